@@ -1,0 +1,270 @@
+"""YAML documents whose every value knows its line and column.
+
+`Document.load` reads a file; `Document.validate` turns (a part of) it into a pydantic model and
+reports all problems of it at once. Models of this boundary derive from `Section`.
+"""
+
+from __future__ import annotations
+
+import copy
+import types
+import typing
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic_core import PydanticCustomError
+from ruamel.yaml import YAML
+from ruamel.yaml.comments import CommentedMap, CommentedSeq
+from ruamel.yaml.constructor import DuplicateKeyError
+from ruamel.yaml.error import MarkedYAMLError, YAMLError
+
+from m4e_fmi.errors import InputError, Problem, suggestion
+
+Location = tuple[str | int, ...]
+
+
+class Section(BaseModel):
+    """Base of everything read from a file: unknown keys are errors, values do not change."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=False)
+
+
+_MOST_PRUNINGS = 20
+SectionType = TypeVar("SectionType", bound=Section)
+
+
+def rejected(message: str, remedy: str = "") -> PydanticCustomError:
+    """The error a validator raises to reject a value with a remedy."""
+    context = {"message": message, "remedy": remedy}
+    return PydanticCustomError("rejected", "{message}", context)
+
+
+class Document:
+    """A YAML file: plain data, and where each piece of it stands."""
+
+    def __init__(self, path: Path, text: str, data: Any, places: dict[Location, tuple]) -> None:
+        self.path = path
+        self.data = data
+        self._lines = text.splitlines()
+        self._places = places
+
+    @classmethod
+    def load(cls, path: str | Path) -> Document:
+        """Read a YAML 1.2 file; InputError if it is missing, unreadable or no YAML mapping."""
+        path = Path(path)
+        try:
+            text = path.read_text(encoding="utf-8")
+        except FileNotFoundError:
+            here = path.parent if path.parent.is_dir() else Path()
+            names = [p.name for p in here.glob("*.yaml")]
+            raise InputError.single(
+                "no such file", suggestion(path.name, names), str(path)
+            ) from None
+        except (OSError, UnicodeDecodeError) as error:
+            raise InputError.single(f"cannot be read: {error}", "", str(path)) from None
+        return cls.parse(text, path)
+
+    @classmethod
+    def parse(cls, text: str, path: str | Path = "<text>") -> Document:
+        """Like `load`, from text; `path` is what messages name."""
+        path = Path(path)
+        try:
+            tree = YAML(typ="rt", pure=True).load(text)
+        except DuplicateKeyError as error:
+            raise InputError([_yaml_problem(path, text, error, "a key is given twice")]) from None
+        except MarkedYAMLError as error:
+            raise InputError([_yaml_problem(path, text, error, "not valid YAML")]) from None
+        except YAMLError as error:
+            raise InputError.single(f"not valid YAML: {error}", "", str(path)) from None
+        if not isinstance(tree, CommentedMap):
+            message = "expected 'key: value' lines at the top level"
+            raise InputError.single(message, "", str(path))
+        places: dict[Location, tuple] = {}
+        return cls(path, text, _plain(tree, (), places), places)
+
+    def validate(
+        self,
+        section: type[SectionType],
+        *,
+        at: Location = (),
+        context: Mapping[str, Any] | None = None,
+        drop: tuple[str, ...] = (),
+    ) -> SectionType:
+        """The part of the document at `at` as a `section`; InputError with all its problems.
+
+        `context` reaches the validators; keys in `drop` are left out before validation.
+        """
+        data = self._at(at)
+        if drop and isinstance(data, dict):
+            data = {k: v for k, v in data.items() if k not in drop}
+        try:
+            return section.model_validate(data, context=dict(context or {}))
+        except ValidationError as error:
+            problems = [self._translated(section, at, item) for item in error.errors()]
+            raise InputError(dict.fromkeys(problems)) from None
+
+    def validate_as_far_as_possible(
+        self, section: type[SectionType]
+    ) -> tuple[SectionType | None, list[Problem]]:
+        """The whole document as a `section` without the entries that are wrong, and what is wrong.
+
+        So that later checks can look at the rest. An unknown key is left out; anything else that is
+        wrong takes its entry (two levels from the top) with it. None if nothing useful is left.
+        """
+        data = copy.deepcopy(self.data)
+        problems: dict[Problem, None] = {}
+        for _ in range(_MOST_PRUNINGS):
+            try:
+                return section.model_validate(data), list(problems)
+            except ValidationError as error:
+                for item in error.errors():
+                    problems.setdefault(self._translated(section, (), item))
+                    location = self._in_data((), tuple(item["loc"]))
+                    _remove(data, location if item["type"] == "extra_forbidden" else location[:2])
+        return None, list(problems)
+
+    def _at(self, location: Location) -> Any:
+        data: Any = self.data
+        for key in location:
+            data = data[key]
+        return data
+
+    def _in_data(self, at: Location, relative: Location) -> Location:
+        """`at` + `relative` without the parts that pydantic adds for unions and mapping keys."""
+        node, result = self._at(at), list(at)
+        for part in relative:
+            if isinstance(node, list):
+                node = dict(enumerate(node))
+            if isinstance(node, dict) and part in node:
+                node = node[part]
+                result.append(part)
+        return tuple(result)
+
+    def problem(self, location: Location, message: str, remedy: str = "") -> Problem:
+        """A problem at `location` (or at its nearest part that the file has)."""
+        while location and location not in self._places:
+            location = location[:-1]
+        line, column, width = self._places.get(location, (0, 0, 0))
+        source = self._lines[line - 1] if 0 < line <= len(self._lines) else ""
+        return Problem(message, remedy, str(self.path), line, column, source, width)
+
+    def _translated(self, section: type[Section], at: Location, item: Any) -> Problem:
+        kind, relative = item["type"], tuple(item["loc"])
+        context = item.get("ctx") or {}
+        location = self._in_data(at, relative)
+        if kind == "extra_forbidden":
+            known = _keys_at(section, relative[:-1])
+            remedy = suggestion(str(relative[-1]), known, "keys")
+            return self.problem(location, f"unknown key {str(relative[-1])!r}", remedy)
+        if kind == "missing":
+            what = f"missing key {str(relative[-1])!r}"
+            return self.problem(location, what, f"add '{relative[-1]}: …' here")
+        if kind == "rejected":
+            return self.problem(location, context["message"], context["remedy"])
+        if kind == "literal_error":
+            words = context["expected"].replace(" or ", ", ").replace("'", "").split(", ")
+            message = f"unknown {relative[-1]} {item['input']!r}"
+            remedy = suggestion(str(item["input"]), words)
+            return self.problem((*location, "@value"), message, remedy)
+        if kind == "union_tag_invalid":
+            tag = context["discriminator"].strip("'")
+            known = context["expected_tags"].replace("'", "").split(", ")
+            remedy = suggestion(str(context["tag"]), known)
+            return self.problem((*location, tag), f"unknown {tag} {context['tag']!r}", remedy)
+        if kind == "union_tag_not_found":
+            tag = context["discriminator"].strip("'")
+            return self.problem(location, f"missing key {tag!r}", f"add '{tag}: …' here")
+        return self.problem((*location, "@value"), _pydantic_text(item))
+
+
+def _remove(data: Any, location: Location) -> None:
+    """Take the entry at `location` out of nested data, if it is still there."""
+    *parents, last = location or ("",)
+    for key in parents:
+        try:
+            data = data[key]
+        except (KeyError, IndexError, TypeError):
+            return
+    if isinstance(data, dict):
+        data.pop(last, None)
+    elif isinstance(data, list) and isinstance(last, int) and last < len(data):
+        del data[last]
+
+
+def _pydantic_text(item: Any) -> str:
+    text = item["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
+    value = item.get("input")
+    where = ".".join(str(part) for part in item["loc"])
+    got = f", got {value!r}" if isinstance(value, str | int | float | bool | None) else ""
+    return f"{where}: {'expected ' if text != item['msg'] else ''}{text}{got}"
+
+
+def _plain(node: Any, location: Location, places: dict[Location, tuple]) -> Any:
+    """Plain Python data of a YAML tree; notes (line, column, width) of every key and value."""
+    if isinstance(node, CommentedMap):
+        result: dict = {}
+        for key, value in node.items():
+            here = (*location, key if isinstance(key, int) else str(key))
+            line, column = node.lc.key(key)
+            places[here] = (line + 1, column + 1, len(str(key)))
+            value_line, value_column = node.lc.value(key)
+            if not isinstance(value, CommentedMap | CommentedSeq):
+                places[(*here, "@value")] = (value_line + 1, value_column + 1, len(str(value)))
+            result[here[-1]] = _plain(value, here, places)
+        return result
+    if isinstance(node, CommentedSeq):
+        items = []
+        for index, value in enumerate(node):
+            line, column = node.lc.item(index)
+            width = 1 if isinstance(value, CommentedMap | CommentedSeq) else len(str(value))
+            places[(*location, index)] = (line + 1, column + 1, width)
+            items.append(_plain(value, (*location, index), places))
+        return items
+    for kind in (bool, int, float, str):
+        if isinstance(node, kind):
+            return kind(node)
+    return None if node is None else str(node)
+
+
+def _yaml_problem(path: Path, text: str, error: MarkedYAMLError, message: str) -> Problem:
+    mark = error.problem_mark or error.context_mark
+    line = mark.line + 1 if mark else 0
+    lines = text.splitlines()
+    detail = (error.problem or "").split("\n")[0]
+    return Problem(
+        f"{message}: {detail}" if detail else message,
+        "check the indentation and the colons on this line and the one above",
+        str(path),
+        line,
+        mark.column + 1 if mark else 0,
+        lines[line - 1] if 0 < line <= len(lines) else "",
+    )
+
+
+def _keys_at(annotation: Any, location: Location) -> set[str]:
+    """Names of the keys that may stand at `location` below something of type `annotation`."""
+    if hasattr(annotation, "__value__"):  # a `type X = …` alias
+        return _keys_at(annotation.__value__, location)
+    origin = typing.get_origin(annotation)
+    arguments = typing.get_args(annotation)
+    if origin is typing.Annotated:
+        return _keys_at(arguments[0], location)
+    if origin in (typing.Union, types.UnionType):
+        # pydantic puts the chosen member's tag into the location: try with and without it
+        keys: set[str] = set()
+        for member in arguments:
+            keys |= _keys_at(member, location)
+            if location:
+                keys |= _keys_at(member, location[1:])
+        return keys
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        fields = {f.alias or name: f for name, f in annotation.model_fields.items()}
+        if not location:
+            return set(fields)
+        found = fields.get(str(location[0]))
+        return _keys_at(found.annotation, location[1:]) if found else set()
+    if origin in (dict, list, tuple) and location:
+        return _keys_at(arguments[-1 if origin is dict else 0], location[1:])
+    return set()

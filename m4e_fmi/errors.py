@@ -1,0 +1,74 @@
+"""What can go wrong, said so that the reader knows where and what to do.
+
+`InputError` (exit code 2): what the user wrote is wrong; it carries every problem found.
+`RunError` (exit code 1): the input was right, the work failed.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+
+class M4eError(Exception):
+    """Base of every error that m4e_fmi raises on purpose."""
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One thing wrong with an input: what, where (lines and columns count from 1), what to do."""
+
+    message: str
+    remedy: str = ""
+    file: str = ""
+    line: int = 0
+    column: int = 0
+    source: str = ""
+    width: int = 1
+
+    def __str__(self) -> str:
+        place = ":".join(str(part) for part in (self.file, self.line, self.column) if part)
+        lines = [f"{place}: {self.message}" if place else self.message]
+        if self.source:
+            gutter = f"{self.line:>5}"
+            lines.append(f"{gutter} | {self.source}")
+            lines.append(f"{'':>5} | {' ' * (self.column - 1)}{'^' * max(1, self.width)}")
+        if self.remedy:
+            lines.append(f"      {self.remedy}")
+        return "\n".join(lines)
+
+
+class InputError(M4eError):
+    """The input is wrong; `problems` holds all that was found, in order of place."""
+
+    def __init__(self, problems: Iterable[Problem]) -> None:
+        self.problems = sorted(problems, key=lambda p: (p.file, p.line, p.column))
+        count = len(self.problems)
+        tail = f"\n{count} problems" if count > 1 else ""
+        super().__init__("\n".join(str(p) for p in self.problems) + tail)
+
+    @classmethod
+    def single(cls, message: str, remedy: str = "", file: str = "") -> InputError:
+        return cls([Problem(message, remedy, file)])
+
+
+class RunError(M4eError):
+    """The work failed: `message` says what, where and when; `remedy` what to try."""
+
+    def __init__(self, message: str, remedy: str = "") -> None:
+        self.message = message
+        self.remedy = remedy
+        super().__init__(f"{message}\n      {remedy}" if remedy else message)
+
+
+def suggestion(word: str, known: Iterable[str], noun: str = "") -> str:
+    """A remedy for an unknown `word`: the nearest known one, or a list of what there is."""
+    names: Sequence[str] = sorted(known)
+    near = difflib.get_close_matches(word, names, n=1, cutoff=0.6)
+    if near:
+        return f"did you mean {near[0]!r}?"
+    if not names:
+        return f"there is no {noun} yet" if noun else ""
+    shown = ", ".join(names[:12]) + (", …" if len(names) > 12 else "")
+    return f"known {noun}: {shown}" if noun else f"known: {shown}"

@@ -1,0 +1,165 @@
+"""Building an FMU with PythonFMU's binaries around a hardened slave.
+
+Each FMU's Python files lie in one package, and its main script in one file, whose names end in a
+hash of their content: two FMUs in one process never share a module by accident. The archive is
+written here, not by PythonFMU's builder, so no user code runs at build time and the same source
+gives the same bytes.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import json
+import os
+import re
+import tempfile
+import uuid
+import zipfile
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+from m4e_fmi.errors import InputError
+from m4e_fmi.fmu.description import FmuVariable, ModelDescription, PythonSource
+from m4e_fmi.fmu.from_program import EMBEDDED, describe, python_slave
+from m4e_fmi.fmu.model_description import model_description_xml
+from m4e_fmi.program import Program
+
+GUID_NAMESPACE = uuid.UUID("5c1f3a52-6a0e-5c1c-9a0b-6d34655f666d")
+EARLIEST_ZIP_DATE = (1980, 1, 1, 0, 0, 0)
+BINARIES = {"linux64": "libpythonfmu-export.so", "win64": "pythonfmu-export.dll"}
+HASH_LENGTH = 12
+
+_MAIN_SCRIPT = """from {package}.{module} import {base}
+
+
+class {name}({base}):
+    def do_step(self, current_time, step_size):
+        return super().do_step(current_time, step_size)
+"""
+
+
+def build_fmu(source: Program | PythonSource, path: str | Path) -> Path:
+    """Write the FMU of `source` to `path` (replaced as a whole) and return the path.
+
+    The same source gives the same bytes. InputError if the name cannot be a model identifier.
+    """
+    if isinstance(source, Program):
+        source = python_slave(source, describe(source))
+    files = fmu_files(source)
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_archive(files, path)
+    return path
+
+
+def fmu_files(source: PythonSource) -> dict[str, bytes]:
+    """Every file of the FMU: name in the archive → content."""
+    description = _with_last_error(source.description)
+    identifier = model_identifier(description.name)
+    contents = _package_files(source, description)
+    package = f"m4e_{_digest(contents)}"
+    module, base = source.slave.split(":")
+    script = _MAIN_SCRIPT.format(package=package, module=module, base=base, name=identifier)
+    resources = {f"{package}/{name}": content for name, content in contents.items()}
+    stem = f"{identifier}_{_digest({'script': script.encode()})}"
+    resources[f"{stem}.py"] = script.encode()
+    resources["slavemodule.txt"] = stem.encode()
+    resources |= _pythonfmu_files()
+    files = {f"resources/{name}": content for name, content in resources.items()}
+    files |= _binaries(identifier)
+    xml = _xml(description, identifier, guid="")
+    guid = uuid.uuid5(GUID_NAMESPACE, _digest({**files, "xml": xml}, length=64))
+    files["modelDescription.xml"] = _xml(description, identifier, guid=f"{{{guid}}}")
+    return files
+
+
+def model_identifier(name: str) -> str:
+    """`name` as a C identifier; InputError if nothing of it is left."""
+    identifier = re.sub(r"\W", "_", name, flags=re.ASCII)
+    if not re.match(r"[A-Za-z]", identifier):
+        message = f"{name!r} cannot name an FMU"
+        raise InputError.single(message, "use letters, digits and _, a letter first")
+    return identifier
+
+
+def write_archive(files: Mapping[str, bytes], path: Path) -> None:
+    """Write a ZIP whose bytes depend on `files` only; `path` appears complete or not at all."""
+    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=path.stem, suffix=".part")
+    try:
+        with os.fdopen(handle, "wb") as stream, zipfile.ZipFile(stream, "w") as archive:
+            for name in sorted(files):
+                info = zipfile.ZipInfo(name, EARLIEST_ZIP_DATE)
+                info.compress_type = zipfile.ZIP_DEFLATED
+                info.create_system = 3  # Unix, wherever it is written
+                info.external_attr = 0o644 << 16
+                archive.writestr(info, files[name], compresslevel=6)
+        Path(temporary).replace(path)
+    except BaseException:
+        Path(temporary).unlink(missing_ok=True)
+        raise
+
+
+def _xml(description: ModelDescription, identifier: str, *, guid: str) -> bytes:
+    return model_description_xml(
+        description, model_identifier=identifier, guid=guid, needs_python=True
+    )
+
+
+def _with_last_error(description: ModelDescription) -> ModelDescription:
+    last_error = FmuVariable(
+        name="last_error",
+        unit="",
+        description="Text of the error that stopped this component; empty while all is well",
+        variability="discrete",
+        initial="calculated",
+        type="String",
+    )
+    return replace(description, variables=(*description.variables, last_error))
+
+
+def _package_files(source: PythonSource, description: ModelDescription) -> dict[str, bytes]:
+    modules = {"slave_base.py": EMBEDDED / "slave_base.py", **source.modules}
+    listed: dict[str, list] = {"reals": [], "strings": []}
+    for variable in description.variables:
+        group, default = ("reals", 0.0) if variable.type == "Real" else ("strings", "")
+        start = default if variable.start is None else variable.start
+        listed[group].append({"name": variable.name, "start": start})
+    return {
+        "__init__.py": b"",
+        **{name: path.read_bytes() for name, path in modules.items()},
+        **source.data,
+        "description.json": json.dumps(listed).encode(),
+    }
+
+
+def _pythonfmu_files() -> dict[str, bytes]:
+    folder = _pythonfmu_folder()
+    return {f"pythonfmu/{file.name}": file.read_bytes() for file in folder.glob("*.py")}
+
+
+def _binaries(identifier: str) -> dict[str, bytes]:
+    folder = _pythonfmu_folder() / "resources" / "binaries"
+    return {
+        f"binaries/{platform}/{identifier}{Path(library).suffix}": (
+            folder / platform / library
+        ).read_bytes()
+        for platform, library in BINARIES.items()
+    }
+
+
+def _pythonfmu_folder() -> Path:
+    spec = importlib.util.find_spec("pythonfmu")
+    if spec is None or spec.origin is None:
+        raise InputError.single("pythonfmu is not installed", "pip install pythonfmu==0.7.0")
+    return Path(spec.origin).parent
+
+
+def _digest(files: Mapping[str, bytes], *, length: int = HASH_LENGTH) -> str:
+    digest = hashlib.sha256()
+    for name in sorted(files):
+        for part in (name.encode(), files[name]):
+            digest.update(len(part).to_bytes(8, "big"))
+            digest.update(part)
+    return digest.hexdigest()[:length]

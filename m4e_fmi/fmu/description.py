@@ -1,0 +1,56 @@
+"""What an FMU says of itself, independent of how it is packaged."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class FmuVariable:
+    """One scalar variable of an FMU, in FMI 2.0's words.
+
+    `dependencies` names the inputs that an output depends on at a communication point (None: all);
+    `initial_dependencies` names what its initial value depends on (None: all).
+    """
+
+    name: str
+    unit: str
+    description: str
+    causality: str = "local"
+    variability: str = "continuous"
+    initial: str | None = None
+    start: float | str | None = None
+    type: str = "Real"
+    dependencies: tuple[str, ...] | None = ()
+    initial_dependencies: tuple[str, ...] | None = ()
+    derivative_of: str | None = None
+    display_unit: str | None = None
+
+
+@dataclass(frozen=True)
+class ModelDescription:
+    """Name, description, variables and default experiment (times in seconds) of an FMU.
+
+    The value reference of a variable is its index among the variables of its type.
+    """
+
+    name: str
+    description: str
+    variables: tuple[FmuVariable, ...]
+    stop_time: float = 10.0
+    step_size: float = 0.01
+
+
+@dataclass(frozen=True)
+class PythonSource:
+    """A slave in Python: `slave` is "module:Class", found among `modules` (file name → path).
+
+    All modules are packed side by side into one package of a unique name; they import one another
+    relatively (``from .slave_base import M4eSlave``). `data` (file name → content) goes there too.
+    """
+
+    description: ModelDescription
+    slave: str
+    modules: dict[str, Path]
+    data: dict[str, bytes]

@@ -1,0 +1,1 @@
+"""Modules that travel inside FMUs. They import the standard library, pythonfmu and one another."""

@@ -1,0 +1,150 @@
+"""modelDescription.xml of an FMI 2.0 co-simulation FMU.
+
+Source: FMI Specification 2.0.4, section 2.2. Element order and attributes follow its schema.
+"""
+
+from __future__ import annotations
+
+from xml.etree.ElementTree import Element, SubElement, indent, tostring
+
+import m4e_fmi
+from m4e_fmi.fmu.description import FmuVariable, ModelDescription
+from m4e_fmi.units import BASE_UNITS, parse_unit
+
+LOG_CATEGORIES = {
+    "logStatusWarning": "Messages with status warning.",
+    "logStatusDiscard": "Messages with status discard.",
+    "logStatusError": "Messages with status error.",
+    "logStatusFatal": "Messages with status fatal.",
+    "logAll": "All messages.",
+}
+
+
+def model_description_xml(
+    description: ModelDescription, *, model_identifier: str, guid: str, needs_python: bool
+) -> bytes:
+    """The XML text (UTF-8) of `description`; ValueError names a unit that is not understood."""
+    root = Element(
+        "fmiModelDescription",
+        fmiVersion="2.0",
+        modelName=description.name,
+        guid=guid,
+        description=description.description,
+        generationTool=f"m4e_fmi {m4e_fmi.__version__}",
+        variableNamingConvention="structured",
+    )
+    SubElement(
+        root,
+        "CoSimulation",
+        modelIdentifier=model_identifier,
+        needsExecutionTool=_flag(needs_python),
+        canHandleVariableCommunicationStepSize="true",
+        canNotUseMemoryManagementFunctions="true",
+        canGetAndSetFMUstate="true",
+        canSerializeFMUstate="true",
+    )
+    _add_units(root, description.variables)
+    categories = SubElement(root, "LogCategories")
+    for name, text in LOG_CATEGORIES.items():
+        SubElement(categories, "Category", name=name, description=text)
+    SubElement(
+        root,
+        "DefaultExperiment",
+        startTime="0.0",
+        stopTime=repr(description.stop_time),
+        stepSize=repr(description.step_size),
+    )
+    _add_variables(root, description.variables)
+    _add_structure(root, description.variables)
+    indent(root)
+    return tostring(root, encoding="UTF-8", xml_declaration=True) + b"\n"
+
+
+def _flag(value: bool) -> str:
+    return "true" if value else "false"
+
+
+def _add_units(root: Element, variables: tuple[FmuVariable, ...]) -> None:
+    displays: dict[str, set[str]] = {}
+    for variable in variables:
+        if variable.type == "Real":
+            displays.setdefault(variable.unit, set())
+            if variable.display_unit:
+                displays[variable.unit].add(variable.display_unit)
+    if not displays:
+        return
+    definitions = SubElement(root, "UnitDefinitions")
+    for name in sorted(displays):
+        unit = parse_unit(name)
+        element = SubElement(definitions, "Unit", name=name)
+        powers = {
+            base: str(power)
+            for base, power in zip(BASE_UNITS, unit.exponents, strict=True)
+            if power
+        }
+        if unit.factor != 1.0:
+            powers["factor"] = repr(unit.factor)
+        SubElement(element, "BaseUnit", powers)
+        for display in sorted(displays[name]):
+            factor = unit.factor / parse_unit(display).factor
+            SubElement(element, "DisplayUnit", name=display, factor=repr(factor))
+
+
+def _add_variables(root: Element, variables: tuple[FmuVariable, ...]) -> None:
+    position = {variable.name: k + 1 for k, variable in enumerate(variables)}
+    if len(position) != len(variables):
+        names = [variable.name for variable in variables]
+        raise ValueError(
+            f"variables named twice: {sorted({n for n in names if names.count(n) > 1})}"
+        )
+    references: dict[str, int] = {}
+    parent = SubElement(root, "ModelVariables")
+    for variable in variables:
+        reference = references.get(variable.type, 0)
+        references[variable.type] = reference + 1
+        attributes = {
+            "name": variable.name,
+            "valueReference": str(reference),
+            "description": variable.description,
+            "causality": variable.causality,
+            "variability": variable.variability,
+        }
+        if variable.initial:
+            attributes["initial"] = variable.initial
+        element = SubElement(parent, "ScalarVariable", attributes)
+        kind = SubElement(element, variable.type)
+        if variable.type == "Real":
+            kind.set("unit", variable.unit)
+            if variable.display_unit:
+                kind.set("displayUnit", variable.display_unit)
+        if variable.start is not None:
+            kind.set("start", str(variable.start))
+        if variable.derivative_of:
+            kind.set("derivative", str(position[variable.derivative_of]))
+
+
+def _add_structure(root: Element, variables: tuple[FmuVariable, ...]) -> None:
+    position = {variable.name: k + 1 for k, variable in enumerate(variables)}
+
+    def unknown(parent: Element, variable: FmuVariable, names: tuple[str, ...] | None) -> None:
+        element = SubElement(parent, "Unknown", index=str(position[variable.name]))
+        if names is not None:
+            element.set(
+                "dependencies", " ".join(str(k) for k in sorted(position[name] for name in names))
+            )
+
+    structure = SubElement(root, "ModelStructure")
+    outputs = [v for v in variables if v.causality == "output"]
+    if outputs:
+        parent = SubElement(structure, "Outputs")
+        for variable in outputs:
+            unknown(parent, variable, variable.dependencies)
+    initial = [
+        v
+        for v in variables
+        if v.causality in ("output", "calculatedParameter") and v.initial != "exact"
+    ]
+    if initial:
+        parent = SubElement(structure, "InitialUnknowns")
+        for variable in initial:
+            unknown(parent, variable, variable.initial_dependencies)

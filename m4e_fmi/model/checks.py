@@ -1,0 +1,222 @@
+"""What can be wrong with a model beyond the form of its file; all of it is found at once."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import networkx as nx
+
+from m4e_fmi.document import Location
+from m4e_fmi.errors import suggestion
+from m4e_fmi.model.elements import GROUND, BodyForce, Joint, PointForce, parameter_values
+from m4e_fmi.model.expression import CONSTANTS, FUNCTIONS, ExpressionError, as_expression
+from m4e_fmi.units import parse_unit
+
+if TYPE_CHECKING:
+    from m4e_fmi.model.model import Model
+
+TIME = "t"
+COORDINATE = re.compile(r"(Theta|S|X|Z)(D|DD)?_\d+$")
+NAME = re.compile(r"[A-Za-z]\w*$", re.ASCII)
+INITIAL = {
+    "revolute": ("q", "u"),
+    "prismatic": ("q", "u"),
+    "floating": ("x", "z", "theta", "vx", "vz", "omega"),
+}
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing wrong, and where in the model: keys from the top, as in the file."""
+
+    location: Location
+    message: str
+    remedy: str = ""
+
+
+@dataclass(frozen=True)
+class Names:
+    """What has been declared. A name can be declared although its element is not usable."""
+
+    bodies: frozenset[str]
+    points: frozenset[str]
+    parameters: frozenset[str]
+
+    @classmethod
+    def of(cls, model: Model | Mapping[str, Any]) -> Names:
+        """The names of a model, or of a model file's plain data."""
+        groups = []
+        for group in ("bodies", "points", "parameters"):
+            members = model.get(group) if isinstance(model, Mapping) else getattr(model, group)
+            known = map(str, members) if isinstance(members, Mapping) else ()
+            groups.append(frozenset(known))
+        return cls(*groups)
+
+
+def findings(model: Model) -> list[Finding]:
+    """Everything wrong with `model`."""
+    return list(element_findings(model, Names.of(model))) or list(whole_findings(model))
+
+
+def whole_findings(model: Any) -> Iterator[Finding]:
+    """What is wrong with the tree and with the numbers, given that every element is right."""
+    yield from _tree_findings(model)
+    yield from _value_findings(model)
+
+
+def element_findings(model: Any, names: Names) -> Iterator[Finding]:
+    """What is wrong with single elements: names, references, expressions.
+
+    `model` needs the groups of a Model only; some of its elements may be missing.
+    """
+    yield from _name_findings(model)
+    yield from _expressions(("gravity",), model.gravity, names.parameters)
+    for name, parameter in model.parameters.items():
+        try:
+            parse_unit(parameter.unit)
+        except ValueError as error:
+            remedy = "write it like N.s/m or kg.m2"
+            yield Finding(("parameters", name, "unit"), str(error), remedy)
+    for name, body in model.bodies.items():
+        yield from _quantities(("bodies", name), body, names.parameters)
+    for name, joint in model.joints.items():
+        yield from _joint_findings(("joints", name), joint, names)
+    for name, point in model.points.items():
+        yield from _reference(
+            ("points", name, "body"), point.body, names.bodies | {GROUND}, "bodies"
+        )
+        yield from _quantities(("points", name), point, names.parameters)
+    for name, load in model.loads.items():
+        yield from _load_findings(("loads", name), load, names)
+
+
+def _name_findings(model: Any) -> Iterator[Finding]:
+    for group in ("parameters", "bodies", "joints", "points", "loads"):
+        for name in getattr(model, group):
+            if not NAME.match(name):
+                remedy = "use letters, digits and _, a letter first"
+                yield Finding((group, name), f"{name!r} cannot be a name", remedy)
+    if GROUND in model.bodies:
+        yield Finding(("bodies", GROUND), "'ground' is the name of the world", "rename this body")
+    reserved = {TIME, *CONSTANTS, *FUNCTIONS}
+    for name in model.parameters:
+        if name in reserved or COORDINATE.match(name):
+            message = f"{name!r} already has a meaning in expressions"
+            yield Finding(("parameters", name), message, "rename this parameter")
+
+
+def _joint_findings(at: Location, joint: Joint, names: Names) -> Iterator[Finding]:
+    yield from _reference((*at, "child"), joint.child, names.bodies, "bodies")
+    yield from _reference((*at, "parent"), joint.parent, names.bodies | {GROUND}, "bodies")
+    yield from _quantities(at, joint, names.parameters)
+    if joint.type == "floating":
+        if joint.parent != GROUND:
+            message = "a floating joint is always to the ground"
+            yield Finding((*at, "parent"), message, "leave 'parent' out")
+        for field in ("parent_to_joint", "joint_to_child"):
+            if getattr(joint, field) != (0.0, 0.0):
+                message = f"a floating joint has no {field}"
+                yield Finding(
+                    (*at, field), message, "give the start position under 'initial': x, z"
+                )
+    if (joint.type == "prismatic") != (joint.direction is not None):
+        message = "a prismatic joint, and no other, has a direction"
+        remedy = "add 'direction: [x, z]'" if joint.type == "prismatic" else "leave it out"
+        yield Finding((*at, "direction"), message, remedy)
+    if joint.direction is not None:
+        for index, value in enumerate(joint.direction):
+            yield from _expressions((*at, "direction", index), value, names.parameters)
+    for key, value in joint.initial.items():
+        if key not in INITIAL[joint.type]:
+            message = f"a {joint.type} joint has no initial {key!r}"
+            remedy = suggestion(key, INITIAL[joint.type])
+            yield Finding((*at, "initial", key), message, remedy)
+        yield from _expressions((*at, "initial", key), value, names.parameters)
+
+
+def _load_findings(at: Location, load: Any, names: Names) -> Iterator[Finding]:
+    known = names.parameters | {TIME}
+    if isinstance(load, BodyForce):
+        yield from _reference((*at, "body"), load.body, names.bodies, "bodies")
+    elif isinstance(load, PointForce):
+        yield from _reference((*at, "point"), load.point, names.points, "points")
+    else:
+        for index, point in enumerate(load.points):
+            yield from _reference((*at, "points", index), point, names.points, "points")
+        if load.points[0] == load.points[1]:
+            yield Finding((*at, "points"), "both ends are the same point", "name two points")
+    yield from _quantities(at, load, known)
+
+
+def _quantities(at: Location, element: Any, known: Iterable[str]) -> Iterator[Finding]:
+    for field in getattr(element, "scalars", ()):
+        yield from _expressions((*at, field), getattr(element, field), known)
+    for field in getattr(element, "vectors", ()):
+        for index, value in enumerate(getattr(element, field)):
+            yield from _expressions((*at, field, index), value, known)
+
+
+def _expressions(at: Location, value: Any, known: Iterable[str]) -> Iterator[Finding]:
+    try:
+        expression = as_expression(value)
+    except ExpressionError as error:
+        where = f" (column {error.column} of {value!r})" if error.column else ""
+        yield Finding(at, f"{error}{where}", "allowed: numbers, names, + - * / **, functions")
+        return
+    for name in sorted(expression.names() - set(known)):
+        remedy = suggestion(name, [*known, *CONSTANTS], "names")
+        yield Finding(at, f"{name!r} is not declared", remedy)
+
+
+def _reference(at: Location, name: str, known: Iterable[str], noun: str) -> Iterator[Finding]:
+    if name not in known:
+        singular = {"bodies": "body", "points": "point"}[noun]
+        yield Finding(at, f"unknown {singular} {name!r}", suggestion(name, known, noun))
+
+
+def _tree_findings(model: Any) -> Iterator[Finding]:
+    """Each body must hang on the ground through exactly one chain of joints."""
+    parents: dict[str, str] = {}
+    for name, joint in model.joints.items():
+        if joint.child in parents:
+            message = f"body {joint.child!r} is the child of {parents[joint.child]!r} already"
+            remedy = "closed loops: cut one joint and put a stiff spring and damper in its place"
+            yield Finding(("joints", name, "child"), message, remedy)
+        parents.setdefault(joint.child, name)
+    graph = nx.DiGraph((joint.parent, joint.child) for joint in model.joints.values())
+    graph.add_node(GROUND)
+    reached = nx.descendants(graph, GROUND)
+    for name in model.bodies:
+        if name not in parents:
+            remedy = "add a joint with this child (type: floating, if it is free)"
+            yield Finding(("bodies", name), f"body {name!r} has no joint", remedy)
+        elif name not in reached:
+            remedy = "one body of this chain must have a joint with parent: ground"
+            yield Finding(("bodies", name), f"body {name!r} is not connected to the ground", remedy)
+    if not model.bodies:
+        yield Finding(("bodies",), "a model needs at least one body", "add one under 'bodies'")
+
+
+def _value_findings(model: Any) -> Iterator[Finding]:
+    values = parameter_values(model.parameters)
+    for name, body in model.bodies.items():
+        for field in ("mass", "inertia"):
+            try:
+                value = as_expression(getattr(body, field)).evaluate(values)
+            except (ArithmeticError, ValueError) as error:
+                yield Finding(("bodies", name, field), f"cannot be computed: {error}")
+                continue
+            if not value > 0:
+                remedy = f"give a {field} greater than zero"
+                yield Finding(("bodies", name, field), f"must be positive, got {value:.6g}", remedy)
+    for name, joint in model.joints.items():
+        if joint.direction is not None:
+            x, z = (as_expression(part).evaluate(values) for part in joint.direction)
+            if x == 0 and z == 0:
+                message = "the direction has no length"
+                yield Finding(
+                    ("joints", name, "direction"), message, "give a vector such as [1, 0]"
+                )

@@ -1,0 +1,148 @@
+"""What a model is made of. Frozen; every quantity is a number or an expression in parameters.
+
+SI units and radians. World frame: X right, Z up; θ > 0 turns +Z towards +X. Geometry is given in
+the pose q = 0, where every body frame (origin at the body's centre of gravity) is parallel to the
+world's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import ClassVar, Literal
+
+from m4e_fmi.model.expression import Expression, Values, as_expression
+from m4e_fmi.units import parse_unit
+
+GROUND = "ground"
+
+Quantity = float | str | Expression
+Vector = tuple[Quantity, Quantity]
+JointType = Literal["revolute", "prismatic", "floating"]
+
+
+def quantity(owner: object, name: str) -> Expression:
+    """Field `name` of `owner` as an expression."""
+    return as_expression(getattr(owner, name))
+
+
+def vector(owner: object, name: str) -> tuple[Expression, Expression]:
+    """Field `name` of `owner`, a pair (x, z), as expressions."""
+    x, z = getattr(owner, name)
+    return as_expression(x), as_expression(z)
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A named number: `value` in `unit`, converted to SI where it is used."""
+
+    value: float
+    unit: str
+    description: str = ""
+
+
+def parameter_values(parameters: Mapping[str, Parameter]) -> Values:
+    """Value of each parameter in SI units."""
+    return Values({name: p.value * parse_unit(p.unit).factor for name, p in parameters.items()})
+
+
+@dataclass(frozen=True)
+class Body:
+    """A rigid body: mass [kg], inertia about its centre of gravity [kg·m²].
+
+    With `added_mass` the model gets an added-mass matrix for this body, to be set from outside
+    (hydrodynamics); it acts on the world-frame acceleration of the centre of gravity.
+    """
+
+    mass: Quantity
+    inertia: Quantity
+    description: str = ""
+    added_mass: bool = False
+
+    scalars: ClassVar = {"mass": "kg", "inertia": "kg.m2"}
+
+
+@dataclass(frozen=True)
+class Joint:
+    """How `child` may move relative to `parent`.
+
+    `parent_to_joint` leads from the parent's centre of gravity (from the origin, for the ground) to
+    the joint, `joint_to_child` from there to the child's centre of gravity [m]. `direction` of a
+    prismatic joint is fixed in the parent; its length does not matter. A floating joint is to the
+    ground and has neither. `initial` gives start values: q, u (rad or m, per s) or, for a floating
+    joint, x, z, theta, vx, vz, omega.
+    """
+
+    type: JointType
+    child: str
+    parent: str = GROUND
+    parent_to_joint: Vector = (0.0, 0.0)
+    joint_to_child: Vector = (0.0, 0.0)
+    direction: Vector | None = None
+    initial: dict[str, Quantity] = field(default_factory=dict)
+
+    vectors: ClassVar = ("parent_to_joint", "joint_to_child")
+
+
+@dataclass(frozen=True)
+class Point:
+    """A point of `body`, at (x, z) [m] from its centre of gravity (from the origin, if ground)."""
+
+    body: str
+    at: Vector
+    description: str = ""
+
+    vectors: ClassVar = ("at",)
+
+
+@dataclass(frozen=True)
+class TensionSpring:
+    """Force stiffness·(l − length) [N] along the line between two points; it pushes, too."""
+
+    points: tuple[str, str]
+    stiffness: Quantity
+    length: Quantity
+
+    type: ClassVar = "tension_spring"
+    scalars: ClassVar = {"stiffness": "N/m", "length": "m"}
+
+
+@dataclass(frozen=True)
+class TensionDamper:
+    """Force damping·dl/dt [N] along the line between two points, against its lengthening."""
+
+    points: tuple[str, str]
+    damping: Quantity
+
+    type: ClassVar = "tension_damper"
+    scalars: ClassVar = {"damping": "N.s/m"}
+
+
+@dataclass(frozen=True)
+class PointForce:
+    """A force (F_x, F_z) [N] in world axes at a point."""
+
+    point: str
+    force: Vector
+
+    type: ClassVar = "point_force"
+    vectors: ClassVar = ("force",)
+
+
+@dataclass(frozen=True)
+class BodyForce:
+    """A force (F_x, F_z) [N] in world axes at a centre of gravity, and a moment about +Y [N·m]."""
+
+    body: str
+    force: Vector = (0.0, 0.0)
+    moment: Quantity = 0.0
+
+    type: ClassVar = "body_force"
+    scalars: ClassVar = {"moment": "N.m"}
+    vectors: ClassVar = ("force",)
+
+
+Load = TensionSpring | TensionDamper | PointForce | BodyForce
+LOAD_TYPES: dict[str, type[Load]] = {
+    kind.type: kind for kind in (TensionSpring, TensionDamper, PointForce, BodyForce)
+}

@@ -1,0 +1,177 @@
+"""Expressions in input files: numbers, declared names, + − * / **, and a fixed list of functions.
+
+Text is parsed by the grammar below and nothing else; no user string is ever evaluated as Python.
+An `Expression` is then evaluated over any scalar: float, tape, SymPy.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+from m4e_fmi import program as functions
+
+FUNCTIONS = {
+    "abs": abs,
+    "acos": functions.acos,
+    "asin": functions.asin,
+    "atan": functions.atan,
+    "atan2": functions.atan2,
+    "cos": functions.cos,
+    "exp": functions.exp,
+    "log": functions.log,
+    "max": functions.maximum,
+    "min": functions.minimum,
+    "sign": functions.sign,
+    "sin": functions.sin,
+    "sqrt": functions.sqrt,
+    "tan": functions.tan,
+    "tanh": functions.tanh,
+}
+TWO_ARGUMENTS = frozenset({"atan2", "max", "min"})
+CONSTANTS = {"pi": math.pi}
+LONGEST_TEXT = 2000
+
+_GRAMMAR = r"""
+    ?sum: product | sum "+" product -> add | sum "-" product -> sub
+    ?product: sign | product "*" sign -> mul | product "/" sign -> div
+    ?sign: power | "-" sign -> neg | "+" sign
+    ?power: atom | atom "**" sign -> pow
+    ?atom: NUMBER -> number | NAME "(" sum ("," sum)* ")" -> call | NAME -> name | "(" sum ")"
+    NUMBER: /(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?/
+    NAME: /[A-Za-z_][A-Za-z0-9_]*/
+    %ignore /[ \t]+/
+"""
+_SIGNS = {"add": "+", "sub": "-", "mul": "*", "div": "/", "pow": "**"}
+
+
+class ExpressionError(ValueError):
+    """The text is no expression of the grammar; `column` counts from 1 within the text."""
+
+    def __init__(self, message: str, column: int = 0) -> None:
+        self.column = column
+        super().__init__(message)
+
+
+class Values(dict[str, Any]):
+    """Scalars by name, and how a constant becomes a scalar of the same kind."""
+
+    def __init__(
+        self, values: Mapping[str, Any], *, number: Callable[[float], Any] = float
+    ) -> None:
+        super().__init__(values)
+        self.number = number
+
+
+@dataclass(frozen=True)
+class Expression:
+    """A parsed expression: `kind` is number, name, neg, add, sub, mul, div, pow or a function."""
+
+    kind: str
+    arguments: tuple[Any, ...]
+
+    def names(self) -> frozenset[str]:
+        """Names that have to be declared for this expression to mean anything."""
+        if self.kind == "number":
+            return frozenset()
+        if self.kind == "name":
+            return frozenset(self.arguments) - set(CONSTANTS)
+        return frozenset().union(*(a.names() for a in self.arguments))
+
+    def evaluate(self, values: Values) -> Any:
+        """The value over whatever scalars `values` holds; KeyError for a name it lacks."""
+        if self.kind == "number":
+            return values.number(self.arguments[0])
+        if self.kind == "name":
+            name = self.arguments[0]
+            return values[name] if name in values else values.number(CONSTANTS[name])
+        operands = [a.evaluate(values) for a in self.arguments]
+        match self.kind:
+            case "neg":
+                return -operands[0]
+            case "add":
+                return operands[0] + operands[1]
+            case "sub":
+                return operands[0] - operands[1]
+            case "mul":
+                return operands[0] * operands[1]
+            case "div":
+                return operands[0] / operands[1]
+            case "pow":
+                return operands[0] ** operands[1]
+            case function:
+                return FUNCTIONS[function](*operands)
+
+    def __str__(self) -> str:
+        if self.kind == "number":
+            return f"{self.arguments[0]:.12g}"
+        if self.kind == "name":
+            return self.arguments[0]
+        if self.kind == "neg":
+            return f"(-{self.arguments[0]})"
+        if self.kind in _SIGNS:
+            return f"({self.arguments[0]} {_SIGNS[self.kind]} {self.arguments[1]})"
+        return f"{self.kind}({', '.join(map(str, self.arguments))})"
+
+
+def as_expression(value: float | str | Expression) -> Expression:
+    """`value` as an Expression; ExpressionError if a text does not follow the grammar."""
+    if isinstance(value, Expression):
+        return value
+    if isinstance(value, str):
+        return parse(value)
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise ExpressionError(f"expected a number or an expression, got {value!r}")
+    if not math.isfinite(value):
+        raise ExpressionError(f"expected a finite number, got {value}")
+    return Expression("number", (float(value),))
+
+
+def parse(text: str) -> Expression:
+    """Parse `text`; ExpressionError says what is wrong and in which column."""
+    from lark.exceptions import UnexpectedCharacters, UnexpectedInput
+
+    if len(text) > LONGEST_TEXT:
+        raise ExpressionError(f"longer than {LONGEST_TEXT} characters")
+    try:
+        tree = _parser().parse(text)
+    except UnexpectedCharacters as error:
+        character = text[error.pos_in_stream or 0]
+        hint = "; write ** for a power" if character == "^" else ""
+        raise ExpressionError(f"{character!r} has no meaning here{hint}", error.column) from None
+    except UnexpectedInput as error:
+        if getattr(getattr(error, "token", None), "type", "") == "$END":
+            raise ExpressionError("something is missing at the end", len(text)) from None
+        raise ExpressionError("this is not an expression", error.column) from None
+    try:
+        return _expression(tree)
+    except RecursionError:
+        raise ExpressionError("nested too deeply") from None
+
+
+@cache
+def _parser() -> Any:
+    from lark import Lark
+
+    return Lark(_GRAMMAR, start="sum", parser="lalr")
+
+
+def _expression(tree: Any) -> Expression:
+    kind, children = tree.data, tree.children
+    if kind == "number":
+        return Expression("number", (float(children[0]),))
+    if kind == "name":
+        return Expression("name", (str(children[0]),))
+    if kind != "call":
+        return Expression(str(kind), tuple(_expression(c) for c in children))
+    name, *arguments = children
+    if name not in FUNCTIONS:
+        known = ", ".join(sorted(FUNCTIONS))
+        raise ExpressionError(f"{name!s} is not a function here; known: {known}", name.column)
+    expected = 2 if name in TWO_ARGUMENTS else 1
+    if len(arguments) != expected:
+        raise ExpressionError(f"{name!s} takes {expected}, got {len(arguments)}", name.column)
+    return Expression(str(name), tuple(_expression(a) for a in arguments))

@@ -1,0 +1,39 @@
+"""Model: everything that was said about one multibody system, checked as a whole."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from m4e_fmi.errors import InputError, Problem
+from m4e_fmi.model.elements import Body, Joint, Load, Parameter, Point, Quantity
+
+STANDARD_GRAVITY = 9.80665  # m/s², CGPM 1901
+
+
+@dataclass(frozen=True)
+class Model:
+    """A planar multibody system: names map to elements, in the order they were given.
+
+    `gravity` is the acceleration towards −Z [m/s²]. Raises InputError, with all problems, on
+    construction.
+    """
+
+    name: str
+    bodies: Mapping[str, Body]
+    joints: Mapping[str, Joint]
+    points: Mapping[str, Point] = field(default_factory=dict)
+    loads: Mapping[str, Load] = field(default_factory=dict)
+    parameters: Mapping[str, Parameter] = field(default_factory=dict)
+    gravity: Quantity = STANDARD_GRAVITY
+    description: str = ""
+
+    def __post_init__(self) -> None:
+        from m4e_fmi.model.checks import findings
+
+        problems = [
+            Problem(f"{'.'.join(map(str, f.location))}: {f.message}", f.remedy, self.name)
+            for f in findings(self)
+        ]
+        if problems:
+            raise InputError(problems)

@@ -1,0 +1,131 @@
+"""The equations of motion as SymPy expressions: what people read.
+
+Everything is computed when it is first asked for, and never simplified behind the reader's back.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+from m4e_fmi.model import Model
+from m4e_fmi.multibody.assembly import Assembly, Scalars, assemble
+from m4e_fmi.multibody.topology import topology
+
+if TYPE_CHECKING:
+    import sympy
+
+
+class Equations:
+    """Symbolic equations of a model: mass_matrix · u̇ = forcing, with q̇ = u.
+
+    Symbols are real: coordinates `Theta_k`, `S_k`, `X_k`, `Z_k` and velocities `ThetaD_k`, … of
+    body k, the time `t`, the model's parameters, `A_i_j` for added mass.
+    """
+
+    def __init__(self, model: Model) -> None:
+        self.model = model
+        self.topology = topology(model)
+
+    @cached_property
+    def q(self) -> sympy.Matrix:
+        """Coordinates, n×1."""
+        return _symbols(self.topology.coordinate_names)
+
+    @cached_property
+    def u(self) -> sympy.Matrix:
+        """Velocities, n×1."""
+        return _symbols(self.topology.velocity_names)
+
+    @cached_property
+    def assembly(self) -> Assembly:
+        import sympy
+
+        def symbol(name: str) -> Any:
+            return sympy.Symbol(name, real=True)
+
+        def exact(value: float) -> Any:
+            return sympy.pi if value == math.pi else sympy.Rational(repr(value))
+
+        wet = 3 * sum(self.model.bodies[link.body].added_mass for link in self.topology.links)
+        scalars = Scalars(
+            q=self.q.flat(),
+            u=self.u.flat(),
+            time=symbol("t"),
+            parameters={name: symbol(name) for name in self.model.parameters},
+            body_wrench={},
+            point_force={},
+            effort={},
+            added_mass=[[symbol(f"A_{i + 1}_{j + 1}") for j in range(wet)] for i in range(wet)],
+            number=exact,
+        )
+        return assemble(self.model, self.topology, scalars)
+
+    @cached_property
+    def B(self) -> sympy.Matrix:
+        """Velocity transformation, 3N×n: (v_x, v_z, ω) of every body = B u."""
+        return self._rows("columns", turning=1)
+
+    @cached_property
+    def B_dot(self) -> sympy.Matrix:
+        """Time derivative of B, 3N×n."""
+        return self._rows("column_rates", turning=0)
+
+    @cached_property
+    def mass_matrix(self) -> sympy.Matrix:
+        """Bᵀ(𝓜 + A)B, n×n."""
+        return _matrix(self.assembly.mass_matrix)
+
+    @cached_property
+    def forcing(self) -> sympy.Matrix:
+        """Bᵀ(g + g_g) − Bᵀ(𝓜 + A)Ḃu, n×1."""
+        return _matrix([[entry] for entry in self.assembly.forcing])
+
+    @cached_property
+    def kinetic_energy(self) -> sympy.Expr:
+        import sympy
+
+        return sympy.sympify(self.assembly.kinetic)
+
+    @cached_property
+    def potential_energy(self) -> sympy.Expr:
+        import sympy
+
+        return sympy.sympify(self.assembly.potential)
+
+    @cached_property
+    def positions(self) -> sympy.Matrix:
+        """(x, z) of every centre of gravity [m], N×2."""
+        return _matrix([list(frame.position) for frame in self.assembly.frames])
+
+    def _rows(self, field: str, *, turning: int) -> sympy.Matrix:
+        import sympy
+
+        n = len(self.topology.coordinate_names)
+        result = sympy.zeros(3 * len(self.topology.links), n)
+        for k, frame in enumerate(self.assembly.frames):
+            for column, (x, z) in getattr(frame, field).items():
+                result[3 * k, column] = x
+                result[3 * k + 1, column] = z
+            if frame.angle_index >= 0:
+                result[3 * k + 2, frame.angle_index] = turning
+        return result
+
+    def text(self, *, latex: bool = False) -> str:
+        """The equations as a page of text, or of LaTeX."""
+        from m4e_fmi.multibody.printing import equations_text
+
+        return equations_text(self, latex=latex)
+
+
+def _symbols(names: tuple[str, ...]) -> sympy.Matrix:
+    import sympy
+
+    return sympy.Matrix([sympy.Symbol(name, real=True) for name in names])
+
+
+def _matrix(rows: list[list[Any]]) -> sympy.Matrix:
+    import sympy
+
+    return sympy.Matrix(rows)

@@ -1,0 +1,212 @@
+"""A model's equations of motion as a Program, with the variables its FMU will have."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from m4e_fmi.model import Model, load_model
+from m4e_fmi.model.elements import GROUND, as_expression, parameter_values
+from m4e_fmi.multibody.assembly import Assembly, Scalars, assemble, solve_symmetric
+from m4e_fmi.multibody.planar import added, scaled, tilde
+from m4e_fmi.multibody.topology import Link, Topology, topology
+from m4e_fmi.program import Program, Recorder, Variable
+from m4e_fmi.units import parse_unit
+
+FLOATING_STATES = (("x", "vx", "m"), ("z", "vz", "m"), ("theta", "omega", "rad"))
+DOF_UNITS = ("m", "m", "rad")
+
+
+def model_program(model: Model | str | Path) -> Program:
+    """The Program of a model, or of the model file at a path.
+
+    Inputs: wrench of every body, force of every point, effort of every revolute and prismatic
+    joint. States: q and u. Outputs: motion of bodies and points, energies. Parameters: the model's,
+    and `added_mass[i,j]` of the bodies that have it.
+    """
+    if not isinstance(model, Model):
+        model = load_model(model)
+    tree = topology(model)
+    recorder = Recorder(model.name, model.description or f"Multibody system {model.name}")
+    scalars = _declared(recorder, model, tree)
+    assembly = assemble(model, tree, scalars)
+    rates = solve_symmetric(assembly.mass_matrix, assembly.forcing)
+    for link in tree.links:
+        for (position, velocity), k in zip(_state_names(link), link.coordinates, strict=True):
+            recorder.rate(position, scalars.u[k])
+            recorder.rate(velocity, rates[k])
+    _add_body_outputs(recorder, tree, assembly, scalars, rates)
+    _add_point_outputs(recorder, model, tree, assembly, scalars, rates)
+    for name, value, text in (
+        ("kinetic", assembly.kinetic, "Kinetic energy, added mass included"),
+        ("potential", assembly.potential, "Potential energy of gravity (0 at Z = 0) and springs"),
+        ("total", assembly.kinetic + assembly.potential, "Kinetic and potential energy"),
+    ):
+        recorder.output(Variable(f"energy.{name}", "J", text), value)
+    return recorder.program()
+
+
+def _state_names(link: Link) -> list[tuple[str, str]]:
+    """(coordinate, velocity) variable names of a link's states."""
+    if link.joint.type == "floating":
+        return [(f"body.{link.body}.{p}", f"body.{link.body}.{v}") for p, v, _ in FLOATING_STATES]
+    return [(f"joint.{link.joint_name}.q", f"joint.{link.joint_name}.u")]
+
+
+def _declared(recorder: Recorder, model: Model, tree: Topology) -> Scalars:
+    parameters: dict[str, Any] = {}
+    for name, parameter in model.parameters.items():
+        unit = parse_unit(parameter.unit)
+        parameters[name] = recorder.parameter(
+            Variable(
+                name,
+                unit.text if unit.factor == 1.0 else unit.si_text,
+                parameter.description or f"Parameter {name}",
+                start=parameter.value * unit.factor,
+                display_unit=None if unit.factor == 1.0 else unit.text,
+            )
+        )
+    added_mass = _declared_added_mass(recorder, model, tree)
+    inputs = _declared_inputs(recorder, model, tree)
+    q, u = _declared_states(recorder, model, tree)
+    return Scalars(q, u, recorder.time, parameters, added_mass=added_mass, **inputs)
+
+
+def _declared_added_mass(recorder: Recorder, model: Model, tree: Topology) -> list[list[Any]]:
+    dofs = [
+        (link.body, unit)
+        for link in tree.links
+        if model.bodies[link.body].added_mass
+        for unit in DOF_UNITS
+    ]
+    rows = []
+    for i, (body, unit) in enumerate(dofs, start=1):
+        row = []
+        for j, (other, other_unit) in enumerate(dofs, start=1):
+            # force per acceleration: kg, kg.m (force per rad/s² or moment per m/s²), kg.m2
+            power = (unit, other_unit).count("rad")
+            kind = ("kg", "kg.m", "kg.m2")[power]
+            text = f"Added mass at infinite frequency, world axes at the CG, {body} by {other}"
+            row.append(recorder.parameter(Variable(f"added_mass[{i},{j}]", kind, text)))
+        rows.append(row)
+    return rows
+
+
+def _declared_inputs(recorder: Recorder, model: Model, tree: Topology) -> dict[str, Any]:
+    def force(name: str, unit: str, text: str) -> Any:
+        return recorder.input(Variable(name, unit, text))
+
+    wrench = {
+        link.body: (
+            force(f"body.{link.body}.force_x", "N", "Force at the CG, world X"),
+            force(f"body.{link.body}.force_z", "N", "Force at the CG, world Z"),
+            force(f"body.{link.body}.moment_y", "N.m", "Moment about the CG, about +Y"),
+        )
+        for link in tree.links
+    }
+    points = {
+        name: (
+            force(f"point.{name}.force_x", "N", "Force at the point, world X"),
+            force(f"point.{name}.force_z", "N", "Force at the point, world Z"),
+        )
+        for name, point in model.points.items()
+        if point.body != GROUND
+    }
+    efforts = {
+        link.joint_name: force(
+            f"joint.{link.joint_name}.effort",
+            "N.m" if link.joint.type == "revolute" else "N",
+            "Generalised force along the joint's coordinate",
+        )
+        for link in tree.links
+        if link.joint.type != "floating"
+    }
+    return {"body_wrench": wrench, "point_force": points, "effort": efforts}
+
+
+def _declared_states(
+    recorder: Recorder, model: Model, tree: Topology
+) -> tuple[list[Any], list[Any]]:
+    values = parameter_values(model.parameters)
+    q: list[Any] = [None] * len(tree.coordinate_names)
+    u: list[Any] = list(q)
+    for link in tree.links:
+        kind = link.joint.type
+        floating = kind == "floating"
+        keys = FLOATING_STATES if floating else (("q", "u", "m" if kind == "prismatic" else "rad"),)
+        pairs = zip(_state_names(link), keys, link.coordinates, strict=True)
+        for (position, velocity), (key, rate_key, unit), k in pairs:
+            initial = {
+                name: float(as_expression(link.joint.initial.get(name, 0.0)).evaluate(values))
+                for name in (key, rate_key)
+            }
+            symbol = tree.coordinate_names[k]
+            q[k] = recorder.state(
+                Variable(position, unit, f"Coordinate {symbol}", start=initial[key])
+            )
+            u[k] = recorder.state(
+                Variable(
+                    velocity,
+                    f"{unit}/s",
+                    f"Velocity {tree.velocity_names[k]}",
+                    start=initial[rate_key],
+                    derivative_of=position,
+                )
+            )
+    return q, u
+
+
+def _add_body_outputs(
+    recorder: Recorder, tree: Topology, assembly: Assembly, scalars: Scalars, rates: list[Any]
+) -> None:
+    for link, frame in zip(tree.links, assembly.frames, strict=True):
+        name = f"body.{link.body}"
+        acceleration, alpha = frame.acceleration(rates, scalars.u)
+        if link.joint.type != "floating":
+            _motion(recorder, name, "CG", frame.position, frame.velocity)
+            recorder.output(Variable(f"{name}.theta", "rad", "Angle about +Y"), frame.angle)
+            text = "Angular velocity about +Y"
+            omega = Variable(f"{name}.omega", "rad/s", text, derivative_of=f"{name}.theta")
+            recorder.output(omega, frame.omega)
+        _accelerations(recorder, name, "CG", acceleration)
+        text = "Angular acceleration about +Y"
+        variable = Variable(f"{name}.alpha", "rad/s2", text, derivative_of=f"{name}.omega")
+        recorder.output(variable, alpha)
+
+
+def _add_point_outputs(
+    recorder: Recorder,
+    model: Model,
+    tree: Topology,
+    assembly: Assembly,
+    scalars: Scalars,
+    rates: list[Any],
+) -> None:
+    for name, point in assembly.points.items():
+        body = model.points[name].body
+        if body == GROUND:
+            continue
+        frame = assembly.frames[tree.index(body)]
+        acceleration, alpha = frame.acceleration(rates, scalars.u)
+        turning = scaled(alpha, tilde(point.arm))
+        inward = scaled(-frame.omega * frame.omega, point.arm)
+        _motion(recorder, f"point.{name}", "point", point.position, point.velocity)
+        total = added(acceleration, added(turning, inward))
+        _accelerations(recorder, f"point.{name}", "point", total)
+
+
+def _motion(recorder: Recorder, name: str, what: str, position: Any, velocity: Any) -> None:
+    for axis, value in zip("xz", position, strict=True):
+        text = f"Position of the {what}, world {axis.upper()}"
+        recorder.output(Variable(f"{name}.{axis}", "m", text), value)
+    for axis, value in zip("xz", velocity, strict=True):
+        text = f"Velocity of the {what}, world {axis.upper()}"
+        variable = Variable(f"{name}.v{axis}", "m/s", text, derivative_of=f"{name}.{axis}")
+        recorder.output(variable, value)
+
+
+def _accelerations(recorder: Recorder, name: str, what: str, acceleration: Any) -> None:
+    for axis, value in zip("xz", acceleration, strict=True):
+        text = f"Acceleration of the {what}, world {axis.upper()}"
+        variable = Variable(f"{name}.a{axis}", "m/s2", text, derivative_of=f"{name}.v{axis}")
+        recorder.output(variable, value)

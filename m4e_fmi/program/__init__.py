@@ -1,0 +1,50 @@
+"""Programs: ordinary differential equations as exact straight-line code.
+
+A `Program` is what travels through the product: named inputs, parameters, states and outputs, each
+with a unit and a description, and one tape of arithmetic that computes derivatives and outputs.
+A `Recorder` makes one by running an ordinary algorithm on recording scalars.
+
+This package is the bottom layer: it imports nothing else of m4e_fmi. Start reading in `tape`, then
+`program`; `python_form` and `symbolic_form` are the two forms a program is written out in.
+"""
+
+from m4e_fmi.program.functions import (
+    acos,
+    asin,
+    atan,
+    atan2,
+    cos,
+    exp,
+    log,
+    maximum,
+    minimum,
+    sign,
+    sin,
+    sqrt,
+    tan,
+    tanh,
+)
+from m4e_fmi.program.program import Program, Recorder, Variable
+from m4e_fmi.program.tape import Scalar, Tape
+
+__all__ = [
+    "Program",
+    "Recorder",
+    "Scalar",
+    "Tape",
+    "Variable",
+    "acos",
+    "asin",
+    "atan",
+    "atan2",
+    "cos",
+    "exp",
+    "log",
+    "maximum",
+    "minimum",
+    "sign",
+    "sin",
+    "sqrt",
+    "tan",
+    "tanh",
+]

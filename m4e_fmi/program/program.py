@@ -1,0 +1,170 @@
+"""Program: an ODE with named, described, unit-bearing variables, held as one tape.
+
+ẋ = f(t, x, u, p)        y = g(t, x, u, p)        c = h(p)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+
+from m4e_fmi.program.tape import Scalar, Tape
+
+TIME = "time"
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One scalar variable of a program.
+
+    `unit` is an SI unit as FMI spells it ("m/s2", "kg.m2", "N.m/rad"; "1" for none).
+    `derivative_of` names the variable that this one is the time derivative of: a master may
+    extrapolate that variable with this one.
+    `tunable` parameters may change between steps, others only before the start.
+    `local` states and outputs are visible but not meant to be connected.
+    """
+
+    name: str
+    unit: str
+    description: str
+    start: float = 0.0
+    derivative_of: str | None = None
+    tunable: bool = False
+    local: bool = False
+    display_unit: str | None = None
+
+
+@dataclass(frozen=True)
+class Program:
+    """A recorded system of ordinary differential equations.
+
+    Each tuple of `Variable`s is in the order of its vector. `rates[i]` is the tape node of the time
+    derivative of `states[i]`, `results[i]` that of `outputs[i]`, `constants[i]` that of
+    `calculated[i]`, which depends on parameters only.
+    """
+
+    name: str
+    description: str
+    tape: Tape = field(repr=False)
+    parameters: tuple[Variable, ...]
+    inputs: tuple[Variable, ...]
+    states: tuple[Variable, ...]
+    outputs: tuple[Variable, ...]
+    calculated: tuple[Variable, ...]
+    rates: tuple[int, ...] = field(repr=False)
+    results: tuple[int, ...] = field(repr=False)
+    constants: tuple[int, ...] = field(repr=False)
+
+    def dependencies(self, node: int) -> frozenset[str]:
+        """Names of the inputs, states and parameters (and `time`) that a node depends on."""
+        return self.tape.symbols_of(node)
+
+    def with_start(self, values: dict[str, float]) -> Program:
+        """The same program with other start values; KeyError names what it does not have."""
+
+        def changed(variables: tuple[Variable, ...]) -> tuple[Variable, ...]:
+            return tuple(replace(v, start=float(values.get(v.name, v.start))) for v in variables)
+
+        groups = {k: changed(getattr(self, k)) for k in ("parameters", "inputs", "states")}
+        known = {v.name for group in groups.values() for v in group}
+        unknown = sorted(set(values) - known)
+        if unknown:
+            raise KeyError(f"{self.name} has no parameter, input or state {', '.join(unknown)}")
+        return replace(self, **groups)
+
+    def __str__(self) -> str:
+        lines = [f"program {self.name}: {self.description}", f"{len(self.tape)} nodes on the tape"]
+        for title in ("parameters", "inputs", "states", "outputs", "calculated"):
+            variables: tuple[Variable, ...] = getattr(self, title)
+            lines.append(f"{title} ({len(variables)})")
+            lines += [f"  {v.name} [{v.unit}] {v.description}" for v in variables]
+        return "\n".join(lines)
+
+
+class Recorder:
+    """Makes a Program: declare variables, compute with the scalars it returns, say what comes out.
+
+    >>> r = Recorder("decay", "exponential decay")
+    >>> k = r.parameter(Variable("k", "1/s", "rate", start=2.0))
+    >>> x = r.state(Variable("x", "1", "what decays", start=1.0))
+    >>> r.rate("x", -k * x)
+    >>> program = r.program()
+    """
+
+    def __init__(self, name: str, description: str) -> None:
+        self.name = name
+        self.description = description
+        self.tape = Tape()
+        self.time = self.tape.symbol(TIME)
+        self._variables: dict[str, dict[str, Variable]] = {
+            group: {} for group in ("parameters", "inputs", "states", "outputs", "calculated")
+        }
+        self._rates: dict[str, int] = {}
+        self._results: list[int] = []
+        self._constants: list[int] = []
+
+    def _declare(self, group: str, variable: Variable) -> Scalar:
+        if any(variable.name in members for members in self._variables.values()):
+            raise ValueError(f"{self.name}: variable {variable.name!r} is declared twice")
+        if variable.name == TIME:
+            raise ValueError(f"{self.name}: {TIME!r} is the name of the independent variable")
+        self._variables[group][variable.name] = variable
+        return self.tape.symbol(variable.name)
+
+    def parameter(self, variable: Variable) -> Scalar:
+        return self._declare("parameters", variable)
+
+    def input(self, variable: Variable) -> Scalar:
+        return self._declare("inputs", variable)
+
+    def state(self, variable: Variable) -> Scalar:
+        return self._declare("states", variable)
+
+    def rate(self, name: str, value: Scalar | float) -> None:
+        """Say that the time derivative of state `name` is `value`."""
+        if name not in self._variables["states"] or name in self._rates:
+            raise ValueError(f"{self.name}: {name!r} is no state, or has its rate already")
+        self._rates[name] = self._index(value)
+
+    def output(self, variable: Variable, value: Scalar | float) -> None:
+        self._declare("outputs", variable)
+        self._results.append(self._index(value))
+
+    def calculate(self, variable: Variable, value: Scalar | float) -> None:
+        """Declare a calculated parameter: computed once, from parameters only."""
+        index = self._index(value)
+        foreign = self.tape.symbols_of(index) - set(self._variables["parameters"])
+        if foreign:
+            raise ValueError(f"{self.name}: {variable.name!r} depends on {sorted(foreign)}")
+        self._declare("calculated", variable)
+        self._constants.append(index)
+
+    def _index(self, value: Scalar | float) -> int:
+        return value.index if isinstance(value, Scalar) else self.tape.constant(value).index
+
+    def program(self) -> Program:
+        """The finished program; ValueError if a state has no rate or a symbol is undeclared."""
+        missing = sorted(set(self._variables["states"]) - set(self._rates))
+        if missing:
+            raise ValueError(f"{self.name}: no rate for state {', '.join(missing)}")
+        rates = tuple(self._rates[name] for name in self._variables["states"])
+        self._check_symbols([*rates, *self._results, *self._constants])
+        groups = {group: tuple(members.values()) for group, members in self._variables.items()}
+        return Program(
+            name=self.name,
+            description=self.description,
+            tape=self.tape,
+            rates=rates,
+            results=tuple(self._results),
+            constants=tuple(self._constants),
+            **groups,
+        )
+
+    def _check_symbols(self, roots: Iterable[int]) -> None:
+        readable = {TIME}
+        for group in ("parameters", "inputs", "states"):
+            readable.update(self._variables[group])
+        for index in self.tape.reachable(list(roots)):
+            operation = self.tape.operations[index]
+            if operation[0] == "symbol" and operation[1] not in readable:
+                raise ValueError(f"{self.name}: {operation[1]!r} is used but not declared")

@@ -1,0 +1,147 @@
+"""The plain-Python form of a program: a module of straight-line functions, standard library only.
+
+The text defines four functions over sequences of floats (t is a float):
+
+- ``constants(p)``: what depends on parameters only, computed once per change of a parameter;
+- ``rates(t, x, u, p, c)``: the time derivatives of the states;
+- ``outputs(t, x, u, p, c)``: the outputs;
+- ``calculated(p, c)``: the calculated parameters.
+
+Each returns a list. Every operation is done in the order of the tape, so the same program gives the
+same bits wherever this text runs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from types import CodeType
+
+from m4e_fmi.program.program import TIME, Program
+
+_BINARY = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
+_CALLS = {"abs": "abs", "min": "min", "max": "max", "sign": "sign", "pow": "pow"}
+_DEEPEST_NESTING = 12
+
+_HEADER = """# program {name!r}
+
+from math import acos, asin, atan, atan2, cos, exp, log, pow, sin, sqrt, tan, tanh
+
+
+def sign(a):
+    return float((a > 0) - (a < 0))
+
+"""
+
+
+def python_source(program: Program) -> str:
+    """Text of a Python module that computes `program` (see the module's docstring)."""
+    writer = _Writer(program)
+    return _HEADER.format(name=program.name, description=program.description) + "\n\n".join(
+        (
+            writer.function("constants", "p", writer.hoisted),
+            writer.function("rates", "t, x, u, p, c", list(program.rates)),
+            writer.function("outputs", "t, x, u, p, c", list(program.results)),
+            writer.function("calculated", "p, c", list(program.constants)),
+        )
+    )
+
+
+@dataclass(frozen=True)
+class PythonForm:
+    """The four functions of a program, loaded in this process."""
+
+    constants: Callable
+    rates: Callable
+    outputs: Callable
+    calculated: Callable
+
+
+def load_python(program: Program) -> PythonForm:
+    """The program's functions, ready to call (see the module's docstring)."""
+    namespace: dict = {}
+    code: CodeType = compile(python_source(program), f"<program {program.name}>", "exec")
+    exec(code, namespace)  # our own generated text: names in it are indices, never user strings
+    return PythonForm(**{k: namespace[k] for k in PythonForm.__dataclass_fields__})
+
+
+class _Writer:
+    """Writes functions of one program; nodes that need only parameters are hoisted into c."""
+
+    def __init__(self, program: Program) -> None:
+        self.tape = program.tape
+        self.where = {TIME: "t"}
+        for letter, group in (
+            ("p", program.parameters),
+            ("x", program.states),
+            ("u", program.inputs),
+        ):
+            self.where |= {v.name: f"{letter}[{k}]" for k, v in enumerate(group)}
+        names = {v.name for v in program.parameters}
+        roots = [*program.rates, *program.results, *program.constants]
+        self.hoisted = self._hoisted(roots, names)
+        self._slot = {index: f"c[{k}]" for k, index in enumerate(self.hoisted)}
+
+    def _hoisted(self, roots: list[int], parameters: set[str]) -> list[int]:
+        """Parameter-only operations that something else, or the caller, reads."""
+        nodes = self.tape.reachable(roots)
+        fixed: set[int] = set()
+        for k in nodes:
+            operation = self.tape.operations[k]
+            if operation[0] == "symbol":
+                if operation[1] in parameters:
+                    fixed.add(k)
+            elif all(a in fixed for a in self.tape.arguments(k)):
+                fixed.add(k)
+        read = set(roots)
+        for k in nodes:
+            if k not in fixed:
+                read.update(self.tape.arguments(k))
+        operations = self.tape.operations
+        return [k for k in nodes if k in fixed & read and self._computes(operations[k])]
+
+    @staticmethod
+    def _computes(operation: tuple) -> bool:
+        return operation[0] not in ("constant", "symbol")
+
+    def function(self, name: str, arguments: str, roots: list[int]) -> str:
+        available = {} if name == "constants" else self._slot
+        nodes = self._needed(roots, available)
+        uses = dict.fromkeys(nodes, 0)
+        for k in nodes:
+            for a in self.tape.arguments(k):
+                if a in uses:
+                    uses[a] += 1
+        text: dict[int, str] = dict(available)
+        depth: dict[int, int] = {}
+        lines = [f"def {name}({arguments}):"]
+        for k in nodes:
+            text[k] = self._expression(k, text)
+            depth[k] = 1 + max((depth.get(a, 0) for a in self.tape.arguments(k)), default=0)
+            leaf = not self._computes(self.tape.operations[k])
+            if not leaf and (uses[k] > 1 or depth[k] > _DEEPEST_NESTING):
+                lines.append(f"    v{k} = {text[k]}")
+                text[k] = f"v{k}"
+                depth[k] = 0
+        lines.append(f"    return [{', '.join(text[k] for k in roots)}]\n")
+        return "\n".join(lines)
+
+    def _needed(self, roots: list[int], available: dict[int, str]) -> list[int]:
+        """Nodes to write for `roots`, in order, stopping at what is `available`."""
+        needed = {k for k in roots if k not in available}
+        for k in range(max(needed, default=-1), -1, -1):
+            if k in needed:
+                needed.update(a for a in self.tape.arguments(k) if a not in available)
+        return sorted(needed)
+
+    def _expression(self, k: int, text: dict[int, str]) -> str:
+        kind, *arguments = self.tape.operations[k]
+        if kind == "constant":
+            return repr(arguments[0]) if arguments[0] >= 0 else f"({arguments[0]!r})"
+        if kind == "symbol":
+            return self.where[arguments[0]]
+        if kind == "neg":
+            return f"(-{text[arguments[0]]})"
+        if kind in _BINARY:
+            return f"({text[arguments[0]]} {_BINARY[kind]} {text[arguments[1]]})"
+        return f"{_CALLS.get(kind, kind)}({', '.join(text[a] for a in arguments)})"

@@ -1,0 +1,103 @@
+"""Units: FMI's base-unit exponents and the factor to SI, from a unit's text.
+
+Grammar: factors joined by ``.`` ``*`` or ``·``, at most one ``/`` (all after it divides), an
+exponent as ``m2``, ``m^2`` or ``m²``; ``1`` is no unit. Prefixes k, M, G, m, c, µ.
+Source of the factors: the SI brochure, 9th edition.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from functools import cache
+
+BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
+_PREFIXES = {"k": 1e3, "M": 1e6, "G": 1e9, "m": 1e-3, "c": 1e-2, "µ": 1e-6, "u": 1e-6}
+_SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
+_FACTOR = re.compile(r"([A-Za-zµ°%]+)\^?(-?\d+)?$")
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit: SI value = `factor` × value in this unit. Exponents follow BASE_UNITS."""
+
+    text: str
+    exponents: tuple[int, ...]
+    factor: float = 1.0
+
+    def same_dimension(self, other: Unit) -> bool:
+        return self.exponents == other.exponents
+
+    @property
+    def si_text(self) -> str:
+        """The coherent SI unit of the same dimension, spelled in base units."""
+        up = [_power(b, e) for b, e in zip(BASE_UNITS, self.exponents, strict=True) if e > 0]
+        down = [_power(b, -e) for b, e in zip(BASE_UNITS, self.exponents, strict=True) if e < 0]
+        return (
+            (".".join(up) or "1")
+            + (f"/({'.'.join(down)})" if len(down) > 1 else "")
+            + (f"/{down[0]}" if len(down) == 1 else "")
+        )
+
+
+def _power(base: str, exponent: int) -> str:
+    return base if exponent == 1 else f"{base}{exponent}"
+
+
+def _exponents(**powers: int) -> tuple[int, ...]:
+    return tuple(powers.get(base, 0) for base in BASE_UNITS)
+
+
+_NAMED: dict[str, tuple[tuple[int, ...], float]] = {
+    **{base: (_exponents(**{base: 1}), 1.0) for base in BASE_UNITS},
+    "g": (_exponents(kg=1), 1e-3),
+    "t": (_exponents(kg=1), 1e3),
+    "N": (_exponents(kg=1, m=1, s=-2), 1.0),
+    "Pa": (_exponents(kg=1, m=-1, s=-2), 1.0),
+    "J": (_exponents(kg=1, m=2, s=-2), 1.0),
+    "W": (_exponents(kg=1, m=2, s=-3), 1.0),
+    "Hz": (_exponents(s=-1), 1.0),
+    "V": (_exponents(kg=1, m=2, s=-3, A=-1), 1.0),
+    "C": (_exponents(A=1, s=1), 1.0),
+    "min": (_exponents(s=1), 60.0),
+    "h": (_exponents(s=1), 3600.0),
+    "deg": (_exponents(rad=1), math.pi / 180),
+    "°": (_exponents(rad=1), math.pi / 180),
+    "rev": (_exponents(rad=1), 2 * math.pi),
+    "rpm": (_exponents(rad=1, s=-1), 2 * math.pi / 60),
+    "kn": (_exponents(m=1, s=-1), 1852 / 3600),
+    "%": (_exponents(), 0.01),
+}
+
+
+@cache
+def parse_unit(text: str) -> Unit:
+    """The unit that `text` names; ValueError with the part that is not understood."""
+    exponents = [0] * len(BASE_UNITS)
+    factor = 1.0
+    upper, *lower = text.translate(_SUPERSCRIPTS).replace("·", ".").replace("*", ".").split("/")
+    if len(lower) > 1:
+        raise ValueError(f"unit {text!r}: more than one '/'; write m/(s.kg) as m/s.kg")
+    for part, direction in ((upper, 1), (lower[0] if lower else "1", -1)):
+        for piece in part.strip("() ").split("."):
+            if piece.strip() == "1":
+                continue
+            powers, scale = _factor(piece.strip(), text)
+            factor *= scale**direction
+            exponents = [e + direction * p for e, p in zip(exponents, powers, strict=True)]
+    return Unit(text, tuple(exponents), factor)
+
+
+def _factor(piece: str, text: str) -> tuple[tuple[int, ...], float]:
+    match = _FACTOR.match(piece)
+    if not match:
+        raise ValueError(f"unit {text!r}: {piece!r} is not a unit")
+    symbol, power = match[1], int(match[2] or 1)
+    scale = 1.0
+    if symbol not in _NAMED and symbol[0] in _PREFIXES and symbol[1:] in _NAMED:
+        scale, symbol = _PREFIXES[symbol[0]], symbol[1:]
+    if symbol not in _NAMED:
+        raise ValueError(f"unit {text!r}: {symbol!r} is not a unit known here")
+    powers, own = _NAMED[symbol]
+    return tuple(power * e for e in powers), (scale * own) ** power
