@@ -101,6 +101,11 @@ def write_archive(files: Mapping[str, bytes], path: Path) -> None:
         raise
 
 
+def binary_path(platform: str) -> Path:
+    """PythonFMU's binary for an FMI platform name such as "linux64"."""
+    return _pythonfmu_folder() / "resources" / "binaries" / platform / BINARIES[platform]
+
+
 def _xml(description: ModelDescription, identifier: str, *, guid: str) -> bytes:
     return model_description_xml(
         description, model_identifier=identifier, guid=guid, needs_python=True
@@ -140,12 +145,10 @@ def _pythonfmu_files() -> dict[str, bytes]:
 
 
 def _binaries(identifier: str) -> dict[str, bytes]:
-    folder = _pythonfmu_folder() / "resources" / "binaries"
+    paths = {platform: binary_path(platform) for platform in BINARIES}
     return {
-        f"binaries/{platform}/{identifier}{Path(library).suffix}": (
-            folder / platform / library
-        ).read_bytes()
-        for platform, library in BINARIES.items()
+        f"binaries/{platform}/{identifier}{path.suffix}": path.read_bytes()
+        for platform, path in paths.items()
     }
 
 

@@ -14,6 +14,8 @@ from m4e_fmi.model.elements import (
     PointForce,
     TensionDamper,
     TensionSpring,
+    TorsionDamper,
+    TorsionSpring,
 )
 from m4e_fmi.model.model import Model
 from m4e_fmi.model.yaml import load_model
@@ -29,5 +31,7 @@ __all__ = [
     "PointForce",
     "TensionDamper",
     "TensionSpring",
+    "TorsionDamper",
+    "TorsionSpring",
     "load_model",
 ]

@@ -144,10 +144,13 @@ def _load_findings(at: Location, load: Any, names: Names) -> Iterator[Finding]:
     elif isinstance(load, PointForce):
         yield from _reference((*at, "point"), load.point, names.points, "points")
     else:
-        for index, point in enumerate(load.points):
-            yield from _reference((*at, "points", index), point, names.points, "points")
-        if load.points[0] == load.points[1]:
-            yield Finding((*at, "points"), "both ends are the same point", "name two points")
+        field = "points" if hasattr(load, "points") else "bodies"
+        known_ends = names.points if field == "points" else names.bodies | {GROUND}
+        ends = getattr(load, field)
+        for index, end in enumerate(ends):
+            yield from _reference((*at, field, index), end, known_ends, field)
+        if ends[0] == ends[1]:
+            yield Finding((*at, field), f"both ends are {ends[0]!r}", f"name two {field}")
     yield from _quantities(at, load, known)
 
 

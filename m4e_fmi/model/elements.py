@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, get_args
 
 from m4e_fmi.model.expression import Expression, Values, as_expression
 from m4e_fmi.units import parse_unit
@@ -142,7 +142,31 @@ class BodyForce:
     vectors: ClassVar = ("force",)
 
 
-Load = TensionSpring | TensionDamper | PointForce | BodyForce
-LOAD_TYPES: dict[str, type[Load]] = {
-    kind.type: kind for kind in (TensionSpring, TensionDamper, PointForce, BodyForce)
-}
+@dataclass(frozen=True)
+class TorsionSpring:
+    """Moment stiffness·(θ₂ − θ₁ − angle) [N·m] on the first body, the opposite on the second.
+
+    θ are absolute angles about +Y, 0 for the ground; `angle` is θ₂ − θ₁ where the spring rests.
+    """
+
+    bodies: tuple[str, str]
+    stiffness: Quantity
+    angle: Quantity = 0.0
+
+    type: ClassVar = "torsion_spring"
+    scalars: ClassVar = {"stiffness": "N.m/rad", "angle": "rad"}
+
+
+@dataclass(frozen=True)
+class TorsionDamper:
+    """Moment damping·(ω₂ − ω₁) [N·m] on the first body, the opposite on the second."""
+
+    bodies: tuple[str, str]
+    damping: Quantity
+
+    type: ClassVar = "torsion_damper"
+    scalars: ClassVar = {"damping": "N.m.s/rad"}
+
+
+Load = TensionSpring | TensionDamper | TorsionSpring | TorsionDamper | PointForce | BodyForce
+LOAD_TYPES: dict[str, type[Load]] = {kind.type: kind for kind in get_args(Load)}

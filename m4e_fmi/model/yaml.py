@@ -68,6 +68,19 @@ class TensionDamperSection(Section):
     damping: Quantity
 
 
+class TorsionSpringSection(Section):
+    type: Literal["torsion_spring"]
+    bodies: tuple[str, str]
+    stiffness: Quantity
+    angle: Quantity = 0.0
+
+
+class TorsionDamperSection(Section):
+    type: Literal["torsion_damper"]
+    bodies: tuple[str, str]
+    damping: Quantity
+
+
 class PointForceSection(Section):
     type: Literal["point_force"]
     point: str
@@ -82,7 +95,12 @@ class BodyForceSection(Section):
 
 
 LoadSection = Annotated[
-    TensionSpringSection | TensionDamperSection | PointForceSection | BodyForceSection,
+    TensionSpringSection
+    | TensionDamperSection
+    | TorsionSpringSection
+    | TorsionDamperSection
+    | PointForceSection
+    | BodyForceSection,
     Field(discriminator="type"),
 ]
 

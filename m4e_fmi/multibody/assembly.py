@@ -19,11 +19,13 @@ from m4e_fmi.model.expression import Values
 from m4e_fmi.multibody.kinematics import GROUND_FRAME, Arm, Frame, frames
 from m4e_fmi.multibody.loads import actions, potential
 from m4e_fmi.multibody.planar import Pair, added, moment, scaled
-from m4e_fmi.multibody.topology import Topology
+from m4e_fmi.multibody.topology import Link, Topology
 from m4e_fmi.program.tape import Scalar
 
 Wrench = tuple[Any, Any, Any]
 Matrix = list[list[Any]]
+Blocks = dict[tuple[int, int], Matrix]
+"""3×3 blocks of an inertia matrix by pair of links; a pair without one has none."""
 
 
 @dataclass(frozen=True)
@@ -58,44 +60,69 @@ class Assembly:
     potential: Any
 
 
+@dataclass(frozen=True)
+class _Motion:
+    """A model in motion: its frames and points, and the scalars of its quantities."""
+
+    model: Model
+    tree: Topology
+    frames: list[Frame]
+    points: dict[str, Arm]
+    values: Values
+
+    def frame(self, body: str) -> Frame:
+        return GROUND_FRAME if body == GROUND else self.frames[self.tree.index(body)]
+
+    def of_body(self, link: Link, field: str) -> Any:
+        return quantity(self.model.bodies[link.body], field).evaluate(self.values)
+
+    @property
+    def gravity(self) -> Any:
+        return quantity(self.model, "gravity").evaluate(self.values)
+
+
 def assemble(model: Model, tree: Topology, scalars: Scalars) -> Assembly:
     """Assemble the equations of `model` over `scalars`."""
     values = Values({**scalars.parameters, "t": scalars.time}, number=scalars.number)
-    bodies = frames(tree, scalars.q, scalars.u, values)
-    points = {
-        name: _frame(tree, bodies, point.body).arm(_at(point, values))
-        for name, point in model.points.items()
-    }
-    inertia = _inertia(model, tree, values, scalars.added_mass)
-    wrenches = _wrenches(model, tree, scalars, points, values)
-    size = len(tree.coordinate_names)
+    motion = _Motion(model, tree, frames(tree, scalars.q, scalars.u, values), {}, values)
+    for name, point in model.points.items():
+        x, z = (part.evaluate(values) for part in vector(point, "at"))
+        motion.points[name] = motion.frame(point.body).arm((x, z))
+    inertia = _inertia(motion, scalars.added_mass)
+    wrenches = _wrenches(motion, scalars)
+    mass_matrix, forcing = _projected(motion, inertia, wrenches, scalars.u)
+    _add_efforts(tree, scalars.effort, forcing)
+    return Assembly(
+        frames=motion.frames,
+        points=motion.points,
+        mass_matrix=mass_matrix,
+        forcing=forcing,
+        kinetic=_kinetic(motion.frames, inertia),
+        potential=_potential(motion),
+    )
+
+
+def _projected(
+    motion: _Motion, inertia: Blocks, wrenches: list[list[Any]], u: Sequence[Any]
+) -> tuple[Matrix, list[Any]]:
+    """Bᵀ(𝓜 + A)B and Bᵀ(g − (𝓜 + A)Ḃu)."""
+    size = len(u)
     mass_matrix: Matrix = [[0] * size for _ in range(size)]
     forcing: list[Any] = [0] * size
-    rows = [_rows(frame) for frame in bodies]
-    bias = [_bias(frame, scalars.u) for frame in bodies]
+    rows = [_rows(frame) for frame in motion.frames]
+    bias = [_bias(frame, u) for frame in motion.frames]
+    remaining = [list(wrench) for wrench in wrenches]
     for (i, j), block in inertia.items():
         for a in range(3):
             for b in range(3):
-                _add_product(mass_matrix, rows[i][a], block[a][b], rows[j][b])
-    for i, wrench in enumerate(wrenches):
+                if not _is_zero(block[a][b]):
+                    _add_product(mass_matrix, rows[i][a], block[a][b], rows[j][b])
+                    remaining[i][a] = remaining[i][a] - block[a][b] * bias[j][b]
+    for force, row in zip(remaining, rows, strict=True):
         for a in range(3):
-            force = wrench[a]
-            for (row, j), block in inertia.items():
-                if row == i:
-                    for b in range(3):
-                        force = force - block[a][b] * bias[j][b]
-            for k, column in rows[i][a].items():
-                forcing[k] = forcing[k] + column * force
-    _add_efforts(tree, scalars.effort, forcing)
-    kinetic = _kinetic(bodies, inertia)
-    return Assembly(
-        bodies,
-        points,
-        mass_matrix,
-        forcing,
-        kinetic,
-        _potential(model, tree, bodies, points, values),
-    )
+            for k, column in row[a].items():
+                forcing[k] = forcing[k] + column * force[a]
+    return mass_matrix, forcing
 
 
 def _add_efforts(tree: Topology, effort: Mapping[str, Any], forcing: list[Any]) -> None:
@@ -150,15 +177,6 @@ def _is_zero(value: Any) -> bool:
     return isinstance(value, int) and value == 0
 
 
-def _at(point: Any, values: Values) -> Pair:
-    x, z = (part.evaluate(values) for part in vector(point, "at"))
-    return x, z
-
-
-def _frame(tree: Topology, bodies: list[Frame], name: str) -> Frame:
-    return GROUND_FRAME if name == GROUND else bodies[tree.index(name)]
-
-
 def _rows(frame: Frame) -> tuple[dict[int, Any], dict[int, Any], dict[int, Any]]:
     """The three rows of B of one body: v_x, v_z, ω; column → entry."""
     turning = {frame.angle_index: 1} if frame.angle_index >= 0 else {}
@@ -175,16 +193,14 @@ def _bias(frame: Frame, u: Sequence[Any]) -> Wrench:
     return (*total, 0)
 
 
-def _inertia(
-    model: Model, tree: Topology, values: Values, added_mass: Matrix
-) -> dict[tuple[int, int], Matrix]:
-    """Blocks (3×3) of 𝓜 + A by pair of links; pairs without a block have none."""
-    blocks: dict[tuple[int, int], Matrix] = {}
-    for i, link in enumerate(tree.links):
-        body = model.bodies[link.body]
-        m, inertia = (quantity(body, name).evaluate(values) for name in ("mass", "inertia"))
+def _inertia(motion: _Motion, added_mass: Matrix) -> Blocks:
+    """Blocks of 𝓜 + A."""
+    blocks: Blocks = {}
+    links = motion.tree.links
+    for i, link in enumerate(links):
+        m, inertia = motion.of_body(link, "mass"), motion.of_body(link, "inertia")
         blocks[i, i] = [[m, 0, 0], [0, m, 0], [0, 0, inertia]]
-    wet = [i for i, link in enumerate(tree.links) if model.bodies[link.body].added_mass]
+    wet = [i for i, link in enumerate(links) if motion.model.bodies[link.body].added_mass]
     for first, i in enumerate(wet):
         for second, j in enumerate(wet):
             block = blocks.setdefault((i, j), [[0] * 3 for _ in range(3)])
@@ -196,48 +212,39 @@ def _inertia(
 
 def _add_product(matrix: Matrix, left: dict[int, Any], factor: Any, right: dict[int, Any]) -> None:
     """matrix += leftᵀ · factor · right, for sparse rows."""
-    if _is_zero(factor):
-        return
     for i, a in left.items():
         for j, b in right.items():
             matrix[i][j] = matrix[i][j] + a * factor * b
 
 
-def _wrenches(
-    model: Model,
-    tree: Topology,
-    scalars: Scalars,
-    points: dict[str, Arm],
-    values: Values,
-) -> list[list[Any]]:
+def _wrenches(motion: _Motion, scalars: Scalars) -> list[list[Any]]:
     """Sum (F_x, F_z, M_y) of gravity, loads and outside forces on each link, about its CG."""
-    total: list[list[Any]] = [list(scalars.body_wrench.get(k.body, (0, 0, 0))) for k in tree.links]
-    gravity = quantity(model, "gravity").evaluate(values)
-    for i, link in enumerate(tree.links):
-        mass = quantity(model.bodies[link.body], "mass").evaluate(values)
-        total[i][1] = total[i][1] - mass * gravity
+    index, links = motion.tree.index, motion.tree.links
+    total: list[list[Any]] = [list(scalars.body_wrench.get(k.body, (0, 0, 0))) for k in links]
 
-    def push(point: str, force: Pair) -> None:
-        i = tree.index(model.points[point].body)
-        if i >= 0:
-            total[i][0] = total[i][0] + force[0]
-            total[i][1] = total[i][1] + force[1]
-            total[i][2] = total[i][2] + moment(points[point].arm, force)
+    def push(i: int, force: Pair, torque: Any) -> None:
+        if i >= 0:  # the ground takes what it gets
+            parts = (*force, torque)
+            total[i] = [old + new for old, new in zip(total[i], parts, strict=True)]
 
+    def push_point(name: str, force: Pair) -> None:
+        body = motion.model.points[name].body
+        push(index(body), force, moment(motion.points[name].arm, force))
+
+    for i, link in enumerate(links):
+        push(i, (0, -motion.of_body(link, "mass") * motion.gravity), 0)
     for name, force in scalars.point_force.items():
-        push(name, force)
-    for load in model.loads.values():
-        for action in actions(load, points, values):
+        push_point(name, force)
+    for load in motion.model.loads.values():
+        for action in actions(load, motion.frame, motion.points, motion.values):
             if action.point:
-                push(action.point, action.force)
+                push_point(action.point, action.force)
             else:
-                i = tree.index(action.body)
-                parts = (*action.force, action.moment)
-                total[i] = [old + new for old, new in zip(total[i], parts, strict=True)]
+                push(index(action.body), action.force, action.moment)
     return total
 
 
-def _kinetic(bodies: list[Frame], inertia: dict[tuple[int, int], Matrix]) -> Any:
+def _kinetic(bodies: list[Frame], inertia: Blocks) -> Any:
     """½ vᵀ(𝓜 + A)v."""
     velocity = [(*frame.velocity, frame.omega) for frame in bodies]
     total: Any = 0
@@ -248,19 +255,11 @@ def _kinetic(bodies: list[Frame], inertia: dict[tuple[int, int], Matrix]) -> Any
     return total / 2
 
 
-def _potential(
-    model: Model,
-    tree: Topology,
-    bodies: list[Frame],
-    points: dict[str, Arm],
-    values: Values,
-) -> Any:
+def _potential(motion: _Motion) -> Any:
     """Potential energy of gravity (zero at Z = 0) and of the springs."""
-    gravity = quantity(model, "gravity").evaluate(values)
     total: Any = 0
-    for link, frame in zip(tree.links, bodies, strict=True):
-        mass = quantity(model.bodies[link.body], "mass").evaluate(values)
-        total = total + mass * gravity * frame.position[1]
-    for load in model.loads.values():
-        total = total + potential(load, points, values)
+    for link, frame in zip(motion.tree.links, motion.frames, strict=True):
+        total = total + motion.of_body(link, "mass") * motion.gravity * frame.position[1]
+    for load in motion.model.loads.values():
+        total = total + potential(load, motion.frame, motion.points, motion.values)
     return total

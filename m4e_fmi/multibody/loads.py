@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from m4e_fmi.model import BodyForce, Model, PointForce, TensionDamper, TensionSpring
+from m4e_fmi.model import (
+    BodyForce,
+    PointForce,
+    TensionSpring,
+    TorsionDamper,
+    TorsionSpring,
+)
 from m4e_fmi.model.elements import Load, quantity, vector
 from m4e_fmi.model.expression import Values
-from m4e_fmi.multibody.kinematics import Arm
+from m4e_fmi.multibody.kinematics import Arm, Frame
 from m4e_fmi.multibody.planar import Pair, added, dot, scaled
 from m4e_fmi.program import sqrt
 
@@ -24,45 +30,55 @@ class Action:
     moment: Any = 0
 
 
-def actions(load: Load, points: Mapping[str, Arm], values: Values) -> list[Action]:
-    """The forces that `load` exerts, for points in motion and named `values` (parameters, t)."""
+Bodies = Callable[[str], Frame]
+"""The frame of a body by its name, ground included."""
+
+
+def actions(load: Load, bodies: Bodies, points: Mapping[str, Arm], values: Values) -> list[Action]:
+    """The forces that `load` exerts; `values` holds the parameters and the time t."""
     if isinstance(load, BodyForce):
         x, z = (part.evaluate(values) for part in vector(load, "force"))
         return [Action((x, z), body=load.body, moment=quantity(load, "moment").evaluate(values))]
     if isinstance(load, PointForce):
         x, z = (part.evaluate(values) for part in vector(load, "force"))
         return [Action((x, z), point=load.point)]
-    first, second = (points[name] for name in load.points)
-    line = added(second.position, scaled(-1, first.position))
-    length = sqrt(dot(line, line))
-    direction = (line[0] / length, line[1] / length)
+    if isinstance(load, TorsionSpring | TorsionDamper):
+        first, second = (bodies(name) for name in load.bodies)
+        if isinstance(load, TorsionSpring):
+            twist = second.angle - first.angle - quantity(load, "angle").evaluate(values)
+            torque = quantity(load, "stiffness").evaluate(values) * twist
+        else:
+            rate = second.omega - first.omega
+            torque = quantity(load, "damping").evaluate(values) * rate
+        ends = zip(load.bodies, (torque, -torque), strict=True)
+        return [Action((0, 0), body=body, moment=part) for body, part in ends]
+    start, end = (points[name] for name in load.points)
+    length, direction = _line(start, end)
     if isinstance(load, TensionSpring):
         stretch = length - quantity(load, "length").evaluate(values)
         tension = quantity(load, "stiffness").evaluate(values) * stretch
     else:
-        assert isinstance(load, TensionDamper)
-        relative = added(second.velocity, scaled(-1, first.velocity))
+        relative = added(end.velocity, scaled(-1, start.velocity))
         tension = quantity(load, "damping").evaluate(values) * dot(relative, direction)
     pull = scaled(tension, direction)
     return [Action(pull, point=load.points[0]), Action(scaled(-1, pull), point=load.points[1])]
 
 
-def potential(load: Load, points: Mapping[str, Arm], values: Values) -> Any:
-    """Potential energy [J] of a load: ½ k (l − l₀)² of a spring, 0 of all others."""
-    if not isinstance(load, TensionSpring):
+def potential(load: Load, bodies: Bodies, points: Mapping[str, Arm], values: Values) -> Any:
+    """Potential energy [J] of a load: ½ k e² of a spring with extension or twist e, else 0."""
+    if isinstance(load, TensionSpring):
+        length, _ = _line(*(points[name] for name in load.points))
+        extension = length - quantity(load, "length").evaluate(values)
+    elif isinstance(load, TorsionSpring):
+        first, second = (bodies(name) for name in load.bodies)
+        extension = second.angle - first.angle - quantity(load, "angle").evaluate(values)
+    else:
         return 0
-    first, second = (points[name] for name in load.points)
-    line = added(second.position, scaled(-1, first.position))
-    stretch = sqrt(dot(line, line)) - quantity(load, "length").evaluate(values)
-    return quantity(load, "stiffness").evaluate(values) * stretch * stretch / 2
+    return quantity(load, "stiffness").evaluate(values) * extension * extension / 2
 
 
-def load_points(model: Model) -> set[str]:
-    """Names of the points that loads refer to."""
-    names: set[str] = set()
-    for load in model.loads.values():
-        if isinstance(load, PointForce):
-            names.add(load.point)
-        elif isinstance(load, TensionSpring | TensionDamper):
-            names.update(load.points)
-    return names
+def _line(start: Arm, end: Arm) -> tuple[Any, Pair]:
+    """Distance of two points, and the unit vector from the first to the second."""
+    line = added(end.position, scaled(-1, start.position))
+    length = sqrt(dot(line, line))
+    return length, (line[0] / length, line[1] / length)

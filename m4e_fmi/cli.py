@@ -1,0 +1,289 @@
+"""The command `m4e-fmi`. Exit codes: 0 done, 1 the work failed, 2 wrong input or usage."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import m4e_fmi
+from m4e_fmi.errors import InputError, M4eError, RunError
+
+EXIT_FAILED = 1
+EXIT_USAGE = 2
+EXIT_INTERRUPTED = 130
+BUILD_FOLDER = "build"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; returns the exit code."""
+    options = _parser().parse_args(arguments)
+    try:
+        return options.command(options) or 0
+    except InputError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return EXIT_USAGE
+    except RunError as error:
+        print(f"failed: {error}", file=sys.stderr)
+        return EXIT_FAILED
+    except M4eError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return EXIT_FAILED
+    except KeyboardInterrupt:
+        print("interrupted", file=sys.stderr)
+        return EXIT_INTERRUPTED
+    except BrokenPipeError:
+        sys.stderr.close()  # the reader of our output has left: nothing to tell it
+        return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="m4e-fmi",
+        description="Multibody equations of motion, FMUs of them, and coupled simulation.",
+        epilog="Each command has its own --help.",
+    )
+    parser.add_argument("--version", action="version", version=f"m4e_fmi {m4e_fmi.__version__}")
+    commands = parser.add_subparsers(metavar="COMMAND", required=True)
+    _add_equations(commands)
+    _add_simulate(commands)
+    _add_build(commands)
+    _add_info(commands)
+    _add_validate(commands)
+    _add_run(commands)
+    _add_doctor(commands)
+    return parser
+
+
+def _add_equations(commands: argparse._SubParsersAction) -> None:
+    command = commands.add_parser("equations", help="print a model's equations of motion")
+    command.add_argument("model", type=Path, help="a *.model.yaml file")
+    command.add_argument("--latex", action="store_true", help="as LaTeX instead of text")
+    command.set_defaults(command=_equations)
+
+
+def _equations(options: argparse.Namespace) -> None:
+    from m4e_fmi.model import load_model
+    from m4e_fmi.multibody import Equations
+
+    print(Equations(load_model(options.model)).text(latex=options.latex))
+
+
+def _add_simulate(commands: argparse._SubParsersAction) -> None:
+    command = commands.add_parser("simulate", help="simulate one model in this process")
+    command.add_argument("model", type=Path, help="a *.model.yaml file")
+    command.add_argument("--stop-time", type=float, default=10.0, metavar="S", help="default 10 s")
+    command.add_argument(
+        "--output-interval", type=float, default=0.01, metavar="S", help="default 0.01 s"
+    )
+    command.add_argument("--tolerance", type=float, default=1e-8, help="default 1e-8")
+    _add_start_values(command, "NAME")
+    _add_output_file(command)
+    command.set_defaults(command=_simulate)
+
+
+def _simulate(options: argparse.Namespace) -> None:
+    from m4e_fmi.multibody import model_program
+    from m4e_fmi.report import progress_bar, simulation_summary, write_simulation
+    from m4e_fmi.simulate import simulate
+
+    program = model_program(options.model)
+    with progress_bar(options.stop_time) as progress:
+        result = simulate(
+            program,
+            stop_time=options.stop_time,
+            output_interval=options.output_interval,
+            start_values=_start_values(options),
+            tolerance=options.tolerance,
+            progress=progress,
+        )
+    files = write_simulation(result, _output_file(options, program.name))
+    print(simulation_summary(result))
+    _print_files(files)
+
+
+def _add_build(commands: argparse._SubParsersAction) -> None:
+    command = commands.add_parser("build", help="build the FMU of a model, or all of a system")
+    command.add_argument("source", type=Path, help="a *.model.yaml or system file")
+    _add_build_folder(command)
+    command.set_defaults(command=_build)
+
+
+def _build(options: argparse.Namespace) -> None:
+    from m4e_fmi.fmu import build_fmu
+
+    if _is_system(options.source):
+        from m4e_fmi.cosim import System, build_components
+
+        system = System.load(options.source)
+        _print_files(build_components(system, options.build_folder, progress=_say).values())
+        return
+    from m4e_fmi.multibody import model_program
+
+    program = model_program(options.source)
+    _print_files([build_fmu(program, options.build_folder / f"{program.name}.fmu")])
+
+
+def _add_info(commands: argparse._SubParsersAction) -> None:
+    command = commands.add_parser("info", help="show what is in a model, a system or an FMU")
+    command.add_argument("source", type=Path, help="a *.model.yaml, system or .fmu file")
+    _add_build_folder(command)
+    command.set_defaults(command=_info)
+
+
+def _info(options: argparse.Namespace) -> None:
+    from m4e_fmi.report import fmu_text
+
+    if options.source.suffix == ".fmu":
+        print(fmu_text(options.source))
+    elif _is_system(options.source):
+        from m4e_fmi.cosim import System, describe_system
+
+        print(describe_system(System.load(options.source), options.build_folder, progress=_say))
+    else:
+        from m4e_fmi.multibody import model_program
+
+        print(model_program(options.source))
+
+
+def _add_validate(commands: argparse._SubParsersAction) -> None:
+    command = commands.add_parser("validate", help="check FMUs: archive, description, first steps")
+    command.add_argument("fmus", type=Path, nargs="+", metavar="FMU")
+    command.add_argument("--json", action="store_true", help="print findings as JSON")
+    command.set_defaults(command=_validate)
+
+
+def _validate(options: argparse.Namespace) -> int:
+    import json
+
+    from m4e_fmi.cosim import validate_fmu_file
+
+    found = {str(path): validate_fmu_file(path) for path in options.fmus}
+    if options.json:
+        print(json.dumps(found, indent=2))
+    else:
+        for path, findings in found.items():
+            print(f"{path}: {'no finding' if not findings else f'{len(findings)} findings'}")
+            for finding in findings:
+                print(f"  {finding}")
+    return EXIT_FAILED if any(found.values()) else 0
+
+
+def _add_run(commands: argparse._SubParsersAction) -> None:
+    command = commands.add_parser("run", help="co-simulate a system of FMUs")
+    command.add_argument("system", type=Path, help="a system file (YAML)")
+    for flag, text in (
+        ("--stop-time", "end of the run"),
+        ("--step-size", "time between communication points"),
+        ("--output-interval", "time between rows of the results"),
+    ):
+        command.add_argument(flag, type=float, metavar="S", help=f"{text}; default: as in the file")
+    command.add_argument("--algorithm", help="gauss_seidel or jacobi; default: as in the file")
+    _add_start_values(command, "COMPONENT.VARIABLE")
+    _add_output_file(command)
+    _add_build_folder(command)
+    command.set_defaults(command=_run)
+
+
+def _run(options: argparse.Namespace) -> None:
+    from m4e_fmi.cosim import System, run
+    from m4e_fmi.report import plot_run, progress_bar, run_summary
+
+    system = System.load(options.system).changed(
+        stop_time=options.stop_time,
+        step_size=options.step_size,
+        output_interval=options.output_interval,
+        algorithm=options.algorithm,
+        start_values=_start_values(options),
+    )
+    output = _output_file(options, system.name)
+    print(f"{system.name}: {len(system.components)} components → {output}", flush=True)
+    span = system.simulation.stop_time
+    with progress_bar(span, start=system.simulation.start_time) as progress:
+        outcome = run(
+            system, output, build_folder=options.build_folder, say=_say, progress=progress
+        )
+    picture = plot_run(output, output.with_suffix(".png"))
+    print(run_summary(output, outcome))
+    _print_files([output, picture])
+
+
+def _add_doctor(commands: argparse._SubParsersAction) -> None:
+    command = commands.add_parser("doctor", help="what is installed here, and what is missing")
+    command.add_argument("--json", action="store_true", help="print findings as JSON")
+    command.set_defaults(command=_doctor)
+
+
+def _doctor(options: argparse.Namespace) -> int:
+    import json
+
+    from m4e_fmi import doctor
+
+    findings = doctor.examine()
+    print(
+        json.dumps(doctor.as_json(findings), indent=2) if options.json else doctor.report(findings)
+    )
+    return EXIT_FAILED if any(f.needed and not f.ok for f in findings) else 0
+
+
+def _add_start_values(command: argparse.ArgumentParser, name: str) -> None:
+    command.add_argument(
+        "--start-value",
+        nargs=2,
+        action="append",
+        default=[],
+        metavar=(name, "VALUE"),
+        help="set a parameter, input or state at the start; may be given again",
+    )
+
+
+def _add_output_file(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "--output-file", type=Path, metavar="FILE", help="results (.nc); default build/NAME.nc"
+    )
+
+
+def _add_build_folder(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "--build-folder",
+        type=Path,
+        default=Path(BUILD_FOLDER),
+        metavar="DIR",
+        help="default build/",
+    )
+
+
+def _start_values(options: argparse.Namespace) -> dict[str, float]:
+    values = {}
+    for name, text in options.start_value:
+        try:
+            values[name] = float(text)
+        except ValueError:
+            message = f"--start-value {name} {text}: {text!r} is not a number"
+            raise InputError.single(message) from None
+    return values
+
+
+def _output_file(options: argparse.Namespace, name: str) -> Path:
+    return options.output_file or Path(BUILD_FOLDER) / f"{name}.nc"
+
+
+def _is_system(path: Path) -> bool:
+    """Whether a YAML file describes a system rather than a model."""
+    from m4e_fmi.document import Document
+
+    return "components" in Document.load(path).data
+
+
+def _say(text: str) -> None:
+    print(text, flush=True)
+
+
+def _print_files(paths: object) -> None:
+    for path in paths:  # type: ignore[attr-defined]
+        print(f"wrote {path}")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

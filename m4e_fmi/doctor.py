@@ -1,0 +1,145 @@
+"""`m4e-fmi doctor`: what is installed, what works here, and what to do about the rest."""
+
+from __future__ import annotations
+
+import importlib
+import platform
+import shutil
+import sys
+import tempfile
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from importlib.metadata import PackageNotFoundError, entry_points, requires, version
+from pathlib import Path
+
+ADAPTER_GROUP = "m4e_fmi.adapters"
+KIND_GROUP = "m4e_fmi.fmus"
+OLDEST_GLIBC = (2, 32)  # what PythonFMU 0.7.0's Linux binary was linked against
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing looked at. `needed` things that are not `ok` make the doctor's exit code 1."""
+
+    what: str
+    ok: bool
+    detail: str
+    needed: bool = True
+
+
+def examine() -> list[Finding]:
+    """Everything the doctor looks at, in the order of a report."""
+    return [*_python(), *_packages(), *_compiler(), *_binaries(), *_temporary(), *_plugins()]
+
+
+def report(findings: list[Finding]) -> str:
+    """The findings as lines of text, one each."""
+    width = max(len(f.what) for f in findings)
+    mark = {True: "ok     ", False: "MISSING"}
+    lines = [
+        f"{mark[f.ok] if f.needed or f.ok else 'absent '}  {f.what:<{width}}  {f.detail}"
+        for f in findings
+    ]
+    missing = [f for f in findings if f.needed and not f.ok]
+    verdict = f"{len(missing)} of {len(findings)} need attention" if missing else "all is well"
+    return "\n".join([*lines, verdict])
+
+
+def as_json(findings: list[Finding]) -> list[dict]:
+    return [asdict(f) for f in findings]
+
+
+def _python() -> Iterator[Finding]:
+    good = (3, 11) <= sys.version_info[:2] < (3, 14)
+    text = f"{platform.python_version()} on {platform.system()} {platform.machine()}"
+    yield Finding("Python", good, text if good else f"{text}; install Python 3.11 to 3.13")
+
+
+def _packages() -> Iterator[Finding]:
+    try:
+        wanted = requires("m4e_fmi") or []
+    except PackageNotFoundError:
+        yield Finding("m4e_fmi", False, "not installed: pip install m4e_fmi, or make demo")
+        return
+    yield Finding("m4e_fmi", True, version("m4e_fmi"))
+    for requirement in wanted:
+        if "extra ==" in requirement:
+            continue
+        name = requirement.split(";")[0]
+        for character in "<>=!~ ":
+            name = name.split(character)[0]
+        try:
+            yield Finding(name, True, version(name))
+        except PackageNotFoundError:
+            yield Finding(name, False, f"pip install '{requirement}'")
+
+
+def _compiler() -> Iterator[Finding]:
+    found = next((c for c in ("cc", "gcc", "clang", "cl") if shutil.which(c)), None)
+    detail = str(shutil.which(found)) if found else "not needed to build or run FMUs"
+    yield Finding("C compiler", found is not None, detail, needed=False)
+
+
+def _binaries() -> Iterator[Finding]:
+    """Which platforms' binaries of our FMUs can be loaded by this machine."""
+    from m4e_fmi.fmu.build import BINARIES
+
+    here = _fmi_platform()
+    for name in BINARIES:
+        if name != here:
+            yield Finding(f"FMU binary {name}", True, f"packed into every FMU; runs on {name} only")
+            continue
+        problem = _load_problem(name)
+        yield Finding(f"FMU binary {name}", not problem, problem or "loads in this process")
+    if here not in BINARIES:
+        text = f"no Python FMU runs on {here}: use {' or '.join(BINARIES)}"
+        yield Finding(f"FMU binary {here}", False, text)
+
+
+def _fmi_platform() -> str:
+    system = {"Linux": "linux", "Windows": "win", "Darwin": "darwin"}.get(platform.system(), "?")
+    return f"{system}{'64' if sys.maxsize > 2**32 else '32'}"
+
+
+def _load_problem(name: str) -> str:
+    """Why the binary cannot be loaded here; empty if it can."""
+    import ctypes
+
+    from m4e_fmi.fmu.build import binary_path
+
+    if name.startswith("linux"):
+        library, release = platform.libc_ver()
+        if library == "glibc" and tuple(map(int, release.split("."))) < OLDEST_GLIBC:
+            return f"needs glibc {'.'.join(map(str, OLDEST_GLIBC))}, here is {release}"
+    try:
+        ctypes.CDLL(str(binary_path(name)))
+    except OSError as error:
+        return f"{error}; pip install --force-reinstall pythonfmu==0.7.0"
+    return ""
+
+
+def _temporary() -> Iterator[Finding]:
+    folder = Path(tempfile.gettempdir())
+    good = str(folder).isascii()
+    detail = str(folder) if good else f"{folder} is not ASCII: set TMPDIR to a folder that is"
+    yield Finding("temporary folder", good, detail)
+
+
+def _plugins() -> Iterator[Finding]:
+    for point in sorted(entry_points(group=KIND_GROUP), key=lambda p: p.name):
+        yield Finding(f"FMU kind {point.name}", *_importable(point.value))
+    for point in sorted(entry_points(group=ADAPTER_GROUP), key=lambda p: p.name):
+        ok, detail = _importable(point.value)
+        if not ok:
+            yield Finding(f"adapter {point.name}", ok, detail)
+            continue
+        for what, good, text in importlib.import_module(point.value).requirements():
+            yield Finding(f"{point.name}: {what}", good, text)
+
+
+def _importable(module: str) -> tuple[bool, str]:
+    try:
+        importlib.import_module(module)
+    except ImportError as error:
+        return False, f"{error}; reinstall the package that offers {module}"
+    return True, module
