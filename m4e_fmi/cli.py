@@ -114,10 +114,11 @@ def _build(options: argparse.Namespace) -> None:
     from m4e_fmi.fmu import build_fmu
 
     if _is_system(options.source):
-        from m4e_fmi.cosim import System, build_components
+        from m4e_fmi.cosim import System, fmu_files
 
-        system = System.load(options.source)
-        _print_files(build_components(system, options.build_folder, progress=_say).values())
+        files = fmu_files(System.load(options.source), options.build_folder, tell=_say)
+        for name, path in files.items():
+            print(f"{name}: {path}")
         return
     from m4e_fmi.multibody import model_program
 
@@ -138,9 +139,10 @@ def _info(options: argparse.Namespace) -> None:
     if options.source.suffix == ".fmu":
         print(fmu_text(options.source))
     elif _is_system(options.source):
-        from m4e_fmi.cosim import System, describe_system
+        from m4e_fmi.cosim import System, prepare
 
-        print(describe_system(System.load(options.source), options.build_folder, progress=_say))
+        system = System.load(options.source)
+        print(prepare(system, build_directory=options.build_folder, tell=_say))
     else:
         from m4e_fmi.multibody import model_program
 
@@ -187,25 +189,25 @@ def _add_run(commands: argparse._SubParsersAction) -> None:
 
 
 def _run(options: argparse.Namespace) -> None:
-    from m4e_fmi.cosim import System, run
+    from m4e_fmi.cosim import System, prepare, run
     from m4e_fmi.report import plot_run, progress_bar, run_summary
 
     system = System.load(options.system).changed(
+        start=_start_values(options),
         stop_time=options.stop_time,
         step_size=options.step_size,
         output_interval=options.output_interval,
         algorithm=options.algorithm,
-        start_values=_start_values(options),
     )
     output = _output_file(options, system.name)
-    print(f"{system.name}: {len(system.components)} components → {output}", flush=True)
-    span = system.simulation.stop_time
-    with progress_bar(span, start=system.simulation.start_time) as progress:
-        outcome = run(
-            system, output, build_folder=options.build_folder, say=_say, progress=progress
-        )
+    prepared = prepare(system, build_directory=options.build_folder, tell=_say)
+    count, links = len(system.components), len(prepared.wiring.links)
+    print(f"{system.name}: {count} FMUs, {links} connected variables", flush=True)
+    times = system.simulation
+    with progress_bar(times.stop_time, start=times.start_time) as progress:
+        outcome = run(prepared, results=output, progress=progress)
     picture = plot_run(output, output.with_suffix(".png"))
-    print(run_summary(output, outcome))
+    print(run_summary(outcome))
     _print_files([output, picture])
 
 

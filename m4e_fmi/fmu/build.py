@@ -9,7 +9,6 @@ gives the same bytes.
 from __future__ import annotations
 
 import hashlib
-import importlib.util
 import json
 import os
 import re
@@ -21,6 +20,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from m4e_fmi.errors import InputError
+from m4e_fmi.fmu.binaries import binaries, pythonfmu_folder
 from m4e_fmi.fmu.description import FmuVariable, ModelDescription, PythonSource
 from m4e_fmi.fmu.from_program import EMBEDDED, describe, python_slave
 from m4e_fmi.fmu.model_description import model_description_xml
@@ -28,7 +28,6 @@ from m4e_fmi.program import Program
 
 GUID_NAMESPACE = uuid.UUID("5c1f3a52-6a0e-5c1c-9a0b-6d34655f666d")
 EARLIEST_ZIP_DATE = (1980, 1, 1, 0, 0, 0)
-BINARIES = {"linux64": "libpythonfmu-export.so", "win64": "pythonfmu-export.dll"}
 HASH_LENGTH = 12
 
 _MAIN_SCRIPT = """from {package}.{module} import {base}
@@ -68,7 +67,7 @@ def fmu_files(source: PythonSource) -> dict[str, bytes]:
     resources["slavemodule.txt"] = stem.encode()
     resources |= _pythonfmu_files()
     files = {f"resources/{name}": content for name, content in resources.items()}
-    files |= _binaries(identifier)
+    files |= binaries(identifier)
     xml = _xml(description, identifier, guid="")
     guid = uuid.uuid5(GUID_NAMESPACE, _digest({**files, "xml": xml}, length=64))
     files["modelDescription.xml"] = _xml(description, identifier, guid=f"{{{guid}}}")
@@ -99,11 +98,6 @@ def write_archive(files: Mapping[str, bytes], path: Path) -> None:
     except BaseException:
         Path(temporary).unlink(missing_ok=True)
         raise
-
-
-def binary_path(platform: str) -> Path:
-    """PythonFMU's binary for an FMI platform name such as "linux64"."""
-    return _pythonfmu_folder() / "resources" / "binaries" / platform / BINARIES[platform]
 
 
 def _xml(description: ModelDescription, identifier: str, *, guid: str) -> bytes:
@@ -140,23 +134,8 @@ def _package_files(source: PythonSource, description: ModelDescription) -> dict[
 
 
 def _pythonfmu_files() -> dict[str, bytes]:
-    folder = _pythonfmu_folder()
+    folder = pythonfmu_folder()
     return {f"pythonfmu/{file.name}": file.read_bytes() for file in folder.glob("*.py")}
-
-
-def _binaries(identifier: str) -> dict[str, bytes]:
-    paths = {platform: binary_path(platform) for platform in BINARIES}
-    return {
-        f"binaries/{platform}/{identifier}{path.suffix}": path.read_bytes()
-        for platform, path in paths.items()
-    }
-
-
-def _pythonfmu_folder() -> Path:
-    spec = importlib.util.find_spec("pythonfmu")
-    if spec is None or spec.origin is None:
-        raise InputError.single("pythonfmu is not installed", "pip install pythonfmu==0.7.0")
-    return Path(spec.origin).parent
 
 
 def _digest(files: Mapping[str, bytes], *, length: int = HASH_LENGTH) -> str:

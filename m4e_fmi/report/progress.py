@@ -1,0 +1,47 @@
+"""A progress bar over simulated time."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+_FORMAT = "{percentage:3.0f} % |{bar:30}| {n:.1f} of {total:g} s simulated{postfix}"
+_INTERVAL_ON_TERMINAL = 0.1
+_INTERVAL_IN_LOG = 10.0
+
+
+@contextmanager
+def progress_bar(stop_time: float, *, start: float = 0.0) -> Iterator[Callable[[float], None]]:
+    """A callable to be told the simulated time [s]; shows it and the real-time factor.
+
+    The real-time factor is simulated over elapsed time: above 1, faster than reality.
+    """
+    from tqdm import tqdm
+
+    interactive = sys.stderr.isatty()
+    bar = tqdm(
+        total=stop_time - start,
+        bar_format=_FORMAT,
+        mininterval=_INTERVAL_ON_TERMINAL if interactive else _INTERVAL_IN_LOG,
+        leave=interactive,
+    )
+    bar.set_postfix_str("starting")
+    began = time.perf_counter()
+    shown = began
+
+    def show(t: float) -> None:
+        nonlocal shown
+        now = time.perf_counter()
+        if now - shown < bar.mininterval and t < stop_time:
+            return
+        shown = now
+        done = t - start
+        bar.set_postfix_str(f"{done / (now - began):.1f} × real time", refresh=False)
+        bar.update(done - bar.n)
+
+    try:
+        yield show
+    finally:
+        bar.close()
