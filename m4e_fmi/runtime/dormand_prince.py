@@ -8,17 +8,14 @@ table 5.2; the fifth-order solution is propagated. Standard library only: this f
 from collections.abc import Callable, Sequence
 from math import isfinite, sqrt
 
-NODES = (0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0)
-STAGES = (
-    (),
-    (1 / 5,),
-    (3 / 40, 9 / 40),
-    (44 / 45, -56 / 15, 32 / 9),
-    (19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729),
-    (9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656),
-)
-WEIGHTS = (35 / 384, 0.0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84)
-ERROR = (71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40)
+C2, C3, C4, C5 = 1 / 5, 3 / 10, 4 / 5, 8 / 9
+A21 = 1 / 5
+A31, A32 = 3 / 40, 9 / 40
+A41, A42, A43 = 44 / 45, -56 / 15, 32 / 9
+A51, A52, A53, A54 = 19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729
+A61, A62, A63, A64, A65 = 9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656
+B1, B3, B4, B5, B6 = 35 / 384, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84
+E1, E3, E4, E5, E6, E7 = 71 / 57600, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40
 
 SAFETY = 0.9
 SMALLEST_FACTOR = 0.2
@@ -59,7 +56,8 @@ class DormandPrince:
             return []
         if self.step <= 0.0:
             self.step = min(FIRST_STEP, t_end - t)
-        rate = self._rates(t, x)
+        rate = self.rates(t, x)
+        self.evaluations += 1
         while t < t_end:
             remaining = t_end - t
             last = self.step >= remaining * (1 - 1e-12)
@@ -83,35 +81,44 @@ class DormandPrince:
         return x
 
     def _attempt(
-        self, t: float, x: list[float], rate: list[float], h: float
+        self, t: float, x: list[float], k1: list[float], h: float
     ) -> tuple[list[float], list[float], float]:
         """One step of size h: state and rate at its end, and the error over the tolerance."""
-        k = [rate]
-        for node, row in zip(NODES[1:], STAGES[1:], strict=True):
-            k.append(self._rates(t + node * h, _combined(x, k, row, h)))
-        end = _combined(x, k, WEIGHTS, h)
-        k.append(self._rates(t + h, end))
+        f = self.rates
+        k2 = f(t + C2 * h, [y + h * (A21 * a) for y, a in zip(x, k1, strict=True)])
+        k3 = f(t + C3 * h, [y + h * (A31 * a + A32 * b) for y, a, b in zip(x, k1, k2, strict=True)])
+        k4 = f(
+            t + C4 * h,
+            [
+                y + h * (A41 * a + A42 * b + A43 * c)
+                for y, a, b, c in zip(x, k1, k2, k3, strict=True)
+            ],
+        )
+        k5 = f(
+            t + C5 * h,
+            [
+                y + h * (A51 * a + A52 * b + A53 * c + A54 * d)
+                for y, a, b, c, d in zip(x, k1, k2, k3, k4, strict=True)
+            ],
+        )
+        k6 = f(
+            t + h,
+            [
+                y + h * (A61 * a + A62 * b + A63 * c + A64 * d + A65 * e)
+                for y, a, b, c, d, e in zip(x, k1, k2, k3, k4, k5, strict=True)
+            ],
+        )
+        end = [
+            y + h * (B1 * a + B3 * c + B4 * d + B5 * e + B6 * g)
+            for y, a, c, d, e, g in zip(x, k1, k3, k4, k5, k6, strict=True)
+        ]
+        k7 = f(t + h, end)
+        self.evaluations += 6
+        tolerance = self.tolerance
         total = 0.0
-        for i, (before, after) in enumerate(zip(x, end, strict=True)):
-            error = h * sum(e * rates[i] for e, rates in zip(ERROR, k, strict=True))
-            scale = self.tolerance * (1.0 + max(abs(before), abs(after)))
-            total += (error / scale) ** 2
+        for y, z, a, c, d, e, g, k in zip(x, end, k1, k3, k4, k5, k6, k7, strict=True):
+            error = h * (E1 * a + E3 * c + E4 * d + E5 * e + E6 * g + E7 * k)
+            ratio = error / (tolerance * (1.0 + max(abs(y), abs(z))))
+            total += ratio * ratio
         norm = sqrt(total / len(x))
-        return end, k[-1], norm if isfinite(norm) else 1e10
-
-    def _rates(self, t: float, x: Sequence[float]) -> list[float]:
-        self.evaluations += 1
-        return self.rates(t, x)
-
-
-def _combined(
-    x: list[float], k: list[list[float]], weights: tuple[float, ...], h: float
-) -> list[float]:
-    """x + h Σ wₘ kₘ, summed in the order of the stages."""
-    result = []
-    for i, value in enumerate(x):
-        total = 0.0
-        for weight, rates in zip(weights, k, strict=False):
-            total += weight * rates[i]
-        result.append(value + h * total)
-    return result
+        return end, k7, norm if isfinite(norm) else 1e10
