@@ -9,8 +9,8 @@ decrements a word of memory that is free by then, perhaps somebody else's; proce
 from __future__ import annotations
 
 import hashlib
-import importlib.util
 from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 
 from m4e_fmi.errors import InputError
@@ -52,10 +52,12 @@ def binary_path(platform: str) -> Path:
 
 def pythonfmu_folder() -> Path:
     """Where PythonFMU is installed; InputError if it is not."""
-    spec = importlib.util.find_spec("pythonfmu")
-    if spec is None or spec.origin is None:
-        raise InputError.single("pythonfmu is not installed", "pip install pythonfmu==0.7.0")
-    return Path(spec.origin).parent
+    # not the importable module: once an FMU has run in this process, that is the FMU's own copy
+    try:
+        return Path(str(distribution("pythonfmu").locate_file("pythonfmu")))
+    except PackageNotFoundError:
+        remedy = "pip install pythonfmu==0.7.0"
+        raise InputError.single("pythonfmu is not installed", remedy) from None
 
 
 def _mended(content: bytes) -> bytes:

@@ -1,0 +1,37 @@
+"""Mooring lines by MoorDyn: from a description or a ready file to what an FMU runs.
+
+`config` is what a system file may say, `from_config` makes a `Mooring` of it, `line_system` steps
+that. Imports m4e_fmi's document and errors; `line_system` travels in FMUs and imports moordyn only.
+Start reading in `from_config.py`.
+"""
+
+from m4e_adapters.moordyn.config import MooringConfig
+from m4e_adapters.moordyn.from_config import mooring
+from m4e_adapters.moordyn.line_file import line_file
+from m4e_adapters.moordyn.mooring import Fairlead, Mooring
+from m4e_adapters.moordyn.ready_file import ready_mooring
+
+__all__ = [
+    "Fairlead",
+    "Mooring",
+    "MooringConfig",
+    "line_file",
+    "mooring",
+    "ready_mooring",
+    "requirements",
+]
+
+MOORDYN = "2.7.2"
+
+
+def requirements() -> list[tuple[str, bool, str]]:
+    """Whether MoorDyn is here in the version whose behaviour was measured."""
+    from importlib.metadata import PackageNotFoundError, version
+
+    try:
+        found = version("moordyn")
+    except PackageNotFoundError:
+        return [("moordyn", False, f"pip install moordyn=={MOORDYN}")]
+    if found != MOORDYN:
+        return [("moordyn", False, f"{found} is installed: pip install moordyn=={MOORDYN}")]
+    return [("moordyn", True, found)]

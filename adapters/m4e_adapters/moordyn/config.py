@@ -1,0 +1,220 @@
+"""What a mooring section of a system file says.
+
+Either the lines are described here, or `file` names a ready MoorDyn v2 input file.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, StringConstraints, ValidationInfo, field_validator, model_validator
+from pydantic_core import InitErrorDetails, ValidationError
+
+from m4e_adapters.moordyn.stability import damping_of_ratio
+from m4e_fmi.document import Section, rejected
+from m4e_fmi.errors import suggestion
+
+Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Coordinate = Annotated[float, Field(allow_inf_nan=False)]
+Place = tuple[Coordinate, Coordinate]
+
+DESCRIBED = ("water", "line_types", "anchors", "lines", "seabed", "solver", "static_equilibrium")
+
+
+class Water(Section):
+    """Density [kg/m³], depth [m] of a flat seabed at z = −depth, gravity [m/s²]."""
+
+    density: NonNegative = 1025.0
+    depth: Positive
+    gravity: Positive = 9.80665
+
+
+class LineType(Section):
+    """Properties of a kind of line.
+
+    diameter [m] (that of a rod of the same displacement), mass_per_length [kg/m] in air,
+    axial_stiffness EA [N], bending_stiffness EI [N·m²]. Damping either as axial_damping BA [N·s]
+    or as axial_damping_ratio, that of the fastest mode of a segment (1: critical). Drag and added
+    mass coefficients are those of Morison's equation; axial drag refers to the area π·d·l.
+    """
+
+    diameter: Positive
+    mass_per_length: Positive
+    axial_stiffness: Positive
+    axial_damping: NonNegative | None = None
+    axial_damping_ratio: NonNegative | None = None
+    bending_stiffness: NonNegative = 0.0
+    drag_coefficient: NonNegative
+    added_mass_coefficient: NonNegative
+    axial_drag_coefficient: NonNegative = 0.0
+    axial_added_mass_coefficient: NonNegative = 0.0
+
+    @model_validator(mode="after")
+    def _one_damping(self) -> LineType:
+        if (self.axial_damping is None) == (self.axial_damping_ratio is None):
+            raise rejected(
+                "axial damping must be given in one way",
+                "add 'axial_damping_ratio: 1.0' (usual), or 'axial_damping: …' in N·s, not both",
+            )
+        return self
+
+    def damping(self, segment_length: float) -> float:
+        """BA [N·s] for segments of `segment_length` [m]."""
+        if self.axial_damping is not None:
+            return self.axial_damping
+        return damping_of_ratio(
+            self.axial_damping_ratio or 0.0,
+            length=segment_length,
+            mass_per_length=self.mass_per_length,
+            axial=self.axial_stiffness,
+        )
+
+
+class Line(Section):
+    """A line of `type` from an anchor (or another fairlead) to a fairlead.
+
+    unstretched_length [m]; segments: how many pieces it is divided into.
+    """
+
+    type: Name
+    from_: Name = Field(alias="from")
+    to: Name
+    unstretched_length: Positive
+    segments: int = Field(ge=1, le=1000)
+
+
+class Seabed(Section):
+    """Normal stiffness [Pa/m] and damping [Pa·s/m] of the seabed, per projected area d·l."""
+
+    stiffness: NonNegative = 3.0e6
+    damping: NonNegative = 3.0e5
+
+
+class Solver(Section):
+    """MoorDyn's internal integration; without `time_step` [s] a stable one is chosen.
+
+    RK2 is the cheaper one for damped lines, RK4 for lines without axial damping.
+    """
+
+    scheme: Literal["RK2", "RK4"] = "RK2"
+    time_step: Positive | None = None
+
+
+class StaticEquilibrium(Section):
+    """How the lines come to rest before the run; duration 0 switches it off.
+
+    duration [s] at most, checked every `interval` [s] until no node accelerates by more than
+    `threshold` [m/s²], with drag multiplied by drag_factor.
+    """
+
+    duration: NonNegative = 2000.0
+    interval: Positive = 1.0
+    threshold: Positive = 1e-3
+    drag_factor: Positive = 5.0
+
+
+class MooringConfig(Section):
+    """The keys of a component of `kind: mooring`, without `kind` and `start`.
+
+    fairleads: a list of names, or names with the (x, z) [m] where they are unless a connection or a
+    start value says otherwise. anchors: names with their fixed (x, z) [m]. World frame.
+    """
+
+    file: str | None = None
+    fairleads: dict[Name, Place | None] = Field(default_factory=dict)
+    water: Water | None = None
+    line_types: dict[Name, LineType] = Field(default_factory=dict)
+    anchors: dict[Name, Place] = Field(default_factory=dict)
+    seabed: Seabed = Seabed()
+    solver: Solver = Solver()
+    static_equilibrium: StaticEquilibrium = StaticEquilibrium()
+    lines: dict[Name, Line] = Field(default_factory=dict)
+
+    @field_validator("fairleads", mode="before")
+    @classmethod
+    def _names_only(cls, value: Any) -> Any:
+        if not isinstance(value, list):
+            return value
+        twice = sorted({str(name) for name in value if value.count(name) > 1})
+        if twice:
+            raise rejected(f"{', '.join(twice)} stands here twice", "give each fairlead its name")
+        return dict.fromkeys(value)
+
+    @field_validator("anchors")
+    @classmethod
+    def _anchors_fit(cls, value: dict[str, Place], info: ValidationInfo) -> dict[str, Place]:
+        water: Water | None = info.data.get("water")
+        wrong = []
+        for name, (_, z) in value.items():
+            if name in (info.data.get("fairleads", ())):
+                text = f"{name!r} is also the name of a fairlead"
+                wrong.append(_wrong((name,), text, "give the anchor another name"))
+            if water and z < -water.depth:
+                text = f"anchor {name!r} at z = {z:g} m lies below the seabed at {-water.depth:g} m"
+                wrong.append(_wrong((name,), text, f"use z >= {-water.depth:g}, or a larger depth"))
+        _raise("anchors", wrong)
+        return value
+
+    @field_validator("lines")
+    @classmethod
+    def _lines_fit(cls, value: dict[str, Line], info: ValidationInfo) -> dict[str, Line]:
+        types = info.data.get("line_types")
+        fairleads, anchors = info.data.get("fairleads"), info.data.get("anchors")
+        wrong = []
+        for name, line in value.items():
+            if types is not None and line.type not in types:
+                text = f"{name}: there is no line type {line.type!r}"
+                remedy = suggestion(line.type, types, "line types")
+                wrong.append(_wrong((name, "type"), text, remedy))
+            if fairleads is None or anchors is None:
+                continue
+            if line.to not in fairleads:
+                text = f"{name}: there is no fairlead {line.to!r}"
+                remedy = suggestion(line.to, fairleads, "fairleads")
+                wrong.append(_wrong((name, "to"), text, remedy))
+            if line.from_ not in {*anchors, *fairleads}:
+                text = f"{name}: there is no anchor or fairlead {line.from_!r}"
+                remedy = suggestion(line.from_, {*anchors, *fairleads}, "points")
+                wrong.append(_wrong((name, "from"), text, remedy))
+            elif line.from_ == line.to:
+                text = f"{name} begins and ends at {line.to!r}"
+                wrong.append(_wrong((name, "from"), text, "let it begin at an anchor"))
+        if fairleads is not None:
+            used = {end for line in value.values() for end in (line.from_, line.to)}
+            idle = [name for name in fairleads if name not in used] if value else []
+            if idle:
+                text = f"no line ends at fairlead {', '.join(map(repr, idle))}"
+                wrong.append(_wrong((), text, "add a line with 'to: …', or remove the fairlead"))
+        _raise("lines", wrong)
+        return value
+
+    @model_validator(mode="after")
+    def _file_or_description(self) -> MooringConfig:
+        given = [key for key in DESCRIBED if key in self.model_fields_set]
+        if self.file is not None:
+            if given:
+                raise rejected(
+                    f"'file' and {', '.join(map(repr, given))} exclude one another",
+                    "say it in the MoorDyn file, or describe the lines here without 'file'",
+                )
+            return self
+        needed = ("water", "line_types", "fairleads", "lines")
+        missing = [key for key in needed if not getattr(self, key)]
+        if missing:
+            raise rejected(
+                f"a mooring needs {', '.join(map(repr, missing))}",
+                "add them, or name a ready MoorDyn file with 'file: …'",
+            )
+        return self
+
+
+def _wrong(place: tuple[str, ...], message: str, remedy: str) -> InitErrorDetails:
+    return InitErrorDetails(type=rejected(message, remedy), loc=place, input=None)
+
+
+def _raise(title: str, wrong: list[InitErrorDetails]) -> None:
+    """All that is wrong with a field at once, each at its own place below it."""
+    if wrong:
+        raise ValidationError.from_exception_data(title, wrong)

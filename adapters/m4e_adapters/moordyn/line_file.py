@@ -1,0 +1,108 @@
+"""MoorDyn v2 input files, written without rounding.
+
+Source of the format: the MoorDyn v2 documentation, "Inputs".
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from m4e_adapters.moordyn.config import MooringConfig
+
+QUIET = (("0", "writeLog"), ("1", "disableOutput"), ("1", "disableOutTime"))
+NO_CABLE = "0.0 0.0 0.0 0.0"  # mass, volume, drag area and added mass of a point
+
+
+def line_file(config: MooringConfig, *, time_step: float, static: bool) -> str:
+    """The input file of described lines: planar, y = 0, anchors first, then fairleads.
+
+    `time_step` [s] is MoorDyn's internal one; without `static` the lines start as they are laid.
+    """
+    points = {name: ("Fixed", place) for name, place in config.anchors.items()}
+    for name, place in config.fairleads.items():
+        points[name] = ("Coupled", place or (0.0, 0.0))
+    number = {name: k + 1 for k, name in enumerate(points)}
+    return "\n".join(
+        [
+            "MoorDyn v2 input file",
+            *_section(
+                "LINE TYPES",
+                "Name Diam MassDen EA BA/-zeta EI Cd Ca CdAx CaAx",
+                "(-) (m) (kg/m) (N) (N-s/-) (N-m^2) (-) (-) (-) (-)",
+                [_line_type(name, config) for name in config.line_types],
+            ),
+            *_section(
+                "POINTS",
+                "ID Type X Y Z M V CdA CA",
+                "(-) (-) (m) (m) (m) (kg) (m^3) (m^2) (-)",
+                [
+                    f"{number[name]} {kind} {x!r} 0.0 {z!r} {NO_CABLE}"
+                    for name, (kind, (x, z)) in points.items()
+                ],
+            ),
+            *_section(
+                "LINES",
+                "ID LineType AttachA AttachB UnstrLen NumSegs Outputs",
+                "(-) (-) (-) (-) (m) (-) (-)",
+                [
+                    f"{k + 1} {line.type} {number[line.from_]} {number[line.to]} "
+                    f"{line.unstretched_length!r} {line.segments} -"
+                    for k, line in enumerate(config.lines.values())
+                ],
+            ),
+            header("OPTIONS"),
+            *(f"{value} {key}" for value, key in _options(config, time_step, static)),
+            header("OUTPUTS"),
+            header("END"),
+            "",
+        ]
+    )
+
+
+def header(title: str) -> str:
+    """A section's first line."""
+    return f"---------------------- {title} ----------------------"
+
+
+def _section(title: str, names: str, units: str, rows: Iterable[str]) -> list[str]:
+    return [header(title), names, units, *rows]
+
+
+def _line_type(name: str, config: MooringConfig) -> str:
+    kind = config.line_types[name]
+    # MoorDyn reads a negative damping as a damping ratio
+    damping = kind.axial_damping
+    if damping is None:
+        damping = -(kind.axial_damping_ratio or 0.0)
+    values = (
+        kind.diameter,
+        kind.mass_per_length,
+        kind.axial_stiffness,
+        damping,
+        kind.bending_stiffness,
+        kind.drag_coefficient,
+        kind.added_mass_coefficient,
+        kind.axial_drag_coefficient,
+        kind.axial_added_mass_coefficient,
+    )
+    return " ".join([name, *map(repr, values)])
+
+
+def _options(config: MooringConfig, time_step: float, static: bool) -> Iterable[tuple[str, str]]:
+    water, rest = config.water, config.static_equilibrium
+    assert water is not None
+    yield from QUIET
+    for value, key in (
+        (water.gravity, "g"),
+        (water.density, "rho"),
+        (water.depth, "WtrDpth"),
+        (config.seabed.stiffness, "kBot"),
+        (config.seabed.damping, "cBot"),
+        (time_step, "dtM"),
+        (rest.interval, "dtIC"),
+        (rest.duration if static else 0.0, "TmaxIC"),
+        (rest.threshold, "threshIC"),
+        (rest.drag_factor, "CdScaleIC"),
+    ):
+        yield repr(value), key
+    yield config.solver.scheme, "tScheme"

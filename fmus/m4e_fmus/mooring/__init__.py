@@ -1,0 +1,96 @@
+"""The mooring FMU: MoorDyn lines between fairleads and anchors.
+
+`make` turns a mooring section of a system file into the source of a Python slave; what it computes
+is said in README.md. Imports the moordyn adapter and m4e_fmi.fmu; `slave.py` travels in the FMU.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from m4e_adapters import moordyn
+from m4e_adapters.moordyn import Fairlead, Mooring
+from m4e_adapters.moordyn import MooringConfig as Config
+from m4e_fmi.fmu import FmuVariable, ModelDescription, PythonSource
+
+__all__ = ["Config", "make"]
+
+
+def make(
+    config: Config, *, name: str, folder: Path, progress: Callable[[str], None] = print
+) -> PythonSource:
+    """The source of the mooring FMU called `name`; files in `config` are relative to `folder`."""
+    mooring = moordyn.mooring(config, folder=folder)
+    progress(
+        f"{name}: {len(mooring.lines)} lines at {len(mooring.fairleads)} fairleads, "
+        f"internal time step {mooring.time_step:.3g} s"
+    )
+    here, adapter = Path(__file__).parent, Path(moordyn.__file__).parent
+    layout = {
+        "names": [fairlead.name for fairlead in mooring.fairleads],
+        "system": {
+            "fairleads": [fairlead.y for fairlead in mooring.fairleads],
+            "lines": list(mooring.lines),
+            "static_duration": mooring.static_duration,
+        },
+    }
+    return PythonSource(
+        description=ModelDescription(
+            name, f"mooring lines {', '.join(mooring.lines)} by MoorDyn", _variables(mooring)
+        ),
+        slave="slave:MooringSlave",
+        modules={"slave.py": here / "slave.py", "line_system.py": adapter / "line_system.py"},
+        data={"lines.txt": mooring.text.encode(), "mooring.json": json.dumps(layout).encode()},
+    )
+
+
+def _variables(mooring: Mooring) -> tuple[FmuVariable, ...]:
+    inputs = [v for fairlead in mooring.fairleads for v in _motion(fairlead)]
+    names = tuple(v.name for v in inputs)
+    outputs = [v for fairlead in mooring.fairleads for v in _force(fairlead, names)]
+    tensions = [v for line in mooring.lines for v in _tensions(line, names)]
+    return (*inputs, *outputs, *tensions)
+
+
+def _motion(fairlead: Fairlead) -> Iterator[FmuVariable]:
+    starts = {"x": fairlead.x, "z": fairlead.z}
+    for axis, start in starts.items():
+        where = f"{fairlead.name}.{axis}"
+        yield FmuVariable(
+            where, "m", f"{axis} of {fairlead.name}, world frame", causality="input", start=start
+        )
+        yield FmuVariable(
+            f"{fairlead.name}.v{axis}",
+            "m/s",
+            f"velocity of {fairlead.name} along {axis}, world frame, mean of the coming step",
+            causality="input",
+            start=0.0,
+            derivative_of=where,
+        )
+
+
+def _force(fairlead: Fairlead, inputs: tuple[str, ...]) -> Iterator[FmuVariable]:
+    for axis in ("x", "z"):
+        text = f"force of the lines on the body at {fairlead.name} along {axis}, world frame"
+        yield _output(f"{fairlead.name}.force_{axis}", text, inputs)
+
+
+def _tensions(line: str, inputs: tuple[str, ...]) -> Iterator[FmuVariable]:
+    for end, where in (("fairlead", "to"), ("anchor", "from")):
+        text = f"tension of {line} at its {end} (the end given with '{where}')"
+        yield _output(f"{line}.{end}_tension", text, inputs)
+
+
+def _output(name: str, text: str, inputs: tuple[str, ...]) -> FmuVariable:
+    """An output that comes from the lines' state, which initially is made from the inputs."""
+    return FmuVariable(
+        name,
+        "N",
+        text,
+        causality="output",
+        initial="calculated",
+        dependencies=(),
+        initial_dependencies=inputs,
+    )

@@ -1,0 +1,57 @@
+"""Slave of the mooring FMU: passes fairlead motion to the lines and their forces back."""
+
+import json
+
+from pythonfmu.enums import Fmi2Status
+
+from .line_system import LineSystem  # type: ignore  # side by side in the FMU
+from .slave_base import M4eSlave  # type: ignore
+
+
+class MooringSlave(M4eSlave):
+    """`mooring.json` names fairleads and lines in MoorDyn's order, `lines.txt` is its input."""
+
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        text = (self.resources / "lines.txt").read_text(encoding="utf-8")
+        layout = json.loads((self.resources / "mooring.json").read_text(encoding="utf-8"))
+        self._fairleads, self._names = layout["names"], layout["system"]["lines"]
+        self._lines = LineSystem(text, **layout["system"])
+        self._started_with = None
+
+    def _pairs(self, first, second):
+        at = self.index
+        return [
+            (self.values[at[f"{name}.{first}"]], self.values[at[f"{name}.{second}"]])
+            for name in self._fairleads
+        ]
+
+    def initialise(self):
+        motion = (self._pairs("x", "z"), self._pairs("vx", "vz"))
+        if motion != self._started_with:
+            self._lines.start(*motion)
+            self._started_with = motion
+            for warning in self._lines.warnings:
+                self.log(f"{self.instance_name}: {warning}", status=Fmi2Status.warning)
+
+    def step(self, t, h):
+        self._lines.advance(t, h, self._pairs("x", "z"), self._pairs("vx", "vz"))
+
+    def update(self):
+        for name, (x, z) in zip(self._fairleads, self._lines.force, strict=True):
+            self.values[self.index[f"{name}.force_x"]] = x
+            self.values[self.index[f"{name}.force_z"]] = z
+        for end in ("fairlead_tension", "anchor_tension"):
+            for name, tension in zip(self._names, getattr(self._lines, end), strict=True):
+                self.values[self.index[f"{name}.{end}"]] = tension
+
+    def save(self):
+        return self._lines.save() if self._lines.running else {}
+
+    def restore(self, saved):
+        self._started_with = None
+        if saved:
+            self._lines.restore(saved)
+
+    def finish(self):
+        self._lines.close()

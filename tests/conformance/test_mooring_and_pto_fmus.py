@@ -1,0 +1,120 @@
+"""The mooring and linear_pto FMUs as files: valid, and the same numbers as what is inside."""
+
+import math
+from pathlib import Path
+
+import pytest
+from fmpy import extract, read_model_description
+from fmpy.fmi2 import FMU2Slave
+from fmpy.validation import validate_fmu
+
+from m4e_adapters.moordyn.line_system import LineSystem
+from m4e_fmi.document import Document
+from m4e_fmi.fmu import build_fmu
+from m4e_fmus import linear_pto, mooring
+
+CHAIN = """\
+water: {density: 1025, depth: 60}
+line_types:
+  chain: {diameter: 0.1, mass_per_length: 150, axial_stiffness: 1.0e+8, axial_damping_ratio: 1,
+          drag_coefficient: 1.2, added_mass_coefficient: 1}
+anchors: {left: [-150, -60]}
+fairleads: {f1: [-5, -3]}
+lines:
+  l1: {type: chain, from: left, to: f1, unstretched_length: 165, segments: 6}
+static_equilibrium: {duration: 0}
+"""
+PTO = "point: p\nanchor: [0, -50]\ndamping: 1.0e+5\nrest_length: 47\n"
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory) -> dict[str, Path]:
+    folder = tmp_path_factory.mktemp("fmus")
+    built = {}
+    for kind, text in ((mooring, CHAIN), (linear_pto, PTO)):
+        name = kind.__name__.split(".")[-1]
+        config = Document.parse(text).validate(kind.Config)
+        source = kind.make(config, name=name, folder=folder, progress=lambda _: None)
+        built[name] = build_fmu(source, folder / f"{name}.fmu")
+    return built
+
+
+class Running:
+    """An FMU in this process, its variables by name."""
+
+    def __init__(self, file: Path, folder: Path) -> None:
+        extract(str(file), str(folder))
+        description = read_model_description(str(file))
+        assert description.coSimulation is not None
+        self.references = {v.name: v.valueReference for v in description.modelVariables}
+        self.slave = FMU2Slave(
+            guid=description.guid,
+            unzipDirectory=str(folder),
+            modelIdentifier=description.coSimulation.modelIdentifier,
+            instanceName=folder.name,
+        )
+        self.slave.instantiate()
+        self.slave.setupExperiment(startTime=0.0)
+        self.slave.enterInitializationMode()
+
+    def get(self, name: str) -> float:
+        return self.slave.getReal([self.references[name]])[0]
+
+    def set(self, **values: float) -> None:
+        for name, value in values.items():
+            self.slave.setReal([self.references[name.replace("__", ".")]], [value])
+
+    def close(self) -> None:
+        self.slave.terminate()
+        self.slave.freeInstance()
+
+
+@pytest.mark.parametrize("name", ["mooring", "linear_pto"])
+def test_fmpy_finds_nothing_wrong(files, name):
+    assert validate_fmu(str(files[name])) == []
+
+
+def test_the_mooring_fmu_computes_what_the_line_system_computes(files, tmp_path):
+    made = mooring.moordyn.mooring(Document.parse(CHAIN).validate(mooring.Config))
+    lines = LineSystem(made.text, fairleads=[0.0], lines=made.lines)
+    lines.start([(-5.0, -2.5)], [(0.1, 0.0)])
+    fmu = Running(files["mooring"], tmp_path / "mooring")
+    fmu.set(f1__z=-2.5, f1__vx=0.1)
+    assert (fmu.get("f1.force_x"), fmu.get("f1.force_z")) == lines.force[0]
+    fmu.slave.exitInitializationMode()
+    saved = None
+    for k in range(20):
+        velocity = math.cos(k / 10)
+        position = -5 + math.sin(k / 10)
+        lines.advance(k * 0.1, 0.1, [(position, -2.5)], [(velocity, 0.0)])
+        if k == 10:
+            saved = fmu.slave.serializeFMUState(fmu.slave.getFMUState())
+        fmu.set(f1__x=position, f1__vx=velocity)
+        fmu.slave.doStep(k * 0.1, 0.1)
+        assert (fmu.get("f1.force_x"), fmu.get("f1.force_z")) == lines.force[0]
+        assert fmu.get("l1.fairlead_tension") == lines.fairlead_tension[0]
+        assert fmu.get("l1.anchor_tension") == lines.anchor_tension[0]
+    last = fmu.get("f1.force_x")
+    other = Running(files["mooring"], tmp_path / "other")
+    for again in (fmu, other):
+        again.slave.setFMUState(again.slave.deserializeFMUState(saved))
+        for k in range(10, 20):
+            again.set(f1__x=-5 + math.sin(k / 10), f1__vx=math.cos(k / 10))
+            again.slave.doStep(k * 0.1, 0.1)
+        assert again.get("f1.force_x") == last
+        again.close()
+    lines.close()
+
+
+def test_the_pto_fmu_integrates_the_power(files, tmp_path):
+    fmu = Running(files["linear_pto"], tmp_path / "linear_pto")
+    fmu.slave.exitInitializationMode()
+    for k in range(10):
+        fmu.set(p__vz=0.5)
+        fmu.slave.doStep(k * 0.1, 0.1)
+    assert fmu.get("power") == pytest.approx(1e5 * 0.25)
+    # a constant power for one second; the integrator's tolerance is 1e-8
+    assert fmu.get("energy") == pytest.approx(1e5 * 0.25, rel=1e-7)
+    fmu.set(damping=2e5)
+    assert fmu.get("p.force_z") == pytest.approx(-2e5 * 0.5)
+    fmu.close()

@@ -1,0 +1,115 @@
+"""The linear power take-off: direction and sign of its force, its power and energy."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from m4e_adapters.control import LinearPtoConfig, linear_pto
+from m4e_fmi.document import Document
+from m4e_fmi.errors import InputError
+from m4e_fmi.program import Program
+from m4e_fmi.program.python_form import load_python
+from m4e_fmus.linear_pto import Config, make
+
+
+def program(**changes) -> Program:
+    values = {"point": "p", "anchor": (1.0, -50.0), "damping": 0.0, "rest_length": 5.0} | changes
+    return linear_pto(LinearPtoConfig.model_validate(values), name="pto")
+
+
+def outputs(pto: Program, motion: tuple, energy: float = 0.0) -> dict[str, float]:
+    form = load_python(pto)
+    p = [v.start for v in pto.parameters]
+    found = form.outputs(0.0, [energy], list(motion), p, form.constants(p))
+    return dict(zip([v.name for v in pto.outputs], found, strict=True))
+
+
+def order(pto: Program) -> list[str]:
+    return [v.name for v in pto.inputs]
+
+
+def test_variables():
+    pto = program()
+    assert order(pto) == ["p.x", "p.vx", "p.z", "p.vz"]
+    # a program holds its inputs: it does not move x along vx, so it must not say so
+    assert [v.derivative_of for v in pto.inputs] == [None] * 4
+    assert {v.name for v in pto.parameters if v.tunable} == {"damping", "stiffness"}
+    assert [v.name for v in pto.states] == ["energy"]
+
+
+def test_a_stretched_spring_pulls_the_point_to_the_anchor():
+    # from the anchor (1, −50) the point is at (3, 4)·2: length 10, direction (0.6, 0.8)
+    found = outputs(program(stiffness=100.0), (7.0, 0.0, -42.0, 0.0))
+    assert found["extension"] == pytest.approx(5.0)
+    assert found["force"] == pytest.approx(500.0)
+    assert (found["p.force_x"], found["p.force_z"]) == pytest.approx((-300.0, -400.0))
+    assert found["power"] == 0
+
+
+def test_pretension_pulls_and_a_compressed_spring_pushes():
+    found = outputs(program(pretension=10.0, rest_length=10.0), (7.0, 0.0, -42.0, 0.0))
+    assert (found["p.force_x"], found["p.force_z"]) == pytest.approx((-6.0, -8.0))
+    found = outputs(program(stiffness=1.0, rest_length=20.0), (7.0, 0.0, -42.0, 0.0))
+    assert (found["p.force_x"], found["p.force_z"]) == pytest.approx((6.0, 8.0))
+
+
+def test_a_damper_opposes_motion_along_the_line_only_and_absorbs_what_the_body_gives():
+    velocity = (2.0, 3.0)
+    found = outputs(program(damping=7.0), (7.0, velocity[0], -42.0, velocity[1]))
+    rate = 0.6 * 2.0 + 0.8 * 3.0
+    assert found["extension_rate"] == pytest.approx(rate)
+    force = np.array([found["p.force_x"], found["p.force_z"]])
+    assert force == pytest.approx(-7.0 * rate * np.array([0.6, 0.8]))
+    assert found["power"] == pytest.approx(-force @ velocity)
+    across = outputs(program(damping=7.0), (7.0, 0.8, -42.0, -0.6))
+    assert across["force"] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_energy_is_the_integral_of_power():
+    pto = program(damping=7.0)
+    form = load_python(pto)
+    p = [v.start for v in pto.parameters]
+    motion = [7.0, 2.0, -42.0, 3.0]
+    (rate,) = form.rates(0.0, [123.0], motion, p, form.constants(p))
+    assert rate == pytest.approx(outputs(pto, tuple(motion))["power"])
+
+
+def test_the_rest_length_follows_from_where_the_point_is_at_rest():
+    values = {"point": "p", "anchor": (1.0, -50.0), "damping": 1.0, "point_at": (7.0, -42.0)}
+    pto = linear_pto(LinearPtoConfig.model_validate(values), name="pto")
+    starts = {v.name: v.start for v in (*pto.parameters, *pto.inputs)}
+    assert starts["rest_length"] == pytest.approx(10.0)
+    assert (starts["p.x"], starts["p.z"]) == (7.0, -42.0)
+    assert outputs(pto, (7.0, 0.0, -42.0, 0.0))["p.force_x"] == 0
+
+
+def test_the_kind_makes_the_same_program():
+    config = Config(point="p", anchor=(0.0, -50.0), damping=1.0, rest_length=47.0)
+    made = make(config, name="pto", folder=Path(), progress=lambda _: None)
+    assert made.name == "pto"
+    assert [v.name for v in made.inputs] == ["p.x", "p.vx", "p.z", "p.vz"]
+    assert {v.name: v.start for v in made.inputs}["p.z"] == -3.0
+
+
+GOOD = "point: p\nanchor: [0, -50]\ndamping: 1\nrest_length: 47\n"
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "message", "remedy"),
+    [
+        ("rest_length: 47\n", "", "rest length must be given", "point_at"),
+        ("rest_length: 47", "rest_length: 47\npoint_at: [0, 1]", "given in one way", "rest_length"),
+        ("rest_length: 47", "point_at: [0, -50]", "are both", "move the anchor"),
+        ("damping: 1", "damping: -1", "greater than or equal to 0", ""),
+        ("damping: 1", "dampin: 1", "unknown key 'dampin'", "did you mean 'damping'?"),
+        ("point: p", "point: p.x", "match pattern", ""),
+    ],
+)
+def test_mistakes(before, after, message, remedy):
+    assert before in GOOD
+    with pytest.raises(InputError) as caught:
+        Document.parse(GOOD.replace(before, after)).validate(LinearPtoConfig)
+    matching = [p for p in caught.value.problems if message in p.message]
+    assert len(matching) == 1
+    assert remedy in matching[0].remedy

@@ -1,0 +1,240 @@
+"""One line system: forces at the start, saved states, independence, silence, failures."""
+
+import json
+import math
+import sys
+
+import pytest
+
+from m4e_adapters.moordyn import MooringConfig, mooring
+from m4e_adapters.moordyn.line_system import LineSystem, MooringError
+from m4e_fmi.document import Document
+
+STIFFNESS, LENGTH = 1e9, 100.5
+
+ROPE = """\
+water: {density: 0, depth: 1000}
+line_types:
+  rope: {diameter: 1.0e-3, mass_per_length: 1.0e-3, axial_stiffness: 1.0e+9, axial_damping: 0,
+         drag_coefficient: 0, added_mass_coefficient: 0}
+anchors: {top: [0, 0]}
+fairleads: [bob]
+lines:
+  rope: {type: rope, from: top, to: bob, unstretched_length: 100.5, segments: 1}
+"""
+
+CHAIN = """\
+water: {density: 1025, depth: 60}
+line_types:
+  chain: {diameter: 0.1, mass_per_length: 150, axial_stiffness: 1.0e+8, axial_damping_ratio: 1,
+          drag_coefficient: 1.2, added_mass_coefficient: 1, axial_drag_coefficient: 0.4}
+anchors: {left: [-150, -60], right: [150, -60]}
+fairleads: [f1, f2]
+lines:
+  l1: {type: chain, from: left, to: f1, unstretched_length: 165, segments: 6}
+  l2: {type: chain, from: right, to: f2, unstretched_length: 165, segments: 6}
+  l3: {type: chain, from: right, to: f2, unstretched_length: 166, segments: 5}
+static_equilibrium: {duration: DURATION}
+"""
+
+AT = [(-5.0, -3.0), (5.0, -3.0)]
+REST = [(0.0, 0.0), (0.0, 0.0)]
+
+
+def system(text: str) -> LineSystem:
+    made = mooring(Document.parse(text).validate(MooringConfig))
+    return LineSystem(
+        made.text,
+        fairleads=[f.y for f in made.fairleads],
+        lines=made.lines,
+        static_duration=made.static_duration,
+    )
+
+
+def chain(duration: float = 200) -> LineSystem:
+    return system(CHAIN.replace("DURATION", str(duration)))
+
+
+def motion(k: int, h: float) -> tuple[list, list]:
+    """Fairleads at k·h and their mean velocity over the step, for a 5 s motion of 1 m."""
+
+    def at(t: float) -> tuple[float, float]:
+        return math.sin(1.25 * t), 0.5 * math.sin(1.25 * t)
+
+    (x0, z0), (x1, z1) = at(k * h), at((k + 1) * h)
+    return [(x + x0, z + z0) for x, z in AT], [((x1 - x0) / h, (z1 - z0) / h)] * 2
+
+
+def run(lines: LineSystem, first: int, count: int, h: float = 0.05) -> list:
+    found = []
+    for k in range(first, first + count):
+        lines.advance(k * h, h, *motion(k, h))
+        found.append((lines.force, lines.fairlead_tension, lines.anchor_tension))
+    return found
+
+
+def test_force_at_the_start_without_a_static_solution():
+    lines = system(ROPE)
+    lines.start([(10.0, -100.00216)], [(0.0, 0.0)])
+    ((force_x, force_z),) = lines.force
+    lines.close()
+    length = math.hypot(10.0, 100.00216)
+    pull = STIFFNESS / LENGTH * (length - LENGTH)
+    half_weight = 1e-3 * LENGTH / 2 * 9.80665
+    # rounding of the stretched length, 1e-14 m, times the stiffness of 1e7 N/m, with a margin
+    assert force_x == pytest.approx(-pull * 10.0 / length, abs=1e-5)
+    assert force_z == pytest.approx(pull * 100.00216 / length - half_weight, abs=1e-5)
+
+
+def test_force_at_the_end_of_a_step_belongs_to_the_end():
+    # the last internal stage of RK2 lies 5 ms before; the pull changes by 1e7 N/m · 1 m/s · 5 ms
+    lines = system(ROPE + "solver: {scheme: RK2}\n")
+    lines.start([(0.0, -101.0)], [(0.0, -1.0)])
+    lines.advance(0.0, 0.01, [(0.0, -101.0)], [(0.0, -1.0)])
+    ((_, force_z),) = lines.force
+    lines.close()
+    pull = STIFFNESS / LENGTH * (101.01 - LENGTH)
+    half_weight = 1e-3 * LENGTH / 2 * 9.80665
+    # half of the vanishing last part, 5e-12 s, at 1e7 N/s
+    assert force_z == pytest.approx(pull - half_weight, abs=1e-4)
+
+
+def test_the_end_of_a_step_does_not_drift_when_positions_jump():
+    lines = system(ROPE)
+    lines.start([(0.0, -101.0)], [(0.0, 0.0)])
+    lines.advance(0.0, 0.01, [(0.3, -101.0)], [(0.0, 0.5)])
+    ((force_x, force_z),) = lines.force
+    lines.close()
+    x, z = 0.3, -101.0 + 0.005
+    length = math.hypot(x, z)
+    pull = STIFFNESS / LENGTH * (length - LENGTH)
+    assert force_x == pytest.approx(-pull * x / length, abs=0.01)
+    assert force_z == pytest.approx(-pull * z / length - 1e-3 * LENGTH / 2 * 9.80665, abs=0.01)
+
+
+def test_static_start_is_at_rest_and_symmetric():
+    lines = chain()
+    lines.start(AT, REST)
+    before = lines.force
+    assert lines.warnings == []
+    for k in range(20):
+        lines.advance(0.05 * k, 0.05, AT, REST)
+    # an acceleration of some 6e-3 m/s² is left (1e-3 in MoorDyn's norm) on 6 nodes of
+    # 150 kg/m · 27.5 m
+    assert lines.force[0][0] == pytest.approx(before[0][0], abs=6 * 6e-3 * 150 * 27.5)
+    assert before[0][0] < 0 < before[1][0]
+    assert before[0][1] < 0
+    # the tension of the only line at f1 is the force on the body there
+    assert lines.fairlead_tension[0] == pytest.approx(math.hypot(*lines.force[0]), rel=1e-12)
+    lines.close()
+
+
+def test_an_early_end_of_the_static_solution_is_told():
+    lines = chain(duration=2)
+    lines.start(AT, REST)
+    lines.close()
+    assert len(lines.warnings) == 1
+    assert "longer duration" in lines.warnings[0]
+
+
+def test_a_line_that_is_far_too_short_is_told():
+    lines = chain(duration=0)
+    lines.start([(60.0, -3.0), (5.0, -3.0)], REST)
+    lines.close()
+    assert len(lines.warnings) == 1
+    assert "ends of l1 start 217.598 m apart" in lines.warnings[0]
+
+
+def test_a_saved_state_replays_bitwise_here_and_elsewhere():
+    lines = chain()
+    lines.start(AT, REST)
+    run(lines, 0, 10)
+    saved = lines.save()
+    expected = run(lines, 10, 15)
+    lines.restore(saved)
+    assert lines.force == saved["force"]
+    assert run(lines, 10, 15) == expected
+    other = chain()
+    other.restore(saved)
+    assert run(other, 10, 15) == expected
+    other.close()
+    lines.close()
+
+
+def test_a_state_of_other_lines_is_refused():
+    lines = chain(duration=0)
+    lines.start(AT, REST)
+    saved = lines.save()
+    with pytest.raises(MooringError, match="not one of these lines"):
+        lines.restore(saved | {"system": saved["system"][:-8]})
+    lines.close()
+
+
+@pytest.mark.skipif(sys.version_info >= (3, 12), reason="None is immortal since Python 3.12")
+def test_restoring_does_not_consume_none():
+    lines = system(ROPE)
+    lines.start([(0.0, -101.0)], [(0.0, 0.0)])
+    saved = lines.save()
+    before = sys.getrefcount(None)
+    for _ in range(200):
+        lines.restore(saved)
+    lost = before - sys.getrefcount(None)
+    lines.close()
+    assert abs(lost) < 20  # other code holds and drops None too; each call lost one
+
+
+def test_two_systems_in_one_process_do_not_disturb_each_other():
+    alone = chain()
+    alone.start(AT, REST)
+    expected = run(alone, 0, 10)
+    alone.close()
+    first, second = chain(), chain()
+    first.start(AT, REST)
+    second.start([(x + 3, z) for x, z in AT], REST)
+    found = []
+    for k in range(10):
+        second.advance(0.05 * k, 0.05, [(x + 3, z) for x, z in AT], [(0.1, 0.2)] * 2)
+        found += run(first, k, 1)
+    first.close()
+    second.close()
+    assert found == expected
+
+
+def test_nothing_is_written_to_the_console_or_left_on_disk(capfd, tmp_path, monkeypatch):
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    monkeypatch.setattr("tempfile.tempdir", None)
+    print("before", flush=True)
+    lines = chain()
+    lines.start(AT, REST)
+    run(lines, 0, 2)
+    assert len(list(tmp_path.iterdir())) == 1
+    lines.start(AT, REST)
+    with pytest.raises(MooringError):
+        lines.advance(0.0, 0.05, [(math.nan, 0.0)] * 2, REST)
+    lines.close()
+    print("after", flush=True)
+    assert capfd.readouterr() == ("before\nafter\n", "")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_failures_say_what_when_and_what_to_do():
+    lines = chain(duration=0)
+    lines.start(AT, REST)
+    with pytest.raises(MooringError, match=r"t = 0\.5 s .*smaller communication step"):
+        lines.advance(0.5, 0.05, [(1e9, 0.0), AT[1]], REST)
+    lines.close()
+    made = mooring(Document.parse(ROPE).validate(MooringConfig))
+    wrong = LineSystem(made.text.replace("1 rope 1 2", "1 rode 1 2"), fairleads=[0.0], lines=["l"])
+    with pytest.raises(MooringError, match="fairleads at \\(1, -101\\) m") as caught:
+        wrong.start([(1.0, -101.0)], [(0.0, 0.0)])
+    assert "Unrecognized line type rode" in str(caught.value)
+    assert not wrong.running
+
+
+def test_a_saved_state_is_json_and_bytes():
+    lines = chain(duration=0)
+    lines.start(AT, REST)
+    saved = lines.save()
+    lines.close()
+    assert isinstance(saved.pop("system"), bytes)
+    assert json.loads(json.dumps(saved))["motion"]["position"] == [list(p) for p in AT]
