@@ -159,9 +159,9 @@ def _add_validate(commands: argparse._SubParsersAction) -> None:
 def _validate(options: argparse.Namespace) -> int:
     import json
 
-    from m4e_fmi.cosim import validate_fmu_file
+    from m4e_fmi.cosim import check_fmu
 
-    found = {str(path): validate_fmu_file(path) for path in options.fmus}
+    found = {str(path): check_fmu(path) for path in options.fmus}
     if options.json:
         print(json.dumps(found, indent=2))
     else:

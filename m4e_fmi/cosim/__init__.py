@@ -1,0 +1,44 @@
+"""Co-simulation: the master that couples FMUs.
+
+    System ──prepare──► Prepared (FMUs built, connections checked, order known) ──run──► Outcome
+
+Start reading at `system` (what is coupled), then `connect` and `structure` (what follows from it),
+`network` and `master` (the time loop), `algorithms` (how a step is made; `gauss_seidel` explains
+the default). Imports m4e_fmi.errors, document, units and, to build components, m4e_fmi.fmu.
+"""
+
+from m4e_fmi.cosim.check import check_fmu
+from m4e_fmi.cosim.components import fmu_files
+from m4e_fmi.cosim.connect import Bond, Link, Port, Wiring
+from m4e_fmi.cosim.description import Description, read_description
+from m4e_fmi.cosim.energy import BondEnergy
+from m4e_fmi.cosim.network import Network
+from m4e_fmi.cosim.results import Results, Series, load
+from m4e_fmi.cosim.run import Outcome, Prepared, prepare, run
+from m4e_fmi.cosim.system import Component, FmuFile, Kind, ModelFile, Simulation, System
+
+__all__ = [
+    "Bond",
+    "BondEnergy",
+    "Component",
+    "Description",
+    "FmuFile",
+    "Kind",
+    "Link",
+    "ModelFile",
+    "Network",
+    "Outcome",
+    "Port",
+    "Prepared",
+    "Results",
+    "Series",
+    "Simulation",
+    "System",
+    "Wiring",
+    "check_fmu",
+    "fmu_files",
+    "load",
+    "prepare",
+    "read_description",
+    "run",
+]

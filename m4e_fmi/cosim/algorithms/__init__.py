@@ -1,0 +1,37 @@
+"""How the components make one step together: one algorithm per file.
+
+An algorithm is made from a Network. Its `step(time, size)` steps every component from the present
+communication point, at which all values are consistent, by `size` seconds; the network's `advance`
+follows. `held` tells what it held at the network's inputs meanwhile. To add one: a file here, an
+entry in `ALGORITHMS`, its name in `m4e_fmi.cosim.system.ALGORITHMS`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol
+
+import numpy as np
+
+from m4e_fmi.cosim.algorithms.gauss_seidel import GaussSeidel
+from m4e_fmi.cosim.algorithms.jacobi import Jacobi
+from m4e_fmi.cosim.network import Network
+
+
+class Algorithm(Protocol):
+    """What the master needs of an algorithm."""
+
+    @property
+    def held(self) -> np.ndarray:
+        """Values held at the network's inputs during the last step, in their order."""
+        ...
+
+    def step(self, time: float, size: float) -> None:
+        """Step all components from `time` by `size` [s]."""
+        ...
+
+
+ALGORITHMS: dict[str, Callable[[Network], Algorithm]] = {
+    "gauss_seidel": GaussSeidel,
+    "jacobi": Jacobi,
+}

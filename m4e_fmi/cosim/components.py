@@ -1,0 +1,122 @@
+"""The FMU of every component: found, or built where what it is made from has changed."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Callable, Iterator
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from m4e_fmi.cosim.system import Component, FmuFile, Kind, ModelFile, System, kind_module, kinds
+
+Tell = Callable[[str], None]
+
+_MODEL_CODE = ("model", "multibody", "program", "fmu", "runtime")
+_KIND_CODE = ("m4e_adapters", "m4e_fmus")
+
+
+def fmu_files(
+    system: System, build_directory: str | Path = "build", *, tell: Tell | None = None
+) -> dict[str, Path]:
+    """The FMU file of every component by name, built in `build_directory`/system where needed.
+
+    Beside each built ``name.fmu`` a file ``name.stamp`` holds the hash of what it was made from
+    (the model file or configuration, the files it names, and the code that builds); while it
+    agrees, the FMU is used as it is. `tell` is called with one line per step of a build.
+    """
+    folder = Path(build_directory) / system.name
+    files = {}
+    for component in system.components:
+        source = component.source
+        if isinstance(source, FmuFile):
+            files[component.name] = source.path
+        else:
+            files[component.name] = _built(system, component, source, folder, tell or _silent)
+    return files
+
+
+def _silent(_: str) -> None:
+    pass
+
+
+def _built(
+    system: System, component: Component, source: ModelFile | Kind, folder: Path, tell: Tell
+) -> Path:
+    fmu, stamp = folder / f"{component.name}.fmu", folder / f"{component.name}.stamp"
+    wanted = _stamp(system, component.name, source)
+    if fmu.is_file() and stamp.is_file() and stamp.read_text(encoding="ascii") == wanted:
+        return fmu
+    from m4e_fmi.fmu import build_fmu
+
+    tell(f"{component.name}: building {fmu}")
+    folder.mkdir(parents=True, exist_ok=True)
+    stamp.unlink(missing_ok=True)
+    fresh = folder / f"{component.name}.{os.getpid()}.fmu"
+    try:
+        build_fmu(_made(system, component.name, source, tell), fresh)
+        fresh.replace(fmu)
+    finally:
+        fresh.unlink(missing_ok=True)
+    stamp.write_text(wanted, encoding="ascii")
+    return fmu
+
+
+def _made(system: System, name: str, source: ModelFile | Kind, tell: Tell) -> Any:
+    """The Program or PythonSource of a component."""
+    if isinstance(source, ModelFile):
+        from m4e_fmi.multibody import model_program
+
+        return model_program(source.path)
+    module = kind_module(source.name)
+    return module.make(
+        source.config,
+        name=name,
+        folder=system.folder,
+        progress=lambda text: tell(f"{name}: {text}"),
+    )
+
+
+def _stamp(system: System, name: str, source: ModelFile | Kind) -> str:
+    code = [_package_hash(f"m4e_fmi.{part}") for part in _MODEL_CODE]
+    digest = hashlib.sha256("\n".join([name, *code]).encode())
+    if isinstance(source, ModelFile):
+        digest.update(source.path.read_bytes())
+        return digest.hexdigest()
+    for package in (kinds()[source.name].value, *_KIND_CODE):
+        digest.update(_package_hash(package).encode())
+    digest.update(source.config.model_dump_json().encode())
+    for text in _texts(source.config.model_dump()):
+        path = system.folder / text
+        if len(text) < 1024 and path.is_file():
+            digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+def _texts(value: Any) -> Iterator[str]:
+    """All texts in a configuration; those that are file names count with the file's content."""
+    if isinstance(value, str | Path):
+        yield str(value)
+    elif isinstance(value, dict):
+        for item in value.values():
+            yield from _texts(item)
+    elif isinstance(value, list | tuple):
+        for item in value:
+            yield from _texts(item)
+
+
+@cache
+def _package_hash(name: str) -> str:
+    """Hash of all Python sources of a package, or of a module."""
+    spec = find_spec(name)
+    digest = hashlib.sha256(name.encode())
+    if spec is None:
+        return digest.hexdigest()
+    folders = [Path(folder) for folder in spec.submodule_search_locations or ()]
+    files = [file for folder in folders for file in folder.rglob("*.py")]
+    for file in sorted(files or [Path(spec.origin or "")]):
+        if file.is_file():
+            digest.update(file.read_bytes())
+    return digest.hexdigest()

@@ -1,0 +1,332 @@
+"""From connection texts to pairs of FMU variables, with every check that needs no running FMU.
+
+``a.group <-> b.group`` connects connectors. A group is the part of a variable's name before its
+last dot; the word written may be the whole group or its last parts, if that is unique. Members
+whose last segments are equal and of which one is an output, the other an input, are connected, both
+ways.
+
+``a.variable -> b.variable`` connects one variable, or all elements of an array given by its base
+name. What leads into a parameter is carried over once, at initialisation.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import defaultdict
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+from m4e_fmi.cosim.description import Description, Variable
+from m4e_fmi.cosim.system import System
+from m4e_fmi.errors import InputError, Problem, suggestion
+
+AXES = (("force_x", "vx", "x"), ("force_z", "vz", "z"), ("moment_y", "omega", "theta"))
+"""Force, the velocity it works on, and the coordinate of that velocity, in one connector."""
+
+_CONNECTION = re.compile(r"\s*(\S.*?)\s*(<->|->)\s*(\S.*?)\s*$")
+
+
+@dataclass(frozen=True, order=True)
+class Port:
+    """A variable of a component."""
+
+    component: str
+    variable: str
+
+    def __str__(self) -> str:
+        return f"{self.component}.{self.variable}"
+
+
+@dataclass(frozen=True)
+class Link:
+    """`target` takes the value of `source`; `connection` is the index of the text it comes from."""
+
+    source: Port
+    target: Port
+    connection: int
+
+    def __str__(self) -> str:
+        return f"{self.source} -> {self.target}"
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One direction of a power bond: `force` works on `velocity`, the rate of `position`."""
+
+    force: Link
+    velocity: Link
+    position: Link | None
+
+
+@dataclass(frozen=True)
+class Bond:
+    """A connection that carries power: forces one way, the velocities they work on the other."""
+
+    name: str
+    axes: tuple[Axis, ...]
+
+
+@dataclass(frozen=True)
+class Wiring:
+    """All connections of a system, resolved.
+
+    `links` carry values at every communication point, `initial_links` into parameters, once.
+    """
+
+    links: tuple[Link, ...]
+    initial_links: tuple[Link, ...]
+    bonds: tuple[Bond, ...]
+    unconnected: tuple[Port, ...]
+
+
+def connect(system: System, descriptions: Mapping[str, Description]) -> Wiring:
+    """The wiring of `system`, whose components' FMUs say `descriptions`.
+
+    InputError with all problems found, each at its connection's place.
+    """
+    problems: list[Problem] = []
+    links: list[Link] = []
+    for index, text in enumerate(system.connections):
+        found = _Connection(system, descriptions, index, text, problems).links()
+        links += found
+    links = _one_source_each(system, links, problems)
+    problems += _start_problems(system, descriptions)
+    if problems:
+        raise InputError(problems)
+
+    def causality(link: Link) -> str:
+        return descriptions[link.target.component].variables[link.target.variable].causality
+
+    steady = tuple(link for link in links if causality(link) == "input")
+    driven = {link.target for link in steady}
+    inputs = [Port(c, v.name) for c, d in descriptions.items() for v in d.of_causality("input")]
+    return Wiring(
+        links=steady,
+        initial_links=tuple(link for link in links if causality(link) == "parameter"),
+        bonds=tuple(_bonds(system, steady)),
+        unconnected=tuple(port for port in inputs if port not in driven),
+    )
+
+
+class _Connection:
+    """One connection text on its way to links; adds to `problems` what is wrong with it."""
+
+    def __init__(
+        self,
+        system: System,
+        descriptions: Mapping[str, Description],
+        index: int,
+        text: str,
+        problems: list[Problem],
+    ) -> None:
+        self._system = system
+        self._descriptions = descriptions
+        self._index = index
+        self._text = text
+        self._problems = problems
+
+    def _reject(self, message: str, remedy: str = "") -> None:
+        at = ("connections", self._index)
+        self._problems.append(self._system.problem(at, message, remedy))
+
+    def links(self) -> list[Link]:
+        match = _CONNECTION.match(self._text)
+        if not match:
+            remedy = "write 'a.group <-> b.group' or 'a.variable -> b.variable'"
+            self._reject(f"not a connection: {self._text!r}", remedy)
+            return []
+        left, right = self._end(match[1]), self._end(match[3])
+        if left is None or right is None:
+            return []
+        pairs = self._groups(left, right) if match[2] == "<->" else self._variables(left, right)
+        return [Link(a, b, self._index) for a, b in pairs if self._fits(a, b)]
+
+    def _end(self, text: str) -> Port | None:
+        """Component and the rest of one end."""
+        component, dot, rest = text.partition(".")
+        if component not in self._descriptions:
+            remedy = suggestion(component, self._descriptions, "components")
+            self._reject(f"unknown component {component!r}", remedy)
+            return None
+        if not dot or not rest:
+            self._reject(f"{text!r} names no variable or connector", f"write '{component}.name'")
+            return None
+        return Port(component, rest)
+
+    def _variable(self, port: Port) -> Variable:
+        return self._descriptions[port.component].variables[port.variable]
+
+    def _groups(self, left: Port, right: Port) -> list[tuple[Port, Port]]:
+        a, b = self._members(left), self._members(right)
+        if not a or not b:
+            return []
+        pairs = []
+        for last in a.keys() & b.keys():
+            causalities = self._variable(a[last]).causality, self._variable(b[last]).causality
+            if causalities == ("output", "input"):
+                pairs.append((a[last], b[last]))
+            elif causalities == ("input", "output"):
+                pairs.append((b[last], a[last]))
+        if not pairs:
+            remedy = f"{left} has {self._listed(a)}; {right} has {self._listed(b)}"
+            self._reject(f"{left} and {right} have no output and input of the same name", remedy)
+        return sorted(pairs, key=lambda pair: pair[1])
+
+    def _listed(self, members: dict[str, Port]) -> str:
+        return ", ".join(f"{n} ({self._variable(p).causality})" for n, p in sorted(members.items()))
+
+    def _members(self, end: Port) -> dict[str, Port]:
+        """Inputs and outputs of a connector by last segment; empty, with a problem, if unclear."""
+        groups: dict[str, dict[str, Port]] = defaultdict(dict)
+        for v in self._descriptions[end.component].of_causality("input", "output"):
+            group, dot, last = v.name.rpartition(".")
+            if dot:
+                groups[group][last] = Port(end.component, v.name)
+        word = end.variable
+        near = [g for g in groups if g == word] or [g for g in groups if g.endswith("." + word)]
+        if len(near) == 1:
+            return groups[near[0]]
+        if near:
+            remedy = f"write one of: {', '.join(sorted(near))}"
+            self._reject(f"{end.component!r} has several connectors {word!r}", remedy)
+            return {}
+        known = {*groups, *(g.rpartition(".")[2] for g in groups)}
+        remedy = suggestion(word, known, "connectors")
+        self._reject(f"{end.component!r} has no connector {word!r}", remedy)
+        return {}
+
+    def _variables(self, left: Port, right: Port) -> list[tuple[Port, Port]]:
+        a, b = self._elements(left), self._elements(right)
+        if not a or not b:
+            return []
+        if a.keys() != b.keys():
+            remedy = f"{left} has {_extent(a)}, {right} has {_extent(b)}"
+            self._reject(f"{left} and {right} differ in size", remedy)
+            return []
+        return [(a[index], b[index]) for index in a]
+
+    def _elements(self, end: Port) -> dict[str, Port]:
+        """The variable itself (index ''), or the elements of the array, by index text."""
+        variables = self._descriptions[end.component].variables
+        if end.variable in variables:
+            return {"": end}
+        prefix = end.variable + "["
+        found = [name for name in variables if name.startswith(prefix) and name.endswith("]")]
+        if not found:
+            known = {*variables, *(name.partition("[")[0] for name in variables)}
+            remedy = suggestion(end.variable, known, "variables")
+            self._reject(f"{end.component!r} has no variable {end.variable!r}", remedy)
+        return {name[len(end.variable) :]: Port(end.component, name) for name in found}
+
+    def _fits(self, source: Port, target: Port) -> bool:
+        """Whether a value may go from `source` to `target`: causality, type and unit."""
+        give, take = self._variable(source), self._variable(target)
+        if give.causality not in ("output", "calculatedParameter"):
+            remedy = "what stands left of '->' must be an output or a calculated parameter"
+            self._reject(f"{source} ({give.causality}) is not an output", remedy)
+        elif take.causality not in ("input", "parameter"):
+            remedy = "what stands right of '->' must be an input or a parameter"
+            self._reject(f"{target} ({take.causality}) is not an input", remedy)
+        elif take.causality == "input" and give.causality == "calculatedParameter":
+            remedy = "a calculated parameter is carried over once: connect it to a parameter"
+            self._reject(f"{source} is constant, {target} is an input", remedy)
+        elif give.type != "Real" or take.type != "Real":
+            remedy = "only Real variables can be connected"
+            self._reject(f"{source} is {give.type}, {target} is {take.type}", remedy)
+        else:
+            return self._units_fit(source, target)
+        return False
+
+    def _units_fit(self, source: Port, target: Port) -> bool:
+        give, take = self._variable(source), self._variable(target)
+        if give.dimension is None or take.dimension is None:
+            return True
+        told = f"{source} is in {give.unit}, {target} expects {take.unit}"
+        si = take.dimension.si_text
+        factor = give.dimension.factor / take.dimension.factor
+        if not give.dimension.same_dimension(take.dimension):
+            remedy = f"connect other variables: {give.dimension.si_text} is not {si}"
+        elif abs(factor - 1) > 1e-9:
+            remedy = f"values would be wrong by a factor of {factor:g}: export both in {si}"
+        elif give.offset != take.offset:
+            remedy = f"their zeros differ: export both in {si}"
+        else:
+            return True
+        self._reject(told, remedy)
+        return False
+
+
+def _extent(elements: Iterable[str]) -> str:
+    indices = list(elements)
+    return (
+        "no index" if indices == [""] else f"{len(indices)} elements {indices[0]} to {indices[-1]}"
+    )
+
+
+def _one_source_each(system: System, links: list[Link], problems: list[Problem]) -> list[Link]:
+    first: dict[Port, Link] = {}
+    for link in links:
+        other = first.setdefault(link.target, link)
+        if other.source != link.source:
+            message = f"{link.target} has two sources: {other.source} and {link.source}"
+            remedy = f"drop one; the other is connected by {system.connections[other.connection]!r}"
+            problems.append(system.problem(("connections", link.connection), message, remedy))
+    return list(first.values())
+
+
+def _start_problems(system: System, descriptions: Mapping[str, Description]) -> Iterable[Problem]:
+    for component in system.components:
+        variables = descriptions[component.name].variables
+        for name, value in component.start.items():
+            at = ("components", component.name, "start", name)
+            if name not in variables:
+                settable = [n for n, v in variables.items() if _settable(v)]
+                remedy = suggestion(name, settable, "start values")
+                yield system.problem(at, f"{component.name!r} has no variable {name!r}", remedy)
+            elif not _settable(variables[name]):
+                what = variables[name].causality
+                remedy = "parameters, inputs and initial states take start values"
+                message = f"{component.name}.{name} ({what}) takes no start value"
+                yield system.problem(at, message, remedy)
+            elif not isinstance(value, _START_TYPES[variables[name].type]):
+                message = f"start value {value!r} of {component.name}.{name} is wrong"
+                yield system.problem(at, message, f"it is of type {variables[name].type}")
+
+
+_START_TYPES: dict[str, type | tuple[type, ...]] = {
+    "Real": (float, int),
+    "Integer": int,
+    "Enumeration": int,
+    "Boolean": bool,
+    "String": str,
+}
+
+
+def _settable(variable: Variable) -> bool:
+    return variable.variability != "constant" and (
+        variable.causality == "input" or variable.initial in ("exact", "approx")
+    )
+
+
+def _bonds(system: System, links: Iterable[Link]) -> Iterable[Bond]:
+    """The power bonds among the links, connection by connection."""
+    by_connection: dict[int, list[Link]] = defaultdict(list)
+    for link in links:
+        by_connection[link.connection].append(link)
+    for index, members in by_connection.items():
+        by_last = {(_last(k.target), k.target.component): k for k in members}
+        axes = []
+        for force, velocity, position in AXES:
+            for link in members:
+                if _last(link.target) != force or _last(link.source) != force:
+                    continue
+                back = by_last.get((velocity, link.source.component))
+                if back is not None:
+                    moved = by_last.get((position, link.source.component))
+                    axes.append(Axis(link, back, moved))
+        if axes:
+            yield Bond(system.connections[index], tuple(axes))
+
+
+def _last(port: Port) -> str:
+    return port.variable.rpartition(".")[2]

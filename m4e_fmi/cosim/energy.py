@@ -1,0 +1,122 @@
+"""What the coupling does to energy: a balance over every connection that carries power.
+
+Across a power bond a force F goes one way and the velocity v it works on comes back. At the
+communication points, where all values are consistent, its source gives the power F·v:
+
+    given = ∫ F·v dt                     (trapezoid over the communication points)
+
+During a step the body feels the force that the algorithm held, over the distance it really went:
+
+    received = Σ held force · displacement
+
+Their difference is energy that the coupling invented (received > given) or lost. For a second-order
+algorithm it falls with the square of the step size.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from m4e_fmi.cosim.connect import Bond
+from m4e_fmi.cosim.network import Network
+
+BLOCK = 256
+"""Steps that are noted before they are evaluated."""
+
+
+@dataclass(frozen=True)
+class BondEnergy:
+    """Energies [J] over the whole run across one bond, from the force's source into the body.
+
+    `exchanged` is the largest magnitude that the energy given has had: the scale of `residual`.
+    """
+
+    connection: str
+    given: float
+    received: float
+    exchanged: float
+
+    @property
+    def residual(self) -> float:
+        """Energy [J] that the body received and nobody gave."""
+        return self.received - self.given
+
+    @property
+    def relative(self) -> float:
+        """The residual over the largest energy exchanged; 0 if nothing was."""
+        return self.residual / self.exchanged if self.exchanged else 0.0
+
+
+class EnergyBalance:
+    """Follows the bonds of a network from the present communication point on.
+
+    Forces, velocities and coordinates are noted at every point, and evaluated in blocks.
+    """
+
+    def __init__(self, network: Network, bonds: Iterable[Bond]) -> None:
+        self._bonds = tuple(bonds)
+        self._values = network.values
+        axes = [(k, axis) for k, bond in enumerate(self._bonds) for axis in bond.axes]
+        count = len(axes)
+        targets = {port: k for k, port in enumerate(network.targets)}
+        sources = (
+            *(axis.force.source for _, axis in axes),
+            *(axis.velocity.source for _, axis in axes),
+            *((axis.position or axis.velocity).source for _, axis in axes),
+        )
+        self._index = np.array([network.index(port) for port in sources], dtype=np.intp)
+        self._target = np.array([targets[a.force.target] for _, a in axes], dtype=np.intp)
+        self._has_position = np.array([a.position is not None for _, a in axes], dtype=bool)
+        self._of_bond = np.zeros((count, len(self._bonds)))
+        for row, (k, _) in enumerate(axes):
+            self._of_bond[row, k] = 1.0
+        self._points = np.zeros((BLOCK + 1, 3 * count))
+        self._held = np.zeros((BLOCK, count))
+        self._sizes = np.zeros(BLOCK)
+        self._steps = 0
+        self._given = np.zeros(len(self._bonds))
+        self._received = np.zeros(len(self._bonds))
+        self._exchanged = np.zeros(len(self._bonds))
+        self._values.take(self._index, out=self._points[0], mode="clip")
+
+    def add(self, held: np.ndarray, size: float) -> None:
+        """Account for the step of `size` [s] that led to the present point, with `held` inputs."""
+        if not self._bonds:
+            return
+        step = self._steps
+        self._values.take(self._index, out=self._points[step + 1], mode="clip")
+        held.take(self._target, out=self._held[step], mode="clip")
+        self._sizes[step] = size
+        self._steps = step + 1
+        if self._steps == BLOCK:
+            self._evaluate()
+
+    def _evaluate(self) -> None:
+        """Add the block to the sums; its last point is the first of the next."""
+        count = self._steps
+        force, velocity, position = np.split(self._points[: count + 1], 3, axis=1)
+        half = self._sizes[:count, None] / 2
+        power = (force * velocity) @ self._of_bond
+        given = self._given + np.cumsum(half * (power[1:] + power[:-1]), axis=0)
+        way = np.where(
+            self._has_position,
+            position[1:] - position[:-1],
+            half * (velocity[1:] + velocity[:-1]),
+        )
+        self._received += ((self._held[:count] * way) @ self._of_bond).sum(axis=0)
+        self._exchanged = np.maximum(self._exchanged, np.abs(given).max(axis=0, initial=0.0))
+        self._given = given[-1] if count else self._given
+        self._points[0] = self._points[count]
+        self._steps = 0
+
+    def result(self) -> tuple[BondEnergy, ...]:
+        """The balance up to the present point, one entry per bond."""
+        self._evaluate()
+        columns = (self._given, self._received, self._exchanged)
+        rows = zip(*(column.tolist() for column in columns), strict=True)
+        return tuple(
+            BondEnergy(bond.name, *row) for bond, row in zip(self._bonds, rows, strict=True)
+        )

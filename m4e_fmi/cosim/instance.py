@@ -1,0 +1,235 @@
+"""One instance of an FMI 2.0 co-simulation FMU, called directly in its shared library.
+
+FMPy loads the library; the calls of the time loop go to its functions with addresses prepared once,
+which costs a third of FMPy's own methods.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import math
+import os
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any, NoReturn
+
+import numpy as np
+from fmpy import fmi2
+
+from m4e_fmi.cosim.description import Description
+from m4e_fmi.cosim.messages import STATUS, Messages
+from m4e_fmi.cosim.unpack import Unpacked
+from m4e_fmi.errors import RunError
+
+WARNING, DISCARD, ERROR, FATAL = 1, 2, 3, 4
+LAST_ERROR = "last_error"
+"""Name of the string variable in which an FMU may explain what went wrong."""
+
+Status = int
+Call = Callable[[], Status]
+
+_GET_OR_SET = ctypes.CFUNCTYPE(
+    ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_size_t, ctypes.c_void_p
+)
+_DO_STEP = ctypes.CFUNCTYPE(
+    ctypes.c_int, ctypes.c_void_p, ctypes.c_double, ctypes.c_double, ctypes.c_int
+)
+
+
+class Instance:
+    """An instance named `name`; `close` it, or use it as a context manager.
+
+    Every method raises RunError with component, time, the FMU's own words and a remedy when the
+    FMU answers with more than a warning. After Fatal the FMU is never called again.
+    """
+
+    def __init__(self, name: str, description: Description) -> None:
+        self.name = name
+        self.description = description
+        self._messages = Messages()
+        self.time = 0.0
+        self._broken = False
+        self._initialised = False
+        self._kept: list[Any] = []
+        self._fmu: Any = None
+        self._unpacked = Unpacked(description.path)
+        try:
+            self._open()
+        except BaseException:
+            self.close()
+            raise
+
+    def __enter__(self) -> Instance:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _open(self) -> None:
+        here = Path.cwd()
+        description = self.description
+        try:
+            self._fmu = fmi2.FMU2Slave(
+                guid=description.guid,
+                unzipDirectory=str(self._unpacked.folder),
+                modelIdentifier=description.identifier,
+                instanceName=self.name,
+            )
+        except Exception as error:
+            text = str(error).replace(str(self._unpacked.folder), "")
+            remedy = "a library it needs is missing, or the file is not an FMI 2.0 binary"
+            raise RunError(
+                f"{self._origin}: its binary cannot be loaded: {text}", remedy
+            ) from error
+        finally:
+            os.chdir(here)  # loading leaves the process elsewhere when it fails
+        try:
+            self._fmu.instantiate(callbacks=self._messages.callbacks, loggingOn=True)
+        except Exception as error:
+            self._fmu.component = None
+            message = f"{self._origin}: cannot be instantiated{self._own_words()}"
+            raise RunError(message, "check the FMU alone: `fmpy simulate` on the file") from error
+        dll = self._fmu.dll
+        self._component = self._fmu.component
+        self._get_real = _prototype(_GET_OR_SET, dll.fmi2GetReal)
+        self._set_real = _prototype(_GET_OR_SET, dll.fmi2SetReal)
+        self._do_step = _prototype(_DO_STEP, dll.fmi2DoStep)
+
+    @property
+    def _origin(self) -> str:
+        return f"{self.name} ({self.description.path.name})"
+
+    def setup(self, *, start: float, stop: float, tolerance: float | None) -> None:
+        """Tell the experiment: times [s], relative tolerance (None: the FMU's own)."""
+        self.time = start
+        self._checked(
+            "fmi2SetupExperiment",
+            int(tolerance is not None),
+            tolerance or 0.0,
+            start,
+            fmi2.fmi2True,
+            stop,
+        )
+
+    def set_start(self, values: Mapping[str, float | int | bool | str]) -> None:
+        """Set variables of any type by name, before initialization mode."""
+        kinds = {
+            "Real": ("fmi2SetReal", fmi2.fmi2Real),
+            "Integer": ("fmi2SetInteger", fmi2.fmi2Integer),
+            "Enumeration": ("fmi2SetInteger", fmi2.fmi2Integer),
+            "Boolean": ("fmi2SetBoolean", fmi2.fmi2Boolean),
+            "String": ("fmi2SetString", fmi2.fmi2String),
+        }
+        for name, value in values.items():
+            variable = self.description.variables[name]
+            function, kind = kinds[variable.type]
+            data = (kind * 1)(value.encode("utf-8") if isinstance(value, str) else value)
+            reference = (ctypes.c_uint * 1)(variable.value_reference)
+            self._checked(function, reference, 1, data)
+
+    def enter_initialization(self) -> None:
+        self._checked("fmi2EnterInitializationMode")
+
+    def exit_initialization(self) -> None:
+        self._checked("fmi2ExitInitializationMode")
+        self._initialised = True
+
+    def _checked(self, function: str, *arguments: Any) -> None:
+        if self._broken:
+            raise RunError(f"{self._origin} has failed before and cannot be used any more")
+        status = getattr(self._fmu.dll, function)(self._component, *arguments)
+        if status > WARNING:
+            self.fail(status, function)
+
+    def getter(self, names: Sequence[str], view: np.ndarray) -> Call:
+        """A call that reads the Real variables `names` into `view` (float64, contiguous)."""
+        return self._bound(self._get_real, names, view)
+
+    def setter(self, names: Sequence[str], view: np.ndarray) -> Call:
+        """A call that sets the Real variables `names` from `view` (float64, contiguous)."""
+        return self._bound(self._set_real, names, view)
+
+    def _bound(self, function: Any, names: Sequence[str], view: np.ndarray) -> Call:
+        assert view.dtype == np.float64
+        assert view.flags.c_contiguous
+        assert view.shape == (len(names),)
+        variables = self.description.variables
+        references = (ctypes.c_uint * len(names))(*(variables[n].value_reference for n in names))
+        self._kept += [references, view]
+        address = ctypes.addressof(references)
+        return partial(function, self._component, address, len(names), view.ctypes.data)
+
+    def stepper(self) -> Callable[[float, float, int], Status]:
+        """The call ``(t, h, 1) -> status`` that steps from t to t + h [s], never to be undone."""
+        return partial(self._do_step, self._component)
+
+    def read(self, name: str) -> float:
+        """The present value of the Real variable `name`."""
+        value = np.zeros(1)
+        status = self.getter([name], value)()
+        del self._kept[-2:]
+        if status > WARNING:
+            self.fail(status, "fmi2GetReal")
+        return float(value[0])
+
+    def fail(self, status: Status, function: str, size: float = 0.0) -> NoReturn:
+        """Raise what this status of `function` means; `size` is that of a failed step [s]."""
+        self._broken = True
+        what = f"{function} answered {STATUS.get(status, status)}"
+        remedy = "the FMU's own message above tells why"
+        if function == "fmi2DoStep":
+            what = f"the step from t = {self.time:.9g} s to {self.time + size:.9g} s failed"
+            what += f" (fmi2DoStep answered {STATUS.get(status, status)})"
+            remedy = f"try a step_size below {size:g} s, or other parameters and start values"
+        elif self._initialised:
+            what += f" at t = {self.time:.9g} s"
+        else:
+            what += " during initialisation"
+            remedy = "check its parameters and start values"
+        words = self._own_words(status)
+        if status >= FATAL:
+            self._fmu.component = None
+        raise RunError(f"{self._origin}: {what}{words}", remedy)
+
+    def not_finite(self, names: Sequence[str], values: np.ndarray) -> NoReturn:
+        """Raise for the first of the outputs `names` whose value is nan or infinite."""
+        name, value = next(
+            (n, v) for n, v in zip(names, values, strict=True) if not math.isfinite(v)
+        )
+        self._broken = True
+        when = f"at t = {self.time:.9g} s" if self._initialised else "during initialisation"
+        message = f"{self.name}.{name} {when} is {value}{self._own_words(DISCARD)}"
+        raise RunError(message, "try a smaller step_size; check parameters and start values")
+
+    def _own_words(self, status: Status = FATAL) -> str:
+        """What the FMU says about its failure, to stand behind our own message."""
+        text = self._last_error() if status in (DISCARD, ERROR) else ""
+        text = text or self._messages.last()
+        return f": {text}" if text else ""
+
+    def _last_error(self) -> str:
+        variable = self.description.variables.get(LAST_ERROR)
+        if variable is None or variable.type != "String":
+            return ""
+        reference, value = (ctypes.c_uint * 1)(variable.value_reference), (ctypes.c_char_p * 1)()
+        status = self._fmu.dll.fmi2GetString(self._component, reference, 1, value)
+        text = value[0]
+        return text.decode("utf-8", errors="replace").strip() if status <= WARNING and text else ""
+
+    def close(self) -> None:
+        """Terminate, free and unload as far as the FMU's condition allows; remove its folder."""
+        fmu, self._fmu = self._fmu, None
+        if fmu is not None and fmu.component is not None:
+            status = 0
+            if self._initialised and not self._broken:
+                status = fmu.dll.fmi2Terminate(fmu.component)
+            if status < FATAL:
+                fmu.freeInstance()
+        self._kept.clear()
+        self._unpacked.remove()
+
+
+def _prototype(kind: Any, function: Any) -> Any:
+    """The same C function with plain integer addresses as arguments, the fastest to convert."""
+    return kind(ctypes.cast(function, ctypes.c_void_p).value)

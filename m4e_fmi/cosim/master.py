@@ -1,0 +1,159 @@
+"""The time loop over a network: integer time, observers, clean ends."""
+
+from __future__ import annotations
+
+import signal
+import threading
+import time as clock
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+
+import numpy as np
+
+from m4e_fmi.cosim.algorithms import ALGORITHMS
+from m4e_fmi.cosim.connect import Wiring
+from m4e_fmi.cosim.description import Description
+from m4e_fmi.cosim.energy import BondEnergy, EnergyBalance
+from m4e_fmi.cosim.instance import Instance
+from m4e_fmi.cosim.network import Network
+from m4e_fmi.cosim.results import ResultsWriter
+from m4e_fmi.cosim.structure import Structure
+from m4e_fmi.cosim.system import SECOND, System
+
+Observer = Callable[[float, Network], None]
+"""Called at every communication point with the time [s] and the network."""
+Progress = Callable[[float], None]
+"""Called now and then with the simulated time [s]."""
+
+PROGRESS_INTERVAL = 0.1
+"""Wall seconds between calls of a progress callable."""
+
+
+class Master:
+    """Owns the instances of a system from `with` to the end of the block."""
+
+    def __init__(
+        self,
+        system: System,
+        descriptions: dict[str, Description],
+        wiring: Wiring,
+        structure: Structure,
+    ) -> None:
+        self._system = system
+        self._descriptions = descriptions
+        self._wiring = wiring
+        self._structure = structure
+        self._open = ExitStack()
+        self.steps = 0
+
+    def __enter__(self) -> Master:
+        with ExitStack() as stack:
+            instances = {
+                name: stack.enter_context(Instance(name, description))
+                for name, description in self._descriptions.items()
+            }
+            self._initialise(instances)
+            self._open = stack.pop_all()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._open.close()
+
+    def _initialise(self, instances: dict[str, Instance]) -> None:
+        simulation = self._system.simulation
+        for component in self._system.components:
+            instance = instances[component.name]
+            instance.setup(
+                start=simulation.start_time,
+                stop=simulation.stop_time,
+                tolerance=simulation.tolerance,
+            )
+            instance.set_start(component.start)
+        self.network = Network(instances, self._wiring, self._structure, time=simulation.start_time)
+        self.network.initialise()
+        self._algorithm = ALGORITHMS[simulation.algorithm](self.network)
+        self._energy = EnergyBalance(self.network, self._wiring.bonds)
+
+    @property
+    def energy(self) -> tuple[BondEnergy, ...]:
+        """The energy balance up to the present point, one entry per power bond."""
+        return self._energy.result()
+
+    def run(
+        self,
+        *,
+        results: ResultsWriter | None = None,
+        observers: Sequence[Observer] = (),
+        progress: Progress | None = None,
+    ) -> None:
+        """Step to the stop time; KeyboardInterrupt stops at the next communication point."""
+        simulation = self._system.simulation
+        start, stop = round(simulation.start_time * SECOND), round(simulation.stop_time * SECOND)
+        step = round(simulation.step_size * SECOND)
+        every = round((simulation.output_interval or simulation.step_size) * SECOND) // step
+        network, algorithm, energy = self.network, self._algorithm, self._energy
+        tell = _ticker(progress)
+        now = start
+        self._observe(results, observers)
+        # an overflow is found, and told with its place, where values are read from the FMUs
+        with _interruption() as interrupted, np.errstate(over="ignore", invalid="ignore"):
+            while now < stop:
+                size = min(step, stop - now)
+                seconds = size / SECOND
+                algorithm.step(now / SECOND, seconds)
+                now += size
+                network.advance(now / SECOND)
+                energy.add(algorithm.held, seconds)
+                self.steps += 1
+                recorded = self.steps % every == 0 or now == stop
+                self._observe(results if recorded else None, observers)
+                tell(now / SECOND)
+                if interrupted():
+                    raise KeyboardInterrupt
+
+    def _observe(self, results: ResultsWriter | None, observers: Sequence[Observer]) -> None:
+        network = self.network
+        if results is not None:
+            results.record(network.time)
+        for observer in observers:
+            observer(network.time, network)
+
+
+def _ticker(progress: Progress | None) -> Callable[[float], None]:
+    """A callable of the simulated time that calls `progress` ten times a second."""
+    if progress is None:
+        return lambda _: None
+    last = clock.perf_counter()
+
+    def tick(time: float) -> None:
+        nonlocal last
+        wall = clock.perf_counter()
+        if wall - last >= PROGRESS_INTERVAL:
+            last = wall
+            progress(time)
+
+    return tick
+
+
+@contextmanager
+def _interruption() -> Iterator[Callable[[], bool]]:
+    """Whether Ctrl-C was pressed; a second time it interrupts at once, as usual.
+
+    An exception raised inside an FMU written in Python would be fatal to it.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield lambda: False
+        return
+    pressed = False
+    usual = signal.getsignal(signal.SIGINT)
+
+    def note(*_: object) -> None:
+        nonlocal pressed
+        pressed = True
+        signal.signal(signal.SIGINT, usual)
+
+    signal.signal(signal.SIGINT, note)
+    try:
+        yield lambda: pressed
+    finally:
+        signal.signal(signal.SIGINT, usual)

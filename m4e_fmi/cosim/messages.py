@@ -1,0 +1,61 @@
+"""What FMUs say through FMI's logger, sorted by instance.
+
+FMPy's native proxy formats the messages (their arguments are variadic, which ctypes cannot take),
+but knows one logger for the whole process. The one here finds the instance by its FMI component
+environment, and leaves messages of other instances to FMPy.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import itertools
+import weakref
+from collections import deque
+from typing import Any
+
+from fmpy import calloc, fmi2, free
+from fmpy.logging import addLoggerProxy
+
+STATUS = {0: "OK", 1: "Warning", 2: "Discard", 3: "Error", 4: "Fatal"}
+KEPT = 100
+"""Number of messages that are kept of an instance."""
+
+
+class Messages:
+    """The last messages of one instance, oldest first; `callbacks` goes into fmi2Instantiate."""
+
+    def __init__(self) -> None:
+        self._texts: deque[tuple[int, str]] = deque(maxlen=KEPT)
+        environment = next(_NUMBERS)
+        _ALL[environment] = self
+        self.callbacks = fmi2.fmi2CallbackFunctions()
+        self.callbacks.logger = _LOGGER
+        self.callbacks.allocateMemory = _ALLOCATE
+        self.callbacks.freeMemory = _FREE
+        self.callbacks.componentEnvironment = environment
+        addLoggerProxy(ctypes.byref(self.callbacks))
+
+    def add(self, status: int, text: str) -> None:
+        self._texts.append((status, text))
+
+    def last(self, count: int = 3) -> str:
+        """The last few messages of trouble, or of anything if there was none."""
+        trouble = [text for status, text in self._texts if status != 0]
+        return "; ".join((trouble or [text for _, text in self._texts])[-count:])
+
+
+_ALL: weakref.WeakValueDictionary[int, Messages] = weakref.WeakValueDictionary()
+_NUMBERS = itertools.count(1)
+
+
+def _log(environment: Any, name: Any, status: int, category: Any, message: Any) -> None:
+    receiver = _ALL.get(environment or 0)
+    if receiver is None:
+        fmi2.printLogMessage(environment, name, status, category, message)
+    else:
+        receiver.add(status, (message or b"").decode("utf-8", errors="replace").strip())
+
+
+_LOGGER = fmi2.fmi2CallbackLoggerTYPE(_log)
+_ALLOCATE = fmi2.fmi2CallbackAllocateMemoryTYPE(calloc)
+_FREE = fmi2.fmi2CallbackFreeMemoryTYPE(free)

@@ -1,0 +1,131 @@
+"""From a System to results: build what is missing, connect, check, run."""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from m4e_fmi.cosim.components import fmu_files
+from m4e_fmi.cosim.connect import Wiring, connect
+from m4e_fmi.cosim.description import Description, read_description
+from m4e_fmi.cosim.energy import BondEnergy
+from m4e_fmi.cosim.master import Master, Observer, Progress
+from m4e_fmi.cosim.results import Results, ResultsWriter, load
+from m4e_fmi.cosim.structure import Structure, analyse
+from m4e_fmi.cosim.system import System
+from m4e_fmi.errors import InputError, Problem, RunError
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A system with its FMUs built, its connections resolved and its loops excluded."""
+
+    system: System
+    descriptions: dict[str, Description] = field(repr=False)
+    wiring: Wiring = field(repr=False)
+    structure: Structure = field(repr=False)
+
+    def __str__(self) -> str:
+        simulation = self.system.simulation
+        lines = [f"system {self.system.name}", "components, in the order they step:"]
+        lines += [f"  {name}  {self.descriptions[name].path}" for name in self.structure.sweep]
+        lines.append("connections:")
+        links = (*self.wiring.initial_links, *self.wiring.links)
+        for index, text in enumerate(self.system.connections):
+            count = sum(link.connection == index for link in links)
+            lines.append(f"  {text}  ({count} variables)")
+        lines.append("unconnected inputs, which keep their start values:")
+        lines += [f"  {port}" for port in self.wiring.unconnected] or ["  none"]
+        if self.structure.delayed:
+            lines.append("extrapolated, because their sources step later:")
+            lines += [f"  {link}" for link in self.structure.delayed]
+        lines.append(
+            f"{simulation.start_time:g} s to {simulation.stop_time:g} s, step "
+            f"{simulation.step_size:g} s, {simulation.algorithm}"
+        )
+        return "\n".join(lines)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A finished run: where its results are, its steps, wall time [s] and energy balance [J]."""
+
+    prepared: Prepared = field(repr=False)
+    path: Path | None
+    steps: int
+    wall_time: float
+    energy: tuple[BondEnergy, ...]
+
+    def results(self) -> Results:
+        """The results file, in memory."""
+        if self.path is None:
+            raise RunError("this run wrote no results", "give `results` to run")
+        return load(self.path)
+
+
+def prepare(
+    system: System,
+    *,
+    build_directory: str | Path = "build",
+    tell: Callable[[str], None] | None = None,
+) -> Prepared:
+    """Build what is missing, read the FMUs, resolve the connections.
+
+    InputError with all problems of the FMU files, then of the connections; RunError for an
+    algebraic loop or a build that failed. `tell` receives a line per step of a build.
+    """
+    problems: list[Problem] = []
+    descriptions: dict[str, Description] = {}
+    for name, path in fmu_files(system, build_directory, tell=tell).items():
+        try:
+            descriptions[name] = read_description(path)
+        except InputError as error:
+            problems += error.problems
+    if problems:
+        raise InputError(problems)
+    wiring = connect(system, descriptions)
+    return Prepared(system, descriptions, wiring, analyse(descriptions, wiring))
+
+
+def run(
+    system: System | Prepared,
+    *,
+    results: str | Path | None = None,
+    build_directory: str | Path = "build",
+    observers: Sequence[Observer] = (),
+    progress: Progress | None = None,
+    tell: Callable[[str], None] | None = None,
+) -> Outcome:
+    """Co-simulate `system` from its start to its stop time.
+
+    `results` is the netCDF file to stream to (None: none). Each of `observers` is called as
+    ``observer(time, network)`` at the start and after every step, `progress` as
+    ``progress(time)`` about ten times a second. RunError names component,
+    variable and time; the results up to there are then on disk, as they are after
+    KeyboardInterrupt.
+    """
+    if isinstance(system, System):
+        system = prepare(system, build_directory=build_directory, tell=tell)
+    begun = clock.perf_counter()
+    path = None if results is None else Path(results)
+    settings = system.system.simulation
+    with Master(system.system, system.descriptions, system.wiring, system.structure) as master:
+        if path is None:
+            master.run(observers=observers, progress=progress)
+        else:
+            attributes = {
+                "title": system.system.name,
+                "comment": system.system.description,
+                "algorithm": settings.algorithm,
+                "step_size": f"{settings.step_size:g} s",
+            }
+            with ResultsWriter(path, master.network, attributes) as writer:
+                try:
+                    master.run(results=writer, observers=observers, progress=progress)
+                except RunError as error:
+                    note = f"{error.remedy}; results up to there are in {path}".lstrip("; ")
+                    raise RunError(error.message, note) from error
+        energy, steps = master.energy, master.steps
+    return Outcome(system, path, steps, clock.perf_counter() - begun, energy)

@@ -1,0 +1,176 @@
+"""In which order values are exchanged, and components stepped; what loops there are.
+
+At one communication point an input is as new as the output it comes from, and an output with
+feed-through as new as the inputs it depends on. Exchanging along the declared dependencies makes
+all of them belong to the same instant; read in any other order, outputs would show inputs of the
+step before.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import networkx as nx
+
+from m4e_fmi.cosim.connect import Link, Port, Wiring
+from m4e_fmi.cosim.description import Description
+from m4e_fmi.errors import RunError
+
+
+@dataclass(frozen=True)
+class Transfer:
+    """One FMI call of an exchange: get or set these variables of this component."""
+
+    action: Literal["get", "set"]
+    component: str
+    variables: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Structure:
+    """What follows from the wiring.
+
+    `initial` are the transfers in initialization mode, `exchange` those at a communication point;
+    `sweep` is the order of components in which sources of unpredictable values come first, and
+    `delayed` the links that go against it all the same.
+    """
+
+    initial: tuple[Transfer, ...]
+    exchange: tuple[Transfer, ...]
+    sweep: tuple[str, ...]
+    delayed: tuple[Link, ...]
+
+
+def analyse(descriptions: Mapping[str, Description], wiring: Wiring) -> Structure:
+    """The structure of a system; RunError naming the variables if it has an algebraic loop."""
+
+    def now(port: Port) -> frozenset[str]:
+        return descriptions[port.component].dependencies[port.variable]
+
+    def initially(port: Port) -> frozenset[str]:
+        return descriptions[port.component].initial_dependencies[port.variable]
+
+    needed = _with_derivatives(descriptions, wiring.links)
+    everything = (*wiring.initial_links, *wiring.links)
+    sources = dict.fromkeys(link.source for link in everything)
+    sweep, delayed = sweep_order(descriptions, wiring.links)
+    return Structure(
+        initial=_order(descriptions, everything, sources, initially, "at initialisation"),
+        exchange=_order(descriptions, wiring.links, needed, now, "at communication points"),
+        sweep=sweep,
+        delayed=delayed,
+    )
+
+
+def _with_derivatives(descriptions: Mapping[str, Description], links: Iterable[Link]) -> list[Port]:
+    """Sources of the links, and their declared first and second time derivatives."""
+    needed: dict[Port, None] = {}
+    for link in links:
+        for port in derivative_chain(descriptions, link.source):
+            needed[port] = None
+    return list(needed)
+
+
+def derivative_chain(descriptions: Mapping[str, Description], port: Port) -> list[Port]:
+    """The output `port` and, as far as its FMU declares them, its first and second derivative."""
+    derivatives = descriptions[port.component].output_derivatives
+    chain = [port]
+    while len(chain) < 3 and chain[-1].variable in derivatives:
+        chain.append(Port(port.component, derivatives[chain[-1].variable]))
+    return chain
+
+
+def sweep_order(
+    descriptions: Mapping[str, Description], links: Iterable[Link]
+) -> tuple[tuple[str, ...], tuple[Link, ...]]:
+    """Components so that the sources of values that cannot be predicted step first.
+
+    A value with a declared derivative can be predicted and constrains nothing. Where the others
+    form a cycle, the component listed first goes first; the links that then lead backwards are
+    returned too.
+    """
+    binding = [
+        link
+        for link in links
+        if link.source.variable not in descriptions[link.source.component].output_derivatives
+        and link.source.component != link.target.component
+    ]
+    before: dict[str, set[str]] = {name: set() for name in descriptions}
+    for link in binding:
+        before[link.target.component].add(link.source.component)
+    order: list[str] = []
+    waiting = list(descriptions)
+    while waiting:
+        free = [name for name in waiting if before[name] <= set(order)]
+        order.append((free or waiting)[0])
+        waiting.remove(order[-1])
+    place = {name: k for k, name in enumerate(order)}
+    delayed = [k for k in binding if place[k.source.component] > place[k.target.component]]
+    return tuple(order), tuple(delayed)
+
+
+def _order(
+    descriptions: Mapping[str, Description],
+    links: Sequence[Link],
+    outputs: Iterable[Port],
+    depends: Callable[[Port], frozenset[str]],
+    when: str,
+) -> tuple[Transfer, ...]:
+    """Rounds of gets and sets in which each value is carried over when it is final."""
+    driven = {link.target: link.source for link in links}
+    graph: nx.DiGraph = nx.DiGraph()
+    for output in outputs:
+        graph.add_node(output)
+        for name in depends(output):
+            known = Port(output.component, name)
+            if known in driven:
+                graph.add_edge(known, output)
+    graph.add_edges_from((source, target) for target, source in driven.items())
+    _refuse_loops(descriptions, graph, when)
+    transfers: list[Transfer] = []
+    for ports in nx.topological_generations(graph):
+        # a generation is all inputs or outputs that wait for nothing but earlier generations
+        by_call: dict[tuple[Literal["get", "set"], str], list[str]] = {}
+        for port in sorted(ports):
+            action: Literal["get", "set"] = "set" if port in driven else "get"
+            by_call.setdefault((action, port.component), []).append(port.variable)
+        transfers += [Transfer(a, c, tuple(names)) for (a, c), names in by_call.items()]
+    return _merged(transfers)
+
+
+def _merged(transfers: list[Transfer]) -> tuple[Transfer, ...]:
+    """Fewer, larger calls: sets of one component with no get of it in between become one."""
+    result: list[Transfer] = []
+    for transfer in transfers:
+        same = [k for k, t in enumerate(result) if t.component == transfer.component]
+        last = same[-1] if same else -1
+        if transfer.action == "set" and last >= 0 and result[last].action == "set":
+            earlier = result.pop(last)
+            names = (*earlier.variables, *transfer.variables)
+            transfer = Transfer("set", transfer.component, names)
+        result.append(transfer)
+    return tuple(result)
+
+
+def _refuse_loops(descriptions: Mapping[str, Description], graph: nx.DiGraph, when: str) -> None:
+    loops = [c for c in nx.strongly_connected_components(graph) if len(c) > 1]
+    if not loops:
+        return
+    texts = []
+    blind: set[str] = set()
+    for loop in loops:
+        edges = nx.find_cycle(graph.subgraph(loop))
+        ports = [edge[0] for edge in edges]
+        start = ports.index(min(ports))
+        ports = ports[start:] + ports[:start]
+        texts.append(" -> ".join(str(port) for port in [*ports, ports[0]]))
+        blind |= {p.component for p in ports if p.variable in descriptions[p.component].undeclared}
+    remedy = "give one of these FMUs an output that does not depend on its input within an instant"
+    if blind:
+        remedy = (
+            f"{' and '.join(sorted(blind))} declare{'s' * (len(blind) == 1)} no dependencies in "
+            "ModelStructure, so that each output may depend on every input: export it with them"
+        )
+    raise RunError(f"algebraic loop {when}: {'; '.join(texts)}", remedy)

@@ -1,0 +1,53 @@
+"""Folders that FMUs are unpacked into: plain ASCII paths, removed afterwards whatever happens."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import tempfile
+import weakref
+from pathlib import Path
+
+import fmpy
+import platformdirs
+
+from m4e_fmi.errors import RunError
+
+# FMUs get this path as a percent-encoded URI, which some cannot decode and crash
+_PLAIN = re.compile(r"[A-Za-z0-9_./\\:-]+$")
+
+
+class Unpacked:
+    """The content of an FMU in a folder of its own, until `remove` or the interpreter's end."""
+
+    def __init__(self, fmu: Path) -> None:
+        self.folder = Path(tempfile.mkdtemp(prefix="m4e_fmi_", dir=_plain_folder()))
+        self._finalizer = weakref.finalize(self, shutil.rmtree, self.folder, ignore_errors=True)
+        try:
+            fmpy.extract(fmu, self.folder)
+        except Exception as error:
+            self.remove()
+            raise RunError(f"{fmu}: cannot be unpacked: {error}", "free disk space?") from error
+
+    def remove(self) -> None:
+        self._finalizer()
+
+
+def _plain_folder() -> Path:
+    """An existing folder for temporary files whose path has no character beyond plain ASCII."""
+    candidates = [
+        Path(tempfile.gettempdir()),
+        platformdirs.user_cache_path("m4e_fmi"),
+        Path("/tmp"),
+        Path("/var/tmp"),
+    ]
+    for folder in candidates:
+        if _PLAIN.match(str(folder)):
+            try:
+                folder.mkdir(parents=True, exist_ok=True)
+            except OSError:
+                continue
+            return folder
+    tried = ", ".join(str(folder) for folder in candidates)
+    remedy = "set TMPDIR to an existing folder with only letters, digits, '_', '-' and '.'"
+    raise RunError(f"no folder with a plain ASCII path to unpack FMUs into (tried {tried})", remedy)

@@ -1,0 +1,186 @@
+"""Compiles the C models beside this file into FMI 2.0 FMUs and describes their variables."""
+
+from __future__ import annotations
+
+import subprocess
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+from xml.sax.saxutils import quoteattr
+
+import fmpy
+
+HERE = Path(__file__).parent
+UNITS = {
+    "1": "",
+    "1/s": 's="-1"',
+    "m": 'm="1"',
+    "mm": 'm="1" factor="0.001"',
+    "m/s": 'm="1" s="-1"',
+    "m/s2": 'm="1" s="-2"',
+    "s": 's="1"',
+    "kg": 'kg="1"',
+    "N": 'kg="1" m="1" s="-2"',
+    "N/m": 'kg="1" s="-2"',
+    "N.s/m": 'kg="1" s="-1"',
+}
+
+
+@dataclass(frozen=True)
+class V:
+    """A variable: `needs` are the names an output depends on, None if it declares nothing."""
+
+    name: str
+    unit: str
+    causality: str
+    start: float | None = None
+    needs: tuple[str, ...] | None = ()
+    rate_of: str | None = None
+    initial: str | None = None
+
+
+def parameter(name: str, unit: str, start: float) -> V:
+    return V(name, unit, "parameter", start)
+
+
+def motion(prefix: str, *, acceleration_needs: tuple[str, ...] = ()) -> tuple[V, V, V]:
+    """Outputs x, vx, ax; x and vx are states with a start value."""
+    return (
+        V(f"{prefix}x", "m", "output", 0.0, initial="exact"),
+        V(f"{prefix}vx", "m/s", "output", 0.0, rate_of=f"{prefix}x", initial="exact"),
+        V(f"{prefix}ax", "m/s2", "output", needs=acceleration_needs, rate_of=f"{prefix}vx"),
+    )
+
+
+def end(*, moves: bool) -> tuple[V, V]:
+    """Inputs x, vx of an end; with `moves`, vx is declared as derivative of x."""
+    return (
+        V("end.x", "m", "input", 0.0),
+        V("end.vx", "m/s", "input", 0.0, rate_of="end.x" if moves else None),
+    )
+
+
+STIFFNESS = parameter("stiffness", "N/m", 1.0)
+DAMPING = parameter("damping", "N.s/m", 0.0)
+END = ("end.x", "end.vx")
+
+MASS = (
+    parameter("mass", "kg", 1.0),
+    parameter("stiffness", "N/m", 0.0),
+    DAMPING,
+    V("body.m.force_x", "N", "input", 0.0),
+    *motion("body.m.", acceleration_needs=("body.m.force_x",)),
+)
+PARTNER = (
+    parameter("mass", "kg", 1.0),
+    STIFFNESS,
+    parameter("coupling", "N/m", 1.0),
+    DAMPING,
+    *end(moves=False),
+    V("end.force_x", "N", "output", needs=END),
+    V("x", "m", "output", 0.0, initial="exact"),
+    V("vx", "m/s", "output", 0.0, rate_of="x", initial="exact"),
+)
+MOVING_PARTNER = (*PARTNER[:4], *end(moves=True), *PARTNER[6:])
+SPRING = (STIFFNESS, DAMPING, *end(moves=False), V("end.force_x", "N", "output", needs=END))
+BLIND_SPRING = (*SPRING[:-1], V("end.force_x", "N", "output", needs=None))
+"""Declares no dependencies, as the FMUs of some tools."""
+MM_SPRING = (STIFFNESS, DAMPING, V("end.x", "mm", "input", 0.0), *SPRING[3:])
+DAMPER = (
+    parameter("stiffness", "N/m", 0.0),
+    DAMPING,
+    parameter("x", "m", 0.0),
+    V("end.vx", "m/s", "input", 0.0),
+    V("end.force_x", "N", "output", needs=("end.vx",)),
+)
+LINE = (STIFFNESS, DAMPING, *end(moves=True), V("end.force_x", "N", "output", needs=()))
+STAGE = (
+    parameter("gain", "1", 1.0),
+    V("twice", "1", "calculatedParameter", needs=("gain",)),
+    V("u", "s", "input", 0.0),
+    V("y", "s", "output", needs=("u",)),
+)
+INTEGRATOR = (
+    parameter("gain", "1/s", 1.0),
+    V("u", "1", "input", 0.0),
+    V("y", "1", "output", 0.0, initial="exact"),
+)
+BLIND_INTEGRATOR = (*INTEGRATOR[:-1], V("y", "1", "output", 0.0, needs=None, initial="exact"))
+ROGUE = (parameter("what", "1", 0.0), parameter("when", "s", 1.0), V("y", "s", "output"))
+
+MODELS: dict[str, tuple[str, tuple[V, ...]]] = {
+    "mass": ("mass.c", MASS),
+    "partner": ("partner.c", PARTNER),
+    "moving_partner": ("partner.c", MOVING_PARTNER),
+    "spring": ("spring.c", SPRING),
+    "blind_spring": ("spring.c", BLIND_SPRING),
+    "damper": ("spring.c", DAMPER),
+    "mm_spring": ("spring.c", MM_SPRING),
+    "line": ("line.c", LINE),
+    "stage": ("stage.c", STAGE),
+    "integrator": ("integrator.c", INTEGRATOR),
+    "blind_integrator": ("integrator.c", BLIND_INTEGRATOR),
+    "rogue": ("rogue.c", ROGUE),
+}
+
+
+def build(name: str, folder: Path) -> Path:
+    """The FMU of the model `name`, in `folder`."""
+    source, variables = MODELS[name]
+    library = folder / (name + fmpy.sharedLibraryExtension)
+    headers = Path(fmpy.__file__).parent / "c-code"
+    flags = ["-DMOVES"] if name == "moving_partner" else []
+    command = ["cc", "-O1", "-shared", "-fPIC", "-w", f"-I{headers}", f"-I{HERE}"]
+    command += [f'-DMODEL="{source}"', *flags, str(HERE / "shell.c"), "-lm", "-o", str(library)]
+    subprocess.run(command, check=True)
+    fmu = folder / f"{name}.fmu"
+    with zipfile.ZipFile(fmu, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("modelDescription.xml", describe(name, variables))
+        archive.write(library, f"binaries/{fmpy.platform}/{library.name}")
+    return fmu
+
+
+def describe(name: str, variables: tuple[V, ...]) -> str:
+    """The model description; value references count from 0 in the order of the variables."""
+    index = {v.name: str(k) for k, v in enumerate(variables, 1)}
+    units = "".join(f'<Unit name="{u}"><BaseUnit {e}/></Unit>' for u, e in UNITS.items())
+    outputs = [v for v in variables if v.causality == "output"]
+    calculated = [v for v in variables if v.causality == "calculatedParameter"]
+    unknowns = [v for v in (*outputs, *calculated) if v.initial != "exact"]
+
+    def listed(vs: list[V]) -> str:
+        return "".join(f'<Unknown index="{index[v.name]}"{_needs(v, index)}/>' for v in vs)
+
+    return (
+        '<?xml version="1.0" encoding="UTF-8"?>'
+        f'<fmiModelDescription fmiVersion="2.0" modelName="{name}" guid="{name}">'
+        f'<CoSimulation modelIdentifier="{name}" canHandleVariableCommunicationStepSize="true"/>'
+        f"<UnitDefinitions>{units}</UnitDefinitions><ModelVariables>"
+        + "".join(_scalar(k, v, index) for k, v in enumerate(variables))
+        + f"</ModelVariables><ModelStructure><Outputs>{listed(outputs)}</Outputs>"
+        f"<InitialUnknowns>{listed(unknowns)}</InitialUnknowns></ModelStructure>"
+        "</fmiModelDescription>"
+    )
+
+
+def _needs(v: V, index: dict[str, str]) -> str:
+    if v.needs is None:
+        return ""
+    return f' dependencies="{" ".join(index[name] for name in v.needs)}"'
+
+
+def _scalar(reference: int, v: V, index: dict[str, str]) -> str:
+    fixed = v.causality in ("parameter", "calculatedParameter")
+    initial = v.initial or {"parameter": "exact", "input": None}.get(v.causality, "calculated")
+    real = f"unit={quoteattr(v.unit)}"
+    if v.start is not None:
+        real += f' start="{v.start}"'
+    if v.rate_of:
+        real += f' derivative="{index[v.rate_of]}"'
+    return (
+        f'<ScalarVariable name={quoteattr(v.name)} valueReference="{reference}" '
+        f'description={quoteattr(f"{v.causality} {v.name}")} causality="{v.causality}" '
+        f'variability="{"fixed" if fixed else "continuous"}"'
+        + (f' initial="{initial}"' if initial else "")
+        + f"><Real {real}/></ScalarVariable>"
+    )

@@ -1,0 +1,15 @@
+/* y = t until something happens at `when`: 2 Discard, 3 Error, 4 Fatal, 9 nan. */
+enum { WHAT, WHEN, Y, N };
+static const double start[N] = {[WHEN] = 1};
+
+static void update(Model *m) {
+    m->r[Y] = m->r[WHAT] == 9 && m->t >= m->r[WHEN] ? NAN : m->t;
+}
+static fmi2Status advance(Model *m, double t, double h) {
+    int what = (int)m->r[WHAT];
+    if (what >= 2 && what <= 4 && t + h >= m->r[WHEN]) {
+        SAY(m, fmi2Error, "the %s ran dry", "pump");
+        return (fmi2Status)what;
+    }
+    return fmi2OK;
+}

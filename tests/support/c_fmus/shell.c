@@ -1,0 +1,113 @@
+/* An FMI 2.0 co-simulation FMU around a model of a few lines (MODEL, included below).
+ *
+ * The model defines N (number of Real variables, whose value references are 0 .. N-1), `start`
+ * values, `update` (outputs from states and inputs; in initialization mode too) and `advance` (one
+ * step; returns a status). Everything else of FMI answers "not supported", but is there, because
+ * FMPy resolves all functions.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "fmi2Functions.h"
+
+typedef struct {
+    double *r;      /* Real variables */
+    double t;       /* s */
+    int stale;      /* outputs do not fit inputs and states */
+    int running;    /* initialization mode or later */
+    fmi2ComponentEnvironment environment;
+    fmi2CallbackLogger log;
+    char name[64];
+} Model;
+
+#define SAY(m, status, ...) (m)->log((m)->environment, (m)->name, status, "logStatus", __VA_ARGS__)
+
+typedef void (*Rates)(const Model *m, double s, const double *x, double *dx);
+
+/* Runge-Kutta 4 in 20 substeps over h; s runs from 0 to h. Error far below that of any coupling. */
+static void rk4(const Model *m, int n, double *x, double h, Rates f) {
+    double k1[8], k2[8], k3[8], k4[8], y[8], d = h / 20;
+    for (int j = 0; j < 20; j++) {
+        double s = j * d;
+        f(m, s, x, k1);
+        for (int i = 0; i < n; i++) y[i] = x[i] + d / 2 * k1[i];
+        f(m, s + d / 2, y, k2);
+        for (int i = 0; i < n; i++) y[i] = x[i] + d / 2 * k2[i];
+        f(m, s + d / 2, y, k3);
+        for (int i = 0; i < n; i++) y[i] = x[i] + d * k3[i];
+        f(m, s + d, y, k4);
+        for (int i = 0; i < n; i++) x[i] += d / 6 * (k1[i] + 2 * k2[i] + 2 * k3[i] + k4[i]);
+    }
+}
+
+#include MODEL
+
+const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
+const char *fmi2GetVersion(void) { return fmi2Version; }
+fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String k[]) { return fmi2OK; }
+
+fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
+                              const fmi2CallbackFunctions *functions, fmi2Boolean visible,
+                              fmi2Boolean logging) {
+    Model *m = calloc(1, sizeof *m);
+    m->r = malloc(sizeof start);
+    memcpy(m->r, start, sizeof start);
+    m->environment = functions->componentEnvironment;
+    m->log = functions->logger;
+    m->stale = 1;
+    strncpy(m->name, name, sizeof m->name - 1);
+    return m;
+}
+
+void fmi2FreeInstance(fmi2Component c) { free(((Model *)c)->r); free(c); }
+fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean d, fmi2Real tol, fmi2Real t0, fmi2Boolean e, fmi2Real t1) { ((Model *)c)->t = t0; return fmi2OK; }
+fmi2Status fmi2EnterInitializationMode(fmi2Component c) { ((Model *)c)->running = 1; return fmi2OK; }
+fmi2Status fmi2ExitInitializationMode(fmi2Component c) { return fmi2OK; }
+fmi2Status fmi2Terminate(fmi2Component c) { return fmi2OK; }
+fmi2Status fmi2Reset(fmi2Component c) { memcpy(((Model *)c)->r, start, sizeof start); return fmi2OK; }
+
+fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Real v[]) {
+    Model *m = c;
+    if (m->stale && m->running) { update(m); m->stale = 0; }
+    for (size_t i = 0; i < n; i++) v[i] = m->r[vr[i]];
+    return fmi2OK;
+}
+
+fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Real v[]) {
+    Model *m = c;
+    for (size_t i = 0; i < n; i++) m->r[vr[i]] = v[i];
+    m->stale = 1;
+    return fmi2OK;
+}
+
+fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_undo) {
+    Model *m = c;
+    fmi2Status status = advance(m, t, h);
+    m->t = t + h;
+    m->stale = 1;
+    return status;
+}
+
+#define NOT_SUPPORTED(name, ...) fmi2Status name(__VA_ARGS__) { return fmi2Error; }
+NOT_SUPPORTED(fmi2GetInteger, fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Integer v[])
+NOT_SUPPORTED(fmi2GetBoolean, fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Boolean v[])
+NOT_SUPPORTED(fmi2GetString, fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2String v[])
+NOT_SUPPORTED(fmi2SetInteger, fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Integer v[])
+NOT_SUPPORTED(fmi2SetBoolean, fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Boolean v[])
+NOT_SUPPORTED(fmi2SetString, fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2String v[])
+NOT_SUPPORTED(fmi2GetFMUstate, fmi2Component c, fmi2FMUstate *s)
+NOT_SUPPORTED(fmi2SetFMUstate, fmi2Component c, fmi2FMUstate s)
+NOT_SUPPORTED(fmi2FreeFMUstate, fmi2Component c, fmi2FMUstate *s)
+NOT_SUPPORTED(fmi2SerializedFMUstateSize, fmi2Component c, fmi2FMUstate s, size_t *n)
+NOT_SUPPORTED(fmi2SerializeFMUstate, fmi2Component c, fmi2FMUstate s, fmi2Byte b[], size_t n)
+NOT_SUPPORTED(fmi2DeSerializeFMUstate, fmi2Component c, const fmi2Byte b[], size_t n, fmi2FMUstate *s)
+NOT_SUPPORTED(fmi2GetDirectionalDerivative, fmi2Component c, const fmi2ValueReference z[], size_t nz, const fmi2ValueReference v[], size_t nv, const fmi2Real dv[], fmi2Real dz[])
+NOT_SUPPORTED(fmi2SetRealInputDerivatives, fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Integer o[], const fmi2Real v[])
+NOT_SUPPORTED(fmi2GetRealOutputDerivatives, fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Integer o[], fmi2Real v[])
+NOT_SUPPORTED(fmi2CancelStep, fmi2Component c)
+NOT_SUPPORTED(fmi2GetStatus, fmi2Component c, const fmi2StatusKind k, fmi2Status *v)
+NOT_SUPPORTED(fmi2GetRealStatus, fmi2Component c, const fmi2StatusKind k, fmi2Real *v)
+NOT_SUPPORTED(fmi2GetIntegerStatus, fmi2Component c, const fmi2StatusKind k, fmi2Integer *v)
+NOT_SUPPORTED(fmi2GetBooleanStatus, fmi2Component c, const fmi2StatusKind k, fmi2Boolean *v)
+NOT_SUPPORTED(fmi2GetStringStatus, fmi2Component c, const fmi2StatusKind k, fmi2String *v)

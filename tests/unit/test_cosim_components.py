@@ -1,0 +1,120 @@
+"""Building what is missing: once, and again only when what it is made from changes."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from importlib.machinery import ModuleSpec
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+from m4e_fmi.cosim import (
+    Component,
+    Kind,
+    ModelFile,
+    Simulation,
+    System,
+    components,
+    prepare,
+    read_description,
+    run,
+)
+from m4e_fmi.cosim import system as system_module
+from m4e_fmi.document import Section
+from m4e_fmi.program import Program, Recorder, Variable
+
+MASS = "a mass of 1 kg on a spring of the given stiffness, driven by a force"
+
+
+class CoilConfig(Section):
+    stiffness: float
+    table: str = ""
+
+
+def coil(
+    config: CoilConfig, *, name: str, folder: Path, progress: Callable[[str], None]
+) -> Program:
+    del folder
+    progress("winding")
+    r = Recorder(name, "a spring")
+    x = r.input(Variable("end.x", "m", "position"))
+    r.input(Variable("end.vx", "m/s", "velocity"))
+    r.output(Variable("end.force_x", "N", "force on what holds the end"), -config.stiffness * x)
+    return r.program()
+
+
+def mass(path: Path) -> Program:
+    r = Recorder(path.stem, MASS)
+    m = r.parameter(Variable("mass", "kg", "mass", start=float(path.read_text())))
+    force = r.input(Variable("body.m.force_x", "N", "force"))
+    x = r.state(Variable("body.m.x", "m", "position", start=1.0))
+    v = r.state(Variable("body.m.vx", "m/s", "velocity", derivative_of="body.m.x"))
+    r.rate("body.m.x", v)
+    r.rate("body.m.vx", force / m)
+    acceleration = Variable("body.m.ax", "m/s2", "acceleration", derivative_of="body.m.vx")
+    r.output(acceleration, force / m)
+    del x
+    return r.program()
+
+
+@pytest.fixture
+def pair(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., System]:
+    """`pair(stiffness)` is a system of a model and a kind, both made here."""
+    module = ModuleType("coil_kind")
+    module.__dict__.update(Config=CoilConfig, make=coil, __spec__=ModuleSpec("coil_kind", None))
+    monkeypatch.setitem(sys.modules, "coil_kind", module)
+
+    class Point:
+        value = "coil_kind"
+
+    for place in (system_module, components):
+        monkeypatch.setattr(place, "kinds", lambda: {"coil": Point()})
+    monkeypatch.setattr("m4e_fmi.multibody.model_program", mass)
+    (tmp_path / "mass.model.yaml").write_text("1.0")
+    (tmp_path / "table.csv").write_text("1")
+
+    def make(stiffness: float = 1.0) -> System:
+        config = CoilConfig(stiffness=stiffness, table="table.csv")
+        parts = (
+            Component("body", ModelFile(tmp_path / "mass.model.yaml")),
+            Component("coil", Kind("coil", config)),
+        )
+        settings = Simulation(1.0, 0.01)
+        return System("pair", parts, ("body.m <-> coil.end",), settings, folder=tmp_path)
+
+    return make
+
+
+def test_only_what_changed_is_built_again(pair: Callable[..., System], tmp_path: Path) -> None:
+    def built(system: System) -> list[str]:
+        told: list[str] = []
+        files = components.fmu_files(system, tmp_path / "build", tell=told.append)
+        assert files == {n: tmp_path / "build" / "pair" / f"{n}.fmu" for n in ("body", "coil")}
+        assert all(path.is_file() for path in files.values())
+        return sorted(line.partition(":")[0] for line in told if "building" in line)
+
+    assert built(pair()) == ["body", "coil"]
+    assert built(pair()) == []
+    assert built(pair(stiffness=2.0)) == ["coil"]
+    (tmp_path / "table.csv").write_text("2")
+    assert built(pair(stiffness=2.0)) == ["coil"]
+    (tmp_path / "mass.model.yaml").write_text("2.0")
+    assert built(pair(stiffness=2.0)) == ["body"]
+    assert {p.suffix for p in (tmp_path / "build" / "pair").iterdir()} == {".fmu", ".stamp"}
+
+
+def test_built_fmus_run_together(pair: Callable[..., System], tmp_path: Path) -> None:
+    told: list[str] = []
+    prepared = prepare(pair(), build_directory=tmp_path / "build", tell=told.append)
+    assert "coil: winding" in told
+    assert prepared.structure.sweep == ("coil", "body")
+    body = read_description(prepared.descriptions["body"].path)
+    assert body.dependencies["body.m.x"] == frozenset()
+    results = run(prepared, results=tmp_path / "r.nc").results()
+    x = results["body.body.m.x"]
+    assert x.long_name == "position"
+    # second order, as for the same pair in C: H²/12 displacement, phase t H²/24
+    np.testing.assert_allclose(x.values, np.cos(results.time), atol=2e-5)

@@ -1,0 +1,165 @@
+"""Connection texts: what they connect, and one clear message with place for every mistake."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from m4e_fmi.cosim import Component, FmuFile, Port, Simulation, System, prepare
+from m4e_fmi.cosim.connect import Wiring, connect
+from m4e_fmi.cosim.description import Description, Variable
+from m4e_fmi.errors import InputError
+from m4e_fmi.units import parse_unit
+
+Fmus = Callable[[str], Path]
+
+SIMULATION = Simulation(stop_time=1, step_size=0.1)
+
+
+def described(name: str, *variables: tuple[str, str, str]) -> Description:
+    """A description of (name, causality, unit) variables that depend on nothing."""
+    table = {
+        n: Variable(
+            n, k, "Real", c, "continuous", None, u, parse_unit(u) if u else None, 0.0, "", None
+        )
+        for k, (n, c, u) in enumerate(variables)
+    }
+    outputs = {n: frozenset[str]() for n, c, _ in variables if c != "input"}
+    return Description(Path(f"{name}.fmu"), name, "", table, outputs, outputs, frozenset(), {}, {})
+
+
+def wired(descriptions: dict[str, Description], *connections: str) -> Wiring:
+    components = tuple(Component(name, FmuFile(Path(f"{name}.fmu"))) for name in descriptions)
+    return connect(System("s", components, connections, SIMULATION), descriptions)
+
+
+BUOY = described(
+    "buoy",
+    ("body.float.x", "output", "m"),
+    ("body.float.vx", "output", "m/s"),
+    ("body.float.ax", "output", "m/s2"),
+    ("body.float.force_x", "input", "N"),
+    ("point.float.x", "output", "m"),
+    ("point.fairlead.x", "output", "m"),
+    ("point.fairlead.force_x", "input", "N"),
+    ("added_mass[1,1]", "parameter", "kg"),
+    ("added_mass[1,2]", "parameter", "kg"),
+    ("mass", "parameter", "kg"),
+)
+HYDRO = described(
+    "hydro",
+    ("float.x", "input", "m"),
+    ("float.vx", "input", "m/s"),
+    ("float.force_x", "output", "N"),
+    ("added_mass[1,1]", "calculatedParameter", "kg"),
+    ("added_mass[1,2]", "calculatedParameter", "kg"),
+    ("displacement", "calculatedParameter", "kg"),
+    ("power", "output", "W"),
+    ("short", "output", "mm"),
+    ("plain", "output", ""),
+    ("small[1,1]", "calculatedParameter", "kg"),
+)
+BOTH = {"buoy": BUOY, "hydro": HYDRO}
+
+
+def test_a_connector_connects_equal_names_both_ways() -> None:
+    wiring = wired(BOTH, "buoy.body.float <-> hydro.float")
+    assert {str(link) for link in wiring.links} == {
+        "buoy.body.float.x -> hydro.float.x",
+        "buoy.body.float.vx -> hydro.float.vx",
+        "hydro.float.force_x -> buoy.body.float.force_x",
+    }
+    assert wiring.unconnected == (Port("buoy", "point.fairlead.force_x"),)
+    assert [bond.name for bond in wiring.bonds] == ["buoy.body.float <-> hydro.float"]
+    axis = wiring.bonds[0].axes[0]
+    assert str(axis.force.source) == "hydro.float.force_x"
+    assert str(axis.velocity.source) == "buoy.body.float.vx"
+    assert axis.position is not None
+
+
+def test_a_connector_is_found_by_its_last_part_if_that_is_unique() -> None:
+    other = {"buoy": BUOY, "line": described("line", ("end.force_x", "output", "N"))}
+    wiring = wired(other, "line.end <-> buoy.fairlead")
+    assert [str(link.target) for link in wiring.links] == ["buoy.point.fairlead.force_x"]
+
+
+def test_an_array_is_carried_into_parameters_once() -> None:
+    wiring = wired(BOTH, "hydro.added_mass -> buoy.added_mass")
+    assert wiring.links == ()
+    assert {str(link.target) for link in wiring.initial_links} == {
+        "buoy.added_mass[1,1]",
+        "buoy.added_mass[1,2]",
+    }
+
+
+def test_a_variable_without_unit_fits_any() -> None:
+    assert wired(BOTH, "hydro.plain -> buoy.body.float.force_x").links
+
+
+@pytest.mark.parametrize(
+    ("connection", "message", "remedy"),
+    [
+        ("buoy.float", "not a connection", "a.group <-> b.group"),
+        ("bouy.float <-> hydro.float", "unknown component 'bouy'", "did you mean 'buoy'?"),
+        ("buoy <-> hydro.float", "'buoy' names no variable", "buoy.name"),
+        ("buoy.float <-> hydro.float", "several connectors", "body.float, point.float"),
+        ("buoy.fairled <-> hydro.float", "no connector 'fairled'", "did you mean 'fairlead'?"),
+        ("buoy.float.x -> hydro.float.x", "no variable 'float.x'", "body.float.x"),
+        ("buoy.point.fairlead <-> buoy.point.float", "no output and input", "x (output)"),
+        ("buoy.mass -> hydro.float.x", "buoy.mass (parameter) is not an output", "left"),
+        ("hydro.power -> buoy.body.float.x", "x (output) is not an input", "input or a parameter"),
+        ("hydro.displacement -> buoy.body.float.force_x", "is constant", "connect it to a par"),
+        ("hydro.power -> buoy.body.float.force_x", "in W, buoy", "kg.m2/s3 is not kg.m/s2"),
+        ("hydro.short -> hydro.float.x", "in mm, hydro.float.x expects m", "factor of 0.001"),
+        ("hydro.small -> buoy.added_mass", "differ in size", "2 elements [1,1] to [1,2]"),
+    ],
+)
+def test_one_mistake_one_message_with_remedy(connection: str, message: str, remedy: str) -> None:
+    with pytest.raises(InputError) as caught:
+        wired(BOTH, connection)
+    (problem,) = caught.value.problems
+    assert message in problem.message
+    assert remedy in problem.remedy
+
+
+def test_two_sources_for_one_input_are_refused() -> None:
+    with pytest.raises(InputError) as caught:
+        wired(
+            BOTH,
+            "buoy.body.float <-> hydro.float",
+            "hydro.float.force_x -> buoy.fairlead.force_x".replace("fairlead", "point.fairlead"),
+            "buoy.point.fairlead.x -> hydro.float.x",
+        )
+    (problem,) = caught.value.problems
+    assert "hydro.float.x has two sources: buoy.body.float.x and buoy.point.fairlead.x" in str(
+        problem
+    )
+    assert "'buoy.body.float <-> hydro.float'" in problem.remedy
+
+
+def test_problems_with_real_fmus_stand_at_their_place_in_the_file(
+    c_fmu: Fmus, tmp_path: Path
+) -> None:
+    path = tmp_path / "system.yaml"
+    path.write_text(
+        f"""\
+name: pair
+components:
+  body: {{fmu: {c_fmu("mass")}, start: {{body.m.y: 1, body.m.ax: 0}}}}
+  spring: {{fmu: {c_fmu("mm_spring")}}}
+connections:
+  - body.m <-> spring.end
+  - body.m.ax -> spring.end.vx
+simulation: {{stop_time: 1, step_size: 0.1}}
+"""
+    )
+    with pytest.raises(InputError) as caught:
+        prepare(System.load(path))
+    told = str(caught.value)
+    assert "system.yaml:6:5: body.body.m.x is in m, spring.end.x expects mm" in told
+    assert "factor of 1000" in told
+    assert "system.yaml:7:5" in told
+    assert "'body' has no variable 'body.m.y'" in told
+    assert "body.body.m.ax (output) takes no start value" in told

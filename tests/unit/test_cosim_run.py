@@ -1,0 +1,247 @@
+"""Runs: results on disk, consistent starts, exact time, and failures that say what happened."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from m4e_fmi.cosim import (
+    Component,
+    FmuFile,
+    Network,
+    Simulation,
+    System,
+    load,
+    run,
+)
+from m4e_fmi.cosim.unpack import Unpacked
+from m4e_fmi.errors import InputError, RunError
+
+Fmus = Callable[[str], Path]
+Starts = Mapping[str, Mapping[str, float]]
+
+
+def system(
+    fmus: Fmus,
+    components: Mapping[str, str],
+    *connections: str,
+    start: Starts | None = None,
+    simulation: Simulation | None = None,
+) -> System:
+    parts = tuple(
+        Component(name, FmuFile(fmus(model)), (start or {}).get(name, {}))
+        for name, model in components.items()
+    )
+    return System("test", parts, connections, simulation or Simulation(1, 0.1))
+
+
+def oscillator(fmus: Fmus, simulation: Simulation) -> System:
+    """A mass of 1 kg on a spring of 1 N/m, released at rest at x = 1 m: x = cos t."""
+    names = {"body": "mass", "spring": "spring"}
+    start = {"body": {"body.m.x": 1.0}}
+    return system(fmus, names, "body.m <-> spring.end", start=start, simulation=simulation)
+
+
+@pytest.fixture(autouse=True)
+def unpacking(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Every test unpacks into a folder of its own, which must be empty afterwards."""
+    folder = tmp_path / "unpacked"
+    folder.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(folder))
+    yield
+    assert not list(folder.iterdir())
+
+
+def test_results_hold_every_output_with_unit_and_name(c_fmu: Fmus, tmp_path: Path) -> None:
+    step = 0.01
+    settings = Simulation(2, step, output_interval=0.05)
+    outcome = run(oscillator(c_fmu, settings), results=tmp_path / "out" / "r.nc")
+    results = outcome.results()
+    assert set(results.components) == {"body", "spring"}
+    assert set(results.components["body"]) == {"body.m.x", "body.m.vx", "body.m.ax"}
+    x, force = results["body.body.m.x"], results["spring.end.force_x"]
+    assert (x.unit, x.long_name) == ("m", "output body.m.x")
+    assert force.unit == "N"
+    np.testing.assert_allclose(results.time, np.arange(0, 41) * 0.05, atol=1e-15)
+    # second order: phase error t (ωH)²/24 and displacement of H²/12 times the force
+    np.testing.assert_allclose(x.values, np.cos(results.time), atol=2 * step**2 / 12)
+    # consistent at every point: the force is the one of this very position
+    np.testing.assert_array_equal(force.values, -x.values)
+    assert results.attributes["title"] == "test"
+    assert results.attributes["algorithm"] == "gauss_seidel"
+    assert results.attributes["step_size"] == "0.01 s"
+    assert results.attributes["created"].endswith("+00:00")
+    assert outcome.steps == 200
+
+
+def test_more_rows_than_a_block_arrive_in_order(c_fmu: Fmus, tmp_path: Path) -> None:
+    outcome = run(oscillator(c_fmu, Simulation(7, 0.01)), results=tmp_path / "r.nc")
+    results = outcome.results()
+    assert len(results.time) == 701
+    assert np.all(np.diff(results.time) > 0)
+    np.testing.assert_allclose(results["body.body.m.x"].values, np.cos(results.time), atol=1e-4)
+
+
+def test_time_never_drifts(c_fmu: Fmus) -> None:
+    seen: list[float] = []
+    settings = Simulation(1000, 0.1)
+    alone = system(c_fmu, {"clock": "rogue"}, simulation=settings)
+    outcome = run(alone, observers=[lambda t, _: seen.append(t)])
+    assert outcome.steps == 10_000
+    assert seen[-1] == 1000.0
+    assert seen == [k / 10 for k in range(10_001)]
+
+
+def test_the_last_step_is_shortened_to_the_stop_time(c_fmu: Fmus) -> None:
+    seen: list[float] = []
+    values: list[float] = []
+
+    def observe(t: float, network: Network) -> None:
+        seen.append(t)
+        values.append(network.read("body.body.m.x"))
+
+    run(oscillator(c_fmu, Simulation(1.025, 0.01)), observers=[observe])
+    assert seen[-2:] == [1.02, 1.025]
+    assert values[-1] == pytest.approx(np.cos(1.025), abs=2e-5)  # H²/12 and phase, as above
+
+
+def test_feed_through_is_fresh_and_consistent_from_the_start(c_fmu: Fmus) -> None:
+    # y = gain u + t in a row of three, listed against the flow
+    names = {"third": "stage", "second": "stage", "first": "stage"}
+    chain = ("first.y -> second.u", "second.y -> third.u")
+    start = {"first": {"gain": 2.0, "u": 5.0}, "second": {"gain": 3.0}, "third": {"gain": 4.0}}
+    for algorithm in ("jacobi", "gauss_seidel"):
+        seen: dict[float, float] = {}
+
+        def observe(t: float, network: Network, seen: dict[float, float] = seen) -> None:
+            seen[t] = network.read("third.y")
+
+        settings = Simulation(0.2, 0.1, algorithm=algorithm)
+        run(
+            system(c_fmu, names, *chain, start=start, simulation=settings),
+            observers=[observe],
+        )
+        # ((2·5 + t)·3 + t)·4 + t at the same instant everywhere
+        expected = {t: ((10 + t) * 3 + t) * 4 + t for t in (0.0, 0.1, 0.2)}
+        assert seen == pytest.approx(expected, abs=1e-12)
+
+
+def test_calculated_parameters_reach_parameters_in_order(c_fmu: Fmus) -> None:
+    names = {"c": "stage", "b": "stage", "a": "stage"}
+    links = ("a.twice -> b.gain", "b.twice -> c.gain", "a.y -> c.u")
+    start = {"a": {"gain": 3.0, "u": 7.0}}
+    read: dict[str, float] = {}
+
+    def observe(t: float, network: Network) -> None:
+        if t == 0.0:
+            read.update(gain=network.read("c.gain"), y=network.read("c.y"))
+
+    run(system(c_fmu, names, *links, start=start), observers=[observe])
+    assert read == {"gain": 12.0, "y": 12.0 * 21.0}
+
+
+@pytest.mark.parametrize(("what", "told"), [(2, "Discard"), (3, "Error"), (4, "Fatal"), (9, "nan")])
+def test_a_failing_component_is_named_and_results_kept(
+    c_fmu: Fmus, tmp_path: Path, what: int, told: str
+) -> None:
+    path = tmp_path / "r.nc"
+    start = {"pump": {"what": float(what), "when": 0.5}}
+    names = {"body": "mass", "pump": "rogue", "other": "rogue"}
+    failing = system(c_fmu, names, start=start)
+    if what == 9:
+        failing = system(c_fmu, {**names, "next": "stage"}, "pump.y -> next.u", start=start)
+    with pytest.raises(RunError) as caught:
+        run(failing, results=path)
+    message = caught.value.message
+    assert "pump" in message
+    assert told in message
+    if what == 9:
+        assert "pump.y at t = 0.5 s is nan" in message
+    else:
+        assert "from t = 0.4 s to 0.5 s" in message
+        assert "the pump ran dry" in message
+    assert "step_size" in caught.value.remedy
+    assert str(path) in caught.value.remedy
+    results = load(path)
+    np.testing.assert_allclose(results.time, [0, 0.1, 0.2, 0.3, 0.4], atol=1e-15)
+
+
+def test_an_output_that_is_only_recorded_is_checked_too(c_fmu: Fmus, tmp_path: Path) -> None:
+    start = {"pump": {"what": 9.0, "when": 0.5}}
+    with pytest.raises(RunError, match=r"pump\.y at t = 0\.5 s is nan"):
+        run(system(c_fmu, {"pump": "rogue"}, start=start), results=tmp_path / "r.nc")
+
+
+def test_fmus_are_unpacked_below_a_plain_path(
+    c_fmu: Fmus, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    strange = tmp_path / "Ünser Ordner #1"
+    strange.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(strange))
+    unpacked = Unpacked(c_fmu("mass"))
+    assert re.fullmatch(r"[A-Za-z0-9_./\\:-]+", str(unpacked.folder))
+    assert (unpacked.folder / "modelDescription.xml").is_file()
+    unpacked.remove()
+    assert not unpacked.folder.exists()
+
+
+def test_a_start_value_of_the_wrong_type_is_refused(c_fmu: Fmus) -> None:
+    wrong = System(
+        "test",
+        (Component("body", FmuFile(c_fmu("mass")), {"mass": "heavy"}),),
+        (),
+        Simulation(1, 0.1),
+    )
+    with pytest.raises(InputError, match=r"'heavy' of body\.mass is wrong\n.*type Real"):
+        run(wrong)
+
+
+def test_progress_tells_simulated_time(c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("m4e_fmi.cosim.master.PROGRESS_INTERVAL", 0.0)
+    told: list[float] = []
+    run(oscillator(c_fmu, Simulation(1, 0.1)), progress=told.append)
+    assert told == [k / 10 for k in range(1, 11)]
+
+
+def test_ctrl_c_stops_at_a_communication_point(c_fmu: Fmus, tmp_path: Path) -> None:
+    def observe(t: float, _: Network) -> None:
+        if t == 0.5:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    with pytest.raises(KeyboardInterrupt):
+        run(oscillator(c_fmu, Simulation(1, 0.1)), results=tmp_path / "r.nc", observers=[observe])
+    assert load(tmp_path / "r.nc").time[-1] == 0.5
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+KILLED = """
+import sys
+from pathlib import Path
+from m4e_fmi.cosim import Component, FmuFile, Simulation, System, run
+body = Component("body", FmuFile(Path(sys.argv[1])), {"body.m.vx": 1.0})
+run(System("s", (body,), (), Simulation(1e6, 0.01)), results=sys.argv[2])
+"""
+
+
+def test_a_killed_run_keeps_its_results(c_fmu: Fmus, tmp_path: Path) -> None:
+    path = tmp_path / "r.nc"
+    process = subprocess.Popen([sys.executable, "-c", KILLED, str(c_fmu("mass")), str(path)])
+    deadline = time.monotonic() + 30
+    while time.monotonic() < deadline and not (path.exists() and path.stat().st_size > 60_000):
+        time.sleep(0.05)
+    process.kill()
+    process.wait()
+    results = load(path)
+    assert len(results.time) >= 256
+    written = results["body.body.m.x"].values
+    np.testing.assert_allclose(written, results.time, rtol=1e-9)  # x = t, integrated exactly

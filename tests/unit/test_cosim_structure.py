@@ -1,0 +1,63 @@
+"""Orders that follow from declared dependencies, and the loops that have none."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from m4e_fmi.cosim import Component, FmuFile, Prepared, Simulation, System, prepare
+from m4e_fmi.errors import RunError
+
+Fmus = Callable[[str], Path]
+
+
+def prepared(fmus: Fmus, components: dict[str, str], *connections: str) -> Prepared:
+    parts = tuple(Component(name, FmuFile(fmus(model))) for name, model in components.items())
+    return prepare(System("s", parts, connections, Simulation(1, 0.1)))
+
+
+def test_outputs_are_fetched_when_what_they_depend_on_is_set(c_fmu: Fmus) -> None:
+    found = prepared(c_fmu, {"body": "mass", "spring": "spring"}, "body.m <-> spring.end")
+    calls = [(t.action, t.component, set(t.variables)) for t in found.structure.exchange]
+    assert calls == [
+        ("get", "body", {"body.m.x", "body.m.vx"}),
+        ("set", "spring", {"end.x", "end.vx"}),
+        ("get", "spring", {"end.force_x"}),
+        ("set", "body", {"body.m.force_x"}),
+        ("get", "body", {"body.m.ax"}),
+    ]
+
+
+def test_sources_of_unpredictable_values_step_first(c_fmu: Fmus) -> None:
+    names = {"body": "mass", "far": "spring", "near": "spring"}
+    found = prepared(c_fmu, names, "body.m <-> near.end", "body.body.m.x -> far.end.x")
+    assert found.structure.sweep == ("far", "near", "body")
+    assert found.structure.delayed == ()
+    assert [str(port) for port in found.wiring.unconnected] == ["far.end.vx"]
+
+
+def test_a_cycle_is_broken_where_listed_first_and_told(c_fmu: Fmus) -> None:
+    names = {"a": "integrator", "b": "integrator"}
+    found = prepared(c_fmu, names, "b.y -> a.u", "a.y -> b.u")
+    assert found.structure.sweep == ("a", "b")
+    assert [str(link) for link in found.structure.delayed] == ["b.y -> a.u"]
+    assert "b.y -> a.u" in str(found).partition("extrapolated")[2]
+
+
+def test_an_algebraic_loop_is_refused_by_name(c_fmu: Fmus) -> None:
+    with pytest.raises(RunError) as caught:
+        prepared(c_fmu, {"a": "stage", "b": "stage"}, "a.y -> b.u", "b.y -> a.u")
+    assert "algebraic loop" in caught.value.message
+    assert "a.u -> a.y -> b.u -> b.y -> a.u" in caught.value.message
+    assert "does not depend on its input" in caught.value.remedy
+
+
+def test_a_loop_through_undeclared_dependencies_says_so(c_fmu: Fmus) -> None:
+    names = {"a": "integrator", "b": "blind_integrator", "c": "blind_integrator"}
+    prepared(c_fmu, names, "a.y -> b.u", "b.y -> c.u", "c.y -> a.u")  # a breaks the loop
+    with pytest.raises(RunError) as caught:
+        prepared(c_fmu, names, "b.y -> c.u", "c.y -> b.u")
+    assert "b.u -> b.y -> c.u -> c.y -> b.u" in caught.value.message
+    assert "b and c declare no dependencies" in caught.value.remedy

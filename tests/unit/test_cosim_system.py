@@ -1,0 +1,113 @@
+"""Reading `system.yaml`: all that is wrong with it is told at once, in place."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from m4e_fmi.cosim import FmuFile, Kind, Simulation, System
+from m4e_fmi.cosim import system as system_module
+from m4e_fmi.document import Section
+from m4e_fmi.errors import InputError
+
+GOOD = """\
+name: pair
+description: a mass on a spring
+components:
+  body: {fmu: mass.fmu, start: {body.m.x: 1.0}}
+  spring: {kind: coil, stiffness: 4.0, start: {damping: 0.5}}
+connections:
+  - body.m <-> spring.end
+simulation: {stop_time: 10, step_size: 0.1, output_interval: 0.5}
+"""
+
+
+class CoilConfig(Section):
+    stiffness: float
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with a file mass.fmu, and a kind 'coil' that takes a stiffness."""
+    (tmp_path / "mass.fmu").touch()
+    coil = ModuleType("coil_kind")
+    coil.__dict__["Config"] = CoilConfig
+    monkeypatch.setitem(sys.modules, "coil_kind", coil)
+
+    class Point:
+        value = "coil_kind"
+
+    monkeypatch.setattr(system_module, "kinds", lambda: {"coil": Point()})
+    return tmp_path
+
+
+def written(folder: Path, text: str) -> Path:
+    path = folder / "system.yaml"
+    path.write_text(text)
+    return path
+
+
+def test_a_good_file_is_understood(folder: Path) -> None:
+    system = System.load(written(folder, GOOD))
+    assert system.name == "pair"
+    body, spring = system.components
+    assert body.source == FmuFile(folder / "mass.fmu")
+    assert dict(body.start) == {"body.m.x": 1.0}
+    assert spring.source == Kind("coil", CoilConfig(stiffness=4.0))
+    assert dict(spring.start) == {"damping": 0.5}
+    assert system.connections == ("body.m <-> spring.end",)
+    assert system.simulation == Simulation(10, 0.1, output_interval=0.5)
+    assert system.folder == folder
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "place", "message", "remedy"),
+    [
+        ("fmu: mass.fmu", "fmu: mas.fmu", "4:10", "no such file", "did you mean 'mass.fmu'?"),
+        ("fmu: mass.fmu", "fmu: mass.fmu, model: m.yaml", "4:3", "model and fmu", "give one"),
+        ("fmu: mass.fmu, ", "", "4:3", "none of 'model', 'kind' and 'fmu'", "give one"),
+        ("  body:", "  2nd:", "4:3", "component name '2nd'", "letters"),
+        ("kind: coil", "kind: coli", "5:12", "unknown kind 'coli'", "did you mean 'coil'?"),
+        ("stiffness: 4.0", "stiffness: 4, stif: 1", "5:38", "unknown key 'stif'", "'stiffness'?"),
+        ("stiffness: 4.0", "stiffness: soft", "5:35", "expected a valid number", ""),
+        ("start: {damping: 0.5}", "start: 3", "5:47", "start", ""),
+        ("stop_time: 10", "stop_time: -1", "8:14", "not after the start", "start_time is 0 s"),
+        ("step_size: 0.1", "step_size: 0", "8:29", "expected 1e-9 s or more", ""),
+        ("step_size: 0.1", "step_size: 20", "8:29", "longer than the run", ""),
+        ("output_interval: 0.5", "output_interval: 0.25", "8:45", "not a multiple", "take 0.2 s"),
+        ("output_interval: 0.5", "algorithm: jakobi", "8:45", "'jakobi'", "did you mean 'jacobi'?"),
+        ("output_interval: 0.5", "tolerance: 2", "8:45", "tolerance", "1e-6"),
+        ("stop_time: 10, ", "", "8:1", "missing key 'stop_time'", "add"),
+    ],
+)
+def test_one_mistake_one_message_at_its_place(
+    folder: Path, old: str, new: str, place: str, message: str, remedy: str
+) -> None:
+    assert old in GOOD
+    with pytest.raises(InputError) as caught:
+        System.load(written(folder, GOOD.replace(old, new)))
+    first = caught.value.problems[0]
+    assert f"system.yaml:{place}: " in str(first)
+    assert message in first.message
+    assert remedy in first.remedy
+
+
+def test_all_problems_are_told_at_once(folder: Path) -> None:
+    text = GOOD.replace("mass.fmu", "mas.fmu").replace("stiffness: 4.0", "stif: 1")
+    text = text.replace("step_size: 0.1", "step_size: 0").replace("connections:", "conections:")
+    with pytest.raises(InputError) as caught:
+        System.load(written(folder, text))
+    messages = [problem.message for problem in caught.value.problems]
+    assert any("no such file" in m for m in messages)
+    assert any("unknown key 'stif'" in m for m in messages)
+    assert any("unknown key 'conections'" in m for m in messages)
+
+
+def test_settings_given_in_python_are_checked_too() -> None:
+    with pytest.raises(InputError, match="stop_time"):
+        Simulation(stop_time=0, step_size=0.1)
+    with pytest.raises(InputError, match="did you mean 'gauss_seidel'"):
+        Simulation(stop_time=1, step_size=0.1, algorithm="gauss_sidel")

@@ -1,0 +1,67 @@
+"""The energy balance over a connection, against mechanics."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from m4e_fmi.cosim import BondEnergy, Component, FmuFile, Network, Port, Simulation, System, run
+
+Fmus = Callable[[str], Path]
+
+
+def balance(
+    fmus: Fmus, model: str, step: float, algorithm: str, **start: float
+) -> tuple[BondEnergy, float]:
+    """The balance of a unit mass, x = 0.5, v = 1, driven by `model` for 3 s; its kinetic energy."""
+    mass = Component("a", FmuFile(fmus("mass")), {"body.m.x": 0.5, "body.m.vx": 1.0})
+    force = Component("b", FmuFile(fmus(model)), start)
+    speed = [0.0]
+
+    def observe(_: float, network: Network) -> None:
+        speed[0] = network.values[network.index(Port("a", "body.m.vx"))]
+
+    settings = Simulation(3.0, step, algorithm)
+    outcome = run(System("s", (mass, force), ("a.m <-> b.end",), settings), observers=[observe])
+    (bond,) = outcome.energy
+    return bond, speed[0] ** 2 / 2
+
+
+@pytest.mark.parametrize("algorithm", ["jacobi", "gauss_seidel"])
+def test_received_is_exactly_what_the_body_gained(c_fmu: Fmus, algorithm: str) -> None:
+    bond, kinetic = balance(c_fmu, "spring", 0.1, algorithm, stiffness=2.0)
+    # a free mass under held forces: work = change of kinetic energy, to rounding
+    assert bond.received == pytest.approx(kinetic - 0.5, abs=1e-12)
+
+
+def test_given_is_the_loss_of_the_springs_potential(c_fmu: Fmus) -> None:
+    w = np.sqrt(2.0)
+    x = 0.5 * np.cos(3 * w) + np.sin(3 * w) / w
+    exact = 0.25 - x**2
+    residuals = []
+    for step in (0.1, 0.05, 0.025):
+        bond, _ = balance(c_fmu, "spring", step, "gauss_seidel", stiffness=2.0)
+        assert bond.connection == "a.m <-> b.end"
+        # trapezoid of F·v (twice the frequency) and second-order values: both a fraction of H²
+        assert bond.given == pytest.approx(exact, abs=step**2)
+        residuals.append(abs(bond.residual))
+        assert bond.relative == bond.residual / bond.exchanged
+    assert np.log2(residuals[0] / residuals[2]) / 2 > 1.8
+
+
+def test_jacobi_invents_energy(c_fmu: Fmus) -> None:
+    jacobi, _ = balance(c_fmu, "spring", 0.1, "jacobi", stiffness=2.0)
+    sweep, _ = balance(c_fmu, "spring", 0.1, "gauss_seidel", stiffness=2.0)
+    assert jacobi.residual > 20 * abs(sweep.residual)
+
+
+def test_without_a_coordinate_the_way_is_that_of_the_mean_velocity(c_fmu: Fmus) -> None:
+    d, step = 0.7, 0.05
+    bond, kinetic = balance(c_fmu, "damper", step, "gauss_seidel", damping=d)
+    exact = -(1 - np.exp(-2 * d * 3.0)) / 2
+    assert bond.given == pytest.approx(exact, abs=step**2)
+    # the velocity is linear in time under a held force: its mean is exact
+    assert bond.received == pytest.approx(kinetic - 0.5, abs=1e-12)
