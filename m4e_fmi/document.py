@@ -32,6 +32,12 @@ class Section(BaseModel):
 
 
 _MOST_PRUNINGS = 20
+_YAML_WORDS = {
+    "dict_type": "'key: value' lines",
+    "model_type": "'key: value' lines",
+    "tuple_type": "a list",
+    "list_type": "a list",
+}
 SectionType = TypeVar("SectionType", bound=Section)
 
 
@@ -55,7 +61,7 @@ class Document:
         """Read a YAML 1.2 file; InputError if it is missing, unreadable or no YAML mapping."""
         path = Path(path)
         try:
-            text = path.read_text(encoding="utf-8")
+            text = path.read_text(encoding="utf-8-sig")
         except FileNotFoundError:
             here = path.parent if path.parent.is_dir() else Path()
             names = [p.name for p in here.glob("*.yaml")]
@@ -73,11 +79,18 @@ class Document:
         try:
             tree = YAML(typ="rt", pure=True).load(text)
         except DuplicateKeyError as error:
-            raise InputError([_yaml_problem(path, text, error, "a key is given twice")]) from None
+            detail = (error.problem or "").partition(" with value")[0]
+            message = f"a key is given twice: {detail}"
+            remedy = "rename or remove one of the two"
+            raise InputError([_yaml_problem(path, text, error, message, remedy)]) from None
         except MarkedYAMLError as error:
-            raise InputError([_yaml_problem(path, text, error, "not valid YAML")]) from None
+            message = f"not valid YAML: {error.problem}"
+            remedy = "check the indentation and the colons on this line and the one above"
+            raise InputError([_yaml_problem(path, text, error, message, remedy)]) from None
         except YAMLError as error:
             raise InputError.single(f"not valid YAML: {error}", "", str(path)) from None
+        except RecursionError:
+            raise InputError.single("nested too deeply", "", str(path)) from None
         if not isinstance(tree, CommentedMap):
             message = "expected 'key: value' lines at the top level"
             raise InputError.single(message, "", str(path))
@@ -106,12 +119,13 @@ class Document:
             raise InputError(dict.fromkeys(problems)) from None
 
     def validate_as_far_as_possible(
-        self, section: type[SectionType]
+        self, section: type[SectionType], *, required: Mapping[str, Any]
     ) -> tuple[SectionType | None, list[Problem]]:
         """The whole document as a `section` without the entries that are wrong, and what is wrong.
 
         So that later checks can look at the rest. An unknown key is left out; anything else that is
-        wrong takes its entry (two levels from the top) with it. None if nothing useful is left.
+        wrong takes its entry (two levels from the top) with it. `required` gives values that stand
+        in for required keys of the top level. None if nothing useful is left.
         """
         data = copy.deepcopy(self.data)
         problems: dict[Problem, None] = {}
@@ -119,10 +133,14 @@ class Document:
             try:
                 return section.model_validate(data), list(problems)
             except ValidationError as error:
+                wrong: dict[Location, None] = {}
                 for item in error.errors():
                     problems.setdefault(self._translated(section, (), item))
                     location = self._in_data((), tuple(item["loc"]))
-                    _remove(data, location if item["type"] == "extra_forbidden" else location[:2])
+                    wrong[location if item["type"] == "extra_forbidden" else location[:2]] = None
+                for location in reversed(wrong):  # backwards: the indices of a list stay right
+                    _remove(data, location)
+                data = {**required, **data}
         return None, list(problems)
 
     def _at(self, location: Location) -> Any:
@@ -135,10 +153,9 @@ class Document:
         """`at` + `relative` without the parts that pydantic adds for unions and mapping keys."""
         node, result = self._at(at), list(at)
         for part in relative:
-            if isinstance(node, list):
-                node = dict(enumerate(node))
-            if isinstance(node, dict) and part in node:
-                node = node[part]
+            items: Any = dict(enumerate(node)) if isinstance(node, list) else node
+            if isinstance(items, dict) and part in items:
+                node = items[part]
                 result.append(part)
         return tuple(result)
 
@@ -148,6 +165,7 @@ class Document:
             location = location[:-1]
         line, column, width = self._places.get(location, (0, 0, 0))
         source = self._lines[line - 1] if 0 < line <= len(self._lines) else ""
+        width = min(width, len(source) - column + 1)
         return Problem(message, remedy, str(self.path), line, column, source, width)
 
     def _translated(self, section: type[Section], at: Location, item: Any) -> Problem:
@@ -158,6 +176,9 @@ class Document:
             known = _keys_at(section, relative[:-1])
             remedy = suggestion(str(relative[-1]), known, "keys")
             return self.problem(location, f"unknown key {str(relative[-1])!r}", remedy)
+        if kind == "missing" and isinstance(relative[-1], int):
+            what = f"{relative[-2]}: too few entries, got {len(self._at(location))}"
+            return self.problem(location, what)
         if kind == "missing":
             what = f"missing key {str(relative[-1])!r}"
             return self.problem(location, what, f"add '{relative[-1]}: …' here")
@@ -195,6 +216,7 @@ def _remove(data: Any, location: Location) -> None:
 
 def _pydantic_text(item: Any) -> str:
     text = item["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
+    text = _YAML_WORDS.get(item["type"], text)
     value = item.get("input")
     where = ".".join(str(part) for part in item["loc"])
     got = f", got {value!r}" if isinstance(value, str | int | float | bool | None) else ""
@@ -207,11 +229,14 @@ def _plain(node: Any, location: Location, places: dict[Location, tuple]) -> Any:
         result: dict = {}
         for key, value in node.items():
             here = (*location, key if isinstance(key, int) else str(key))
-            line, column = node.lc.key(key)
-            places[here] = (line + 1, column + 1, len(str(key)))
-            value_line, value_column = node.lc.value(key)
-            if not isinstance(value, CommentedMap | CommentedSeq):
-                places[(*here, "@value")] = (value_line + 1, value_column + 1, len(str(value)))
+            marks = (node.lc.data or {}).get(key)
+            if marks is None:  # merged by <<: stands elsewhere
+                places[here] = places.get(location, (0, 0, 0))
+            else:
+                line, column, value_line, value_column = marks
+                places[here] = (line + 1, column + 1, len(str(key)))
+                if not (value is None or isinstance(value, CommentedMap | CommentedSeq)):
+                    places[(*here, "@value")] = (value_line + 1, value_column + 1, len(str(value)))
             result[here[-1]] = _plain(value, here, places)
         return result
     if isinstance(node, CommentedSeq):
@@ -228,14 +253,15 @@ def _plain(node: Any, location: Location, places: dict[Location, tuple]) -> Any:
     return None if node is None else str(node)
 
 
-def _yaml_problem(path: Path, text: str, error: MarkedYAMLError, message: str) -> Problem:
+def _yaml_problem(
+    path: Path, text: str, error: MarkedYAMLError, message: str, remedy: str
+) -> Problem:
     mark = error.problem_mark or error.context_mark
     line = mark.line + 1 if mark else 0
     lines = text.splitlines()
-    detail = (error.problem or "").split("\n")[0]
     return Problem(
-        f"{message}: {detail}" if detail else message,
-        "check the indentation and the colons on this line and the one above",
+        message.splitlines()[0],
+        remedy,
         str(path),
         line,
         mark.column + 1 if mark else 0,

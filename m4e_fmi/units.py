@@ -14,7 +14,7 @@ from functools import cache
 
 BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 _PREFIXES = {"k": 1e3, "M": 1e6, "G": 1e9, "m": 1e-3, "c": 1e-2, "µ": 1e-6, "u": 1e-6}
-_SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
+_SPELLINGS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻·*\u03bc", "0123456789-..\u00b5")
 _FACTOR = re.compile(r"([A-Za-zµ°%]+)\^?(-?\d+)?$")
 
 
@@ -76,7 +76,7 @@ def parse_unit(text: str) -> Unit:
     """The unit that `text` names; ValueError with the part that is not understood."""
     exponents = [0] * len(BASE_UNITS)
     factor = 1.0
-    upper, *lower = text.translate(_SUPERSCRIPTS).replace("·", ".").replace("*", ".").split("/")
+    upper, *lower = text.translate(_SPELLINGS).split("/")
     if len(lower) > 1:
         raise ValueError(f"unit {text!r}: more than one '/'; write m/(s.kg) as m/s.kg")
     for part, direction in ((upper, 1), (lower[0] if lower else "1", -1)):

@@ -8,18 +8,17 @@ gives the same bytes.
 
 from __future__ import annotations
 
+import ast
 import hashlib
 import json
-import os
 import re
-import tempfile
 import uuid
 import zipfile
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from m4e_fmi.errors import InputError
+from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.fmu.binaries import binaries, pythonfmu_folder
 from m4e_fmi.fmu.description import FmuVariable, ModelDescription, PythonSource
 from m4e_fmi.fmu.from_program import EMBEDDED, describe, python_slave
@@ -29,11 +28,12 @@ from m4e_fmi.program import Program
 GUID_NAMESPACE = uuid.UUID("5c1f3a52-6a0e-5c1c-9a0b-6d34655f666d")
 EARLIEST_ZIP_DATE = (1980, 1, 1, 0, 0, 0)
 HASH_LENGTH = 12
+LAST_ERROR = "last_error"
 
 _MAIN_SCRIPT = """from {package}.{module} import {base}
 
 
-class {name}({base}):
+class Slave({base}):
     def do_step(self, current_time, step_size):
         return super().do_step(current_time, step_size)
 """
@@ -42,7 +42,8 @@ class {name}({base}):
 def build_fmu(source: Program | PythonSource, path: str | Path) -> Path:
     """Write the FMU of `source` to `path` (replaced as a whole) and return the path.
 
-    The same source gives the same bytes. InputError if the name cannot be a model identifier.
+    The same source gives the same bytes. InputError if the name cannot be a model identifier, or a
+    Python module has a syntax error; ValueError if the description contradicts itself.
     """
     if isinstance(source, Program):
         source = python_slave(source, describe(source))
@@ -57,10 +58,11 @@ def fmu_files(source: PythonSource) -> dict[str, bytes]:
     """Every file of the FMU: name in the archive → content."""
     description = _with_last_error(source.description)
     identifier = model_identifier(description.name)
+    _check_modules(source)
     contents = _package_files(source, description)
     package = f"m4e_{_digest(contents)}"
     module, base = source.slave.split(":")
-    script = _MAIN_SCRIPT.format(package=package, module=module, base=base, name=identifier)
+    script = _MAIN_SCRIPT.format(package=package, module=module, base=base)
     resources = {f"{package}/{name}": content for name, content in contents.items()}
     stem = f"{identifier}_{_digest({'script': script.encode()})}"
     resources[f"{stem}.py"] = script.encode()
@@ -85,18 +87,18 @@ def model_identifier(name: str) -> str:
 
 def write_archive(files: Mapping[str, bytes], path: Path) -> None:
     """Write a ZIP whose bytes depend on `files` only; `path` appears complete or not at all."""
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=path.stem, suffix=".part")
+    temporary = path.with_name(f"{path.name}.{uuid.uuid4().hex}.part")
     try:
-        with os.fdopen(handle, "wb") as stream, zipfile.ZipFile(stream, "w") as archive:
+        with zipfile.ZipFile(temporary, "x") as archive:
             for name in sorted(files):
                 info = zipfile.ZipInfo(name, EARLIEST_ZIP_DATE)
                 info.compress_type = zipfile.ZIP_DEFLATED
                 info.create_system = 3  # Unix, wherever it is written
                 info.external_attr = 0o644 << 16
                 archive.writestr(info, files[name], compresslevel=6)
-        Path(temporary).replace(path)
+        temporary.replace(path)
     except BaseException:
-        Path(temporary).unlink(missing_ok=True)
+        temporary.unlink(missing_ok=True)
         raise
 
 
@@ -106,9 +108,30 @@ def _xml(description: ModelDescription, identifier: str, *, guid: str) -> bytes:
     )
 
 
+def _check_modules(source: PythonSource) -> None:
+    """Find now what an importer would only report as "failed to instantiate"."""
+    module, _, name = source.slave.partition(":")
+    if f"{module}.py" not in source.modules or not name:
+        known = ", ".join(source.modules)
+        raise ValueError(f"slave {source.slave!r} is not 'module:Class' of one of: {known}")
+    for path in source.modules.values():
+        try:
+            ast.parse(path.read_bytes())
+        except SyntaxError as error:
+            message, place = (
+                f"not valid Python: {error.msg}",
+                (error.lineno or 0, error.offset or 0),
+            )
+            problem = Problem(message, "", str(path), *place, (error.text or "").rstrip("\n"))
+            raise InputError([problem]) from None
+
+
 def _with_last_error(description: ModelDescription) -> ModelDescription:
+    if any(v.name == LAST_ERROR for v in description.variables):
+        message = f"{description.name}: every FMU has a variable {LAST_ERROR!r} of its own"
+        raise InputError.single(message, "give yours another name")
     last_error = FmuVariable(
-        name="last_error",
+        name=LAST_ERROR,
         unit="",
         description="Text of the error that stopped this component; empty while all is well",
         variability="discrete",

@@ -5,6 +5,7 @@ Source: FMI Specification 2.0.4, section 2.2. Element order and attributes follo
 
 from __future__ import annotations
 
+import re
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 import m4e_fmi
@@ -29,7 +30,7 @@ def model_description_xml(
         fmiVersion="2.0",
         modelName=description.name,
         guid=guid,
-        description=description.description,
+        description=_legal(description.description),
         generationTool=f"m4e_fmi {m4e_fmi.__version__}",
         variableNamingConvention="structured",
     )
@@ -58,6 +59,11 @@ def model_description_xml(
     _add_structure(root, description.variables)
     indent(root)
     return tostring(root, encoding="UTF-8", xml_declaration=True) + b"\n"
+
+
+def _legal(text: str) -> str:
+    """`text` with the characters that XML 1.0 cannot hold replaced."""
+    return re.sub("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]", "\ufffd", text)
 
 
 def _flag(value: bool) -> str:
@@ -105,7 +111,7 @@ def _add_variables(root: Element, variables: tuple[FmuVariable, ...]) -> None:
         attributes = {
             "name": variable.name,
             "valueReference": str(reference),
-            "description": variable.description,
+            "description": _legal(variable.description),
             "causality": variable.causality,
             "variability": variable.variability,
         }

@@ -2,25 +2,35 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from numbers import Real
 from typing import TYPE_CHECKING, Any
 
 import networkx as nx
 
 from m4e_fmi.document import Location
 from m4e_fmi.errors import suggestion
-from m4e_fmi.model.elements import GROUND, BodyForce, Joint, PointForce, parameter_values
+from m4e_fmi.model.elements import (
+    GROUND,
+    BodyForce,
+    Joint,
+    Parameter,
+    PointForce,
+    parameter_values,
+)
 from m4e_fmi.model.expression import CONSTANTS, FUNCTIONS, ExpressionError, as_expression
+from m4e_fmi.program.program import TIME as PROGRAM_TIME
 from m4e_fmi.units import parse_unit
 
 if TYPE_CHECKING:
     from m4e_fmi.model.model import Model
 
 TIME = "t"
-COORDINATE = re.compile(r"(Theta|S|X|Z)(D|DD)?_\d+$")
-NAME = re.compile(r"[A-Za-z]\w*$", re.ASCII)
+EQUATION_SYMBOL = re.compile(r"(Theta|S|X|Z)(D|DD)?_\d+|A_\d+_\d+")
+NAME = re.compile(r"[A-Za-z]\w*", re.ASCII)
 INITIAL = {
     "revolute": ("q", "u"),
     "prismatic": ("q", "u"),
@@ -75,11 +85,7 @@ def element_findings(model: Any, names: Names) -> Iterator[Finding]:
     yield from _name_findings(model)
     yield from _expressions(("gravity",), model.gravity, names.parameters)
     for name, parameter in model.parameters.items():
-        try:
-            parse_unit(parameter.unit)
-        except ValueError as error:
-            remedy = "write it like N.s/m or kg.m2"
-            yield Finding(("parameters", name, "unit"), str(error), remedy)
+        yield from _parameter_findings(("parameters", name), parameter)
     for name, body in model.bodies.items():
         yield from _quantities(("bodies", name), body, names.parameters)
     for name, joint in model.joints.items():
@@ -93,17 +99,27 @@ def element_findings(model: Any, names: Names) -> Iterator[Finding]:
         yield from _load_findings(("loads", name), load, names)
 
 
+def _parameter_findings(at: Location, parameter: Parameter) -> Iterator[Finding]:
+    if not isinstance(parameter.value, Real) or not math.isfinite(parameter.value):
+        message = f"expected a finite number, got {parameter.value!r}"
+        yield Finding((*at, "value"), message)
+    try:
+        parse_unit(parameter.unit)
+    except ValueError as error:
+        yield Finding((*at, "unit"), str(error), "write it like N.s/m or kg.m2")
+
+
 def _name_findings(model: Any) -> Iterator[Finding]:
     for group in ("parameters", "bodies", "joints", "points", "loads"):
         for name in getattr(model, group):
-            if not NAME.match(name):
+            if not NAME.fullmatch(name):
                 remedy = "use letters, digits and _, a letter first"
                 yield Finding((group, name), f"{name!r} cannot be a name", remedy)
     if GROUND in model.bodies:
         yield Finding(("bodies", GROUND), "'ground' is the name of the world", "rename this body")
-    reserved = {TIME, *CONSTANTS, *FUNCTIONS}
+    reserved = {TIME, PROGRAM_TIME, *CONSTANTS, *FUNCTIONS}
     for name in model.parameters:
-        if name in reserved or COORDINATE.match(name):
+        if name in reserved or EQUATION_SYMBOL.fullmatch(name):
             message = f"{name!r} already has a meaning in expressions"
             yield Finding(("parameters", name), message, "rename this parameter")
 
@@ -112,12 +128,17 @@ def _joint_findings(at: Location, joint: Joint, names: Names) -> Iterator[Findin
     yield from _reference((*at, "child"), joint.child, names.bodies, "bodies")
     yield from _reference((*at, "parent"), joint.parent, names.bodies | {GROUND}, "bodies")
     yield from _quantities(at, joint, names.parameters)
+    if joint.type not in INITIAL:
+        yield Finding(
+            (*at, "type"), f"unknown type {joint.type!r}", suggestion(joint.type, INITIAL)
+        )
+        return
     if joint.type == "floating":
         if joint.parent != GROUND:
             message = "a floating joint is always to the ground"
             yield Finding((*at, "parent"), message, "leave 'parent' out")
         for field in ("parent_to_joint", "joint_to_child"):
-            if getattr(joint, field) != (0.0, 0.0):
+            if getattr(joint, field) not in ((0.0, 0.0), [0.0, 0.0]):
                 message = f"a floating joint has no {field}"
                 yield Finding(
                     (*at, field), message, "give the start position under 'initial': x, z"
@@ -127,8 +148,7 @@ def _joint_findings(at: Location, joint: Joint, names: Names) -> Iterator[Findin
         remedy = "add 'direction: [x, z]'" if joint.type == "prismatic" else "leave it out"
         yield Finding((*at, "direction"), message, remedy)
     if joint.direction is not None:
-        for index, value in enumerate(joint.direction):
-            yield from _expressions((*at, "direction", index), value, names.parameters)
+        yield from _vector((*at, "direction"), joint.direction, names.parameters)
     for key, value in joint.initial.items():
         if key not in INITIAL[joint.type]:
             message = f"a {joint.type} joint has no initial {key!r}"
@@ -147,6 +167,9 @@ def _load_findings(at: Location, load: Any, names: Names) -> Iterator[Finding]:
         field = "points" if hasattr(load, "points") else "bodies"
         known_ends = names.points if field == "points" else names.bodies | {GROUND}
         ends = getattr(load, field)
+        if len(ends) != 2:
+            yield Finding((*at, field), f"expected two {field}, got {len(ends)}")
+            return
         for index, end in enumerate(ends):
             yield from _reference((*at, field, index), end, known_ends, field)
         if ends[0] == ends[1]:
@@ -158,8 +181,15 @@ def _quantities(at: Location, element: Any, known: Iterable[str]) -> Iterator[Fi
     for field in getattr(element, "scalars", ()):
         yield from _expressions((*at, field), getattr(element, field), known)
     for field in getattr(element, "vectors", ()):
-        for index, value in enumerate(getattr(element, field)):
-            yield from _expressions((*at, field, index), value, known)
+        yield from _vector((*at, field), getattr(element, field), known)
+
+
+def _vector(at: Location, value: Any, known: Iterable[str]) -> Iterator[Finding]:
+    if not isinstance(value, tuple | list) or len(value) != 2:
+        yield Finding(at, f"expected two entries, got {value!r}", "write it like (x, z)")
+        return
+    for index, entry in enumerate(value):
+        yield from _expressions((*at, index), entry, known)
 
 
 def _expressions(at: Location, value: Any, known: Iterable[str]) -> Iterator[Finding]:
@@ -204,22 +234,41 @@ def _tree_findings(model: Any) -> Iterator[Finding]:
 
 
 def _value_findings(model: Any) -> Iterator[Finding]:
+    """What the start values of the parameters do not allow."""
     values = parameter_values(model.parameters)
-    for name, body in model.bodies.items():
-        for field in ("mass", "inertia"):
-            try:
-                value = as_expression(getattr(body, field)).evaluate(values)
-            except (ArithmeticError, ValueError) as error:
-                yield Finding(("bodies", name, field), f"cannot be computed: {error}")
-                continue
-            if not value > 0:
-                remedy = f"give a {field} greater than zero"
-                yield Finding(("bodies", name, field), f"must be positive, got {value:.6g}", remedy)
+    computed: dict[Location, float] = {}
+    for at, quantity in _all_quantities(model):
+        expression = as_expression(quantity)
+        if TIME in expression.names():
+            continue
+        try:
+            computed[at] = value = expression.evaluate(values)
+        except (ArithmeticError, ValueError) as error:
+            yield Finding(at, f"cannot be computed: {error}")
+            continue
+        if not math.isfinite(value):
+            yield Finding(at, f"must be finite, got {value}")
+        elif at[0] == "bodies" and not value > 0:
+            remedy = f"give a {at[-1]} greater than zero"
+            yield Finding(at, f"must be positive, got {value:.6g}", remedy)
     for name, joint in model.joints.items():
-        if joint.direction is not None:
-            x, z = (as_expression(part).evaluate(values) for part in joint.direction)
-            if x == 0 and z == 0:
-                message = "the direction has no length"
-                yield Finding(
-                    ("joints", name, "direction"), message, "give a vector such as [1, 0]"
-                )
+        at = ("joints", name, "direction")
+        if joint.direction is not None and computed.get((*at, 0)) == computed.get((*at, 1)) == 0:
+            yield Finding(at, "the direction has no length", "give a vector such as [1, 0]")
+
+
+def _all_quantities(model: Any) -> Iterator[tuple[Location, Any]]:
+    """Every number or expression of the model, and where it stands."""
+    yield ("gravity",), model.gravity
+    for group in ("bodies", "joints", "points", "loads"):
+        for name, element in getattr(model, group).items():
+            for field in getattr(element, "scalars", ()):
+                yield (group, name, field), getattr(element, field)
+            vectors = getattr(element, "vectors", ())
+            if getattr(element, "direction", None) is not None:
+                vectors = (*vectors, "direction")
+            for field in vectors:
+                for index, value in enumerate(getattr(element, field)):
+                    yield (group, name, field, index), value
+            for key, value in getattr(element, "initial", {}).items():
+                yield (group, name, "initial", key), value

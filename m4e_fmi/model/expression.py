@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
+from numbers import Real
 from typing import Any
 
 from m4e_fmi import program as functions
@@ -34,6 +35,7 @@ FUNCTIONS = {
 TWO_ARGUMENTS = frozenset({"atan2", "max", "min"})
 CONSTANTS = {"pi": math.pi}
 LONGEST_TEXT = 2000
+DEEPEST_NESTING = 200
 
 _GRAMMAR = r"""
     ?sum: product | sum "+" product -> add | sum "-" product -> sub
@@ -41,7 +43,7 @@ _GRAMMAR = r"""
     ?sign: power | "-" sign -> neg | "+" sign
     ?power: atom | atom "**" sign -> pow
     ?atom: NUMBER -> number | NAME "(" sum ("," sum)* ")" -> call | NAME -> name | "(" sum ")"
-    NUMBER: /(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?/
+    NUMBER: /([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?/
     NAME: /[A-Za-z_][A-Za-z0-9_]*/
     %ignore /[ \t]+/
 """
@@ -101,7 +103,7 @@ class Expression:
             case "div":
                 return operands[0] / operands[1]
             case "pow":
-                return operands[0] ** operands[1]
+                return _power(*operands)
             case function:
                 return FUNCTIONS[function](*operands)
 
@@ -117,13 +119,20 @@ class Expression:
         return f"{self.kind}({', '.join(map(str, self.arguments))})"
 
 
+def _power(base: Any, exponent: Any) -> Any:
+    """base ** exponent; of floats, the real power or ValueError, never a complex number."""
+    if isinstance(base, int | float) and isinstance(exponent, int | float):
+        return math.pow(base, exponent)
+    return base**exponent
+
+
 def as_expression(value: float | str | Expression) -> Expression:
     """`value` as an Expression; ExpressionError if a text does not follow the grammar."""
     if isinstance(value, Expression):
         return value
     if isinstance(value, str):
         return parse(value)
-    if isinstance(value, bool) or not isinstance(value, int | float):
+    if isinstance(value, bool) or not isinstance(value, Real):
         raise ExpressionError(f"expected a number or an expression, got {value!r}")
     if not math.isfinite(value):
         raise ExpressionError(f"expected a finite number, got {value}")
@@ -146,10 +155,7 @@ def parse(text: str) -> Expression:
         if getattr(getattr(error, "token", None), "type", "") == "$END":
             raise ExpressionError("something is missing at the end", len(text)) from None
         raise ExpressionError("this is not an expression", error.column) from None
-    try:
-        return _expression(tree)
-    except RecursionError:
-        raise ExpressionError("nested too deeply") from None
+    return _expression(tree)
 
 
 @cache
@@ -159,14 +165,19 @@ def _parser() -> Any:
     return Lark(_GRAMMAR, start="sum", parser="lalr")
 
 
-def _expression(tree: Any) -> Expression:
+def _expression(tree: Any, depth: int = 1) -> Expression:
     kind, children = tree.data, tree.children
+    if depth > DEEPEST_NESTING:
+        raise ExpressionError(f"nested more than {DEEPEST_NESTING} deep")
     if kind == "number":
-        return Expression("number", (float(children[0]),))
+        value = float(children[0])
+        if not math.isfinite(value):
+            raise ExpressionError(f"{children[0]!s} is too large", children[0].column)
+        return Expression("number", (value,))
     if kind == "name":
         return Expression("name", (str(children[0]),))
     if kind != "call":
-        return Expression(str(kind), tuple(_expression(c) for c in children))
+        return Expression(str(kind), tuple(_expression(c, depth + 1) for c in children))
     name, *arguments = children
     if name not in FUNCTIONS:
         known = ", ".join(sorted(FUNCTIONS))
@@ -174,4 +185,4 @@ def _expression(tree: Any) -> Expression:
     expected = 2 if name in TWO_ARGUMENTS else 1
     if len(arguments) != expected:
         raise ExpressionError(f"{name!s} takes {expected}, got {len(arguments)}", name.column)
-    return Expression(str(name), tuple(_expression(a) for a in arguments))
+    return Expression(str(name), tuple(_expression(a, depth + 1) for a in arguments))

@@ -6,9 +6,9 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import BeforeValidator, Field, StrictFloat
 
-from m4e_fmi.document import Document, Section
+from m4e_fmi.document import Document, Section, rejected
 from m4e_fmi.errors import InputError
 from m4e_fmi.model.checks import Names, element_findings, whole_findings
 from m4e_fmi.model.elements import (
@@ -22,12 +22,19 @@ from m4e_fmi.model.elements import (
 )
 from m4e_fmi.model.model import STANDARD_GRAVITY, Model
 
-Quantity = float | str
+
+def _number_or_text(value: Any) -> float | str:
+    if isinstance(value, bool) or not isinstance(value, int | float | str):
+        raise rejected(f"expected a number or an expression, got {value!r}")
+    return value
+
+
+Quantity = Annotated[float | str, BeforeValidator(_number_or_text)]
 Vector = tuple[Quantity, Quantity]
 
 
 class ParameterSection(Section):
-    value: float
+    value: StrictFloat
     unit: str
     description: str = ""
 
@@ -125,7 +132,9 @@ def load_model(path: str | Path) -> Model:
 
 def model_of(document: Document) -> Model:
     """The model in `document`; InputError with every problem found, placed in the file."""
-    section, problems = document.validate_as_far_as_possible(ModelSection)
+    section, problems = document.validate_as_far_as_possible(
+        ModelSection, required={"name": "unnamed"}
+    )
     names = Names.of(document.data)
     if section is not None:
         groups = _elements(section)

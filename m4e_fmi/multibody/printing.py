@@ -17,7 +17,8 @@ def equations_text(equations: Equations, *, latex: bool = False) -> str:
     tree = equations.topology
     names = _latex_names(equations)
     show = partial(sympy.latex, symbol_names=names) if latex else sympy.sstr
-    lines = [f"{equations.model.name}: {equations.model.description}", ""]
+    title = f"{equations.model.name}: {equations.model.description}"
+    lines = [" ".join(title.split()), ""]
     for link in tree.links:
         held = ", ".join(tree.coordinate_names[k] for k in link.coordinates)
         holder = f"{link.joint.type} joint {link.joint_name!r} to {link.joint.parent}"

@@ -143,13 +143,17 @@ class Recorder:
         return value.index if isinstance(value, Scalar) else self.tape.constant(value).index
 
     def program(self) -> Program:
-        """The finished program; ValueError if a state has no rate or a symbol is undeclared."""
+        """The finished program.
+
+        ValueError if a state has no rate, or if a scalar or a `derivative_of` names no variable.
+        """
         missing = sorted(set(self._variables["states"]) - set(self._rates))
         if missing:
             raise ValueError(f"{self.name}: no rate for state {', '.join(missing)}")
         rates = tuple(self._rates[name] for name in self._variables["states"])
         self._check_symbols([*rates, *self._results, *self._constants])
         groups = {group: tuple(members.values()) for group, members in self._variables.items()}
+        self._check_derivatives([v for members in groups.values() for v in members])
         return Program(
             name=self.name,
             description=self.description,
@@ -159,6 +163,13 @@ class Recorder:
             constants=tuple(self._constants),
             **groups,
         )
+
+    def _check_derivatives(self, variables: list[Variable]) -> None:
+        names = {v.name for v in variables}
+        for v in variables:
+            if v.derivative_of is not None and v.derivative_of not in names:
+                message = f"{v.name!r} cannot be the derivative of {v.derivative_of!r}"
+                raise ValueError(f"{self.name}: {message}, which is not declared")
 
     def _check_symbols(self, roots: Iterable[int]) -> None:
         readable = {TIME}

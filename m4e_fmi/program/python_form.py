@@ -37,7 +37,7 @@ def sign(a):
 def python_source(program: Program) -> str:
     """Text of a Python module that computes `program` (see the module's docstring)."""
     writer = _Writer(program)
-    return _HEADER.format(name=program.name, description=program.description) + "\n\n".join(
+    return _HEADER.format(name=program.name) + "\n\n".join(
         (
             writer.function("constants", "p", writer.hoisted),
             writer.function("rates", "t, x, u, p, c", list(program.rates)),
@@ -108,6 +108,9 @@ class _Writer:
         available = {} if name == "constants" else self._slot
         nodes = self._needed(roots, available)
         uses = dict.fromkeys(nodes, 0)
+        for k in roots:
+            if k in uses:
+                uses[k] += 1
         for k in nodes:
             for a in self.tape.arguments(k):
                 if a in uses:

@@ -39,11 +39,12 @@ LARGEST_UNROLLED_POWER = 8
 
 
 def _computed(function: Callable[..., float], *values: float) -> float | None:
-    """`function` of constants; None where it is undefined, which is then met at run time."""
+    """`function` of constants; None where it has no finite value, which is then met at run time."""
     try:
-        return function(*values)
+        result = function(*values)
     except (ValueError, ZeroDivisionError, OverflowError):
         return None
+    return result if math.isfinite(result) else None
 
 
 class Tape:
@@ -71,6 +72,8 @@ class Tape:
 
     def constant(self, value: float) -> Scalar:
         value = float(value)
+        if not math.isfinite(value):
+            raise ValueError(f"a constant must be finite, got {value}")
         if value == 0.0:  # one zero: -0.0 equals 0.0 as a key
             value = 0.0
         return Scalar(self, self.node(("constant", value)))
@@ -124,7 +127,7 @@ class Tape:
                     return self.unary("neg", other)
             return None
         if name == "div":
-            if x == 0.0:
+            if x == 0.0 and y != 0.0:
                 return self.constant(0.0).index
             return a if y == 1.0 else None
         return None
@@ -209,7 +212,7 @@ class Scalar:
             constant = self.tape.value(exponent.index)
         else:
             constant = float(exponent)
-        if constant is None or constant != int(constant) or abs(constant) > LARGEST_UNROLLED_POWER:
+        if constant is None or abs(constant) > LARGEST_UNROLLED_POWER or constant != int(constant):
             return self.record("sqrt") if constant == 0.5 else self.record("pow", exponent)
         result = self.tape.constant(1.0)
         for _ in range(abs(int(constant))):
@@ -218,6 +221,10 @@ class Scalar:
 
     def __rpow__(self, base: float) -> Scalar:
         return self._reversed("pow", base)
+
+    def __bool__(self) -> bool:
+        """Refused: a branch taken while recording would be taken for ever."""
+        raise TypeError("a recorded scalar has no truth value; use minimum, maximum or sign")
 
     def __repr__(self) -> str:
         return f"Scalar({self.index}: {self.tape.operations[self.index]})"

@@ -22,12 +22,13 @@ SMALLEST_FACTOR = 0.2
 LARGEST_FACTOR = 10.0
 SMALLEST_RELATIVE_STEP = 1e-14
 FIRST_STEP = 1e-3
+HOPELESS = 1e10  # error, over the tolerance, of a trial step that gave no number
 
 Rates = Callable[[float, Sequence[float]], list[float]]
 
 
 class IntegrationError(ArithmeticError):
-    """The step size fell below what floating point resolves, or a rate is not finite."""
+    """The rates cannot be computed, or change too fast for any step that time resolves."""
 
 
 class DormandPrince:
@@ -46,26 +47,25 @@ class DormandPrince:
         self.evaluations = 0
         self.accepted = 0
         self.rejected = 0
+        self._trouble = ""  # why the last trial step gave no number
 
     def advance(self, t: float, x: list[float], t_end: float) -> list[float]:
         """The state at `t_end` from state `x` at `t`; t_end is met exactly.
 
+        A trial step in which `rates` raises ArithmeticError or ValueError is tried again shorter.
         Raises IntegrationError with the time reached.
         """
-        if not x:
-            return []
+        if not x or t >= t_end:
+            return x
         if self.step <= 0.0:
             self.step = min(FIRST_STEP, t_end - t)
-        rate = self.rates(t, x)
-        self.evaluations += 1
+        rate = self._first_rate(t, x)
+        smallest = SMALLEST_RELATIVE_STEP * max(abs(t), abs(t_end))
+        self.step = max(self.step, smallest)
         while t < t_end:
             remaining = t_end - t
-            last = self.step >= remaining * (1 - 1e-12)
+            last = self.step >= remaining - smallest  # no sliver is left over for one more step
             h = remaining if last else self.step
-            if h < SMALLEST_RELATIVE_STEP * max(abs(t), abs(t_end)):
-                raise IntegrationError(
-                    f"step size {h:.1e} s at t = {t:.9g} s is too small to go on"
-                )
             candidate, rate_end, error = self._attempt(t, x, rate, h)
             factor = SAFETY * error**-0.2 if error > 0 else LARGEST_FACTOR
             if error <= 1.0:
@@ -78,12 +78,33 @@ class DormandPrince:
             else:
                 self.rejected += 1
                 self.step = h * max(SMALLEST_FACTOR, factor)
+            if self.step < smallest and t < t_end:
+                cause = f": {self._trouble}" if self._trouble else ""
+                message = f"step size {self.step:.1e} s at t = {t:.9g} s is too small to go on"
+                raise IntegrationError(message + cause)
         return x
+
+    def _first_rate(self, t: float, x: list[float]) -> list[float]:
+        self.evaluations += 1
+        try:
+            return self.rates(t, x)
+        except (ArithmeticError, ValueError) as error:
+            raise IntegrationError(f"no rates at t = {t:.9g} s: {error}") from error
 
     def _attempt(
         self, t: float, x: list[float], k1: list[float], h: float
     ) -> tuple[list[float], list[float], float]:
         """One step of size h: state and rate at its end, and the error over the tolerance."""
+        self._trouble = ""
+        try:
+            return self._step(t, x, k1, h)
+        except (ArithmeticError, ValueError) as error:
+            self._trouble = str(error)
+            return x, k1, HOPELESS
+
+    def _step(
+        self, t: float, x: list[float], k1: list[float], h: float
+    ) -> tuple[list[float], list[float], float]:
         f = self.rates
         k2 = f(t + C2 * h, [y + h * (A21 * a) for y, a in zip(x, k1, strict=True)])
         k3 = f(t + C3 * h, [y + h * (A31 * a + A32 * b) for y, a, b in zip(x, k1, k2, strict=True)])
@@ -121,4 +142,6 @@ class DormandPrince:
             ratio = error / (tolerance * (1.0 + max(abs(y), abs(z))))
             total += ratio * ratio
         norm = sqrt(total / len(x))
-        return end, k7, norm if isfinite(norm) else 1e10
+        if not isfinite(norm):
+            raise ArithmeticError("a rate is not finite")
+        return end, k7, norm

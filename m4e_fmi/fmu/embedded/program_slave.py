@@ -32,7 +32,10 @@ class ProgramSlave(M4eSlave):
 
     def setup_experiment(self, start_time, stop_time=None, tolerance=None):
         super().setup_experiment(start_time, stop_time, tolerance)
-        self._integrator.tolerance = tolerance or DEFAULT_TOLERANCE
+        self._set_tolerance()
+
+    def _set_tolerance(self):
+        self._integrator.tolerance = self.tolerance or DEFAULT_TOLERANCE
 
     def set_real(self, vrs, values):
         super().set_real(vrs, values)
@@ -73,4 +76,5 @@ class ProgramSlave(M4eSlave):
 
     def restore(self, saved):
         self._integrator.step = saved["step"]
+        self._set_tolerance()
         self._known = False

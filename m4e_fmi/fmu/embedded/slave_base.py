@@ -7,6 +7,7 @@ later step answers fmi2Discard.
 """
 
 import base64
+import copy
 import json
 import traceback
 from math import isfinite, nan
@@ -42,7 +43,9 @@ class M4eSlave(Fmi2Slave):
         self._error = ""
         self._initialised = False
         self._initialising = False
+        self._premature = False  # the error was met during initialization, with inputs yet to come
         self._stale = True
+        self._finished = False
 
     def initialise(self):
         """Make the state fit parameters and inputs; may be called again before the first step."""
@@ -61,7 +64,7 @@ class M4eSlave(Fmi2Slave):
         """Take back what `save` returned."""
 
     def finish(self):
-        """Release what is held; called once, also after an error."""
+        """Release what is held; called once, by terminate or when the instance is freed."""
 
     def _guard(self, action, *arguments):
         """Run one of the methods above; False, and the error kept, if it raises."""
@@ -69,17 +72,19 @@ class M4eSlave(Fmi2Slave):
             return False
         try:
             action(*arguments)
-        except Exception as error:  # noqa: BLE001  an exception here would end the host's process
+        except BaseException as error:  # noqa: BLE001  SystemExit, too, would end the host
             self._fail(f"{type(error).__name__}: {error}", traceback.format_exc())
         return not self._error
 
     def _fail(self, message, detail=""):
-        self._error = f"{message} (t = {self.time:.9g} s)"
-        self.log(f"{self.instance_name}: {self._error}\n{detail}", status=Fmi2Status.error)
+        """Keep the error, unless there is one already: the first is the cause of the others."""
+        if not self._error:
+            self._error = _printable(f"{message} (t = {self.time:.9g} s)")
+            self.log(f"{self.instance_name}: {self._error}\n{detail}", status=Fmi2Status.error)
 
     def log(self, msg, status=Fmi2Status.ok, category=None, debug=None):
         # the binary uses the text as a printf format
-        super().log(str(msg).replace("%", "%%"), status, category, debug)
+        super().log(_printable(msg).replace("%", "%%"), status, category, debug)
 
     def setup_experiment(self, start_time, stop_time=None, tolerance=None):  # noqa: ARG002
         self.time = start_time
@@ -90,6 +95,7 @@ class M4eSlave(Fmi2Slave):
 
     def exit_initialization_mode(self):
         self._refresh()
+        self._premature = False
         self._initialising = False
         self._initialised = True
 
@@ -97,9 +103,13 @@ class M4eSlave(Fmi2Slave):
         """Bring the outputs up to date with what was set or stepped."""
         if not self._stale:
             return
+        if self._premature:
+            self._error, self._premature = "", False
+        failed_before = bool(self._error)
         if not self._initialised:
             self._guard(self.initialise)
         self._guard(self.update)
+        self._premature = self._initialising and bool(self._error) and not failed_before
         self._stale = False
 
     def do_step(self, current_time, step_size):
@@ -110,12 +120,20 @@ class M4eSlave(Fmi2Slave):
         return not self._error
 
     def terminate(self):
+        if self._initialised:
+            self._refresh()  # outputs may be read after this
+        self._finish()
+
+    def __del__(self):
         self._finish()
 
     def _finish(self):
+        if getattr(self, "_finished", True):  # not there: __init__ failed
+            return
+        self._finished = True
         try:
             self.finish()
-        except Exception as error:  # noqa: BLE001  as in _guard; the run is over, only tell
+        except BaseException as error:  # noqa: BLE001  as in _guard; the run is over, only tell
             self.log(f"{self.instance_name}: while finishing: {error}", status=Fmi2Status.warning)
 
     def get_real(self, vrs):
@@ -124,51 +142,98 @@ class M4eSlave(Fmi2Slave):
         if self._error:
             return [nan] * len(vrs)
         values = self.values
-        return [values[vr] for vr in vrs]
+        try:
+            return [values[vr] for vr in vrs]
+        except IndexError:
+            return self._unknown(vrs, nan)
 
     def set_real(self, vrs, values):
-        for vr, value in zip(vrs, values, strict=True):
-            if not isfinite(value):
-                self._fail(f"{self._names[vr]} was set to {value}")
-            self.values[vr] = value
         self._stale = True
+        try:
+            for vr, value in zip(vrs, values, strict=True):
+                if not isfinite(value):
+                    self._fail(f"{self._names[vr]} was set to {value}")
+                self.values[vr] = value
+        except IndexError:
+            self._unknown(vrs, nan)
 
     def get_string(self, vrs):
         self.text[LAST_ERROR] = self._error
-        return [self.text[self._strings[vr]] for vr in vrs]
+        try:
+            return [self.text[self._strings[vr]] for vr in vrs]
+        except IndexError:
+            return self._unknown(vrs, "")
 
     def set_string(self, vrs, values):
-        for vr, value in zip(vrs, values, strict=True):
-            self.text[self._strings[vr]] = value
         self._stale = True
+        try:
+            for vr, value in zip(vrs, values, strict=True):
+                self.text[self._strings[vr]] = value
+        except IndexError:
+            self._unknown(vrs, "")
+
+    def get_integer(self, vrs):
+        return self._unknown(vrs, 0)
+
+    def get_boolean(self, vrs):
+        return self._unknown(vrs, False)
+
+    def set_integer(self, vrs, values):  # noqa: ARG002
+        self._unknown(vrs, 0)
+
+    def set_boolean(self, vrs, values):  # noqa: ARG002
+        self._unknown(vrs, False)
+
+    def _unknown(self, vrs, answer):
+        """Fail because no variable of this type has one of these value references."""
+        if vrs:
+            self._fail(f"not all of these are value references of the type: {list(vrs)}")
+        return [answer] * len(vrs)
 
     def _get_fmu_state(self):
+        own = {}
+        self._guard(lambda: own.update(copy.deepcopy(self.save())))
         return {
             "values": list(self.values),
             "text": dict(self.text),
             "time": self.time,
             "tolerance": self.tolerance,
             "error": self._error,
-            "phase": [self._initialised, self._initialising, self._stale],
-            "own": self.save(),
+            "phase": [self._initialised, self._initialising, self._premature, self._stale],
+            "own": own,
         }
 
     def _set_fmu_state(self, state):
+        if len(state["values"]) != len(self.values):
+            self._fail("a state was set that is not of this FMU")
+            return
         self.values[:] = state["values"]
         self.text = dict(state["text"])
         self.time = state["time"]
         self.tolerance = state["tolerance"]
         self._error = state["error"]
-        self._initialised, self._initialising, self._stale = state["phase"]
-        self._guard(self.restore, state["own"])
+        self._initialised, self._initialising, self._premature, self._stale = state["phase"]
+        self._guard(self.restore, copy.deepcopy(state["own"]))
 
     @staticmethod
     def _fmu_state_to_bytes(state):
-        return json.dumps(state, default=_encoded, sort_keys=True).encode("utf-8")
+        try:
+            text = json.dumps(state, default=_encoded, sort_keys=True)
+        except (TypeError, ValueError) as error:  # what is restored from this, tells
+            text = json.dumps({**state, "own": {}, "error": f"the state was not saved: {error}"})
+        return text.encode("utf-8")
 
     @staticmethod
     def _fmu_state_from_bytes(state):
-        return json.loads(bytes(state).decode("utf-8"), object_hook=_decoded)
+        try:
+            return json.loads(bytes(state).decode("utf-8"), object_hook=_decoded)
+        except ValueError:
+            return {"values": []}
+
+
+def _printable(text):
+    """`text` as the binary can pass it on: UTF-8 without lone surrogates."""
+    return str(text).encode("utf-8", "backslashreplace").decode("utf-8")
 
 
 def _encoded(value):

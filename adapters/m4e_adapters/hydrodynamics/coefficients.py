@@ -1,0 +1,136 @@
+"""Hydrodynamic coefficients of floating bodies in the plane: what potential flow says of them.
+
+Motions are surge, heave, pitch of each body about its own centre of gravity, in the order of the
+bodies: 3·N in all. Pitch turns +Z towards +X (about +Y). Waves are e^{−iωt}: a wave of complex
+amplitude a has the elevation Re[a e^{−iωt}] at x = 0 and makes the force Re[X a e^{−iωt}].
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+MEMORY_REACH = 4.5  # wavenumber times size up to which radiation matters
+MOTIONS = ("surge", "heave", "pitch")
+
+
+def memory_size(volume: float, waterplane_area: float) -> float:
+    """Radius [m] of the half-ball of that volume or of the disc of that area, the smaller one.
+
+    A fully submerged body has no waterplane: then the volume alone counts.
+    """
+    ball = np.cbrt(1.5 * volume / np.pi)
+    return float(min(ball, np.sqrt(waterplane_area / np.pi)) if waterplane_area > 0 else ball)
+
+
+@dataclass(frozen=True)
+class Coefficients:
+    """Arrays over nω frequencies and n = 3·N motions.
+
+    Attributes
+    ----------
+    bodies : N names.
+    centers : (N, 2) centres of gravity (x, z) [m] in the reference pose, world frame.
+    omega : (nω,) angular frequencies [rad/s], increasing, finite, positive.
+    added_mass, radiation_damping : (nω, n, n) [kg, kg.m, kg.m2] and [N.s/m, …]: [force, motion].
+    added_mass_inf : (n, n) added mass at infinite frequency.
+    excitation : (nω, n) complex force per wave amplitude [N/m, N.m/m], diffraction and
+        Froude-Krylov, for waves travelling in `wave_direction`.
+    hydrostatic_stiffness : (n, n) of buoyancy about the centres of gravity: force = −K·motion.
+    buoyancy : (n,) force of the still water in the reference pose [N, N, N.m].
+    wave_direction : 0 or 180 [deg]: towards +X or −X.
+    density [kg/m3], depth [m] (inf: deep), gravity [m/s2].
+    """
+
+    bodies: tuple[str, ...]
+    centers: np.ndarray
+    omega: np.ndarray
+    added_mass: np.ndarray
+    radiation_damping: np.ndarray
+    added_mass_inf: np.ndarray
+    excitation: np.ndarray
+    hydrostatic_stiffness: np.ndarray
+    buoyancy: np.ndarray
+    wave_direction: float = 0.0
+    density: float = 1025.0
+    depth: float = np.inf
+    gravity: float = 9.81
+
+    def __post_init__(self) -> None:
+        n, count = 3 * len(self.bodies), len(self.omega)
+        expected = {
+            "centers": (len(self.bodies), 2),
+            "added_mass": (count, n, n),
+            "radiation_damping": (count, n, n),
+            "added_mass_inf": (n, n),
+            "excitation": (count, n),
+            "hydrostatic_stiffness": (n, n),
+            "buoyancy": (n,),
+        }
+        for name, shape in expected.items():
+            got = np.shape(getattr(self, name))
+            if got != shape:
+                raise ValueError(f"{name} has shape {got}, expected {shape}")
+            if not np.all(np.isfinite(getattr(self, name))):
+                raise ValueError(f"{name} has values that are not finite")
+        if np.any(np.diff(self.omega, prepend=0.0) <= 0):
+            raise ValueError("omega must be positive and increasing")
+
+    @property
+    def motions(self) -> tuple[str, ...]:
+        """The n motions as "<body> <motion>"."""
+        return tuple(f"{body} {motion}" for body in self.bodies for motion in MOTIONS)
+
+    @property
+    def retardation(self) -> np.ndarray:
+        """K(jω) = B + jω(A − A∞) of the radiation memory, (nω, n, n)."""
+        surplus = self.added_mass - self.added_mass_inf
+        return self.radiation_damping + 1j * self.omega[:, None, None] * surplus
+
+    @property
+    def memory_limit(self) -> float:
+        """The frequency [rad/s] up to which radiation matters: k a = 4.5 in deep water.
+
+        a is a body's size as `memory_size` tells it; the smallest body decides.
+        """
+        stiffness = self.hydrostatic_stiffness.diagonal()[1::3] / (self.density * self.gravity)
+        volumes = self.buoyancy[1::3] / (self.density * self.gravity)
+        sizes = [memory_size(v, s) for v, s in zip(volumes, stiffness, strict=True)]
+        return (
+            float(np.sqrt(MEMORY_REACH * self.gravity / min(sizes))) if min(sizes) > 0 else np.inf
+        )
+
+    def excitation_at(self, omega: np.ndarray) -> np.ndarray:
+        """Excitation (k, n) at other frequencies ≤ the highest of the table.
+
+        Cubic splines of real and imaginary part, after taking out the phase of the wave's way to
+        each body. At ω = 0 the water just rises: X = K[:, heave], which completes the table.
+        """
+        from scipy.interpolate import CubicSpline
+
+        knots = np.concatenate([[0.0], self.omega])
+        heave = self.hydrostatic_stiffness.reshape(-1, len(self.bodies), 3)[:, :, 1].sum(axis=1)
+        table = np.concatenate([heave[None, :], self.excitation * self._way(self.omega).conj()])
+        return CubicSpline(knots, table, axis=0)(omega) * self._way(omega)
+
+    def _way(self, omega: np.ndarray) -> np.ndarray:
+        """e^{i k x_G cos β} of each motion's body, (k, n)."""
+        from m4e_adapters.hydrodynamics.waves import wavenumber
+
+        k = wavenumber(np.asarray(omega), depth=self.depth, gravity=self.gravity)
+        towards = np.cos(np.radians(self.wave_direction))
+        return np.exp(1j * towards * k[:, None] * np.repeat(self.centers[:, 0], 3)[None, :])
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """All fields as arrays, for a file."""
+        return {field.name: np.asarray(getattr(self, field.name)) for field in fields(self)}
+
+    @classmethod
+    def from_arrays(cls, arrays: dict[str, np.ndarray]) -> Coefficients:
+        """The inverse of `arrays`."""
+        values: dict = {field.name: arrays[field.name] for field in fields(cls)}
+        for name in ("wave_direction", "density", "depth", "gravity"):
+            values[name] = float(values[name])
+        values["bodies"] = tuple(str(name) for name in values["bodies"])
+        return cls(**values)

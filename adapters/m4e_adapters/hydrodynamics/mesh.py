@@ -1,0 +1,231 @@
+"""Hulls: the wetted surface of every body, checked, with a lid on its inner free surface.
+
+The lid is a flat surface of panels on the water inside the hull: it removes the irregular
+frequencies of the integral equation, at which its solution is otherwise wrong by tens of percent.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from m4e_adapters.hydrodynamics.capytaine_setup import import_capytaine
+from m4e_adapters.hydrodynamics.config import Body, HydrodynamicsConfig, Shape
+from m4e_adapters.hydrodynamics.hydrostatics import Hydrostatics, hydrostatics_of
+from m4e_adapters.hydrodynamics.panels import RELATIVE_TOLERANCE, Panels, grid
+from m4e_adapters.hydrodynamics.shapes import box_panels, cylinder_panels, sphere_panels
+from m4e_fmi.errors import InputError, Problem
+
+LID_TRIALS = (1.0, 0.8, 0.6, 1.3)  # panel sizes tried, relative to the hull's
+
+
+@dataclass(frozen=True)
+class Hull:
+    """A body's wetted surface and lid (None: none needed, or none possible), about `center` G."""
+
+    name: str
+    panels: Panels
+    lid: Panels | None
+    center: tuple[float, float]
+    hydrostatics: Hydrostatics
+
+
+def make_hulls(
+    config: HydrodynamicsConfig, folder: Path, *, progress: Callable[[str], object]
+) -> tuple[Hull, ...]:
+    """The hulls of all bodies in the order of the file; InputError with all that is wrong."""
+    hulls, problems = [], []
+    for name, body in config.bodies.items():
+        try:
+            hulls.append(make_hull(name, body, folder, progress=progress))
+        except InputError as error:
+            problems += error.problems
+            continue
+        lowest = hulls[-1].panels.vertices[:, 2].min()
+        if lowest <= -config.water.depth:
+            problems.append(
+                Problem(
+                    f"body {name!r} reaches down to z = {lowest:.4g} m, the sea bed is at "
+                    f"z = {-config.water.depth:.4g} m",
+                    "give more water.depth, or less draft",
+                )
+            )
+    if problems:
+        raise InputError(problems)
+    return tuple(hulls)
+
+
+def make_hull(
+    name: str, body: Body, folder: Path, *, progress: Callable[[str], object] = print
+) -> Hull:
+    """The checked hull of one body; a lid that could not be made is told through `progress`."""
+    panels = _shape_panels(name, body.shape, body.panels, folder)
+    lid = make_lid(panels)
+    if lid is None and waterline(panels):
+        progress(
+            f"warning: no lid could be made inside body {name!r}: its coefficients may be wrong "
+            "near irregular frequencies; limit frequencies.maximum, or make a finer mesh"
+        )
+    return Hull(name, panels, lid, body.center_of_gravity, hydrostatics_of(panels))
+
+
+def _shape_panels(name: str, shape: Shape, count: int, folder: Path) -> Panels:
+    if shape.cylinder is not None:
+        return cylinder_panels(shape.cylinder, count)
+    if shape.sphere is not None:
+        return sphere_panels(shape.sphere, count)
+    if shape.box is not None:
+        return box_panels(shape.box, count)
+    path = folder / str(shape.mesh)
+    return checked(_immersed(_loaded(path, name), name), name, str(path))
+
+
+def _loaded(path: Path, name: str) -> Panels:
+    """The panels of a mesh file, in any format that Capytaine reads."""
+    if not path.is_file():
+        message = f"body {name!r}: no such mesh file: {path}"
+        raise InputError.single(message, "the name is relative to the system file's folder")
+    capytaine = import_capytaine()
+    try:
+        mesh = capytaine.load_mesh(path).merged()
+    except Exception as error:  # noqa: BLE001  readers of a dozen formats raise what they like
+        raise InputError.single(
+            f"body {name!r}: the mesh cannot be read: {type(error).__name__}: {error}",
+            "formats read as they are: gdf (WAMIT), nemoh, hst (Hydrostar), pnl (HAMS); "
+            "with the package meshio also stl, obj, msh, vtk",
+            str(path),
+        ) from None
+    if not mesh.nb_faces:
+        raise InputError.single(f"body {name!r}: the mesh has no panels", "", str(path))
+    return Panels(np.asarray(mesh.vertices), np.asarray(mesh.faces)).merged()
+
+
+def _immersed(panels: Panels, name: str) -> Panels:
+    """What is below z = 0, without panels that lie in the still-water level."""
+    reach = RELATIVE_TOLERANCE * panels.size
+    low, high = panels.vertices[:, 2].min(), panels.vertices[:, 2].max()
+    if low >= -reach:
+        raise InputError.single(
+            f"body {name!r}: the mesh is above the water (lowest point at z = {low:.4g} m)",
+            "draw the mesh in the reference pose: z = 0 is the still-water level, Z points up",
+        )
+    if high > reach:
+        capytaine = import_capytaine()
+        mesh = capytaine.Mesh(panels.vertices, panels.faces, auto_check=False).immersed_part()
+        panels = Panels(np.asarray(mesh.vertices), np.asarray(mesh.faces)).merged()
+    vertices = panels.vertices.copy()
+    vertices[np.abs(vertices[:, 2]) < reach, 2] = 0.0
+    panels = Panels(vertices, panels.faces)
+    return panels.kept(np.any(panels.corners[:, :, 2] < 0.0, axis=1))
+
+
+def checked(panels: Panels, name: str, file: str = "") -> Panels:
+    """`panels` if they bound a volume below the waterline; InputError says where they do not."""
+
+    def wrong(message: str, remedy: str) -> InputError:
+        return InputError.single(f"body {name!r}: {message}", remedy, file)
+
+    def place(edge: tuple[int, int]) -> str:
+        x, y, z = panels.vertices[list(edge)].mean(axis=0)
+        return f"near x = {x:.4g}, y = {y:.4g}, z = {z:.4g} m"
+
+    edges = panels.edges()
+    height = panels.vertices[:, 2]
+    unshared = [e for e, sides in edges.items() if len(sides) == 1 and min(height[list(e)]) < 0]
+    if unshared:
+        raise wrong(
+            f"the mesh is not watertight: {len(unshared)} edges below the water belong to one "
+            f"panel only, the first {place(unshared[0])}",
+            "close the holes (only the waterline may be open), or join panels that do not share "
+            "their vertices",
+        )
+    many = [edge for edge, sides in edges.items() if len(sides) > 2]
+    if many:
+        raise wrong(
+            f"more than two panels meet in an edge {place(many[0])}",
+            "remove inner walls and doubled panels",
+        )
+    twisted = [edge for edge, sides in edges.items() if len(sides) == 2 and sum(sides)]
+    if twisted:
+        raise wrong(
+            f"neighbouring panels face opposite ways {place(twisted[0])}",
+            "turn the panels so that all normals point into the water",
+        )
+    if hydrostatics_of(panels).volume <= 0:
+        raise wrong(
+            "the mesh is inverted: the normals point out of the water, the displaced volume is "
+            f"{hydrostatics_of(panels).volume:.4g} m3",
+            "reverse the order of the vertices of every panel: normals point into the water",
+        )
+    return panels
+
+
+def waterline(panels: Panels) -> list[tuple[int, int]]:
+    """The open edges, as (from, to) vertices in the direction of their panel."""
+    found = []
+    for (low, high), sides in panels.edges().items():
+        if len(sides) == 1:
+            found.append((low, high) if sides[0] > 0 else (high, low))
+    return found
+
+
+def make_lid(panels: Panels) -> Panels | None:
+    """Panels on the still water inside the hull, None if there is no waterline or no way.
+
+    One waterline that is visible from its centre is filled with rings, which keeps the hull's
+    symmetries; any other shape is left to Capytaine, whose generator can return nothing at all
+    and is then asked again with another spacing.
+    """
+    loop = _single_loop(waterline(panels))
+    if loop is not None:
+        rings = _rings(panels.vertices[loop])
+        if rings is not None:
+            return rings
+    if not waterline(panels):
+        return None
+    mesh = import_capytaine().Mesh(panels.vertices, panels.faces, auto_check=False)
+    spacing = float(np.mean(mesh.faces_radiuses))
+    for trial in LID_TRIALS:
+        lid = mesh.generate_lid(faces_max_radius=trial * spacing)
+        if lid.nb_faces > 0:
+            return Panels(np.asarray(lid.vertices), np.asarray(lid.faces)).merged()
+    return None
+
+
+def _single_loop(edges: list[tuple[int, int]]) -> list[int] | None:
+    """Vertices of the one closed line that `edges` make, None if it is not one."""
+    following = dict(edges)
+    if not edges or len(following) < len(edges):
+        return None
+    start = edges[0][0]
+    loop, vertex = [start], following[start]
+    while vertex != start and vertex in following and len(loop) <= len(edges):
+        loop.append(vertex)
+        vertex = following[vertex]
+    return loop if len(loop) == len(edges) and vertex == start else None
+
+
+def _rings(line: np.ndarray) -> Panels | None:
+    """Rings of panels inside a closed line (n, 3) about its centre, normals down.
+
+    None if some part of the line is not visible from there.
+    """
+    following = np.roll(line, -1, axis=0)
+    doubled = line[:, 0] * following[:, 1] - line[:, 1] * following[:, 0]
+    center = ((line + following) * doubled[:, None]).sum(axis=0) / (3 * doubled.sum())
+    spokes = line - center
+    turns = spokes[:, 0] * np.roll(spokes, -1, axis=0)[:, 1]
+    turns -= spokes[:, 1] * np.roll(spokes, -1, axis=0)[:, 0]
+    if not (np.all(turns > 0) or np.all(turns < 0)):
+        return None
+    edge = np.linalg.norm(following - line, axis=1).mean()
+    count = max(2, math.ceil(np.linalg.norm(spokes, axis=1).mean() / (2.0 * edge)))
+    closed = np.concatenate([spokes, spokes[:1]])
+    if turns[0] < 0:
+        closed = closed[::-1]
+    fractions = np.linspace(0.0, 1.0, count + 1)
+    return grid(center + fractions[None, :, None] * closed[:, None, :]).merged()

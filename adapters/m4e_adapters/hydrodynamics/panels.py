@@ -1,0 +1,113 @@
+"""Panels: a surface of triangles and quadrilaterals as two arrays, and what follows from them.
+
+Everything here is NumPy only. World frame, reference pose, z = 0 the still-water level, normals
+into the water.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+RELATIVE_TOLERANCE = 1e-5  # of the extent: coordinates closer than this coincide
+
+
+@dataclass(frozen=True)
+class Panels:
+    """A surface: `vertices` (nv, 3) in m, `faces` (nf, 4) indices; a triangle repeats its last."""
+
+    vertices: np.ndarray
+    faces: np.ndarray
+
+    @property
+    def size(self) -> float:
+        """Largest extent [m]."""
+        return float(np.ptp(self.vertices, axis=0).max()) if len(self.vertices) else 0.0
+
+    @property
+    def corners(self) -> np.ndarray:
+        """Corners of the panels, (nf, 4, 3) in m."""
+        return self.vertices[self.faces]
+
+    @property
+    def centers(self) -> np.ndarray:
+        """Means of the panels' distinct corners, (nf, 3) in m."""
+        corners = self.corners
+        triangle = (self.faces[:, 2] == self.faces[:, 3])[:, None]
+        return np.where(triangle, corners[:, :3].mean(axis=1), corners.mean(axis=1))
+
+    @property
+    def radius(self) -> float:
+        """Largest distance [m] of a corner from its panel's centre."""
+        return float(np.linalg.norm(self.corners - self.centers[:, None], axis=2).max())
+
+    @property
+    def triangles(self) -> np.ndarray:
+        """The panels as triangles, (2·nf, 3, 3) in m; those of triangular panels may be empty."""
+        corners = self.corners
+        return np.concatenate([corners[:, [0, 1, 2]], corners[:, [0, 2, 3]]])
+
+    def merged(self) -> Panels:
+        """The same surface with coincident vertices made one and empty panels left out."""
+        from scipy.sparse import coo_array
+        from scipy.sparse.csgraph import connected_components
+        from scipy.spatial import KDTree
+
+        count = len(self.vertices)
+        reach = RELATIVE_TOLERANCE * max(self.size, 1e-12)
+        pairs = KDTree(self.vertices).query_pairs(reach, output_type="ndarray")
+        near = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
+        _, where = connected_components(near, directed=False)
+        _, first = np.unique(where, return_index=True)
+        faces = [list(dict.fromkeys(face)) for face in where[self.faces].tolist()]
+        filled = [[*face, face[-1]][:4] for face in faces if len(face) > 2]
+        return Panels(self.vertices[first], np.array(filled, dtype=int).reshape(-1, 4))
+
+    def kept(self, mask: np.ndarray) -> Panels:
+        """The panels where `mask` (nf,) is true."""
+        return Panels(self.vertices, self.faces[mask])
+
+    def edges(self) -> dict[tuple[int, int], list[int]]:
+        """Every edge (lower, upper vertex) with +1 or −1 for each panel that runs along it."""
+        found: dict[tuple[int, int], list[int]] = {}
+        for face in self.faces.tolist():
+            for a, b in zip(face, [*face[1:], face[0]], strict=True):
+                if a != b:
+                    found.setdefault((min(a, b), max(a, b)), []).append(1 if a < b else -1)
+        return found
+
+    def half(self, axis: int) -> Panels | None:
+        """The panels on the positive side of the plane x = 0 (axis 0) or y = 0 (axis 1).
+
+        None if the surface is not its own mirror image in that plane.
+        """
+        from scipy.spatial import KDTree
+
+        reach = 10 * RELATIVE_TOLERANCE * self.size
+        centers = self.centers
+        upper = centers[:, axis] > 0
+        outwards = np.where(upper[:, None], 1, -1) * self.corners[:, :, axis]
+        if 2 * upper.sum() != len(centers) or outwards.min(initial=0.0) < -reach:
+            return None
+        mirrored = centers[~upper] * np.where(np.arange(3) == axis, -1.0, 1.0)
+        distance, partner = KDTree(centers[upper]).query(mirrored)
+        if distance.max(initial=0.0) > reach or len(np.unique(partner)) < len(mirrored):
+            return None
+        return self.kept(upper)
+
+
+def joined(*parts: Panels) -> Panels:
+    """One surface of several, coincident vertices made one."""
+    offsets = np.cumsum([0, *(len(part.vertices) for part in parts[:-1])])
+    faces = [part.faces + offset for part, offset in zip(parts, offsets, strict=True)]
+    return Panels(np.concatenate([p.vertices for p in parts]), np.concatenate(faces)).merged()
+
+
+def grid(points: np.ndarray) -> Panels:
+    """Panels between the points (nu, nv, 3); their normals point along ∂/∂u × ∂/∂v."""
+    nu, nv, _ = points.shape
+    index = np.arange(nu * nv).reshape(nu, nv)
+    corners = (index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:])
+    faces = np.stack([c.ravel() for c in corners], axis=1)
+    return Panels(points.reshape(-1, 3), faces)

@@ -1,0 +1,61 @@
+"""What this adapter needs on a machine, for `m4e-fmi doctor`."""
+
+from __future__ import annotations
+
+import tempfile
+from importlib.metadata import version
+from importlib.util import find_spec
+
+from m4e_adapters.hydrodynamics.cache import ENVIRONMENT, cache_folder
+
+REINSTALL = "reinstall it: pip install --force-reinstall capytaine"
+
+
+def requirements() -> list[tuple[str, bool, str]]:
+    """Each thing needed, whether it is there, and a detail or what to do."""
+    return [_package(), _core(), _cache()]
+
+
+def _package() -> tuple[str, bool, str]:
+    what = "capytaine (potential flow)"
+    if find_spec("capytaine") is None:
+        return what, False, "install it: pip install 'capytaine>=3,<4'"
+    found = version("capytaine")
+    if found.split(".")[0] != "3":
+        return what, False, f"version {found} is not 3.x: pip install 'capytaine>=3,<4'"
+    return what, True, f"version {found}"
+
+
+def _core() -> tuple[str, bool, str]:
+    """Solve the infinite-frequency heave of a small ball with the compiled kernels."""
+    what = "capytaine's compiled core"
+    try:
+        from m4e_adapters.hydrodynamics.capytaine_setup import import_capytaine, kept_warnings
+
+        with kept_warnings():
+            capytaine = import_capytaine()
+            mesh = capytaine.mesh_sphere(resolution=(4, 8)).immersed_part()
+            dofs = capytaine.rigid_body_dofs(only=["Heave"])
+            body = capytaine.FloatingBody(mesh=mesh, dofs=dofs)
+            problem = capytaine.RadiationProblem(
+                body=body, radiating_dof="Heave", omega=float("inf")
+            )
+            solver = capytaine.BEMSolver(method="direct")
+            mass = solver.solve(problem, keep_details=False).added_masses["Heave"]
+    except Exception as error:  # noqa: BLE001  a broken binary may raise anything
+        return what, False, f"{type(error).__name__}: {error}; {REINSTALL}"
+    if not mass > 0:
+        return what, False, f"it computes nonsense (added mass {mass}); {REINSTALL}"
+    return what, True, "solves"
+
+
+def _cache() -> tuple[str, bool, str]:
+    what = "cache of hydrodynamic coefficients"
+    folder = cache_folder()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.NamedTemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        return what, False, f"{folder}: {error.strerror}; set {ENVIRONMENT} to a writable folder"
+    return what, True, str(folder)

@@ -1,0 +1,125 @@
+"""Vector fitting: stable rational functions with common poles through frequency responses.
+
+H_m(s) ≈ Σ_k r_mk / (s − p_k), strictly proper, poles real or in conjugate pairs. The poles are
+found by Gustavsen and Semlyen's relocation (IEEE Trans. Power Delivery 14(3), 1999): a common
+scaling function σ with the same poles is fitted with the responses, its zeros are the next poles;
+those on the right half plane are mirrored to the left. Responses are reduced one by one by QR
+(Deschrijver et al., IEEE Microw. Wirel. Compon. Lett. 18(6), 2008).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Complex = NDArray[np.complexfloating[Any, Any]]
+
+ITERATIONS = 24
+
+
+def fitted_poles(
+    omega: np.ndarray, responses: Complex, *, weights: np.ndarray, order: int
+) -> Complex:
+    """The common poles (k,) [1/s], Re < 0; of each conjugate pair the one with Im > 0.
+
+    Parameters
+    ----------
+    omega : (n,) angular frequencies [rad/s] ≥ 0.
+    responses : (m, n) complex values at s = jω.
+    weights : (n,) of the errors.
+    order : number of poles, a pair counting two.
+    """
+    poles = _starting_poles(omega, order)
+    for _ in range(ITERATIONS):
+        poles = _relocated(omega, responses, weights, poles)
+    return poles
+
+
+def evaluate(omega: np.ndarray, poles: Complex, residues: Complex) -> Complex:
+    """Σ r/(jω − p) over all poles, conjugates included: (..., n) for residues (..., k)."""
+    s = 1j * np.asarray(omega)
+    result = np.zeros((*residues.shape[:-1], len(s)), dtype=complex)
+    for k, pole in enumerate(poles):
+        result += residues[..., k, None] / (s - pole)
+        if pole.imag > 0:
+            result += residues[..., k, None].conj() / (s - pole.conj())
+    return result
+
+
+def _starting_poles(omega: np.ndarray, order: int) -> Complex:
+    low, high = omega[omega > 0].min(), omega.max()
+    imaginary = np.linspace(low, 0.8 * high, order // 2) if order > 1 else np.zeros(0)
+    pairs = imaginary * (-0.2 + 1j)
+    return np.concatenate([pairs, [-0.5 * (low + high)]]) if order % 2 else pairs
+
+
+def basis(omega: np.ndarray, poles: Complex) -> Complex:
+    """Columns whose real combinations are all admissible sums of partial fractions, (n, order)."""
+    s = 1j * omega
+    columns = []
+    for pole in poles:
+        if pole.imag > 0:
+            first, second = 1 / (s - pole), 1 / (s - pole.conj())
+            columns += [first + second, 1j * (first - second)]
+        else:
+            columns.append(1 / (s - pole.real))
+    return np.stack(columns, axis=1)
+
+
+def stacked(values: Complex) -> np.ndarray:
+    """Real parts above imaginary parts."""
+    return np.concatenate([values.real, values.imag])
+
+
+def _relocated(
+    omega: np.ndarray, responses: Complex, weights: np.ndarray, poles: Complex
+) -> Complex:
+    """Zeros of σ(s) = 1 + Σ c_k/(s − p_k) when σ·H is fitted with the same poles."""
+    own = basis(omega, poles) * weights[:, None]
+    order = own.shape[1]
+    rows, values = [], []
+    for response in responses:
+        system = np.concatenate([own, -own * response[:, None]], axis=1)
+        q, r = np.linalg.qr(stacked(system))
+        rows.append(r[order:, order:])
+        values.append(q[:, order:].T @ stacked(weights * response))
+    scale, *_ = np.linalg.lstsq(np.concatenate(rows), np.concatenate(values), rcond=None)
+    zeros = np.linalg.eigvals(_companion(poles) - np.outer(_inputs(poles), scale))
+    stable = -np.abs(zeros.real) - 1e-9 * np.abs(zeros) + 1j * zeros.imag
+    real = np.abs(stable.imag) < 1e-9 * np.abs(stable)
+    stable[real] = stable[real].real
+    return stable[stable.imag >= 0]
+
+
+def _companion(poles: Complex) -> np.ndarray:
+    """Real block-diagonal matrix with the poles as eigenvalues, in the order of `basis`."""
+    blocks = []
+    for pole in poles:
+        if pole.imag > 0:
+            blocks.append(np.array([[pole.real, pole.imag], [-pole.imag, pole.real]]))
+        else:
+            blocks.append(np.array([[pole.real]]))
+    size = sum(len(block) for block in blocks)
+    result, at = np.zeros((size, size)), 0
+    for block in blocks:
+        result[at : at + len(block), at : at + len(block)] = block
+        at += len(block)
+    return result
+
+
+def residues_of(poles: Complex, combination: np.ndarray) -> Complex:
+    """Residues (..., k) of real combinations (..., order) of the columns of `basis`."""
+    residues = np.zeros((*combination.shape[:-1], len(poles)), dtype=complex)
+    at = 0
+    for k, pole in enumerate(poles):
+        residues[..., k] = combination[..., at]
+        if pole.imag > 0:
+            residues[..., k] += 1j * combination[..., at + 1]
+        at += 2 if pole.imag > 0 else 1
+    return residues
+
+
+def _inputs(poles: Complex) -> np.ndarray:
+    return np.concatenate([[2.0, 0.0] if pole.imag > 0 else [1.0] for pole in poles])

@@ -1,0 +1,240 @@
+"""Expressions of input files: the grammar, and that nothing but the grammar is understood."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from m4e_fmi.model.expression import (
+    DEEPEST_NESTING,
+    FUNCTIONS,
+    LONGEST_TEXT,
+    Expression,
+    ExpressionError,
+    Values,
+    as_expression,
+    parse,
+)
+
+NAMES = {"a": 1.75, "b": -0.5, "L_2": 3.0, "_x": 0.0}
+
+
+def value(text: str) -> Any:
+    return parse(text).evaluate(Values(NAMES))
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("7", 7.0),
+        ("1.", 1.0),
+        (".5", 0.5),
+        ("1e3", 1000.0),
+        ("1.5E-2", 0.015),
+        ("2 + 3*4", 14.0),
+        ("(2 + 3)*4", 20.0),
+        ("7 - 2 - 1", 4.0),
+        ("16/4/2", 2.0),
+        ("2*3/4", 1.5),
+        ("-2**2", -4.0),
+        ("2**-1", 0.5),
+        ("2**3**2", 512.0),
+        ("-2**-2", -0.25),
+        ("--3", 3.0),
+        ("+-+3", -3.0),
+        ("3 - -2", 5.0),
+        ("2*-3", -6.0),
+        ("-a*b", 0.875),
+        ("\t1 +\t1 ", 2.0),
+        ("2*pi", 2 * math.pi),
+        ("max(a, b)", 1.75),
+        ("min(a, 2*a - 5)", -1.5),
+        ("atan2(1, -1)", 0.75 * math.pi),
+        ("sqrt(abs(-16))", 4.0),
+        ("sign(b)", -1.0),
+        ("L_2 - _x", 3.0),
+        ("sin(pi/2)**2", 1.0),
+    ],
+)
+def test_value(text: str, expected: float) -> None:
+    assert value(text) == expected
+
+
+@pytest.mark.parametrize("name", sorted(FUNCTIONS))
+def test_every_function_is_that_of_the_math_module(name: str) -> None:
+    ours = {"abs": abs, "max": max, "min": min, "sign": lambda x: math.copysign(1, x)}
+    theirs: Any = ours.get(name) or getattr(math, name)
+    arguments = (0.3, 0.7) if name in {"atan2", "max", "min"} else (0.3,)
+    assert value(f"{name}({', '.join(map(str, arguments))})") == theirs(*arguments)
+
+
+@pytest.mark.parametrize(
+    ("text", "column", "message"),
+    [
+        ("2 $ 3", 3, "'$' has no meaning here"),
+        ("2^3", 2, "'^' has no meaning here; write ** for a power"),
+        ("2 3", 3, "this is not an expression"),
+        ("2x", 2, "this is not an expression"),
+        ("a b", 3, "this is not an expression"),
+        ("1.2.3", 4, "this is not an expression"),
+        ("1e", 2, "this is not an expression"),
+        ("2 // 3", 4, "this is not an expression"),
+        ("* 2", 1, "this is not an expression"),
+        ("2 +", 3, "something is missing at the end"),
+        ("sin(2", 5, "something is missing at the end"),
+        ("", 0, "something is missing at the end"),
+        ("1 + cube(2)", 5, "cube is not a function here; known: abs, acos"),
+        ("pi(2)", 1, "pi is not a function here"),
+        ("1 + sin(1, 2)", 5, "sin takes 1, got 2"),
+        ("max(1)", 1, "max takes 2, got 1"),
+        ("2*1e400", 3, "1e400 is too large"),
+        ("a\nb", 2, "'\\n' has no meaning here"),
+        ("٣", 1, "'٣' has no meaning here"),
+    ],
+)
+def test_errors_have_a_column(text: str, column: int, message: str) -> None:
+    with pytest.raises(ExpressionError) as caught:
+        parse(text)
+    assert caught.value.column == column
+    assert str(caught.value).startswith(message)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "__import__('os')",
+        "__import__",
+        "eval(1)",
+        "open(a)",
+        "a.real",
+        "a[0]",
+        "(1).bit_length()",
+        "lambda: 1",
+        "1 if a else 2",
+        "a == b",
+        "a and b",
+        "[1, 2]",
+        "a; b",
+        "a := 1",
+        "'text'",
+        "f'{a}'",
+        "a # comment",
+        "a @ b",
+        "~a",
+        "a % b",
+        "1j",
+        "0x10",
+        "1_000",
+        "True",
+        "exp(log)",
+    ],
+)
+def test_python_is_not_evaluated(text: str) -> None:
+    """Refused by the grammar or, where it reads as a name, as a name that nobody declared."""
+    with pytest.raises((ExpressionError, KeyError)):
+        value(text)
+
+
+def test_names_to_be_declared() -> None:
+    assert parse("2*L*sin(Theta + pi) - t").names() == {"L", "Theta", "t"}
+    assert parse("2*pi").names() == frozenset()
+    assert parse("sin + cos(x)").names() == {"sin", "x"}
+
+
+def test_powers_of_floats_stay_real() -> None:
+    with pytest.raises(ValueError, match="domain"):
+        value("(0 - 8)**(1/3)")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "-" * (DEEPEST_NESTING + 1) + "1",
+        "+".join(["1"] * (DEEPEST_NESTING + 1)),
+        "sin(" * (DEEPEST_NESTING) + "1" + ")" * (DEEPEST_NESTING),
+        "1" * (LONGEST_TEXT + 1),
+    ],
+)
+def test_what_is_too_deep_or_too_long_is_an_error_of_ours(text: str) -> None:
+    with pytest.raises(ExpressionError, match="nested more|longer than"):
+        parse(text)
+
+
+def test_what_is_as_deep_as_allowed_can_be_used() -> None:
+    expression = parse("-" * (DEEPEST_NESTING - 1) + "a")
+    assert expression.evaluate(Values(NAMES)) == -1.75
+    assert expression.names() == {"a"}
+    assert str(expression).count("-") == DEEPEST_NESTING - 1
+    assert parse("(" * 900 + "a" + ")" * 900) == parse("a")
+
+
+@pytest.mark.parametrize("wrong", [True, None, math.nan, math.inf, [1.0], 1j])
+def test_what_is_no_expression(wrong: Any) -> None:
+    with pytest.raises(ExpressionError, match="expected"):
+        as_expression(wrong)
+
+
+def test_numbers_texts_and_expressions_become_expressions() -> None:
+    two = Expression("number", (2.0,))
+    assert as_expression(2) == as_expression("2") == as_expression(two) == two
+
+
+def test_the_written_form_means_the_same() -> None:
+    text = "-a**2*(b - 3)/max(L_2, _x) + 2**-b"
+    assert value(str(parse(text))) == value(text)
+
+
+def test_an_expression_over_sympy_and_over_floats_agree() -> None:
+    import sympy
+
+    symbols = {name: sympy.Symbol(name, real=True) for name in NAMES}
+    text = "atan2(a, b)*exp(-L_2/2) + max(a, b)**2/sqrt(L_2) - pi"
+    symbolic = parse(text).evaluate(Values(symbols, number=sympy.Float))
+    numbers = {symbols[name]: x for name, x in NAMES.items()}
+    # a few dozen operations in double precision
+    assert float(symbolic.subs(numbers)) == pytest.approx(value(text), rel=1e-14)
+
+
+NUMBERS = st.sampled_from(["0.0", "1.0", ".25", "2.", "3.5e0", "1e-3", "7.0"])
+LEAVES = NUMBERS | st.sampled_from(["a", "b", "L_2", "_x"])
+
+
+def _combined(parts: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
+    """Larger texts: with few parentheses, so that precedence and associativity decide."""
+    space = st.sampled_from(["", " ", "\t"])
+    operator = st.sampled_from(["+", "-", "*", "/", "**"])
+    binary = st.tuples(parts, space, operator, space, parts).map("".join)
+    unary = st.tuples(st.sampled_from(["-", "+", "- "]), parts).map("".join)
+    one = st.tuples(st.sampled_from(["sin", "tanh", "abs", "exp"]), parts)
+    two = st.tuples(st.sampled_from(["max", "min", "atan2"]), parts, parts)
+    return (
+        binary
+        | unary
+        | parts.map(lambda part: f"({part})")
+        | one.map(lambda call: f"{call[0]}({call[1]})")
+        | two.map(lambda call: f"{call[0]}({call[1]}, {call[2]})")
+    )
+
+
+TEXTS = st.recursive(LEAVES, _combined, max_leaves=12)
+
+
+@settings(max_examples=400, deadline=None, derandomize=True)
+@given(TEXTS)
+def test_random_texts_have_the_value_that_python_gives_them(text: str) -> None:
+    functions: dict[str, Any] = {"abs": math.fabs, "max": max, "min": min}
+    functions |= {name: getattr(math, name) for name in ("sin", "tanh", "exp", "atan2")}
+    try:
+        expected = eval(text, {"__builtins__": {}}, {**functions, **NAMES})
+    except (ArithmeticError, ValueError):
+        expected = None
+    except TypeError:  # a function of a complex number
+        expected = 1j
+    if expected is None or isinstance(expected, complex):
+        with pytest.raises((ArithmeticError, ValueError)):
+            value(text)
+    else:
+        assert value(text) == expected or (math.isnan(value(text)) and math.isnan(expected))

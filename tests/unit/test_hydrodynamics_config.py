@@ -1,0 +1,95 @@
+"""What users can write wrongly below `kind: hydrodynamics`, and what they are told."""
+
+import math
+
+import pytest
+
+from m4e_adapters.hydrodynamics.build import frequency_table
+from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig
+from m4e_adapters.hydrodynamics.mesh import make_hulls
+from m4e_fmi.document import Document
+from m4e_fmi.errors import InputError
+
+GOOD = """\
+water: {density: 1025, depth: 50}
+bodies:
+  float:
+    shape: {cylinder: {radius: 4.0, draft: 3.0}}
+    center_of_gravity: [0, -1.2]
+waves: {spectrum: jonswap, significant_height: 2.0, peak_period: 7.0}
+"""
+
+
+def validated(text: str) -> HydrodynamicsConfig:
+    return Document.parse(text).validate(HydrodynamicsConfig)
+
+
+def test_defaults() -> None:
+    config = validated("bodies: {b: {shape: {sphere: {radius: 2}}, center_of_gravity: [0, 0]}}")
+    assert config.water.density == 1025.0
+    assert math.isinf(config.water.depth)
+    assert config.waves.spectrum == "still"
+    assert config.radiation.order is None
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "message"),
+    [
+        ("radius: 4.0", "raduis: 4.0", 4, "did you mean 'radius'?"),
+        ("density:", "densety:", 1, "did you mean 'density'?"),
+        ("depth: 50", "depth: -50", 1, "greater than 0"),
+        ("depth: 50", "depth: .nan", 1, "greater than 0"),
+        ("draft: 3.0", "draft: 0", 4, "greater than 0"),
+        ("{cylinder: {radius: 4.0, draft: 3.0}}", "{}", 4, "one shape, got none"),
+        ("draft: 3.0}", "draft: 3.0}, sphere: {radius: 1}", 4, "got cylinder and sphere"),
+        ("{cylinder: {radius: 4.0, draft: 3.0}}", "{sphere: {radius: 1, center_z: 2}}", 4, "touch"),
+        ("{cylinder: {radius: 4.0, draft: 3.0}}", "{mesh: a.gdf}\n    panels: 99", 3, "no effect"),
+        ("    center_of_gravity: [0, -1.2]\n", "", 3, "missing key 'center_of_gravity'"),
+        ("jonswap", "jonswop", 6, "did you mean 'jonswap'?"),
+        ("spectrum: jonswap, ", "", 6, "missing key 'spectrum'"),
+        ("jonswap,", "jonswap, direction: 90,", 6, "leaves the X-Z plane"),
+        ("spectrum: jonswap", "spectrum: pierson_moskowitz, peak_enhancement: 2", 6, "unknown key"),
+        ("float:", "my float:", 3, "pattern"),
+    ],
+)
+def test_one_mistake_is_found_where_it_is(old: str, new: str, line: int, message: str) -> None:
+    validated(GOOD)
+    with pytest.raises(InputError) as caught:
+        validated(GOOD.replace(old, new, 1))
+    assert message in str(caught.value)
+    assert caught.value.problems[0].line == line
+
+
+def frequencies(text: str) -> list[float]:
+    from pathlib import Path
+
+    config = validated(text)
+    hulls = make_hulls(config, Path(), progress=lambda _: None)
+    return frequency_table(config, hulls).tolist()
+
+
+def test_frequencies_reach_the_waves_and_the_memory() -> None:
+    # the disc of the waterplane has the radius 4 m; k a = 4.5 is higher than 3.5 peak frequencies
+    assert frequencies(GOOD)[-1] == pytest.approx(math.sqrt(4.5 * 9.81 / 4.0), rel=1e-9)
+    short = GOOD.replace("peak_period: 7.0", "peak_period: 4.0")
+    assert frequencies(short)[-1] == pytest.approx(3.5 * 2 * math.pi / 4.0, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ("maximum: 2.0", "the waves reach 3.142 rad/s"),
+        ("minimum: 0.001", "too low for this water depth"),
+        ("minimum: 9", "are no range"),
+        ("minimum: 3, maximum: 2", "is not below maximum"),
+    ],
+)
+def test_frequencies_that_do_not_do(given: str, message: str) -> None:
+    with pytest.raises(InputError, match=message) as caught:
+        frequencies(GOOD + f"frequencies: {{{given}}}\n")
+    assert caught.value.problems[0].remedy
+
+
+def test_a_body_in_the_sea_bed_is_told() -> None:
+    with pytest.raises(InputError, match=r"the sea bed is at z = -2 m"):
+        frequencies(GOOD.replace("depth: 50", "depth: 2"))

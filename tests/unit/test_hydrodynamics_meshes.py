@@ -1,0 +1,146 @@
+"""Meshes from files and of the built-in shapes: what passes, what is refused, symmetry, lids."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from m4e_adapters.hydrodynamics.config import Body, Box
+from m4e_adapters.hydrodynamics.hydrostatics import hydrostatics_of
+from m4e_adapters.hydrodynamics.mesh import checked, make_hull, make_lid, waterline
+from m4e_adapters.hydrodynamics.panels import Panels, grid, joined
+from m4e_adapters.hydrodynamics.shapes import box_panels
+from m4e_fmi.errors import InputError
+
+SHAPES = [
+    {"cylinder": {"radius": 4.0, "draft": 3.0}},
+    {"sphere": {"radius": 5.0}},
+    {"sphere": {"radius": 5.0, "center_z": -2.0}},
+    {"sphere": {"radius": 5.0, "center_z": -8.0}},
+    {"box": {"length": 20.0, "width": 10.0, "draft": 4.0}},
+]
+
+
+def box() -> Panels:
+    return box_panels(Box(length=6.0, width=4.0, draft=2.0), 100)
+
+
+def written(panels: Panels, path: Path) -> Path:
+    """`panels` as a WAMIT .gdf file."""
+    lines = ["test", "1.0 9.81", "0 0", str(len(panels.faces))]
+    lines += [" ".join(f"{x:.9g}" for x in corner) for face in panels.corners for corner in face]
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def hull(panels: Panels, folder: Path):
+    written(panels, folder / "hull.gdf")
+    body = Body.model_validate({"shape": {"mesh": "hull.gdf"}, "center_of_gravity": [0, -1]})
+    return make_hull("float", body, folder, progress=lambda _: None)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_built_in_shapes_are_closed_and_symmetric(shape: dict) -> None:
+    body = Body.model_validate({"shape": shape, "center_of_gravity": [0, -1], "panels": 200})
+    made = make_hull("float", body, Path(), progress=lambda _: None)
+    assert checked(made.panels, "float") is made.panels
+    for surface in (made.panels, made.lid):
+        if surface is None:
+            assert shape == SHAPES[3]  # the submerged one needs no lid
+            continue
+        for axis in (0, 1):
+            half = surface.half(axis)
+            assert half is not None
+            assert 2 * len(half.faces) == len(surface.faces)
+
+
+@pytest.mark.parametrize("shape", [SHAPES[0], SHAPES[1], SHAPES[4]])
+def test_a_lid_covers_the_waterplane_facing_down(shape: dict) -> None:
+    body = Body.model_validate({"shape": shape, "center_of_gravity": [0, -1], "panels": 200})
+    made = make_hull("float", body, Path(), progress=lambda _: None)
+    assert made.lid is not None
+    covered = hydrostatics_of(made.lid).waterplane[0]
+    assert covered == pytest.approx(made.hydrostatics.waterplane[0], rel=1e-12)
+    assert np.all(made.lid.vertices[:, 2] == 0.0)
+
+
+def test_a_waterline_not_visible_from_its_centre_gets_capytaines_lid() -> None:
+    x, z = np.linspace(0, 1, 5), np.linspace(-2, 0, 3)
+    corners = np.array([[0, 0], [8, 0], [8, 8], [7, 8], [7, 1], [0, 1], [0, 0]], dtype=float)
+    walls = []
+    for start, end in zip(corners[:-1], corners[1:], strict=True):
+        along = start + x[:, None] * (end - start)
+        walls.append(grid(np.array([[[*point, height] for height in z] for point in along])))
+    for xs, ys in (((0, 8), (0, 1)), ((7, 8), (1, 8))):
+        us, vs = (
+            np.linspace(*ys, 2 * (ys[1] - ys[0]) + 1),
+            np.linspace(*xs, 2 * (xs[1] - xs[0]) + 1),
+        )
+        walls.append(grid(np.array([[[v, u, -2.0] for v in vs] for u in us])))
+    lid = make_lid(joined(*walls))
+    assert lid is not None
+    area = hydrostatics_of(lid).waterplane[0]
+    # whole panels of about half a metre on an L of 8 + 7 m2, its edge 32 m long
+    assert 15.0 - 0.5 * 32 / 2 < area < 15.0 + 0.5 * 32 / 2
+
+
+def test_a_file_is_read_cut_at_the_water_and_measured(tmp_path: Path) -> None:
+    lower = box()
+    raised = Panels(lower.vertices + np.array([0, 0, 0.5]), lower.faces)
+    made = hull(raised, tmp_path)
+    assert made.hydrostatics.volume == pytest.approx(6 * 4 * 1.5, rel=1e-6)
+    assert made.hydrostatics.waterplane[0] == pytest.approx(24.0, rel=1e-6)
+    assert made.lid is not None
+
+
+def test_a_deck_in_the_water_level_is_left_out(tmp_path: Path) -> None:
+    x, y = np.linspace(-3, 3, 4), np.linspace(-2, 2, 3)
+    deck = grid(np.array([[[u, v, 0.0] for v in y] for u in x]))
+    assert hull(joined(box(), deck), tmp_path).hydrostatics.volume == pytest.approx(48, rel=1e-6)
+
+
+def flipped(panels: Panels, which: np.ndarray) -> Panels:
+    faces = panels.faces.copy()
+    faces[which] = faces[which][:, ::-1]
+    return Panels(panels.vertices, faces)
+
+
+def test_bad_meshes_are_refused_with_a_remedy(tmp_path: Path) -> None:
+    good = box()
+    everything = np.ones(len(good.faces), dtype=bool)
+    lowest = np.argmin(good.centers[:, 2])
+    one = np.arange(len(good.faces)) == lowest
+    cases = [
+        (good.kept(~one), "not watertight"),
+        (flipped(good, everything), "inverted"),
+        (flipped(good, one), "face opposite ways"),
+        (Panels(good.vertices + np.array([0, 0, 3.0]), good.faces), "above the water"),
+    ]
+    for panels, message in cases:
+        with pytest.raises(InputError, match=message) as caught:
+            hull(panels, tmp_path)
+        assert caught.value.problems[0].remedy
+
+
+def test_doubled_panels_are_refused() -> None:
+    good = box()
+    wall = good.faces[np.argmin(good.centers[:, 2])][None, :]
+    with pytest.raises(InputError, match="more than two panels"):
+        checked(Panels(good.vertices, np.concatenate([good.faces, wall])), "float")
+
+
+def test_a_missing_or_unreadable_file(tmp_path: Path) -> None:
+    body = Body.model_validate({"shape": {"mesh": "none.gdf"}, "center_of_gravity": [0, 0]})
+    with pytest.raises(InputError, match="no such mesh file"):
+        make_hull("float", body, tmp_path)
+    (tmp_path / "none.gdf").write_text("nonsense")
+    with pytest.raises(InputError, match="cannot be read"):
+        make_hull("float", body, tmp_path)
+
+
+def test_the_waterline_is_one_loop_around_the_hull() -> None:
+    panels = box()
+    edges = waterline(panels)
+    assert sorted(a for a, _ in edges) == sorted(b for _, b in edges)
+    length = sum(np.linalg.norm(panels.vertices[b] - panels.vertices[a]) for a, b in edges)
+    assert length == pytest.approx(20.0, rel=1e-12)

@@ -1,0 +1,365 @@
+"""Programs: recording, and the Python and SymPy forms against direct evaluation of the tape."""
+
+from __future__ import annotations
+
+import ast
+import math
+import subprocess
+import sys
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from m4e_fmi import program as functions
+from m4e_fmi.program import Program, Recorder, Variable
+from m4e_fmi.program.python_form import load_python, python_source
+from m4e_fmi.program.symbolic_form import to_sympy
+from m4e_fmi.program.tape import BINARY, UNARY
+from support.programs import Evaluated
+
+
+def variable(name: str, unit: str = "1", **fields: Any) -> Variable:
+    return Variable(name, unit, f"what {name} is", **fields)
+
+
+def oscillator() -> Program:
+    """ẍ = −(k/m) x + u sin t, with an energy and a calculated natural frequency."""
+    r = Recorder("oscillator", "mass on a spring")
+    k = r.parameter(variable("k", "N/m", start=50.0))
+    m = r.parameter(variable("m", "kg", start=2.0))
+    u = r.input(variable("u", "m/s2", start=0.5))
+    x = r.state(variable("x", "m", start=0.25))
+    v = r.state(variable("v", "m/s", start=-1.0, derivative_of="x"))
+    r.rate("x", v)
+    r.rate("v", -(k / m) * x + u * functions.sin(r.time))
+    r.output(variable("energy", "J"), (m * v**2 + k * x**2) / 2)
+    r.calculate(variable("omega", "rad/s"), functions.sqrt(k / m))
+    return r.program()
+
+
+class TestRecorder:
+    @pytest.fixture
+    def r(self) -> Recorder:
+        return Recorder("thing", "")
+
+    def test_program_holds_the_variables_in_their_order(self) -> None:
+        p = oscillator()
+        groups = (p.parameters, p.inputs, p.states, p.outputs, p.calculated)
+        names = [[v.name for v in group] for group in groups]
+        assert names == [["k", "m"], ["u"], ["x", "v"], ["energy"], ["omega"]]
+
+    def test_a_name_can_be_declared_once(self, r: Recorder) -> None:
+        r.input(variable("x"))
+        for declare in (r.parameter, r.input, r.state):
+            with pytest.raises(ValueError, match="thing: variable 'x' is declared twice"):
+                declare(variable("x"))
+        for give in (r.output, r.calculate):
+            with pytest.raises(ValueError, match="thing: variable 'x' is declared twice"):
+                give(variable("x"), 1.0)
+
+    def test_time_is_no_variable(self, r: Recorder) -> None:
+        with pytest.raises(ValueError, match="'time' is the name of the independent variable"):
+            r.parameter(variable("time"))
+
+    def test_rates_belong_to_states_once(self, r: Recorder) -> None:
+        r.input(variable("u"))
+        r.state(variable("x"))
+        r.rate("x", 1.0)
+        for name in ("u", "nothing", "x"):
+            with pytest.raises(ValueError, match=f"thing: '{name}' is no state, or has its rate"):
+                r.rate(name, 0.0)
+
+    def test_a_state_needs_a_rate(self, r: Recorder) -> None:
+        r.state(variable("x"))
+        r.state(variable("v"))
+        with pytest.raises(ValueError, match="thing: no rate for state v, x"):
+            r.program()
+
+    def test_a_symbol_that_nobody_declared(self, r: Recorder) -> None:
+        r.output(variable("y"), r.tape.symbol("stranger") + 1)
+        with pytest.raises(ValueError, match="'stranger' is used but not declared"):
+            r.program()
+
+    def test_an_output_cannot_be_read(self, r: Recorder) -> None:
+        r.output(variable("y"), 1.0)
+        r.output(variable("z"), r.tape.symbol("y") + 1)
+        with pytest.raises(ValueError, match="'y' is used but not declared"):
+            r.program()
+
+    @pytest.mark.parametrize("what", ["u", "x", "time"])
+    def test_a_calculated_parameter_depends_on_parameters_only(
+        self, r: Recorder, what: str
+    ) -> None:
+        scalars = {"u": r.input(variable("u")), "x": r.state(variable("x")), "time": r.time}
+        with pytest.raises(ValueError, match=f"'c' depends on \\['{what}'\\]"):
+            r.calculate(variable("c"), 2 * scalars[what])
+
+    def test_a_derivative_is_of_a_variable(self, r: Recorder) -> None:
+        r.output(variable("v", derivative_of="x"), 1.0)
+        with pytest.raises(ValueError, match="'v' cannot be the derivative of 'x'"):
+            r.program()
+
+    def test_scalars_of_another_recorder(self, r: Recorder) -> None:
+        stranger = Recorder("other", "").input(variable("u"))
+        with pytest.raises(ValueError, match="two tapes"):
+            r.output(variable("y"), r.input(variable("v")) + stranger)
+
+
+class TestProgram:
+    def test_dependencies(self) -> None:
+        p = oscillator()
+        assert p.dependencies(p.rates[1]) == {"k", "m", "x", "u", "time"}
+        assert p.dependencies(p.results[0]) == {"k", "m", "x", "v"}
+
+    def test_other_start_values(self) -> None:
+        p = oscillator().with_start({"k": 7, "u": -1.0, "x": 0.5})
+        assert (p.parameters[0].start, p.inputs[0].start, p.states[0].start) == (7.0, -1.0, 0.5)
+        assert p.states[1].start == -1.0
+        assert oscillator().parameters[0].start == 50.0
+
+    def test_unknown_start_values_are_all_named(self) -> None:
+        with pytest.raises(KeyError, match="oscillator has no parameter, input or state a, energy"):
+            oscillator().with_start({"k": 1.0, "energy": 2.0, "a": 3.0})
+
+    def test_text_names_every_variable_with_its_unit(self) -> None:
+        text = str(oscillator())
+        for line in ("k [N/m] what k is", "v [m/s] what v is", "omega [rad/s] what omega is"):
+            assert line in text
+
+
+class TestPythonForm:
+    def test_against_the_formulas(self) -> None:
+        p = Evaluated(oscillator())
+        # four operations each
+        assert p.rates({"x": 0.3, "v": 2.0, "u": 1.5}, t=0.7) == {
+            "x": 2.0,
+            "v": pytest.approx(-25 * 0.3 + 1.5 * math.sin(0.7), rel=1e-15),
+        }
+        assert p.outputs({"x": 0.3, "v": 2.0}) == {"energy": pytest.approx(4 + 2.25, rel=1e-15)}
+        assert p.calculated({"k": 8.0}) == {"omega": 2.0}
+
+    def test_what_needs_parameters_only_is_computed_once(self) -> None:
+        source = python_source(oscillator())
+        rates = _function(source, "rates")
+        assert not any(isinstance(node, ast.Div) for node in ast.walk(rates))
+        assert _function(source, "constants").body
+
+    def test_what_is_needed_twice_is_computed_once(self) -> None:
+        """Also when one of the two is an output itself."""
+        r = Recorder("shared", "")
+        x = r.state(variable("x"))
+        r.rate("x", 0.0)
+        first = functions.sin(x)
+        second = functions.exp(first)
+        r.output(variable("first"), first)
+        r.output(variable("second"), second)
+        r.output(variable("third"), second + 1)
+        source = python_source(r.program())
+        assert (source.count("sin("), source.count("exp(")) == (1, 1)
+
+    def test_undefined_constants_are_met_at_run_time(self) -> None:
+        r = Recorder("undefined", "")
+        x = r.state(variable("x"))
+        r.rate("x", x / r.tape.constant(0.0))
+        r.output(variable("huge"), x * (r.tape.constant(1e308) * 10))
+        p = Evaluated(r.program())
+        with pytest.raises(ZeroDivisionError):
+            p.rates({"x": 1.0})
+        assert p.outputs({"x": 1.0}) == {"huge": math.inf}
+
+    def test_generated_text_is_deterministic(self) -> None:
+        assert python_source(oscillator()) == python_source(oscillator())
+
+    def test_generated_text_does_not_depend_on_hash_seeds(self) -> None:
+        script = (
+            "from m4e_fmi.program import *\n"
+            "from m4e_fmi.program.python_form import python_source\n"
+            "r = Recorder('p', '')\n"
+            "vs = [r.parameter(Variable(f'p{k}', '1', '')) for k in range(9)]\n"
+            "xs = [r.state(Variable(f'x{k}', '1', '')) for k in range(9)]\n"
+            "for k, x in enumerate(xs): r.rate(f'x{k}', sin(x * vs[k]) * vs[-k] * vs[k] + xs[-k])\n"
+            "print(python_source(r.program()))\n"
+        )
+        texts = {
+            subprocess.run(
+                [sys.executable, "-c", script],
+                env={"PYTHONHASHSEED": seed},
+                capture_output=True,
+                text=True,
+                check=True,
+            ).stdout
+            for seed in ("1", "2")
+        }
+        assert len(texts) == 1
+        assert "sin(" in texts.pop()
+
+    @pytest.mark.parametrize(
+        "text",
+        [
+            "it's",
+            'say "hi"',
+            '"""\nraise SystemExit\n"""',
+            "'''\nraise SystemExit\n'''",
+            "# x\nraise SystemExit\n",
+            "back\\slash\\",
+            "{name} {0}",
+            "%s %n",
+            "line\u2028separator\u2029raise SystemExit\x85raise SystemExit\x0craise SystemExit",
+            "é ü 水",
+        ],
+    )
+    def test_no_text_of_the_user_becomes_code(self, text: str) -> None:
+        r = Recorder(text, text)
+        p = r.parameter(Variable(text + "p", "1", text))
+        x = r.state(Variable(text, "1", text, start=1.0))
+        r.rate(text, x * p)
+        r.output(Variable(text + "y", "1", text), x + p)
+        program = r.program()
+        tree = ast.parse(python_source(program).encode())
+        kinds = {type(node) for node in tree.body}
+        assert kinds == {ast.ImportFrom, ast.FunctionDef}
+        names = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
+        assert names <= {"a", "c", "p", "t", "u", "x", "float"}
+        assert not any(isinstance(n, ast.Constant) and n.value == text for n in ast.walk(tree))
+        assert load_python(program).outputs(0.0, [2.0], [], [3.0], []) == [5.0]
+
+
+class TestSymbolicForm:
+    def test_agrees_with_the_python_form(self) -> None:
+        program = oscillator()
+        form = to_sympy(program)
+        values = {"k": 7.0, "m": 3.0, "x": 0.3, "v": -2.0, "u": 1.5}
+        substitutions = {
+            form.symbols[name]: value for name, value in (values | {"time": 0.7}).items()
+        }
+        p = Evaluated(program)
+        pairs = [
+            (form.rates, p.rates(values, t=0.7)),
+            (form.outputs, p.outputs(values, t=0.7)),
+            (form.calculated, p.calculated({"k": 7.0, "m": 3.0})),
+        ]
+        for expressions, expected in pairs:
+            numbers = [float(e.subs(substitutions)) for e in expressions]
+            # a dozen operations in double precision, in another order
+            assert numbers == pytest.approx(list(expected.values()), rel=1e-14)
+
+    @pytest.mark.parametrize("name", sorted({*UNARY, *BINARY} - {"neg", "abs"}))
+    def test_every_operation(self, name: str) -> None:
+        r = Recorder("one", "")
+        a, b = r.input(variable("a")), r.input(variable("b"))
+        others = (b,) if name in BINARY else ()
+        r.output(variable("y"), a.record(name, *others))
+        program = r.program()
+        form = to_sympy(program)
+        (expression,) = form.outputs
+        numbers = {form.symbols[n]: v for n, v in (("a", 0.3), ("b", 0.7)) if n in form.symbols}
+        expected = Evaluated(program).outputs({"a": 0.3, "b": 0.7})["y"]
+        # one operation, in 15 digits
+        assert float(expression.subs(numbers)) == pytest.approx(expected, rel=2e-15)
+
+    def test_symbols_are_real_and_constants_exact(self) -> None:
+        r = Recorder("square", "")
+        x = r.input(variable("x"))
+        r.output(variable("y"), functions.sqrt(x * x) + 3.0 * abs(x))
+        form = to_sympy(r.program())
+        import sympy
+
+        assert form.outputs == [4 * sympy.Abs(form.symbols["x"])]
+
+
+class TestFunctions:
+    """One source for floats, tapes and SymPy."""
+
+    @pytest.mark.parametrize(
+        "algorithm",
+        [
+            lambda x, y: functions.minimum(functions.sin(x), functions.cos(y)) ** 3,
+            lambda x, y: functions.atan2(x, y) - functions.atan2(1, y),
+            lambda x, y: functions.sign(x - y) * functions.tanh(x) + functions.sign(2),
+            lambda x, y: functions.log(functions.exp(x) + functions.maximum(y, 2)),
+            lambda x, y: functions.sqrt(abs(x)) / (2 - functions.tan(y)) + 2**x - y**-2,
+            lambda x, y: functions.asin(x / 3) + functions.acos(y / 3) * functions.atan(3.0 * x),
+        ],
+    )
+    def test_three_scalars_agree(self, algorithm: Callable[[Any, Any], Any]) -> None:
+        import sympy
+
+        r = Recorder("three", "")
+        r.output(variable("z"), algorithm(r.input(variable("x")), r.input(variable("y"))))
+        direct = algorithm(0.8, -0.4)
+        recorded = Evaluated(r.program()).outputs({"x": 0.8, "y": -0.4})["z"]
+        x, y = sympy.symbols("x y", real=True)
+        symbolic = float(algorithm(x, y).subs({x: 0.8, y: -0.4}))
+        # a dozen operations; powers may be products on the tape
+        assert recorded == pytest.approx(direct, rel=1e-14)
+        assert symbolic == pytest.approx(direct, rel=1e-14)
+
+
+Node = tuple[str, int, int]
+
+
+@settings(max_examples=150, deadline=None, derandomize=True)
+@given(
+    st.lists(
+        st.tuples(st.sampled_from(sorted({*UNARY, *BINARY})), st.integers(0), st.integers(0)),
+        min_size=5,
+        max_size=60,
+    ),
+    st.lists(st.floats(-3, 3), min_size=4, max_size=4),
+)
+def test_the_python_form_gives_the_bits_of_the_tape(
+    steps: list[Node], numbers: list[float]
+) -> None:
+    r = Recorder("random", "")
+    names = ("p", "u", "x", "time")
+    scalars = [r.parameter(variable("p")), r.input(variable("u")), r.state(variable("x")), r.time]
+    scalars += [r.tape.constant(c) for c in (2.0, 0.5)]
+    for name, first, second in steps:
+        a, b = scalars[first % len(scalars)], scalars[second % len(scalars)]
+        scalars.append(a.record(name, b) if name in BINARY else a.record(name))
+    r.rate("x", scalars[-1])
+    outputs = scalars[-1:3:-3]
+    for k, scalar in enumerate(outputs):
+        r.output(variable(f"y{k}"), scalar)
+    program = r.program()
+    p, u, x, t = numbers
+    expected = _interpreted(program, dict(zip(names, numbers, strict=True)), program.results)
+    if expected is None:
+        with pytest.raises((ArithmeticError, ValueError)):
+            form = load_python(program)
+            form.outputs(t, [x], [u], [p], form.constants([p]))
+        return
+    form = load_python(program)
+    constants = form.constants([p])
+    assert _same(form.outputs(t, [x], [u], [p], constants), expected)
+    assert _same(form.rates(t, [x], [u], [p], constants), expected[:1])
+
+
+def _interpreted(
+    program: Program, values: dict[str, float], roots: Sequence[int]
+) -> list[float] | None:
+    """Values of `roots` by executing the tape; None if an operation is undefined."""
+    results: dict[int, float] = {}
+    for k in program.tape.reachable(list(roots)):
+        kind, *arguments = program.tape.operations[k]
+        try:
+            if kind == "constant":
+                results[k] = arguments[0]
+            elif kind == "symbol":
+                results[k] = values[arguments[0]]
+            else:
+                results[k] = {**UNARY, **BINARY}[kind](*(results[a] for a in arguments))
+        except (ArithmeticError, ValueError):
+            return None
+    return [results[k] for k in roots]
+
+
+def _same(one: Sequence[float], other: Sequence[float]) -> bool:
+    return [x.hex() for x in map(float, one)] == [x.hex() for x in map(float, other)]
+
+
+def _function(source: str, name: str) -> ast.FunctionDef:
+    tree = ast.parse(source)
+    return next(n for n in tree.body if isinstance(n, ast.FunctionDef) and n.name == name)

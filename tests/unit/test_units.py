@@ -1,0 +1,105 @@
+"""Units: what is understood, what it is in SI, what is refused."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from m4e_fmi.units import BASE_UNITS, Unit, parse_unit
+
+
+def exponents(**powers: int) -> tuple[int, ...]:
+    return tuple(powers.get(base, 0) for base in BASE_UNITS)
+
+
+@pytest.mark.parametrize(
+    ("text", "powers", "factor"),
+    [
+        ("1", {}, 1.0),
+        ("kg", {"kg": 1}, 1.0),
+        ("t", {"kg": 1}, 1e3),
+        ("g", {"kg": 1}, 1e-3),
+        ("mm", {"m": 1}, 1e-3),
+        ("km", {"m": 1}, 1e3),
+        ("min", {"s": 1}, 60.0),
+        ("kn", {"m": 1, "s": -1}, 1852 / 3600),
+        ("kN", {"kg": 1, "m": 1, "s": -2}, 1e3),
+        ("MPa", {"kg": 1, "m": -1, "s": -2}, 1e6),
+        ("N.s/m", {"kg": 1, "s": -1}, 1.0),
+        ("N.m/rad", {"kg": 1, "m": 2, "s": -2, "rad": -1}, 1.0),
+        ("m/s2", {"m": 1, "s": -2}, 1.0),
+        ("m/s^2", {"m": 1, "s": -2}, 1.0),
+        ("m.s-2", {"m": 1, "s": -2}, 1.0),
+        ("1/(m.s)", {"m": -1, "s": -1}, 1.0),
+        ("deg", {"rad": 1}, math.pi / 180),
+        ("deg2", {"rad": 2}, (math.pi / 180) ** 2),
+        ("rpm", {"rad": 1, "s": -1}, math.pi / 30),
+        ("kg/mm2", {"kg": 1, "m": -2}, 1e6),
+        ("%", {}, 0.01),
+        ("1/s", {"s": -1}, 1.0),
+    ],
+)
+def test_exponents_and_factor(text: str, powers: dict[str, int], factor: float) -> None:
+    unit = parse_unit(text)
+    assert unit.exponents == exponents(**powers)
+    # a handful of roundings in products of decimal factors
+    assert unit.factor == pytest.approx(factor, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        ("m²", "m2"),
+        ("kg·m²", "kg.m2"),
+        ("kg*m^2", "kg.m2"),
+        ("m/s⁻¹", "m/s-1"),
+        ("\u00b5m", "um"),
+        ("\u03bcm", "um"),  # the Greek letter looks the same
+        ("°", "deg"),
+    ],
+)
+def test_spellings_of_one_unit(one: str, other: str) -> None:
+    assert parse_unit(one).exponents == parse_unit(other).exponents
+    assert parse_unit(one).factor == parse_unit(other).factor
+
+
+@pytest.mark.parametrize(
+    ("text", "part"),
+    [
+        ("furlong", "'furlong'"),
+        ("N/m/s", "more than one '/'"),
+        ("", "''"),
+        ("kg.", "''"),
+        ("m s", "'m s'"),
+        ("2m", "'2m'"),
+        ("N.furlong", "'furlong'"),
+        ("m**2", "''"),
+    ],
+)
+def test_refused_with_the_part_that_is_not_understood(text: str, part: str) -> None:
+    with pytest.raises(ValueError, match="unit") as caught:
+        parse_unit(text)
+    assert part in str(caught.value)
+
+
+def test_dimension_and_not_spelling_decides() -> None:
+    assert parse_unit("N").same_dimension(parse_unit("kg.m/s2"))
+    assert parse_unit("deg").same_dimension(parse_unit("rad"))
+    assert not parse_unit("N.m").same_dimension(parse_unit("N.m/rad"))
+    assert not parse_unit("Hz").same_dimension(parse_unit("rad/s"))
+
+
+@pytest.mark.parametrize(
+    ("text", "si"),
+    [("kN", "kg.m/s2"), ("t", "kg"), ("deg", "rad"), ("%", "1"), ("rpm", "rad/s"), ("1/h", "1/s")],
+)
+def test_coherent_unit_of_the_same_dimension(text: str, si: str) -> None:
+    assert parse_unit(text).si_text == si
+
+
+@given(st.tuples(*[st.integers(-4, 4)] * len(BASE_UNITS)))
+def test_si_text_of_any_dimension_parses_to_itself(powers: tuple[int, ...]) -> None:
+    text = Unit("made", powers).si_text
+    assert parse_unit(text) == Unit(text, powers, 1.0)
