@@ -249,7 +249,7 @@ def _value_findings(model: Any) -> Iterator[Finding]:
         if not math.isfinite(value):
             yield Finding(at, f"must be finite, got {value}")
         elif at[0] == "bodies" and not value > 0:
-            remedy = f"give a {at[-1]} greater than zero"
+            remedy = f"give a positive {at[-1]}"
             yield Finding(at, f"must be positive, got {value:.6g}", remedy)
     for name, joint in model.joints.items():
         at = ("joints", name, "direction")

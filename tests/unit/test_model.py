@@ -359,9 +359,7 @@ ELEMENT_CHECKS = {
 @pytest.mark.parametrize(
     ("change", "place", "message", "remedy"), ELEMENT_CHECKS.values(), ids=ELEMENT_CHECKS
 )
-def test_checks_of_elements(
-    change: tuple[str, str], place: str, message: str, remedy: str
-) -> None:
+def test_checks_of_elements(change: tuple[str, str], place: str, message: str, remedy: str) -> None:
     (problem,) = problems(changed(change))
     assert (problem.message, problem.remedy) == (message, remedy)
     assert problem.source[problem.column - 1 :].startswith(place)
@@ -370,7 +368,9 @@ def test_checks_of_elements(
 
 @pytest.mark.parametrize("name", ["t", "pi", "sin", "time", "Theta_1", "SD_2", "XDD_10", "A_1_2"])
 def test_parameters_cannot_take_a_name_with_a_meaning(name: str) -> None:
-    (problem,) = problems(changed(("  L: {value", f"  {name}: {{value: 1, unit: m}}\n  L: {{value")))
+    (problem,) = problems(
+        changed(("  L: {value", f"  {name}: {{value: 1, unit: m}}\n  L: {{value"))
+    )
     assert problem.message == f"{name!r} already has a meaning in expressions"
     assert problem.remedy == "rename this parameter"
     assert problem.source.startswith(f"  {name}:")
@@ -393,13 +393,13 @@ WHOLE_CHECKS = {
         [("mass: 0.5*m", "mass: m - 2000")],
         "mass: m - 2000",
         "must be positive, got 0",
-        "give a mass greater than zero",
+        "give a positive mass",
     ),
     "inertia": (
         [("inertia: 1,", "inertia: -1,")],
         "inertia: -1",
         "must be positive, got -1",
-        "give a inertia greater than zero",
+        "give a positive inertia",
     ),
     "mass that cannot be computed": (
         [("mass: 0.5*m", "mass: sqrt(-m)")],

@@ -70,9 +70,7 @@ def test_coordinates_are_named_after_the_child_and_ordered_by_it() -> None:
 def test_a_body_turns_with_its_own_or_the_nearest_angle_above_it() -> None:
     tree = tree_of(list(PARENTS))
     angles = {link.body: link.angle for link in tree.links}
-    names = {
-        body: tree.coordinate_names[k] if k >= 0 else "never" for body, k in angles.items()
-    }
+    names = {body: tree.coordinate_names[k] if k >= 0 else "never" for body, k in angles.items()}
     assert names == {
         "hull": "Theta_1",
         "arm": "Theta_3",

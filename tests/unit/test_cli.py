@@ -1,0 +1,203 @@
+"""The command line: exit codes, messages, help."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from m4e_fmi.cli import main
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+PENDULUM = EXAMPLES / "double_pendulum" / "double_pendulum.model.yaml"
+FLEXIBLE = EXAMPLES / "flexible_pendulum"
+BUOY = EXAMPLES / "moored_buoy" / "system.yaml"
+
+# a cube of five sides, WAMIT's gdf format: its bottom is missing
+OPEN_MESH = """open cube
+1.0 9.81
+0 0
+4
+ 1 -1 -1   1 1 -1    1 1 0    1 -1 0
+ 1 1 -1   -1 1 -1   -1 1 0    1 1 0
+-1 1 -1   -1 -1 -1  -1 -1 0  -1 1 0
+-1 -1 -1   1 -1 -1   1 -1 0  -1 -1 0
+"""
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def copied(folder: Path, source: Path, **changes: str) -> Path:
+    """A copy of an example's file with texts replaced (underscores in keys stand for spaces)."""
+    text = source.read_text(encoding="utf-8")
+    for old, new in changes.values():
+        assert old in text
+        text = text.replace(old, new)
+    path = folder / source.name
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def refused(capsys: pytest.CaptureFixture, *arguments: object) -> str:
+    """Standard error of a command that must end with exit code 2 and no traceback."""
+    assert main([str(a) for a in arguments]) == 2
+    text = capsys.readouterr().err
+    assert "Traceback" not in text
+    return text
+
+
+def test_wrong_key(here, capsys):
+    path = copied(here, PENDULUM, key=("gravity:", "gravty:"))
+    text = refused(capsys, "equations", path)
+    assert re.search(r"double_pendulum\.model\.yaml:\d+:1: unknown key 'gravty'", text)
+    assert "did you mean 'gravity'?" in text
+
+
+def test_unknown_body(here, capsys):
+    path = copied(here, PENDULUM, body=("parent: upper", "parent: uper"))
+    text = refused(capsys, "simulate", path)
+    assert "unknown body 'uper'" in text
+    assert "did you mean 'upper'?" in text
+
+
+def test_all_problems_at_once(here, capsys):
+    path = copied(
+        here,
+        PENDULUM,
+        key=("gravity:", "gravty:"),
+        body=("parent: upper", "parent: uper"),
+        name=("stiffness: k", "stiffness: kk"),
+    )
+    assert "3 problems" in refused(capsys, "build", path)
+
+
+def test_unit_that_does_not_match(here, capsys):
+    copied(here, FLEXIBLE / "mass.model.yaml")
+    path = copied(
+        here,
+        FLEXIBLE / "system.yaml",
+        link=("- body.end <-> line.end", "- line.end.force_x -> body.body.mass.moment_y"),
+    )
+    text = refused(capsys, "run", path)
+    assert re.search(r"system\.yaml:\d+:\d+:", text)
+    assert "N.m" in text
+    assert "line.end.force_x" in text
+
+
+@pytest.mark.parametrize("command", ["equations", "simulate", "build", "info", "run", "validate"])
+@pytest.mark.usefixtures("here")
+def test_missing_file(capsys, command):
+    assert "no such file" in refused(capsys, command, "nothing.yaml")
+
+
+def test_missing_model_of_a_system(here, capsys):
+    path = copied(here, FLEXIBLE / "system.yaml")
+    text = refused(capsys, "run", path)
+    assert "mass.model.yaml" in text
+    assert "no such file" in text
+
+
+def test_mesh_that_is_not_watertight(here, capsys):
+    (here / "hull.gdf").write_text(OPEN_MESH, encoding="ascii")
+    copied(here, BUOY.parent / "buoy.model.yaml")
+    shape = "{cylinder: {radius: 4, draft: 3}}"
+    path = copied(here, BUOY, shape=(shape, "{mesh: hull.gdf}"))
+    text = refused(capsys, "build", path)
+    assert "hull.gdf" in text
+    assert "watertight" in text
+
+
+def test_corrupt_fmu(here, capsys):
+    (here / "broken.fmu").write_bytes(b"PK\x03\x04 and no more")
+    (here / "system.yaml").write_text(
+        "name: s\ncomponents:\n  a: {fmu: broken.fmu}\n"
+        "simulation: {stop_time: 1, step_size: 0.1}\n",
+        encoding="utf-8",
+    )
+    text = refused(capsys, "run", "system.yaml")
+    assert "broken.fmu" in text
+    assert "not a readable ZIP archive" in text
+    assert "broken.fmu" in refused(capsys, "info", "broken.fmu")
+    assert "broken.fmu" in refused(capsys, "validate", "broken.fmu")
+
+
+@pytest.mark.usefixtures("here")
+def test_start_value_that_is_no_number(capsys):
+    text = refused(capsys, "simulate", PENDULUM, "--start-value", "m", "heavy")
+    assert "'heavy' is not a number" in text
+
+
+@pytest.mark.usefixtures("here")
+def test_unknown_start_value(capsys):
+    text = refused(capsys, "simulate", PENDULUM, "--start-value", "mm", "1")
+    assert "has no parameter, input or state mm" in text
+
+
+def test_simulation_that_fails_is_exit_one(here, capsys):
+    # a length of zero: the spring's direction is not defined
+    text = PENDULUM.read_text(encoding="utf-8").replace(
+        "  push: {type: body_force, body: lower, force: [20, 20]}",
+        "  push: {type: body_force, body: lower, force: [20/t, 20]}",
+    )
+    path = here / "bad.model.yaml"
+    path.write_text(text, encoding="utf-8")
+    assert main(["simulate", str(path)]) == 1
+    error = capsys.readouterr().err
+    assert "the integration stopped after t = 0 s" in error
+    assert "Traceback" not in error
+
+
+def test_equations_as_text_and_latex(capsys):
+    assert main(["equations", str(PENDULUM)]) == 0
+    text = capsys.readouterr().out
+    assert "B[1,1] = -L*cos(Theta_1)/2" in text
+    assert main(["equations", str(PENDULUM), "--latex"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert all(line.startswith(("%", r"\[")) for line in lines)
+
+
+def test_build_validate_info_simulate(here, capsys):
+    assert main(["build", str(PENDULUM)]) == 0
+    assert main(["validate", "build/double_pendulum.fmu"]) == 0
+    assert "no finding" in capsys.readouterr().out
+    assert main(["info", "build/double_pendulum.fmu"]) == 0
+    assert "joint.elbow.q" in capsys.readouterr().out
+    assert main(["simulate", str(PENDULUM), "--stop-time", "1"]) == 0
+    for name in ("double_pendulum.nc", "double_pendulum.png"):
+        assert (here / "build" / name).stat().st_size > 1000
+
+
+def test_run_writes_results_picture_and_summary(here, capsys):
+    arguments = ["run", str(FLEXIBLE / "system.yaml"), "--stop-time", "0.5", "--step-size", "0.005"]
+    assert main([*arguments, "--start-value", "body.M", "9e4"]) == 0
+    text = capsys.readouterr().out
+    assert "100 steps of 0.005 s" in text
+    assert "body.end <-> line.end" in text
+    for name in ("flexible_pendulum.nc", "flexible_pendulum.png"):
+        assert (here / "build" / name).stat().st_size > 1000
+
+
+def test_doctor_finds_this_machine_fit(capsys):
+    assert main(["doctor"]) == 0
+    text = capsys.readouterr().out
+    assert "all is well" in text
+    assert "C compiler" in text
+
+
+def test_help_imports_nothing_heavy():
+    heavy = ("sympy", "numpy", "scipy", "matplotlib", "netCDF4", "fmpy", "capytaine", "pydantic")
+    code = (
+        "import sys\nfrom m4e_fmi.cli import main\n"
+        "try: main(['--help'])\nexcept SystemExit: pass\n"
+        f"print([m for m in {heavy!r} if m in sys.modules], file=sys.stderr)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stderr.strip() == "[]"
+    assert len(done.stdout.splitlines()) < 30
