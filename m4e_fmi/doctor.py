@@ -62,16 +62,19 @@ def _packages() -> Iterator[Finding]:
         yield Finding("m4e_fmi", False, "not installed: pip install m4e_fmi, or make demo")
         return
     yield Finding("m4e_fmi", True, version("m4e_fmi"))
-    for requirement in wanted:
-        if "extra ==" in requirement:
+    from packaging.requirements import Requirement
+
+    for requirement in map(Requirement, wanted):
+        if requirement.marker and not requirement.marker.evaluate({"extra": ""}):
             continue
-        name = requirement.split(";")[0]
-        for character in "<>=!~ ":
-            name = name.split(character)[0]
         try:
-            yield Finding(name, True, version(name))
+            installed = version(requirement.name)
         except PackageNotFoundError:
-            yield Finding(name, False, f"pip install '{requirement}'")
+            yield Finding(requirement.name, False, f"pip install '{requirement}'")
+            continue
+        good = requirement.specifier.contains(installed)
+        detail = installed if good else f"{installed}; pip install '{requirement}'"
+        yield Finding(requirement.name, good, detail)
 
 
 def _compiler() -> Iterator[Finding]:

@@ -1,0 +1,8 @@
+"""The FMUs that come with m4e_fmi, one folder a kind.
+
+A kind is a module with `Config`, what stands below `kind: …` in a system file, and `make`, which
+turns a configuration into a Program or a Python slave. Its README has the equations and variables,
+`reference.yaml` and `reference.csv` a configuration and the series that it must give. Kinds are
+found through the entry-point group `m4e_fmi.fmus`; other packages add theirs there. May import
+`m4e_adapters` and `m4e_fmi`; a file called `slave.py` travels inside the FMU and may not.
+"""

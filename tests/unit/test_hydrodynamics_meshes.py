@@ -1,5 +1,6 @@
 """Meshes from files and of the built-in shapes: what passes, what is refused, symmetry, lids."""
 
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -68,7 +69,7 @@ def test_a_waterline_not_visible_from_its_centre_gets_capytaines_lid() -> None:
     x, z = np.linspace(0, 1, 5), np.linspace(-2, 0, 3)
     corners = np.array([[0, 0], [8, 0], [8, 8], [7, 8], [7, 1], [0, 1], [0, 0]], dtype=float)
     walls = []
-    for start, end in zip(corners[:-1], corners[1:], strict=True):
+    for start, end in pairwise(corners):
         along = start + x[:, None] * (end - start)
         walls.append(grid(np.array([[[*point, height] for height in z] for point in along])))
     for xs, ys in (((0, 8), (0, 1)), ((7, 8), (1, 8))):

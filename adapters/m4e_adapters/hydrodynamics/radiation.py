@@ -10,7 +10,7 @@ beyond the table. K(0) = 0 (a steady velocity feels no memory) is fitted as a fu
 residues are chosen among those that make the matrix passive at all frequencies. Values above
 `Coefficients.memory_limit` are left out: they are small, and what panels spoil first (a B that does
 not vanish, an A that does not tend to A∞) breaks the causality that ties B to A. Frequencies at
-which the data are off the common line, irregular ones above all, lose their weight.
+which the data are off the common line, irregular ones above all, are left out.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ TARGET = 1e-3  # error of the fit, relative to the largest |K|
 NEGLIGIBLE = 1e-3  # coupling, relative to the geometric mean of the motions' own |K|
 NEAR_BEST = 1.5  # how much larger an error than the best is accepted for fewer states
 PASSIVITY = -1e-3  # least eigenvalue of Re K, relative to the largest B
-OUTLIER = 6.0  # residual, in medians, from which a frequency loses weight
-DISTRUST = 0.1  # weight of a frequency just beyond OUTLIER
+OUTLIER = 10.0  # distance from the line, in medians, from which a frequency is left out
+SMOOTH = 2e-3  # least median, relative to the largest |K|
 
 
 @dataclass(frozen=True)
@@ -117,19 +117,23 @@ def _coupled(retardation: np.ndarray, own: np.ndarray) -> list[tuple[int, ...]]:
 def _fit_group(
     omega: np.ndarray, retardation: Complex, motions: tuple[int, ...], order: int
 ) -> RadiationGroup:
-    """Fit (n, m, m) with `order` poles; frequencies off the line lose weight, then once more."""
+    """Fit (n, m, m) with `order` poles to the frequencies that are not off the common line."""
     size = len(motions)
     rows, columns = np.triu_indices(size)
     own = np.sqrt(np.abs(np.einsum("wii->wi", retardation)).max(axis=0))
     scaled = (retardation / np.outer(own, own))[:, rows, columns].T
     scaled = np.where(np.abs(scaled).max(axis=1, keepdims=True) > NEGLIGIBLE, scaled, 0.0)
-    trust = np.ones(len(omega))
-    poles, residues, misfit = _weighted_fit(omega, scaled, trust, order)
-    limit = OUTLIER * max(float(np.median(misfit)), TARGET)
-    doubtful = misfit > limit
-    if doubtful.any():
-        trust[doubtful] = (limit / misfit[doubtful]) ** 2 * DISTRUST
-        poles, residues, misfit = _weighted_fit(omega, scaled, trust, order)
+    trusted = _on_the_line(omega, scaled)
+    known, values = omega[trusted], scaled[:, trusted]
+    zero = np.zeros((len(rows), 1), dtype=complex)
+    # K(0) = 0 weighs as much as all the other values of a response together
+    poles, residues = passive_fit(
+        np.concatenate([[0.0], known]),
+        np.concatenate([zero, values], axis=1),
+        weights=np.concatenate([[np.sqrt(len(known))], np.ones(len(known))]),
+        order=order,
+        grid=omega[-1] * np.concatenate([np.linspace(0, 2, 160), np.geomspace(2, 20, 30)]),
+    )
     full = np.zeros((len(poles), size, size), dtype=complex)
     full[:, rows, columns] = residues.T
     full[:, columns, rows] = residues.T
@@ -139,25 +143,33 @@ def _fit_group(
         motions=motions,
         poles=poles,
         residues=full * np.outer(own, own),
-        error=float(misfit[~doubtful].max()),
+        error=float(np.abs(evaluate(known, poles, residues) - values).max()),
         passivity=float(np.linalg.eigvalsh(on_grid).min()),
-        doubtful=tuple(float(w) for w in omega[doubtful]),
+        doubtful=tuple(float(w) for w in omega[~trusted]),
     )
 
 
-def _weighted_fit(
-    omega: np.ndarray, responses: Complex, trust: np.ndarray, order: int
-) -> tuple[Complex, Complex, np.ndarray]:
-    """Poles, residues and the largest misfit of each frequency; K(0) = 0 is fitted as well.
+def _on_the_line(omega: np.ndarray, responses: Complex) -> np.ndarray:
+    """Which frequencies (n,) agree with the cubic through two neighbours on either side.
 
-    That value weighs as much as all the others of a response together.
+    The worst one is taken out and the rest compared again, a tenth of all at most.
     """
-    with_zero = np.concatenate([[0.0], omega])
-    values = np.concatenate([np.zeros((len(responses), 1), dtype=complex), responses], axis=1)
-    weights = np.concatenate([[np.sqrt(len(omega))], trust])
-    grid = omega[-1] * np.concatenate([np.linspace(0, 2, 160), np.geomspace(2, 20, 30)])
-    poles, residues = passive_fit(with_zero, values, weights=weights, order=order, grid=grid)
-    return poles, residues, np.abs(evaluate(omega, poles, residues) - responses).max(axis=0)
+    trusted = np.ones(len(omega), dtype=bool)
+    while trusted.sum() > 0.9 * len(omega):
+        x, y = omega[trusted], responses[:, trusted]
+        at = x[2:-2]
+        points = [x[:-4], x[1:-3], x[3:-1], x[4:]]
+        expected = np.zeros_like(y[:, 2:-2])
+        for k, (point, shift) in enumerate(zip(points, (0, 1, 3, 4), strict=True)):
+            others = [p for j, p in enumerate(points) if j != k]
+            factor = np.prod([(at - p) / (point - p) for p in others], axis=0)
+            expected += factor * y[:, shift : shift + len(at)]
+        distance = np.abs(expected - y[:, 2:-2]).max(axis=0)
+        worst = int(np.argmax(distance))
+        if distance[worst] <= OUTLIER * max(float(np.median(distance)), SMOOTH):
+            break
+        trusted[np.flatnonzero(trusted)[worst + 2]] = False
+    return trusted
 
 
 def _chosen(fits: list[RadiationGroup]) -> RadiationGroup:

@@ -1,0 +1,73 @@
+"""Every library FMU gives the series beside its README: fmus/m4e_fmus/<kind>/reference.csv.
+
+The FMU of reference.yaml is stepped by plain FMPy for 20 s at 0.05 s while its point or body moves
+as in `motion` below. `pytest --update` writes the series anew.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pytest
+
+from m4e_fmi.document import Document
+from m4e_fmi.fmu import build_fmu
+
+FMUS = Path(__file__).parents[2] / "fmus" / "m4e_fmus"
+STOP, STEP, EVERY = 20.0, 0.05, 10  # s, s, steps between rows of the series
+REST = {"linear_pto": (0.0, -3.0), "mooring": (-4.0, -2.0), "hydrodynamics": (0.0, -1.2)}
+CONNECTOR = {"linear_pto": "pto", "mooring": "fairlead", "hydrodynamics": "float"}
+
+
+def motion(rest: tuple[float, float], t: np.ndarray) -> dict[str, np.ndarray]:
+    """A slow surge of 1 m and a heave and pitch of 0.5 m and 0.05 rad, starting at rest."""
+    ramp = 1 - np.cos(0.4 * t)
+    rate = 0.4 * np.sin(0.4 * t)
+    wave, wave_rate = 1 - np.cos(0.9 * t), 0.9 * np.sin(0.9 * t)
+    return {
+        "x": rest[0] + 0.5 * ramp,
+        "vx": 0.5 * rate,
+        "z": rest[1] + 0.25 * wave,
+        "vz": 0.25 * wave_rate,
+        "theta": 0.025 * wave,
+        "omega": 0.025 * wave_rate,
+    }
+
+
+def stepped(kind: str, folder: Path) -> np.ndarray:
+    """Structured array of time and all outputs."""
+    module = import_module(f"m4e_fmus.{kind}")
+    config = Document.load(FMUS / kind / "reference.yaml").validate(module.Config)
+    source = module.make(config, name=kind, folder=FMUS / kind, progress=lambda _: None)
+    fmu = build_fmu(source, folder / f"{kind}.fmu")
+    t = np.arange(round(STOP / STEP) + 1) * STEP
+    names = {v.name for v in fmpy.read_model_description(str(fmu)).modelVariables}
+    moved = motion(REST[kind], t)
+    columns = {f"{CONNECTOR[kind]}.{key}": value for key, value in moved.items()}
+    columns = {"time": t, **{k: v for k, v in columns.items() if k in names}}
+    signals = np.array(
+        list(zip(*columns.values(), strict=True)), dtype=[(name, float) for name in columns]
+    )
+    return fmpy.simulate_fmu(
+        str(fmu), stop_time=STOP, step_size=STEP, output_interval=STEP, input=signals
+    )
+
+
+@pytest.mark.parametrize("kind", sorted(REST))
+def test_reference_series(kind: str, tmp_path: Path, request: pytest.FixtureRequest):
+    result = stepped(kind, tmp_path)[::EVERY]
+    path = FMUS / kind / "reference.csv"
+    names = result.dtype.names
+    assert names is not None
+    if request.config.getoption("--update"):
+        rows = np.array([list(row) for row in result])
+        np.savetxt(path, rows, delimiter=",", header=",".join(names), comments="", fmt="%.9g")
+    reference = np.genfromtxt(path, delimiter=",", names=True, deletechars="")
+    assert reference.dtype.names == names
+    for name in names:
+        # nine digits are written; the solvers behind it repeat to rounding, BEM to its solver's
+        scale = np.abs(reference[name]).max()
+        assert result[name] == pytest.approx(reference[name], rel=1e-6, abs=1e-6 * scale + 1e-12)
