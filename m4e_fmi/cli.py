@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -279,7 +280,13 @@ def _is_system(path: Path) -> bool:
 
 
 def _say(text: str) -> None:
-    print(text, flush=True)
+    """Print a line; one that counts ("… 3 of 40") overwrites itself on a terminal."""
+    counting = re.search(r"(\d+) of (\d+)$", text)
+    if counting and sys.stdout.isatty():
+        last = counting[1] == counting[2]
+        print(f"\r\033[K{text}", end="\n" if last else "", flush=True)
+    elif not counting or int(counting[1]) % 10 == 0:
+        print(text, flush=True)
 
 
 def _print_files(paths: object) -> None:

@@ -27,7 +27,7 @@ def progress_bar(stop_time: float, *, start: float = 0.0) -> Iterator[Callable[[
         mininterval=_INTERVAL_ON_TERMINAL if interactive else _INTERVAL_IN_LOG,
         leave=interactive,
     )
-    bar.set_postfix_str("starting")
+    bar.set_postfix_str("starting", refresh=False)
     began = time.perf_counter()
     shown = began
 

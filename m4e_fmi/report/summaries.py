@@ -26,30 +26,35 @@ def run_summary(outcome: Outcome) -> str:
         *_extremes(loaded),
     ]
     if outcome.energy:
-        lines += ["energy over the connections: given by the force, received by the body"]
         width = max(len(bond.connection) for bond in outcome.energy)
+        lines.append("energy over the connections, from the force's source into the body")
+        lines.append(f"  {'':<{width}} {'given':>13} {'received':>13} {'lost or made':>13}")
         lines += [
-            f"  {bond.connection:<{width}}  {bond.given / 1e3:12.3f} kJ  "
-            f"{bond.received / 1e3:12.3f} kJ  difference {100 * bond.relative:+.4f} %"
+            f"  {bond.connection:<{width}} {bond.given / 1e3:10.3f} kJ "
+            f"{bond.received / 1e3:10.3f} kJ {100 * bond.relative:+11.4f} %"
             for bond in outcome.energy
         ]
     return "\n".join(lines)
 
 
 def _extremes(results: Results) -> list[str]:
+    """Mean power first, then smallest, mean and largest value of what a figure would show."""
     series = {
         f"{component}.{name}": one
         for component, members in results.components.items()
         for name, one in members.items()
     }
-    lines = []
-    for panel in panels(series):
-        for name, one in panel.series.items():
-            values = panel.scale * one.values
-            low, mean, high = np.min(values), np.mean(values), np.max(values)
-            lines.append(
-                f"  {name:<36} min {low:10.3f}  mean {mean:10.3f}  max {high:10.3f}  {panel.unit}"
-            )
+    shown = [(panel, name, one) for panel in panels(series) for name, one in panel.series.items()]
+    lines = [
+        f"mean power {panel.scale * np.mean(one.values):.3f} {panel.unit} ({name})"
+        for panel, name, one in shown
+        if one.unit == "W"
+    ]
+    lines.append(f"  {'':<36} {'min':>10} {'mean':>10} {'max':>10}")
+    for panel, name, one in shown:
+        values = panel.scale * one.values
+        low, mean, high = np.min(values), np.mean(values), np.max(values)
+        lines.append(f"  {name:<36} {low:10.3f} {mean:10.3f} {high:10.3f} {panel.unit}")
     return lines
 
 

@@ -24,7 +24,7 @@ def make(
     """The source of the mooring FMU called `name`; files in `config` are relative to `folder`."""
     mooring = moordyn.mooring(config, folder=folder)
     progress(
-        f"{name}: {len(mooring.lines)} lines at {len(mooring.fairleads)} fairleads, "
+        f"{len(mooring.lines)} lines at {len(mooring.fairleads)} fairleads, "
         f"internal time step {mooring.time_step:.3g} s"
     )
     here, adapter = Path(__file__).parent, Path(moordyn.__file__).parent

@@ -1,0 +1,414 @@
+"""Random trees: B, Ḃ, the mass matrix, Eq. (5) and the balance of energy.
+
+The reference for B and Ḃ is a forward kinematics written here, over numbers that carry exact first
+and second derivatives: complex numbers with an infinitesimal imaginary part, inside dual numbers.
+"""
+
+from __future__ import annotations
+
+import cmath
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from m4e_fmi.model import (
+    Body,
+    Joint,
+    Model,
+    Point,
+    TensionDamper,
+    TensionSpring,
+    TorsionDamper,
+    TorsionSpring,
+)
+from m4e_fmi.multibody import Topology, model_program, topology
+from m4e_fmi.multibody.assembly import Assembly, Scalars, assemble
+from support.programs import Evaluated
+
+GRAVITY = 9.81
+INFINITESIMAL = 1e-100  # its square vanishes: derivatives are exact to rounding
+
+
+@dataclass(frozen=True)
+class Dual:
+    """a + εb with ε² = 0, over complex numbers."""
+
+    a: complex
+    b: complex = 0.0
+
+    def __add__(self, other: Dual) -> Dual:
+        return Dual(self.a + other.a, self.b + other.b)
+
+    def __mul__(self, other: Dual) -> Dual:
+        return Dual(self.a * other.a, self.a * other.b + self.b * other.a)
+
+    def __neg__(self) -> Dual:
+        return Dual(-self.a, -self.b)
+
+
+def turned(angle: Dual, vector: tuple[float, float]) -> tuple[Dual, Dual]:
+    """R(θ) times a vector of the body."""
+    c = Dual(cmath.cos(angle.a), -cmath.sin(angle.a) * angle.b)
+    s = Dual(cmath.sin(angle.a), cmath.cos(angle.a) * angle.b)
+    x, z = Dual(vector[0]), Dual(vector[1])
+    return c * x + s * z, -(s * x) + c * z
+
+
+@dataclass(frozen=True)
+class Case:
+    """A random model, its state and what acts on it from outside."""
+
+    model: Model
+    q: np.ndarray
+    u: np.ndarray
+    inputs: dict[str, float]
+    added_mass: np.ndarray
+
+    @property
+    def tree(self) -> Topology:
+        return topology(self.model)
+
+    def place(self, q: list[Dual]) -> list[Dual]:
+        """(x, z, θ) of every body, in the order of the links, for coordinates `q`."""
+        places: dict[str, tuple[Dual, Dual, Dual]] = {"ground": (Dual(0), Dual(0), Dual(0))}
+        result: list[Dual] = []
+        remaining = list(q)
+        for link in self.tree.links:
+            own = [remaining.pop(0) for _ in link.coordinates]
+            joint = link.joint
+            x, z, theta = places[joint.parent]
+            outer, inner = _floats(joint.parent_to_joint), _floats(joint.joint_to_child)
+            if joint.type == "floating":
+                x, z, theta = own
+            elif joint.type == "revolute":
+                steps = (turned(theta, outer), turned(own[0], inner))
+                x, z, theta = _moved(x, steps, 0), _moved(z, steps, 1), own[0]
+            else:
+                assert joint.direction is not None
+                direction = np.array(_floats(joint.direction))
+                dx, dz = turned(theta, tuple(direction / np.linalg.norm(direction)))
+                slid = (own[0] * dx, own[0] * dz)
+                steps = (turned(theta, outer), turned(theta, inner), slid)
+                x, z = _moved(x, steps, 0), _moved(z, steps, 1)
+            places[link.body] = (x, z, theta)
+            result += places[link.body]
+        return result
+
+    def jacobians(self) -> tuple[np.ndarray, np.ndarray]:
+        """B = ∂(x, z, θ)/∂q and Ḃ = Σ ∂B/∂q_k u_k."""
+        n = len(self.q)
+        B, B_dot = np.zeros((3 * len(self.tree.links), n)), np.zeros((3 * len(self.tree.links), n))
+        for j in range(n):
+            step = [complex(0, INFINITESIMAL if j == k else 0) for k in range(n)]
+            q = [Dual(a + h, b) for a, h, b in zip(self.q, step, self.u, strict=True)]
+            column = self.place(q)
+            B[:, j] = [p.a.imag / INFINITESIMAL for p in column]
+            B_dot[:, j] = [complex(p.b).imag / INFINITESIMAL for p in column]
+        return B, B_dot
+
+    def assembled(self) -> Assembly:
+        """The equations over floats."""
+        return assemble(
+            self.model,
+            self.tree,
+            Scalars(
+                q=list(self.q),
+                u=list(self.u),
+                time=0.0,
+                parameters={},
+                body_wrench={},
+                point_force={},
+                effort={},
+                added_mass=self.added_mass.tolist(),
+            ),
+        )
+
+    def values(self) -> dict[str, float]:
+        """State, inputs and added mass by the names of the program."""
+        names = [v.name for v in _program(self).program.states]
+        state = dict(zip(names, np.column_stack([self.q, self.u]).ravel(), strict=True))
+        n = len(self.added_mass)
+        added = {
+            f"added_mass[{i + 1},{j + 1}]": self.added_mass[i, j]
+            for i in range(n)
+            for j in range(n)
+        }
+        return {**state, **self.inputs, **added}
+
+
+def _floats(pair: Any) -> tuple[float, float]:
+    return float(pair[0]), float(pair[1])
+
+
+def _moved(start: Dual, steps: tuple[tuple[Dual, Dual], ...], axis: int) -> Dual:
+    for step in steps:
+        start = start + step[axis]
+    return start
+
+
+def _program(case: Case) -> Evaluated:
+    return Evaluated(model_program(case.model))
+
+
+def numbers(low: float, high: float) -> st.SearchStrategy[float]:
+    """Two decimals: small examples stay readable."""
+    return st.integers(round(100 * low), round(100 * high)).map(lambda k: k / 100)
+
+
+@st.composite
+def cases(draw: st.DrawFn) -> Case:
+    count = draw(st.integers(1, 6))
+    names = [f"b{k}" for k in range(count)]
+    joints, bodies = {}, {}
+    arm = st.tuples(numbers(-2, 2), numbers(-2, 2))
+    for k, name in enumerate(names):
+        kind = draw(st.sampled_from(["revolute", "prismatic", "floating"]))
+        parent = "ground"
+        fields: dict[str, Any] = {}
+        if kind != "floating":
+            parent = draw(st.sampled_from(["ground", *names[:k]]))
+            fields = {"parent_to_joint": draw(arm), "joint_to_child": draw(arm)}
+        if kind == "prismatic":
+            fields["direction"] = draw(arm.filter(lambda d: abs(d[0]) + abs(d[1]) > 0.1))
+        joints[f"j{k}"] = Joint(kind, name, parent, **fields)
+        wet = draw(st.booleans())
+        bodies[name] = Body(draw(numbers(0.5, 5)), draw(numbers(0.1, 5)), added_mass=wet)
+    points = {name: Point(draw(st.sampled_from([*names, "ground"])), draw(arm)) for name in "ABC"}
+    model = Model(
+        name="random",
+        gravity=GRAVITY,
+        bodies={name: bodies[name] for name in draw(st.permutations(names))},
+        joints=joints,
+        points=points,
+        loads=draw(_loads(names)),
+    )
+    n = len(topology(model).coordinate_names)
+    wet = 3 * sum(body.added_mass for body in bodies.values())
+    # unstructured numbers, from a seed: drawing a hundred of them one by one would be slow
+    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    root = rng.uniform(-1, 1, (wet, wet))
+    inputs = [v.name for v in model_program(model).inputs]
+    case = Case(
+        model,
+        q=rng.uniform(-2, 2, n),
+        u=rng.uniform(-2, 2, n),
+        inputs=dict(zip(inputs, rng.uniform(-10, 10, len(inputs)), strict=True)),
+        added_mass=root @ root.T,
+    )
+    arms = case.assembled().points
+    places = [np.array([arms[name].position[0], arms[name].position[1]], float) for name in "AB"]
+    assume(np.linalg.norm(places[0] - places[1]) > 0.1)  # the line between them has a direction
+    return case
+
+
+@st.composite
+def _loads(draw: st.DrawFn, names: list[str]) -> dict[str, Any]:
+    bodies = draw(st.permutations([*names, "ground"]))[:2]
+    ends = (bodies[0], bodies[1])
+    loads: dict[str, Any] = {
+        "spring": TensionSpring(("A", "B"), draw(numbers(0, 50)), draw(numbers(0, 3))),
+        "damper": TensionDamper(("A", "B"), draw(numbers(0, 5))),
+        "twist": TorsionSpring(ends, draw(numbers(0, 50)), draw(numbers(-1, 1))),
+        "rub": TorsionDamper(ends, draw(numbers(0, 5))),
+    }
+    kept = draw(st.sets(st.sampled_from(sorted(loads))))
+    return {name: loads[name] for name in sorted(kept)}
+
+
+def over_random_trees(test: Callable[[Case], None]) -> Callable[[], None]:
+    return settings(max_examples=120, deadline=None, derandomize=True)(given(cases())(test))
+
+
+def scale(*values: Any) -> float:
+    return max(1.0, *(float(np.abs(value).max(initial=0.0)) for value in values))
+
+
+@over_random_trees
+def test_accelerations_are_those_of_equation_5(case: Case) -> None:
+    """B and Ḃ are right, M = Bᵀ(𝓜 + A)B is symmetric positive definite, and M u̇ = f."""
+    B, B_dot = case.jacobians()
+    assembly = case.assembled()
+    for k, frame in enumerate(assembly.frames):
+        for expected, columns in ((B, frame.columns), (B_dot, frame.column_rates)):
+            got = np.zeros((2, len(case.q)))
+            for j, column in columns.items():
+                got[:, j] = column
+            # sums of at most 13 products of numbers up to 2 · 2
+            assert got == pytest.approx(expected[3 * k : 3 * k + 2], rel=0, abs=1e-12)
+        turning = np.zeros(len(case.q))
+        if frame.angle_index >= 0:
+            turning[frame.angle_index] = 1
+        assert np.array_equal(turning, B[3 * k + 2])
+        assert not B_dot[3 * k + 2].any()
+
+    inertia = _inertia(case)
+    mass_matrix = B.T @ inertia @ B
+    assert np.array(assembly.mass_matrix, float) == pytest.approx(
+        mass_matrix, rel=0, abs=1e-12 * scale(mass_matrix)
+    )
+    assert np.linalg.eigvalsh(mass_matrix).min() > 0
+
+    forcing = B.T @ (_wrench(case, B) - inertia @ B_dot @ case.u) + _efforts(case)
+    expected = np.linalg.solve(mass_matrix, forcing)
+    program = _program(case)
+    rates = list(program.rates(case.values()).values())
+    assert rates[0::2] == list(case.u)
+    # two factorisations in double precision; condition numbers stay below 1e4
+    assert rates[1::2] == pytest.approx(expected, rel=0, abs=1e-10 * scale(expected))
+
+
+@over_random_trees
+def test_outputs_are_the_derivatives_they_say_and_energy_is_balanced(case: Case) -> None:
+    """Central differences along the motion: d/dt of position, velocity and energy."""
+    program = _program(case)
+    values = case.values()
+    rates = program.rates(values)
+    h = 1e-5
+    ahead, behind = (
+        program.outputs(
+            {**values, **{name: values[name] + sign * h * rates[name] for name in rates}}
+        )
+        for sign in (1, -1)
+    )
+    now = program.outputs(values)
+    slopes = {name: (ahead[name] - behind[name]) / (2 * h) for name in now} | rates
+    # error of the difference: h² times a third derivative, plus rounding over h: 1e-10 each
+    allowed = 1e-9 * scale(list(now.values()), list(rates.values())) ** 2
+    pairs = {
+        v.name: v.derivative_of
+        for v in (*program.program.outputs, *program.program.states)
+        if v.derivative_of
+    }
+    assert len(pairs) >= len(case.model.bodies)
+    for name, base in pairs.items():
+        value = now[name] if name in now else values[name]
+        assert value == pytest.approx(slopes[base], rel=0, abs=allowed), f"{name} = d {base}/dt"
+
+    assert now["energy.total"] == now["energy.kinetic"] + now["energy.potential"]
+    power = _power(case, {**values, **now})
+    assert slopes["energy.total"] == pytest.approx(power, rel=0, abs=allowed)
+
+
+def _inertia(case: Case) -> np.ndarray:
+    """𝓜 + A."""
+    links = case.tree.links
+    masses = [case.model.bodies[link.body] for link in links]
+    diagonal = [value for body in masses for value in (body.mass, body.mass, body.inertia)]
+    total = np.diag(np.array(diagonal, float))
+    rows = [3 * k + a for k, body in enumerate(masses) if body.added_mass for a in range(3)]
+    total[np.ix_(rows, rows)] += case.added_mass
+    return total
+
+
+def _wrench(case: Case, B: np.ndarray) -> np.ndarray:
+    """What acts on the CGs: gravity, inputs, springs and dampers."""
+    links = case.tree.links
+    frames = case.assembled().frames
+    velocity = B @ case.u
+    wrench = np.zeros(3 * len(links))
+    index = {link.body: k for k, link in enumerate(links)}
+
+    def motion(name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Arm, position and velocity of a point."""
+        point = case.model.points[name]
+        k = index.get(point.body)
+        if k is None:
+            return np.zeros(2), np.array(_floats(point.at)), np.zeros(2)
+        x, z = turned(Dual(frames[k].angle), _floats(point.at))
+        arm = np.array([x.a, z.a], complex).real
+        spin = velocity[3 * k + 2] * np.array([arm[1], -arm[0]])
+        return arm, np.array(frames[k].position, float) + arm, velocity[3 * k : 3 * k + 2] + spin
+
+    def push(name: str, force: np.ndarray) -> None:
+        k = index.get(case.model.points[name].body)
+        if k is not None:
+            arm, _, _ = motion(name)
+            wrench[3 * k : 3 * k + 2] += force
+            wrench[3 * k + 2] += arm[1] * force[0] - arm[0] * force[1]
+
+    for k, link in enumerate(links):
+        mass: Any = case.model.bodies[link.body].mass
+        own = [case.inputs[f"body.{link.body}.{n}"] for n in ("force_x", "force_z", "moment_y")]
+        wrench[3 * k : 3 * k + 3] += np.array(own) - np.array([0, mass * GRAVITY, 0])
+    for name, point in case.model.points.items():
+        if point.body != "ground":
+            own = [case.inputs[f"point.{name}.force_{axis}"] for axis in "xz"]
+            push(name, np.array(own))
+    for load in case.model.loads.values():
+        if isinstance(load, TensionSpring | TensionDamper):
+            (_, a, va), (_, b, vb) = (motion(name) for name in load.points)
+            along = (b - a) / np.linalg.norm(b - a)
+            if isinstance(load, TensionSpring):
+                tension: Any = load.stiffness * (np.linalg.norm(b - a) - load.length)  # pyright: ignore[reportOperatorIssue]
+            else:
+                tension = load.damping * (vb - va) @ along
+            push(load.points[0], tension * along)
+            push(load.points[1], -tension * along)
+        elif isinstance(load, TorsionSpring | TorsionDamper):
+            ends = [index.get(name) for name in load.bodies]
+            angles = [0.0 if k is None else float(frames[k].angle) for k in ends]
+            speeds = [0.0 if k is None else velocity[3 * k + 2] for k in ends]
+            if isinstance(load, TorsionSpring):
+                torque: Any = load.stiffness * (angles[1] - angles[0] - load.angle)  # pyright: ignore[reportOperatorIssue]
+            else:
+                torque = load.damping * (speeds[1] - speeds[0])
+            for k, part in zip(ends, (torque, -torque), strict=True):
+                if k is not None:
+                    wrench[3 * k + 2] += part
+    return wrench
+
+
+def _efforts(case: Case) -> np.ndarray:
+    """τ: on the child's coordinate and, for an absolute angle, back on the parent's."""
+    total = np.zeros(len(case.q))
+    for link in case.tree.links:
+        if link.joint.type == "floating":
+            continue
+        effort = case.inputs[f"joint.{link.joint_name}.effort"]
+        total[link.coordinates[0]] += effort
+        if link.joint.type == "revolute" and link.parent >= 0:
+            back = case.tree.links[link.parent].angle
+            if back >= 0:
+                total[back] -= effort
+    return total
+
+
+def _power(case: Case, values: dict[str, float]) -> float:
+    """Power of the inputs and of the dampers [W], from the velocities that the model reports."""
+    tree = case.tree
+    omega = {"ground": 0.0} | {link.body: values[f"body.{link.body}.omega"] for link in tree.links}
+    power = 0.0
+    for link in tree.links:
+        name = f"body.{link.body}"
+        for force, speed in (("force_x", "vx"), ("force_z", "vz"), ("moment_y", "omega")):
+            power += case.inputs[f"{name}.{force}"] * values[f"{name}.{speed}"]
+        if link.joint.type == "revolute":
+            speed = omega[link.body] - omega[link.joint.parent]
+            power += case.inputs[f"joint.{link.joint_name}.effort"] * speed
+        elif link.joint.type == "prismatic":
+            speed = values[f"joint.{link.joint_name}.u"]
+            power += case.inputs[f"joint.{link.joint_name}.effort"] * speed
+    for name, point in case.model.points.items():
+        if point.body != "ground":
+            for axis in "xz":
+                force = case.inputs[f"point.{name}.force_{axis}"]
+                power += force * values[f"point.{name}.v{axis}"]
+    for load in case.model.loads.values():
+        if isinstance(load, TorsionDamper):
+            twist = omega[load.bodies[1]] - omega[load.bodies[0]]
+            power -= float(load.damping) * twist**2
+        elif isinstance(load, TensionDamper):
+            line, rate = np.zeros(2), np.zeros(2)
+            for sign, name in ((-1, load.points[0]), (1, load.points[1])):
+                point = case.model.points[name]
+                if point.body == "ground":
+                    line += sign * np.array(_floats(point.at))
+                else:
+                    line += sign * np.array([values[f"point.{name}.{axis}"] for axis in "xz"])
+                    rate += sign * np.array([values[f"point.{name}.v{axis}"] for axis in "xz"])
+            power -= float(load.damping) * (rate @ line / np.linalg.norm(line)) ** 2
+    return power
