@@ -9,12 +9,14 @@ from __future__ import annotations
 import cmath
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from support.programs import Evaluated
+
 from m4e_fmi.model import (
     Body,
     Joint,
@@ -25,9 +27,9 @@ from m4e_fmi.model import (
     TorsionDamper,
     TorsionSpring,
 )
+from m4e_fmi.model.elements import JointType
 from m4e_fmi.multibody import Topology, model_program, topology
 from m4e_fmi.multibody.assembly import Assembly, Scalars, assemble
-from support.programs import Evaluated
 
 GRAVITY = 9.81
 INFINITESIMAL = 1e-100  # its square vanishes: derivatives are exact to rounding
@@ -140,6 +142,11 @@ class Case:
         return {**state, **self.inputs, **added}
 
 
+def number(quantity: Any) -> float:
+    """A quantity that this test has given as a number."""
+    return float(quantity)
+
+
 def _floats(pair: Any) -> tuple[float, float]:
     return float(pair[0]), float(pair[1])
 
@@ -166,7 +173,7 @@ def cases(draw: st.DrawFn) -> Case:
     joints, bodies = {}, {}
     arm = st.tuples(numbers(-2, 2), numbers(-2, 2))
     for k, name in enumerate(names):
-        kind = draw(st.sampled_from(["revolute", "prismatic", "floating"]))
+        kind: JointType = draw(st.sampled_from(get_args(JointType)))
         parent = "ground"
         fields: dict[str, Any] = {}
         if kind != "floating":
@@ -252,7 +259,7 @@ def test_accelerations_are_those_of_equation_5(case: Case) -> None:
     )
     assert np.linalg.eigvalsh(mass_matrix).min() > 0
 
-    forcing = B.T @ (_wrench(case, B) - inertia @ B_dot @ case.u) + _efforts(case)
+    forcing = B.T @ (_Wrench(case, B).total - inertia @ B_dot @ case.u) + _efforts(case)
     expected = np.linalg.solve(mass_matrix, forcing)
     program = _program(case)
     rates = list(program.rates(case.values()).values())
@@ -304,62 +311,69 @@ def _inertia(case: Case) -> np.ndarray:
     return total
 
 
-def _wrench(case: Case, B: np.ndarray) -> np.ndarray:
-    """What acts on the CGs: gravity, inputs, springs and dampers."""
-    links = case.tree.links
-    frames = case.assembled().frames
-    velocity = B @ case.u
-    wrench = np.zeros(3 * len(links))
-    index = {link.body: k for k, link in enumerate(links)}
+class _Wrench:
+    """Sum of what acts on the CGs: gravity, inputs, springs and dampers; `total` in B's rows."""
 
-    def motion(name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Arm, position and velocity of a point."""
-        point = case.model.points[name]
-        k = index.get(point.body)
+    def __init__(self, case: Case, B: np.ndarray) -> None:
+        self.case = case
+        self.velocity = B @ case.u
+        self.frames = case.assembled().frames
+        self.index = {link.body: k for k, link in enumerate(case.tree.links)}
+        self.total = np.zeros(len(B))
+        for body, k in self.index.items():
+            self.total[3 * k + 1] -= number(case.model.bodies[body].mass) * GRAVITY
+            for a, part in enumerate(("force_x", "force_z", "moment_y")):
+                self.total[3 * k + a] += case.inputs[f"body.{body}.{part}"]
+        for name, point in case.model.points.items():
+            if point.body in self.index:
+                self.push(name, np.array([case.inputs[f"point.{name}.force_{a}"] for a in "xz"]))
+        for load in case.model.loads.values():
+            if isinstance(load, TensionSpring | TensionDamper):
+                self.pull(load)
+            elif isinstance(load, TorsionSpring | TorsionDamper):
+                self.twist(load)
+
+    def motion(self, name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Arm from the CG, position and velocity of a point."""
+        point = self.case.model.points[name]
+        k = self.index.get(point.body)
         if k is None:
             return np.zeros(2), np.array(_floats(point.at)), np.zeros(2)
-        x, z = turned(Dual(frames[k].angle), _floats(point.at))
-        arm = np.array([x.a, z.a], complex).real
-        spin = velocity[3 * k + 2] * np.array([arm[1], -arm[0]])
-        return arm, np.array(frames[k].position, float) + arm, velocity[3 * k : 3 * k + 2] + spin
+        x, z = turned(Dual(self.frames[k].angle), _floats(point.at))
+        arm = np.array([complex(x.a).real, complex(z.a).real])
+        spin = self.velocity[3 * k + 2] * np.array([arm[1], -arm[0]])
+        position = np.array(self.frames[k].position, float) + arm
+        return arm, position, self.velocity[3 * k : 3 * k + 2] + spin
 
-    def push(name: str, force: np.ndarray) -> None:
-        k = index.get(case.model.points[name].body)
+    def push(self, name: str, force: np.ndarray) -> None:
+        k = self.index.get(self.case.model.points[name].body)
         if k is not None:
-            arm, _, _ = motion(name)
-            wrench[3 * k : 3 * k + 2] += force
-            wrench[3 * k + 2] += arm[1] * force[0] - arm[0] * force[1]
+            arm, _, _ = self.motion(name)
+            self.total[3 * k : 3 * k + 2] += force
+            self.total[3 * k + 2] += arm[1] * force[0] - arm[0] * force[1]
 
-    for k, link in enumerate(links):
-        mass: Any = case.model.bodies[link.body].mass
-        own = [case.inputs[f"body.{link.body}.{n}"] for n in ("force_x", "force_z", "moment_y")]
-        wrench[3 * k : 3 * k + 3] += np.array(own) - np.array([0, mass * GRAVITY, 0])
-    for name, point in case.model.points.items():
-        if point.body != "ground":
-            own = [case.inputs[f"point.{name}.force_{axis}"] for axis in "xz"]
-            push(name, np.array(own))
-    for load in case.model.loads.values():
-        if isinstance(load, TensionSpring | TensionDamper):
-            (_, a, va), (_, b, vb) = (motion(name) for name in load.points)
-            along = (b - a) / np.linalg.norm(b - a)
-            if isinstance(load, TensionSpring):
-                tension: Any = load.stiffness * (np.linalg.norm(b - a) - load.length)  # pyright: ignore[reportOperatorIssue]
-            else:
-                tension = load.damping * (vb - va) @ along
-            push(load.points[0], tension * along)
-            push(load.points[1], -tension * along)
-        elif isinstance(load, TorsionSpring | TorsionDamper):
-            ends = [index.get(name) for name in load.bodies]
-            angles = [0.0 if k is None else float(frames[k].angle) for k in ends]
-            speeds = [0.0 if k is None else velocity[3 * k + 2] for k in ends]
-            if isinstance(load, TorsionSpring):
-                torque: Any = load.stiffness * (angles[1] - angles[0] - load.angle)  # pyright: ignore[reportOperatorIssue]
-            else:
-                torque = load.damping * (speeds[1] - speeds[0])
-            for k, part in zip(ends, (torque, -torque), strict=True):
-                if k is not None:
-                    wrench[3 * k + 2] += part
-    return wrench
+    def pull(self, load: TensionSpring | TensionDamper) -> None:
+        (_, a, va), (_, b, vb) = (self.motion(name) for name in load.points)
+        length = np.linalg.norm(b - a)
+        along = (b - a) / length
+        if isinstance(load, TensionSpring):
+            tension = number(load.stiffness) * (length - number(load.length))
+        else:
+            tension = number(load.damping) * ((vb - va) @ along)
+        self.push(load.points[0], tension * along)
+        self.push(load.points[1], -tension * along)
+
+    def twist(self, load: TorsionSpring | TorsionDamper) -> None:
+        ends = [self.index.get(name) for name in load.bodies]
+        angles = [0.0 if k is None else float(self.frames[k].angle) for k in ends]
+        speeds = [0.0 if k is None else self.velocity[3 * k + 2] for k in ends]
+        if isinstance(load, TorsionSpring):
+            torque = number(load.stiffness) * (angles[1] - angles[0] - number(load.angle))
+        else:
+            torque = number(load.damping) * (speeds[1] - speeds[0])
+        for k, part in zip(ends, (torque, -torque), strict=True):
+            if k is not None:
+                self.total[3 * k + 2] += part
 
 
 def _efforts(case: Case) -> np.ndarray:
@@ -379,36 +393,40 @@ def _efforts(case: Case) -> np.ndarray:
 
 def _power(case: Case, values: dict[str, float]) -> float:
     """Power of the inputs and of the dampers [W], from the velocities that the model reports."""
-    tree = case.tree
-    omega = {"ground": 0.0} | {link.body: values[f"body.{link.body}.omega"] for link in tree.links}
-    power = 0.0
-    for link in tree.links:
-        name = f"body.{link.body}"
-        for force, speed in (("force_x", "vx"), ("force_z", "vz"), ("moment_y", "omega")):
-            power += case.inputs[f"{name}.{force}"] * values[f"{name}.{speed}"]
+    links = case.tree.links
+    omega = {link.body: values[f"body.{link.body}.omega"] for link in links} | {"ground": 0.0}
+    speeds: dict[str, float] = {}
+    for link in links:
+        speeds[f"body.{link.body}.force_x"] = values[f"body.{link.body}.vx"]
+        speeds[f"body.{link.body}.force_z"] = values[f"body.{link.body}.vz"]
+        speeds[f"body.{link.body}.moment_y"] = omega[link.body]
+        joint = f"joint.{link.joint_name}"
         if link.joint.type == "revolute":
-            speed = omega[link.body] - omega[link.joint.parent]
-            power += case.inputs[f"joint.{link.joint_name}.effort"] * speed
+            speeds[f"{joint}.effort"] = omega[link.body] - omega[link.joint.parent]
         elif link.joint.type == "prismatic":
-            speed = values[f"joint.{link.joint_name}.u"]
-            power += case.inputs[f"joint.{link.joint_name}.effort"] * speed
+            speeds[f"{joint}.effort"] = values[f"{joint}.u"]
     for name, point in case.model.points.items():
         if point.body != "ground":
             for axis in "xz":
-                force = case.inputs[f"point.{name}.force_{axis}"]
-                power += force * values[f"point.{name}.v{axis}"]
+                speeds[f"point.{name}.force_{axis}"] = values[f"point.{name}.v{axis}"]
+    assert set(speeds) == set(case.inputs)
+    power = sum(case.inputs[name] * speed for name, speed in speeds.items())
     for load in case.model.loads.values():
         if isinstance(load, TorsionDamper):
-            twist = omega[load.bodies[1]] - omega[load.bodies[0]]
-            power -= float(load.damping) * twist**2
+            power -= number(load.damping) * (omega[load.bodies[1]] - omega[load.bodies[0]]) ** 2
         elif isinstance(load, TensionDamper):
-            line, rate = np.zeros(2), np.zeros(2)
-            for sign, name in ((-1, load.points[0]), (1, load.points[1])):
-                point = case.model.points[name]
-                if point.body == "ground":
-                    line += sign * np.array(_floats(point.at))
-                else:
-                    line += sign * np.array([values[f"point.{name}.{axis}"] for axis in "xz"])
-                    rate += sign * np.array([values[f"point.{name}.v{axis}"] for axis in "xz"])
-            power -= float(load.damping) * (rate @ line / np.linalg.norm(line)) ** 2
+            power -= number(load.damping) * _lengthening(case, load, values) ** 2
     return power
+
+
+def _lengthening(case: Case, load: TensionDamper, values: dict[str, float]) -> float:
+    """Speed at which the points of a damper part [m/s]."""
+    line, rate = np.zeros(2), np.zeros(2)
+    for sign, name in zip((-1, 1), load.points, strict=True):
+        point = case.model.points[name]
+        if point.body == "ground":
+            line += sign * np.array(_floats(point.at))
+        else:
+            line += sign * np.array([values[f"point.{name}.{axis}"] for axis in "xz"])
+            rate += sign * np.array([values[f"point.{name}.v{axis}"] for axis in "xz"])
+    return float(rate @ line / np.linalg.norm(line))

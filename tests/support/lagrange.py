@@ -65,7 +65,7 @@ class Mechanism:
         return np.linalg.solve(np.array(mass_matrix, float), np.array(forcing, float).ravel())
 
     def _system(self) -> tuple[Any, Any]:
-        momentum = sp.Matrix([sp.diff(self.kinetic, u) for u in self.u])
+        momentum = [sp.diff(self.kinetic, u) for u in self.u]
         lagrangian = self.kinetic - self.potential
         forcing = [
             sp.diff(lagrangian, q)
@@ -74,7 +74,7 @@ class Mechanism:
             + sum(force * sp.diff(s, q) for force, s in self.work)
             for q, u, p in zip(self.q, self.u, momentum, strict=True)
         ]
-        return momentum.jacobian(self.u), sp.Matrix(forcing)
+        return sp.Matrix(momentum).jacobian(self.u), sp.Matrix(forcing)
 
 
 def turned(x: float, z: float, theta: Any) -> tuple[Any, Any]:

@@ -6,9 +6,10 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import pytest
+from pydantic import Field, field_validator
+
 from m4e_fmi.document import Document, Section, rejected
 from m4e_fmi.errors import InputError, Problem
-from pydantic import Field, field_validator
 
 
 class Spring(Section):
@@ -219,14 +220,17 @@ def test_what_is_no_yaml(text: str, line: int, column: int, message: str) -> Non
 
 
 @pytest.mark.parametrize(
-    "text", ["", "just text", "- a\n- b\n", "name: \x07\n", "name: " + "[" * 2000]
+    "text", ["", "just text", "- a\n- b\n", "name: \x07\n", "name: " + "[" * 400 + "]" * 400]
 )
 def test_what_is_no_mapping_is_refused_without_a_crash(text: str) -> None:
     assert only(text).message
 
 
 def test_merged_keys_and_anchors() -> None:
-    text = "name: a\nmounts:\n  m: &m {at: [1, 2], colour: green}\n  n: {<<: *m, at: [3, 4]}\n  o: *m\n"
+    text = (
+        "name: a\n"
+        "mounts:\n  m: &m {at: [1, 2], colour: green}\n  n: {<<: *m, at: [3, 4]}\n  o: *m\n"
+    )
     mounts = Document.parse(text).validate(File).mounts
     assert (mounts["n"].at, mounts["n"].colour) == ((3.0, 4.0), "green")
     assert mounts["o"] == mounts["m"]

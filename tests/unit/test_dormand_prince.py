@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+
 from m4e_fmi.multibody import model_program
 from m4e_fmi.program.python_form import load_python
 from m4e_fmi.runtime import DormandPrince, IntegrationError
-from scipy.integrate import solve_ivp
 
 Rates = Callable[[float, Sequence[float]], list[float]]
 
@@ -48,7 +50,7 @@ def test_global_error_is_of_order_five() -> None:
     for steps in (20, 40, 80):
         x = in_equal_steps(rotation, [1.0, 0.0], t_end=2.0, steps=steps)
         errors.append(max(abs(a - b) for a, b in zip(x, exact, strict=True)))
-    orders = [math.log2(a / b) for a, b in zip(errors, errors[1:], strict=False)]
+    orders = [math.log2(a / b) for a, b in pairwise(errors)]
     # the next term of the error is one power smaller: below 0.2 in the order at these steps
     assert orders == pytest.approx([5.0, 5.0], abs=0.2)
     assert errors[-1] > 1e-12  # not yet rounding
@@ -86,7 +88,7 @@ def test_error_is_in_proportion_to_the_tolerance() -> None:
     for tolerance in (1e-6, 1e-8, 1e-10):
         x = DormandPrince(rotation, tolerance=tolerance).advance(0.0, [1.0, 0.0], 6.0)
         errors.append(abs(complex(*x) - complex(math.cos(18.0), math.sin(18.0))))
-    for coarse, fine in zip(errors, errors[1:], strict=False):
+    for coarse, fine in pairwise(errors):
         # error per step ∝ h⁵ = tolerance, steps ∝ 1/h: global error ∝ tolerance^(4/5) to tolerance
         assert 100**0.7 < coarse / fine < 100**1.1
 
@@ -221,7 +223,7 @@ class TestFailures:
 
     def test_a_trial_step_too_far_is_tried_again_shorter(self) -> None:
         """√x is met at x < 0 only by trial steps that are too long."""
-        integrator = DormandPrince(lambda t, x: [-math.sqrt(x[0])], step=10.0)
+        integrator = DormandPrince(lambda _, x: [-math.sqrt(x[0])], step=10.0)
         x = integrator.advance(0.0, [1.0], 1.9)
         assert x[0] == pytest.approx((1 - 1.9 / 2) ** 2, abs=1e-6)
         assert integrator.rejected > 0

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+
 from m4e_fmi.document import Document
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.model import (

@@ -12,12 +12,13 @@ from typing import Any
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.programs import Evaluated
+
 from m4e_fmi import program as functions
 from m4e_fmi.program import Program, Recorder, Variable
 from m4e_fmi.program.python_form import load_python, python_source
 from m4e_fmi.program.symbolic_form import to_sympy
 from m4e_fmi.program.tape import BINARY, UNARY
-from support.programs import Evaluated
 
 
 def variable(name: str, unit: str = "1", **fields: Any) -> Variable:
@@ -231,7 +232,7 @@ class TestSymbolicForm:
         program = oscillator()
         form = to_sympy(program)
         values = {"k": 7.0, "m": 3.0, "x": 0.3, "v": -2.0, "u": 1.5}
-        substitutions = {
+        substitutions: Any = {
             form.symbols[name]: value for name, value in (values | {"time": 0.7}).items()
         }
         p = Evaluated(program)
@@ -254,8 +255,9 @@ class TestSymbolicForm:
         program = r.program()
         form = to_sympy(program)
         (expression,) = form.outputs
-        numbers = {form.symbols[n]: v for n, v in (("a", 0.3), ("b", 0.7)) if n in form.symbols}
-        expected = Evaluated(program).outputs({"a": 0.3, "b": 0.7})["y"]
+        values = {"a": 0.3, "b": 0.7}
+        numbers: Any = {symbol: values[name] for name, symbol in form.symbols.items()}
+        expected = Evaluated(program).outputs(values)["y"]
         # one operation, in 15 digits
         assert float(expression.subs(numbers)) == pytest.approx(expected, rel=2e-15)
 
@@ -326,12 +328,11 @@ def test_the_python_form_gives_the_bits_of_the_tape(
     program = r.program()
     p, u, x, t = numbers
     expected = _interpreted(program, dict(zip(names, numbers, strict=True)), program.results)
+    form = load_python(program)
     if expected is None:
         with pytest.raises((ArithmeticError, ValueError)):
-            form = load_python(program)
             form.outputs(t, [x], [u], [p], form.constants([p]))
         return
-    form = load_python(program)
     constants = form.constants([p])
     assert _same(form.outputs(t, [x], [u], [p], constants), expected)
     assert _same(form.rates(t, [x], [u], [p], constants), expected[:1])

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from m4e_fmi.program import Scalar, Tape, atan2, maximum, minimum, sign, sin, sqrt
 from m4e_fmi.program.tape import BINARY, LARGEST_UNROLLED_POWER, UNARY
 
@@ -58,18 +59,18 @@ class TestHashConsing:
         assert product.index == (tape.constant(3.0) * x).index
 
     def test_arguments_come_before_the_operation(self, x: Scalar, y: Scalar) -> None:
-        sin(x * y - 3) / (x + 2) ** 3  # noqa: B018  recorded by computing it
+        assert len((sin(x * y - 3) / (x + 2) ** 3).tape) > 5
         for index in range(len(x.tape)):
             assert all(a < index for a in x.tape.arguments(index))
 
     def test_two_tapes_do_not_mix(self, x: Scalar) -> None:
         with pytest.raises(ValueError, match="two tapes"):
-            x + Tape().symbol("x")
+            x.record("add", Tape().symbol("x"))
 
 
 class TestFolding:
     def test_neutral_and_absorbing_constants(self, tape: Tape, x: Scalar) -> None:
-        for same in (x + 0, 0 + x, x - 0, x * 1, 1 * x, x / 1, -(-x), x**1):
+        for same in (x + 0, 0 + x, x - 0, x * 1, 1 * x, x / 1, x**1, -(0 - x)):
             assert same.index == x.index
         for negated in (0 - x, x * -1, -1 * x):
             assert operation(negated) == ("neg", x.index)
@@ -110,7 +111,7 @@ class TestFolding:
         with pytest.raises(ValueError, match="finite"):
             tape.constant(value)
         with pytest.raises(ValueError, match="finite"):
-            x + value
+            x.record("add", value)
 
 
 class TestPowers:

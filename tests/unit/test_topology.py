@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 
 import pytest
+
 from m4e_fmi.model import Body, Joint, Model
 from m4e_fmi.model.elements import JointType
 from m4e_fmi.multibody import Topology, topology

@@ -7,6 +7,7 @@ import math
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+
 from m4e_fmi.units import BASE_UNITS, Unit, parse_unit
 
 

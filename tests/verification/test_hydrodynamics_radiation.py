@@ -10,6 +10,7 @@ from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.config import Drag, Radiation
 from m4e_adapters.hydrodynamics.load import hydrodynamics_program
 from m4e_adapters.hydrodynamics.radiation import fit_radiation
+from m4e_fmi.errors import InputError
 from m4e_fmi.program import Program
 from m4e_fmi.program.python_form import load_python
 
@@ -100,6 +101,13 @@ def test_an_irregular_frequency_is_left_out(sphere: Coefficients) -> None:
     largest = np.abs(sphere.retardation[:, 1, 1]).max()
     found = group.transfer(sphere.omega[at : at + 1])[0, 0, 0]
     assert abs(found - exact) < FIT * largest
+
+
+def test_a_useless_fit_is_refused(sphere: Coefficients) -> None:
+    """One pole cannot follow a memory that oscillates."""
+    with pytest.raises(InputError, match="radiation of ball heave: order 1") as caught:
+        fit_radiation(sphere, order=1)
+    assert "radiation.order" in caught.value.problems[0].remedy
 
 
 def run(program: Program, motion, end: float) -> tuple[np.ndarray, np.ndarray]:

@@ -7,6 +7,8 @@ from typing import Any
 
 import pytest
 import sympy as sp
+from support.programs import Evaluated
+
 from m4e_fmi.model import (
     Body,
     BodyForce,
@@ -21,7 +23,6 @@ from m4e_fmi.model import (
 )
 from m4e_fmi.multibody import Equations, model_program
 from m4e_fmi.multibody.planar import Rotation, moment, tilde
-from support.programs import Evaluated
 
 ROUNDING = 1e-14  # relative: a few dozen operations in double precision
 G = 9.81
@@ -306,10 +307,10 @@ class TestEquations:
 
     def test_symbols(self) -> None:
         equations = Equations(self.MODEL)
-        assert [s.name for s in equations.q] == ["Theta_1", "S_2"]
-        assert [s.name for s in equations.u] == ["ThetaD_1", "SD_2"]
-        assert all(s.is_real for s in (*equations.q, *equations.u))
-        names = {s.name for s in equations.forcing.free_symbols}
+        assert list(map(str, equations.q.flat())) == ["Theta_1", "S_2"]
+        assert list(map(str, equations.u.flat())) == ["ThetaD_1", "SD_2"]
+        assert all(s.is_real for s in (*equations.q.flat(), *equations.u.flat()))
+        names = {str(s) for s in equations.forcing.free_symbols}
         assert {"g", "L", "k", "Theta_1", "ThetaD_1", "S_2", "SD_2", "A_1_1"} <= names
 
     def test_velocity_transformation_is_the_jacobian_of_positions(self) -> None:
@@ -322,10 +323,8 @@ class TestEquations:
 
     def test_derivative_of_the_velocity_transformation(self) -> None:
         equations = Equations(self.MODEL)
-        rates = sum(
-            (sp.diff(equations.B, q) * u for q, u in zip(equations.q, equations.u, strict=True)),
-            sp.zeros(6, 2),
-        )
+        pairs = zip(equations.q.flat(), equations.u.flat(), strict=True)
+        rates = sum((sp.diff(equations.B, q) * u for q, u in pairs), sp.zeros(6, 2))
         assert (equations.B_dot - rates).applyfunc(sp.simplify) == sp.zeros(6, 2)
 
     def test_accelerations_and_energies_are_those_of_the_program(self) -> None:
@@ -334,7 +333,7 @@ class TestEquations:
         numbers = {"Theta_1": 0.4, "S_2": 0.3, "ThetaD_1": 1.2, "SD_2": -0.7}
         numbers |= {"g": 9.81, "L": 0.8, "k": 7.0}
         numbers |= {f"A_{i}_{j}": added.get((i, j), 0.0) for i in (1, 2, 3) for j in (1, 2, 3)}
-        values = {sp.Symbol(name, real=True): number for name, number in numbers.items()}
+        values: Any = {sp.Symbol(name, real=True): number for name, number in numbers.items()}
         mass_matrix, forcing = equations.mass_matrix.subs(values), equations.forcing.subs(values)
         expected = mass_matrix.evalf(30).LUsolve(forcing.evalf(30))
         state = {"joint.pin.q": 0.4, "joint.rail.q": 0.3, "joint.pin.u": 1.2, "joint.rail.u": -0.7}

@@ -12,6 +12,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import sympy as sp
+from support.lagrange import Mechanism, distance, turned
+from support.programs import Evaluated
+
 from m4e_fmi.model import (
     Body,
     BodyForce,
@@ -25,8 +28,6 @@ from m4e_fmi.model import (
     TorsionSpring,
 )
 from m4e_fmi.multibody import model_program
-from support.lagrange import Mechanism, distance, turned
-from support.programs import Evaluated
 
 RELATIVE = 1e-10
 STATES = 5
@@ -93,9 +94,9 @@ def test_double_pendulum() -> None:
     compare(program, pendulum, ["joint.shoulder.q", "joint.elbow.q"], u)
 
 
-def test_cart_with_two_pendulums() -> None:
-    """The paper's section 4.2.2 (`slider_w_dpend`), with its force in time, and efforts."""
-    model = Model(
+def cart_model() -> Model:
+    """The paper's section 4.2.2 (`slider_w_dpend`)."""
+    return Model(
         name="slider_w_dpend",
         gravity=9.81,
         bodies={name: Body(1.0, 1.0) for name in ("cart", "first", "second")},
@@ -108,11 +109,17 @@ def test_cart_with_two_pendulums() -> None:
         },
         loads={"drive": BodyForce("cart", ("3*cos(1.5*t)", 0.0))},
     )
+
+
+def test_cart_with_two_pendulums() -> None:
+    """With the force in time of the paper, and efforts."""
     cart = Mechanism("s a b")
     s, a, b = cart.q
-    arm1, arm2 = turned(0, -0.625, a), turned(0, -0.5, a)
-    x1, z1 = s + arm1[0], 0.125 + arm1[1]
-    x2, z2 = (r + half + own for r, half, own in zip((x1, z1), arm2, turned(0, -0.5, b)))  # noqa: B905
+    x1, z1 = s + turned(0, -0.625, a)[0], 0.125 + turned(0, -0.625, a)[1]
+    x2, z2 = (
+        start + half + own
+        for start, half, own in zip((x1, z1), turned(0, -0.5, a), turned(0, -0.5, b), strict=True)
+    )
     cart.body(s, sp.Rational(1, 8), 0, mass=1, inertia=1, g=9.81)
     cart.body(x1, z1, a, mass=1, inertia=1, g=9.81)
     cart.body(x2, z2, b, mass=1, inertia=1, g=9.81)
@@ -131,13 +138,16 @@ def test_cart_with_two_pendulums() -> None:
         (u["body.second.force_x"], x2),
     )
     compare(
-        Evaluated(model_program(model)), cart, ["joint.rail.q", "joint.hip.q", "joint.knee.q"], u
+        Evaluated(model_program(cart_model())),
+        cart,
+        ["joint.rail.q", "joint.hip.q", "joint.knee.q"],
+        u,
     )
 
 
-def test_tree_with_a_slider_on_a_turning_parent() -> None:
-    """arm (R) → sledge (P, oblique) → flap (R); arm → counterweight (R); springs in between."""
-    model = Model(
+def tree_model() -> Model:
+    """arm (R) → sledge (P, oblique) → flap (R); arm → weight (R); springs in between."""
+    return Model(
         name="tree",
         gravity=9.80665,
         bodies={
@@ -179,6 +189,9 @@ def test_tree_with_a_slider_on_a_turning_parent() -> None:
             "wind": PointForce("edge", (1.5, -0.5)),
         },
     )
+
+
+def test_tree_with_a_slider_on_a_turning_parent() -> None:
     tree = Mechanism("arm sledge flap weight")
     a, s, f, w = tree.q
     base = sp.Matrix([0.4, 1.0])
@@ -225,7 +238,7 @@ def test_tree_with_a_slider_on_a_turning_parent() -> None:
         (u["point.hook.force_z"], hook[1]),
     )
     states = [f"joint.{name}.q" for name in ("base", "rail", "hinge", "pin")]
-    compare(Evaluated(model_program(model)), tree, states, u)
+    compare(Evaluated(model_program(tree_model())), tree, states, u)
 
 
 ADDED_MASS = np.array(
@@ -241,9 +254,9 @@ ADDED_MASS = np.array(
 """Positive definite, with coupling between the two bodies; world axes, about the CGs."""
 
 
-def test_floating_base_with_children_and_added_mass() -> None:
-    """hull (F, wet) → flap (R, wet); hull → mast (P); gravity pulls on the dry masses only."""
-    model = Model(
+def float_model() -> Model:
+    """hull (F, wet) → flap (R, wet); hull → mast (P)."""
+    return Model(
         name="float",
         gravity=9.81,
         bodies={
@@ -272,8 +285,12 @@ def test_floating_base_with_children_and_added_mass() -> None:
             "stop": TorsionSpring(("hull", "flap"), 15.0, -0.2),
         },
     )
+
+
+def test_floating_base_with_children_and_added_mass() -> None:
+    """Gravity pulls on the dry masses only."""
     program = Evaluated(
-        model_program(model).with_start(
+        model_program(float_model()).with_start(
             {f"added_mass[{i + 1},{j + 1}]": ADDED_MASS[i, j] for i in range(6) for j in range(6)}
         )
     )

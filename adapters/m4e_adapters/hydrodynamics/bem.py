@@ -25,6 +25,7 @@ from m4e_adapters.hydrodynamics.config import Water
 from m4e_adapters.hydrodynamics.mesh import Hull
 from m4e_adapters.hydrodynamics.panels import Panels
 from m4e_adapters.hydrodynamics.waves import angular_frequency
+from m4e_fmi.errors import RunError
 
 METHOD = "direct"
 DOFS = ("Surge", "Heave", "Pitch")
@@ -122,14 +123,14 @@ def _solve(
             common = {"body": body, "omega": w, **medium}
             for j, name in enumerate(names):
                 problem = capytaine.RadiationProblem(radiating_dof=name, **common)
-                result = solver.solve(problem, keep_details=False, _check_wavelength=False)
+                result = _solution(solver, problem, w)
                 added_mass[k, :, j] = [result.added_masses[i] for i in names]
                 damping[k, :, j] = [result.radiation_dampings[i] for i in names]
             if k < len(omega):
                 problem = capytaine.DiffractionProblem(
                     wave_direction=math.radians(wave_direction), **common
                 )
-                result = solver.solve(problem, keep_details=False, _check_wavelength=False)
+                result = _solution(solver, problem, w)
                 incident = capytaine.bem.airy_waves.froude_krylov_force(problem)
                 excitation[k] = [result.forces[i] + incident[i] for i in names]
     return {
@@ -138,6 +139,19 @@ def _solve(
         "excitation": excitation,
         "warnings": np.array(warnings, dtype=str),
     }
+
+
+def _solution(solver: Any, problem: Any, omega: float) -> Any:
+    from capytaine.green_functions.abstract_green_function import GreenFunctionEvaluationError
+
+    try:
+        return solver.solve(problem, keep_details=False, _check_wavelength=False)
+    except GreenFunctionEvaluationError as error:
+        raise RunError(
+            f"the potential flow cannot be solved at {omega:.4g} rad/s: {error}",
+            "look for panels that overlap or touch those of another body; else raise "
+            "frequencies.minimum",
+        ) from None
 
 
 def _capytaine_body(capytaine: Any, hulls: Sequence[Hull]) -> Any:

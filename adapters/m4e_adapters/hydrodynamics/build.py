@@ -18,7 +18,7 @@ from m4e_adapters.hydrodynamics.waves import angular_frequency
 from m4e_fmi.errors import InputError
 from m4e_fmi.program import Program
 
-SHALLOWEST = 0.11  # wavenumber times depth below which Capytaine has no Green function
+SHALLOWEST = 0.2  # wavenumber times depth below which Capytaine has no accurate Green function
 
 
 def coefficients_from_config(

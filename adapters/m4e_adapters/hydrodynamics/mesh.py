@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from m4e_adapters.hydrodynamics.capytaine_setup import import_capytaine
+from m4e_adapters.hydrodynamics.capytaine_setup import import_capytaine, kept_warnings
 from m4e_adapters.hydrodynamics.config import Body, HydrodynamicsConfig, Shape
 from m4e_adapters.hydrodynamics.hydrostatics import Hydrostatics, hydrostatics_of
 from m4e_adapters.hydrodynamics.panels import RELATIVE_TOLERANCE, Panels, grid
@@ -63,8 +63,11 @@ def make_hull(
     name: str, body: Body, folder: Path, *, progress: Callable[[str], object] = print
 ) -> Hull:
     """The checked hull of one body; a lid that could not be made is told through `progress`."""
-    panels = _shape_panels(name, body.shape, body.panels, folder)
-    lid = make_lid(panels)
+    with kept_warnings() as warnings:
+        panels = _shape_panels(name, body.shape, body.panels, folder)
+        lid = make_lid(panels)
+    for text in warnings:
+        progress(f"warning: capytaine: {text}")
     if lid is None and waterline(panels):
         progress(
             f"warning: no lid could be made inside body {name!r}: its coefficients may be wrong "

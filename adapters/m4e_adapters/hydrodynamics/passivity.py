@@ -21,7 +21,8 @@ from m4e_adapters.hydrodynamics.vector_fitting import (
 )
 
 ROUNDS = 20
-EVALUATIONS = 25  # of the poles' least squares, derivatives not counted
+EVALUATIONS = 25  # of the poles' least squares, derivatives not counted; with many poles fewer
+MANY_POLES, FEW_EVALUATIONS = 9, 8
 SLOWEST, FASTEST = 2e-3, 20.0  # decay rates of poles, relative to the highest frequency
 STEP = 1e-4  # of the poles' logarithms, for derivatives
 SLACK = 8e-4  # what Re K may fall below zero, each motion scaled by its largest |K|
@@ -56,7 +57,8 @@ def passive_fit(
     lowest, highest = np.log(SLOWEST * omega.max()), np.log(FASTEST * omega.max())
     bounds = (np.where(np.arange(order) < len(start), lowest, -np.inf), highest)
     inside = np.clip(_logarithms(start), bounds[0] + STEP, highest - STEP)
-    found = least_squares(misfit, inside, bounds=bounds, max_nfev=EVALUATIONS, diff_step=STEP)
+    most = EVALUATIONS if order < MANY_POLES else FEW_EVALUATIONS
+    found = least_squares(misfit, inside, bounds=bounds, max_nfev=most, diff_step=STEP)
     poles = _poles(found.x, pairs)
     return poles, residues_of(poles, combination(poles))
 

@@ -23,8 +23,15 @@ import numpy as np
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.passivity import passive_fit
 from m4e_adapters.hydrodynamics.vector_fitting import Complex, evaluate
+from m4e_fmi.errors import InputError
 
 ORDERS = (4, 5, 6, 7, 8)
+MORE_ORDERS = (10, 12, 16)  # where those leave a POOR fit: bodies that act on others from afar
+POOR, USELESS = 0.02, 0.2  # errors of a fit, relative to the largest |K|: warned of, refused
+REMEDY = (
+    "raise radiation.order; for bodies far apart, whose waves arrive late, also raise "
+    "frequencies.count or lower frequencies.maximum"
+)
 TARGET = 1e-3  # error of the fit, relative to the largest |K|
 NEGLIGIBLE = 1e-3  # coupling, relative to the geometric mean of the motions' own |K|
 NEAR_BEST = 1.5  # how much larger an error than the best is accepted for fewer states
@@ -83,8 +90,9 @@ def fit_radiation(
 ) -> tuple[RadiationGroup, ...]:
     """The groups of all motions that radiate; what was reached is told through `progress`.
 
-    `order` None: for each group the smallest of ORDERS that is accurate to TARGET, or nearly the
-    best if none is, among the passive ones.
+    `order` None: for each group the smallest of ORDERS (if all are POOR, of MORE_ORDERS too) that
+    is accurate to TARGET, or nearly the best if none is, among the passive ones. InputError if
+    the best is USELESS.
     """
     used = coefficients.omega <= coefficients.memory_limit
     omega = coefficients.omega[used]
@@ -95,8 +103,13 @@ def fit_radiation(
         part = retardation[np.ix_(range(len(omega)), motions, motions)]
         orders = ORDERS if order is None else (order,)
         fits = [_fit_group(omega, part, motions, k) for k in orders]
+        if order is None and min(fit.error for fit in fits) > POOR:
+            fits += [_fit_group(omega, part, motions, k) for k in MORE_ORDERS]
         groups.append(_chosen(fits))
-        progress(_report(groups[-1], coefficients.motions))
+        text = _report(groups[-1], coefficients.motions)
+        if groups[-1].error > USELESS:
+            raise InputError.single(text, REMEDY)
+        progress(f"warning: {text}: {REMEDY}" if _is_poor(groups[-1]) else text)
     return tuple(groups)
 
 
@@ -184,6 +197,10 @@ def _report(group: RadiationGroup, motions: tuple[str, ...]) -> str:
     if group.doubtful:
         left_out = ", ".join(f"{w:.3g}" for w in group.doubtful)
         text += f", data off the line at {left_out} rad/s"
-    if group.passivity < PASSIVITY:
-        text = f"warning: {text}, not passive (least Re K {100 * group.passivity:.2g} %)"
+    if group.passivity < 2 * PASSIVITY:
+        text += f", not passive (least Re K {100 * group.passivity:.2g} %)"
     return text
+
+
+def _is_poor(group: RadiationGroup) -> bool:
+    return group.error > POOR or group.passivity < 2 * PASSIVITY

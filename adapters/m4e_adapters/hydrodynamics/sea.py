@@ -20,9 +20,10 @@ from m4e_adapters.hydrodynamics.waves import (
     component_phases,
 )
 from m4e_fmi.errors import InputError
-from m4e_fmi.program import Recorder, Scalar, Variable, cos, minimum, sin
+from m4e_fmi.program import Recorder, Scalar, Variable, cos, maximum, minimum, sin
 
 AnyWaves = Jonswap | PiersonMoskowitz | Regular | Still
+SHORTEST = 1e-9  # ramp [s], so that a ramp_time set to 0 is none
 RAMP_PERIODS = 2.0  # default length of the ramp in (peak) periods
 
 
@@ -123,4 +124,4 @@ def _ramp(recorder: Recorder, waves: Jonswap | PiersonMoskowitz | Regular) -> Sc
         return 1.0
     text = "time in which the sea grows from nothing"
     length = recorder.parameter(Variable("wave.ramp_time", "s", text, start=start))
-    return 0.5 - 0.5 * cos(math.pi * minimum(recorder.time / length, 1.0))
+    return 0.5 - 0.5 * cos(math.pi * minimum(recorder.time / maximum(length, SHORTEST), 1.0))
