@@ -34,10 +34,10 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def copied(folder: Path, source: Path, **changes: str) -> Path:
-    """A copy of an example's file with texts replaced (underscores in keys stand for spaces)."""
+def copied(folder: Path, source: Path, *changes: tuple[str, str]) -> Path:
+    """A copy of an example's file with texts replaced."""
     text = source.read_text(encoding="utf-8")
-    for old, new in changes.values():
+    for old, new in changes:
         assert old in text
         text = text.replace(old, new)
     path = folder / source.name
@@ -54,14 +54,14 @@ def refused(capsys: pytest.CaptureFixture, *arguments: object) -> str:
 
 
 def test_wrong_key(here, capsys):
-    path = copied(here, PENDULUM, key=("gravity:", "gravty:"))
+    path = copied(here, PENDULUM, ("gravity:", "gravty:"))
     text = refused(capsys, "equations", path)
     assert re.search(r"double_pendulum\.model\.yaml:\d+:1: unknown key 'gravty'", text)
     assert "did you mean 'gravity'?" in text
 
 
 def test_unknown_body(here, capsys):
-    path = copied(here, PENDULUM, body=("parent: upper", "parent: uper"))
+    path = copied(here, PENDULUM, ("parent: upper", "parent: uper"))
     text = refused(capsys, "simulate", path)
     assert "unknown body 'uper'" in text
     assert "did you mean 'upper'?" in text
@@ -71,9 +71,9 @@ def test_all_problems_at_once(here, capsys):
     path = copied(
         here,
         PENDULUM,
-        key=("gravity:", "gravty:"),
-        body=("parent: upper", "parent: uper"),
-        name=("stiffness: k", "stiffness: kk"),
+        ("gravity:", "gravty:"),
+        ("parent: upper", "parent: uper"),
+        ("stiffness: k", "stiffness: kk"),
     )
     assert "3 problems" in refused(capsys, "build", path)
 
@@ -83,7 +83,7 @@ def test_unit_that_does_not_match(here, capsys):
     path = copied(
         here,
         FLEXIBLE / "system.yaml",
-        link=("- body.end <-> line.end", "- line.end.force_x -> body.body.mass.moment_y"),
+        ("- body.end <-> line.end", "- line.end.force_x -> body.body.mass.moment_y"),
     )
     text = refused(capsys, "run", path)
     assert re.search(r"system\.yaml:\d+:\d+:", text)
@@ -108,7 +108,7 @@ def test_mesh_that_is_not_watertight(here, capsys):
     (here / "hull.gdf").write_text(OPEN_MESH, encoding="ascii")
     copied(here, BUOY.parent / "buoy.model.yaml")
     shape = "{cylinder: {radius: 4, draft: 3}}"
-    path = copied(here, BUOY, shape=(shape, "{mesh: hull.gdf}"))
+    path = copied(here, BUOY, (shape, "{mesh: hull.gdf}"))
     text = refused(capsys, "build", path)
     assert "hull.gdf" in text
     assert "watertight" in text
