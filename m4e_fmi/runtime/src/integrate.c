@@ -1,11 +1,8 @@
-/* The driver of all methods: initial step, step size control, output times, events.
+/* The driver of all methods: initial step, step size control, output times.
 
    Step sizes are controlled as in SciPy's solve_ivp (initial step of Hairer, Norsett, Wanner I,
-   section II.4; safety 0.9; factors 0.2 to 10; no growth just after a rejection), with one addition:
-   a step cut short by the bound does not shrink the step tried after it. */
-#include <float.h>
-#include <stdlib.h>
-
+   section II.4; safety 0.9; factors 0.2 to 10; no growth just after a rejection); what is added is
+   that a step cut short by the bound does not shrink the step tried after it. */
 #include "integrator.h"
 
 static const double SAFETY = 0.9, SMALLEST_FACTOR = 0.2;
@@ -57,7 +54,7 @@ static int32_t not_finite(const m4e_integrator *s, uint32_t l, const double *v) 
     return -1;
 }
 
-static void stop(lane *now, int32_t status, int32_t component) {
+void m4e_stop(lane *now, int32_t status, int32_t component) {
     now->done = 1;
     now->report.status = status;
     now->report.component = component;
@@ -66,7 +63,7 @@ static void stop(lane *now, int32_t status, int32_t component) {
 
 /* Rates and first step of the lanes in `fresh`, which are at (t, x). Others are evaluated along
    with them, to no effect. */
-static void first_steps(m4e_integrator *s, const int *fresh) {
+void m4e_first_steps(m4e_integrator *s, const int *fresh) {
     const uint32_t lanes = s->model->lanes;
     double *f1 = s->k[1], d1[M4E_LANES] = {0}, h0[M4E_LANES] = {0};
     for (uint32_t l = 0; l < lanes; ++l) s->lanes[l].h = 0.0;
@@ -77,7 +74,7 @@ static void first_steps(m4e_integrator *s, const int *fresh) {
         now->report.evaluations += 2;
         for (size_t i = 0; i < s->n; ++i) s->k[0][i * lanes + l] = s->work[i * lanes + l];
         const int32_t bad_x = not_finite(s, l, s->x), bad = not_finite(s, l, s->k[0]);
-        if (bad_x >= 0 || bad >= 0) stop(now, M4E_NOT_FINITE, bad_x >= 0 ? bad_x : bad);
+        if (bad_x >= 0 || bad >= 0) m4e_stop(now, M4E_NOT_FINITE, bad_x >= 0 ? bad_x : bad);
         const double d0 = rms(s, l, s->x);
         d1[l] = rms(s, l, s->k[0]);
         now->h = h0[l] = fmin(d0 < 1e-5 || d1[l] < 1e-5 ? 1e-6 : 0.01 * d0 / d1[l],
@@ -126,7 +123,7 @@ static void propose(m4e_integrator *s, lane *now) {
     now->h = 0.0;
     if (now->done) return;
     if (now->report.accepted + now->report.rejected >= s->options.max_steps) {
-        stop(now, M4E_MANY_STEPS, -1);
+        m4e_stop(now, M4E_MANY_STEPS, -1);
         return;
     }
     if (!now->retried)
@@ -136,7 +133,7 @@ static void propose(m4e_integrator *s, lane *now) {
         const uint32_t l = (uint32_t)(now - s->lanes);
         for (int i = 0; !isfinite(now->error) && bad < 0 && i < STAGES; ++i)
             bad = not_finite(s, l, s->k[i]);
-        stop(now, bad < 0 ? M4E_SMALL_STEP : M4E_NOT_FINITE, bad);
+        m4e_stop(now, bad < 0 ? M4E_SMALL_STEP : M4E_NOT_FINITE, bad);
         return;
     }
     now->cut = now->t + now->wanted > now->bound;
@@ -164,7 +161,7 @@ static void control(const m4e_integrator *s, lane *now) {
 }
 
 /* State of a lane at a time within its last step, into result[0], result[1], ... */
-static void state_at(m4e_integrator *s, uint32_t l, double t, double *result) {
+void m4e_state_at(m4e_integrator *s, uint32_t l, double t, double *result) {
     lane *now = &s->lanes[l];
     const size_t lanes = s->model->lanes;
     const double *exact = t == now->t ? s->x : t == now->t_new ? s->x_new : NULL;
@@ -188,83 +185,17 @@ static void state_at(m4e_integrator *s, uint32_t l, double t, double *result) {
 }
 
 /* Rows of all times up to `reached`. */
-static void write_rows(m4e_integrator *s, uint32_t l, double reached) {
+void m4e_write_rows(m4e_integrator *s, uint32_t l, double reached) {
     lane *now = &s->lanes[l];
     for (; now->left > 0 && *now->times <= reached; --now->left, ++now->times) {
-        state_at(s, l, *now->times, now->states);
+        m4e_state_at(s, l, *now->times, now->states);
         now->states += s->n;
         ++now->report.rows;
     }
 }
 
-static void watch(m4e_integrator *s, double t, const double *x, double *g) {
-    m4e_evaluate(s->model, s->model->watched, NULL, &t, x, g);
-}
-
-static int crossed(double before, double after, int32_t direction) {
-    return (direction >= 0 && before < 0.0 && after >= 0.0) ||
-           (direction <= 0 && before > 0.0 && after <= 0.0);
-}
-
-/* The first time representable at which event `e` has crossed, within a few roundings of time:
-   false position that gives way to bisection. Leaves the state there in `work`. */
-static double locate(m4e_integrator *s, uint32_t e, double *values) {
-    const lane *now = &s->lanes[0];
-    double low = now->t, high = now->t_new, g_low = s->g[e], g_high = s->g_new[e];
-    for (int i = 0; high - low > 4.0 * DBL_EPSILON * fabs(high) && i < 200; ++i) {
-        const double slanted = high - g_high * (high - low) / (g_high - g_low);
-        const double middle = i % 3 < 2 && slanted > low && slanted < high ? slanted
-                                                                           : low + 0.5 * (high - low);
-        if (middle <= low || middle >= high) break;
-        state_at(s, 0, middle, s->work);
-        watch(s, middle, s->work, values);
-        if (crossed(s->g[e], values[e], 0)) {
-            high = middle;
-            g_high = values[e];
-        } else {
-            low = middle;
-            g_low = values[e];
-        }
-    }
-    state_at(s, 0, high, s->work);
-    return high;
-}
-
-/* Records the events of the step just accepted in the order of time, up to the first terminal one.
-   Returns the time up to which the step counts. */
-static double find_events(m4e_integrator *s) {
-    lane *now = &s->lanes[0];
-    const m4e_events *e = &s->events;
-    watch(s, now->t_new, s->x_new, s->g_new);
-    double after = now->t, *values = s->g_new + e->count, *when = values + e->count;
-    for (uint32_t i = 0; i < e->count; ++i)
-        when[i] = crossed(s->g[i], s->g_new[i], e->direction[i]) ? locate(s, i, values) : INFINITY;
-    for (;;) {
-        uint32_t first = 0;
-        for (uint32_t i = 1; i < e->count; ++i)
-            if (when[i] < when[first]) first = i;
-        if (!isfinite(when[first])) return now->t_new;
-        after = when[first];
-        if (now->report.events >= e->capacity) {
-            stop(now, M4E_MANY_EVENTS, (int32_t)first);
-            now->report.time = after;
-            return after;
-        }
-        e->index[now->report.events] = first;
-        e->time[now->report.events] = after;
-        state_at(s, 0, after, e->state + now->report.events * s->n);
-        ++now->report.events;
-        when[first] = INFINITY;
-        if (e->terminal[first]) {
-            stop(now, M4E_EVENT, -1);
-            now->report.time = after;
-            return after;
-        }
-    }
-}
-
 /* One attempt of every lane that is not done. */
-static void attempt(m4e_integrator *s) {
+void m4e_attempt(m4e_integrator *s) {
     const uint32_t lanes = s->model->lanes;
     int running = 0;
     move_on(s);
@@ -280,225 +211,9 @@ static void attempt(m4e_integrator *s) {
     for (uint32_t l = 0; l < lanes; ++l) {
         lane *now = &s->lanes[l];
         if (now->done || !now->accepted) continue;
-        write_rows(s, l, s->g ? find_events(s) : now->t_new);
+        m4e_write_rows(s, l, s->g ? m4e_find_events(s) : now->t_new);
         if (now->done || now->left > 0) continue;
-        stop(now, M4E_DONE, -1);
+        m4e_stop(now, M4E_DONE, -1);
         now->report.time = now->t_new;
     }
-}
-
-static const method *method_of(const m4e_model *m, const m4e_options *o) {
-    static const method *const known[] = {&m4e_rk45, &m4e_dop853, &m4e_rodas};
-    const int sound = o->rtol >= 0.0 && o->atol >= 0.0 && o->rtol + o->atol > 0.0 &&
-                      isfinite(o->rtol + o->atol) && o->max_step > 0.0;
-    if (!sound || o->method < 0 || o->method > M4E_RODAS) return NULL;
-    return o->method == M4E_RODAS && m->lanes > 1 ? NULL : known[o->method];
-}
-
-/* One piece of memory for all vectors; a stride that is no power of two spares the cache. */
-static int make_room(m4e_integrator *s) {
-    const size_t numbers = s->n * s->model->lanes, groups = (numbers + M4E_LANES - 1) / M4E_LANES;
-    const size_t square = s->method == &m4e_rodas ? s->n + 1 : 0, g = s->model->watched->results;
-    s->width = groups * M4E_LANES;
-    double **vectors[4 + STAGES + DENSE] = {&s->x, &s->x_new, &s->work, &s->zero};
-    for (int i = 0; i < STAGES; ++i) vectors[4 + i] = &s->k[i];
-    for (int i = 0; i < DENSE; ++i) vectors[4 + STAGES + i] = &s->dense[i];
-    const size_t stride = (groups | 1) * M4E_LANES + M4E_LANES, count = 4 + STAGES + DENSE;
-    if (square > 0 && s->n > SIZE_MAX / 32 / square) return 0;
-    s->memory = calloc(stride * count + 2 * s->n * square + 4 * g + 8, sizeof(double));
-    s->pivot = calloc(s->n + 1, sizeof *s->pivot);
-    if (!s->memory || !s->pivot) return 0;
-    double *next = (double *)(((uintptr_t)s->memory + 63) & ~(uintptr_t)63);
-    for (size_t i = 0; i < count; ++i, next += stride) *vectors[i] = next;
-    s->matrix = next;
-    s->jacobian = next + s->n * s->n * (square > 0);
-    if (g > 0) {
-        s->g = s->jacobian + s->n * square;
-        s->g_new = s->g + g;
-    }
-    return 1;
-}
-
-m4e_integrator *m4e_integrator_new(m4e_model *model, const m4e_options *options,
-                                   const m4e_events *events) {
-    const int sound = method_of(model, options) &&
-                      model->watched->results == (events ? events->count : 0);
-    m4e_integrator *s = sound ? calloc(1, sizeof *s) : NULL;
-    if (!s) return NULL;
-    s->method = method_of(model, options);
-    s->model = model;
-    s->options = *options;
-    s->options.rtol = fmax(options->rtol, 100.0 * DBL_EPSILON);
-    if (events) s->events = *events;
-    s->n = model->program->count.states;
-    if (make_room(s)) return s;
-    m4e_integrator_free(s);
-    return NULL;
-}
-
-void m4e_integrator_free(m4e_integrator *s) {
-    if (!s) return;
-    free(s->memory);
-    free(s->pivot);
-    free(s);
-}
-
-void m4e_start(m4e_integrator *s, double t, const double *x) {
-    s->lanes[0] = (lane){.t = t, .t_new = t};
-    s->started = 0;
-    if (s->n) memcpy(s->x, x, s->n * sizeof *x);
-}
-
-static int ascending(const double *times, size_t count, double from, double bound) {
-    for (size_t i = 0; i < count; ++i) {
-        if (!(times[i] >= from && times[i] <= bound)) return 0;
-        from = times[i];
-    }
-    return isfinite(bound);
-}
-
-int m4e_advance(m4e_integrator *s, double bound, size_t count, const double *times,
-                double *states, m4e_report *report) {
-    lane *now = &s->lanes[0];
-    now->bound = bound;
-    now->times = times;
-    now->states = states;
-    now->left = count;
-    now->report.rows = 0;
-    if (now->report.status == M4E_DONE) {
-        now->done = 0;
-        if (s->model->lanes != 1 || !ascending(times, count, now->t, bound))
-            stop(now, M4E_BAD_ARGUMENT, -1);
-        else
-            write_rows(s, 0, now->accepted ? now->t_new : now->t);
-        if (now->left == 0 && !now->done) {
-            stop(now, M4E_DONE, -1);
-            now->report.time = now->accepted ? now->t_new : now->t;
-        }
-    }
-    if (!now->done && !s->started) {
-        const int fresh[] = {1};
-        s->started = 1;
-        first_steps(s, fresh);
-        if (s->g && !now->done) watch(s, now->t, s->x, s->g);
-        if (s->method->begin && !now->done) s->method->begin(s);
-    }
-    while (!now->done) attempt(s);
-    now->report.step = now->wanted;
-    *report = now->report;
-    return report->status;
-}
-
-static m4e_report failure(int32_t status) {
-    return (m4e_report){.status = status, .component = -1};
-}
-
-int m4e_simulate(m4e_model *model, const m4e_options *options, const m4e_events *events,
-                 const double *x, size_t count, const double *times, double *states,
-                 double *outputs, m4e_report *report) {
-    if (count == 0 || model->lanes != 1 || !method_of(model, options)) {
-        *report = failure(M4E_BAD_ARGUMENT);
-        return report->status;
-    }
-    m4e_integrator *s = m4e_integrator_new(model, options, events);
-    if (!s) {
-        *report = failure(M4E_NO_MEMORY);
-        return report->status;
-    }
-    m4e_start(s, times[0], x);
-    m4e_advance(s, times[count - 1], count, times, states, report);
-    const size_t n = s->n, selected = model->outputs->results;
-    for (size_t i = 0; selected > 0 && i < report->rows; ++i)
-        m4e_outputs(model, times[i], states + i * n, outputs + i * selected);
-    m4e_integrator_free(s);
-    return report->status;
-}
-
-/* Everything of an ensemble, one row per model. */
-typedef struct {
-    size_t models, count;
-    const double *p, *u, *x, *times;
-    double *states, *outputs;
-    m4e_report *reports;
-    size_t model[M4E_LANES]; /* that a lane runs */
-} ensemble;
-
-/* Parameters and inputs of a model into the registers of a lane. */
-static void load(const ensemble *e, m4e_model *m, uint32_t l, size_t model) {
-    const m4e_counts *n = &m->program->count;
-    double *r = m->registers + (1 + (size_t)n->states) * M4E_LANES + l;
-    for (size_t i = 0; i < n->inputs; ++i, r += M4E_LANES) *r = e->u[model * n->inputs + i];
-    for (size_t i = 0; i < n->parameters; ++i, r += M4E_LANES)
-        *r = e->p[model * n->parameters + i];
-}
-
-/* Puts the next models into lanes that are done; 0 if there is none left and all are done. */
-static int fill_lanes(m4e_integrator *s, ensemble *e, size_t *next) {
-    int fresh[M4E_LANES] = {0}, any = 0, running = 0;
-    const size_t n = s->n, count = e->count;
-    for (uint32_t l = 0; l < M4E_LANES; ++l) {
-        lane *now = &s->lanes[l];
-        if (now->done && e->model[l] < e->models) {
-            now->report.step = now->wanted;
-            e->reports[e->model[l]] = now->report;
-            e->model[l] = e->models;
-        }
-        if (now->done && *next < e->models) {
-            const size_t model = e->model[l] = (*next)++;
-            load(e, s->model, l, model);
-            *now = (lane){.t = e->times[0], .t_new = e->times[0], .bound = e->times[count - 1],
-                          .times = e->times, .left = count,
-                          .states = e->states + model * count * n};
-            for (size_t i = 0; i < n; ++i) s->x[i * M4E_LANES + l] = e->x[model * n + i];
-            write_rows(s, l, now->t);
-            if (now->left == 0) stop(now, M4E_DONE, -1);
-            fresh[l] = any = 1;
-        }
-        running |= e->model[l] < e->models;
-    }
-    if (any) m4e_compute_constants(s->model);
-    if (any) first_steps(s, fresh);
-    return running;
-}
-
-static void ensemble_outputs(m4e_model *m, ensemble *e) {
-    const size_t n = m->program->count.states, selected = m->outputs->results;
-    double *x = calloc((n + selected + 1) * M4E_LANES, sizeof *x), *y = x + n * M4E_LANES;
-    for (size_t first = 0; selected > 0 && x && first < e->models; first += M4E_LANES) {
-        const size_t left = e->models - first, lanes = left < M4E_LANES ? left : M4E_LANES;
-        for (uint32_t l = 0; l < lanes; ++l) load(e, m, l, first + l);
-        m4e_compute_constants(m);
-        for (size_t k = 0; k < e->count; ++k) {
-            double t[M4E_LANES];
-            for (size_t l = 0; l < M4E_LANES; ++l) t[l] = e->times[k];
-            for (size_t l = 0; l < lanes; ++l)
-                for (size_t i = 0; i < n; ++i)
-                    x[i * M4E_LANES + l] = e->states[((first + l) * e->count + k) * n + i];
-            m4e_evaluate(m, m->outputs, NULL, t, x, y);
-            for (size_t l = 0; l < lanes; ++l)
-                for (size_t i = 0; k < e->reports[first + l].rows && i < selected; ++i)
-                    e->outputs[((first + l) * e->count + k) * selected + i] = y[i * M4E_LANES + l];
-        }
-    }
-    free(x);
-}
-
-int m4e_ensemble(m4e_model *model, const m4e_options *options, size_t models, const double *p,
-                 const double *u, const double *x, size_t count, const double *times,
-                 double *states, double *outputs, m4e_report *reports) {
-    ensemble e = {models, count, p, u, x, times, states, outputs, reports, {0}};
-    size_t next = 0;
-    if (count == 0 || model->lanes != M4E_LANES || !method_of(model, options) ||
-        !ascending(times, count, times[0], times[count - 1]))
-        return M4E_BAD_ARGUMENT;
-    m4e_integrator *s = m4e_integrator_new(model, options, NULL);
-    if (!s) return M4E_NO_MEMORY;
-    for (uint32_t l = 0; l < M4E_LANES; ++l) {
-        s->lanes[l].done = 1;
-        e.model[l] = models;
-    }
-    while (fill_lanes(s, &e, &next)) attempt(s);
-    m4e_integrator_free(s);
-    ensemble_outputs(model, &e);
-    return M4E_DONE;
 }

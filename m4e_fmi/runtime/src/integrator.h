@@ -52,8 +52,21 @@ extern const method m4e_rk45, m4e_dop853, m4e_rodas;
 
 /* rates at (t + c h, x) of every lane */
 void m4e_stage(m4e_integrator *s, double c, const double *x, double *result);
-/* RMS norm of v / (atol + rtol max(|x|, |y|)) for one lane, v in `width` order; the sum only */
+/* sum of the squares of v / (atol + rtol max(|x|, |y|)) over the components of one lane */
 double m4e_sum(const m4e_integrator *s, uint32_t l, const double *v, const double *x,
                const double *y);
+
+/* integrate.c */
+void m4e_first_steps(m4e_integrator *s, const int *fresh);
+void m4e_attempt(m4e_integrator *s);
+void m4e_stop(lane *now, int32_t status, int32_t component);
+void m4e_state_at(m4e_integrator *s, uint32_t l, double t, double *result);
+void m4e_write_rows(m4e_integrator *s, uint32_t l, double reached);
+/* events.c */
+void m4e_watch(m4e_integrator *s, double t, const double *x, double *g);
+double m4e_find_events(m4e_integrator *s);
+/* simulate.c: NULL where options are not sound */
+const method *m4e_method_of(const m4e_model *m, const m4e_options *o);
+int m4e_ascending(const double *times, size_t count, double from, double bound);
 
 #endif

@@ -65,8 +65,9 @@ typedef struct {
 } m4e_report;
 
 /* Events of the model's watched outputs (`count` of them) and where they go: `capacity` places for
-   index, time and state (capacity x states). An event is a sign change of a watched output: `direction` > 0 rising, < 0 falling, 0 both. The state recorded
-   is that at the far side of the crossing. Two crossings within one step go unseen. */
+   index, time and state (capacity x states). An event is a sign change of a watched output:
+   `direction` > 0 rising, < 0 falling, 0 both. The state recorded is that at the far side of the
+   crossing. Two crossings within one step go unseen. */
 typedef struct {
     uint32_t count;
     const int32_t *direction, *terminal;
@@ -109,7 +110,7 @@ M4E_API int m4e_jacobian(m4e_model *model, double t, const double *x, double *re
 
 /* Integrators of one model. `start` begins at (t, x); `advance` goes on until all `times`
    (ascending, s) are served, writing one row of states each, and never steps beyond `bound`.
-   Calls may be cut anywhere: `advance` to the same bound gives the same bits in one call or many. */
+   Calls may be cut anywhere: `advance` to one bound gives the same bits in one call or many. */
 M4E_API m4e_integrator *m4e_integrator_new(m4e_model *model, const m4e_options *options,
                                            const m4e_events *events);
 M4E_API void m4e_integrator_free(m4e_integrator *integrator);
