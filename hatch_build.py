@@ -35,6 +35,7 @@ class RuntimeBuildHook(BuildHookInterface):
         if self.target_name != "wheel" or version == "editable":
             return
         compiler = _compiler(Path(self.root))
+        # goes with this hook, after the wheel is written
         self._folder = tempfile.TemporaryDirectory()
         name = f"_m4e{compiler.SUFFIX}"
         library = Path(self._folder.name) / name
@@ -48,8 +49,3 @@ class RuntimeBuildHook(BuildHookInterface):
         # the library is no extension of Python: any version of it can load it
         platform = sysconfig.get_platform().replace("-", "_").replace(".", "_")
         build_data["tag"] = f"py3-none-{platform}"
-
-    def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:
-        folder = getattr(self, "_folder", None)
-        if folder is not None:
-            folder.cleanup()

@@ -20,11 +20,13 @@ from m4e_fmi.program.tape import Tape
 
 MAGIC = b"\x89M4E\r\n\x1a\n"
 VERSION = 1
+# fmt: off
 OPERATIONS = (
-    "literal time state input parameter "
-    "neg abs sign sqrt exp log sin cos tan asin acos atan tanh "
-    "add sub mul div pow atan2 min max"
-).split()
+    "literal", "time", "state", "input", "parameter",
+    "neg", "abs", "sign", "sqrt", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan", "tanh",
+    "add", "sub", "mul", "div", "pow", "atan2", "min", "max",
+)
+# fmt: on
 LITERAL, TIME_NODE, STATE, INPUT, PARAMETER = range(5)
 CODES = {name: code for code, name in enumerate(OPERATIONS)}
 FIRST_UNARY, FIRST_BINARY = CODES["neg"], CODES["add"]

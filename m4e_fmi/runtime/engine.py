@@ -63,7 +63,7 @@ class Watch:
 
 @dataclass(frozen=True)
 class Run:
-    """What a run gave: `status` DONE or EVENT, or a negative one with `message` saying why it ended.
+    """What a run gave: `status` DONE or EVENT, or a negative one with `message` saying why.
 
     `time` [s], `states` and `outputs` have the rows that were reached; `event_index` (position in
     the watches), `event_time` [s] and `event_states` the events in the order of time. `stopped_at`
@@ -86,7 +86,8 @@ class Run:
     rejected: int
 
 
-def _vector(values: ArrayLike, shape: tuple[int, ...], what: str) -> Floats:
+def vector(values: ArrayLike, shape: tuple[int, ...], what: str) -> Floats:
+    """`values` as a contiguous array of that shape; InputError names what it is of another."""
     array = np.ascontiguousarray(values, dtype=np.float64)
     if array.shape != shape:
         raise InputError.single(f"{what}: expected shape {shape}, got {array.shape}")
@@ -101,7 +102,8 @@ def _times(times: ArrayLike) -> Floats:
     return array
 
 
-def _options(control: Control) -> Options:
+def options_of(control: Control) -> Options:
+    """`control` for the library; InputError if it is not sound."""
     if control.method not in METHODS:
         known = ", ".join(METHODS)
         raise InputError.single(f"there is no method {control.method!r}", f"methods: {known}")
@@ -135,7 +137,7 @@ class Engine:
         found = library()
         if found is None:
             raise RunError(f"the runtime's library is missing: {library_detail()}")
-        self._lib = found
+        self.library = found
         self.program = program
         self._jacobian = tuple(jacobian)
         self._watches = tuple(watches)
@@ -144,25 +146,25 @@ class Engine:
         self.selected = [positions[n] for n in (positions if outputs is None else outputs)]
         self._read(encode(program, self._jacobian))
         watched = [positions[w.name] for w in self._watches]
-        self._model = found.m4e_model_new(
+        self.handle = found.m4e_model_new(
             self._program, lanes, *self._indices(self.selected), *self._indices(watched)
         )
-        if not self._model:
+        if not self.handle:
             found.m4e_program_free(self._program)
             raise RunError(f"{program.name}: no memory for {self.counts.nodes} operations")
-        self._finalizer = weakref.finalize(self, _free, found, self._program, self._model)
+        self._finalizer = weakref.finalize(self, _free, found, self._program, self.handle)
         if lanes == 1:
             self.set_parameters([v.start for v in program.parameters])
             self.set_inputs([v.start for v in program.inputs])
 
     def _read(self, data: bytes) -> None:
         message = ctypes.create_string_buffer(200)
-        self._program = self._lib.m4e_program_read(data, len(data), message, len(message))
+        self._program = self.library.m4e_program_read(data, len(data), message, len(message))
         if not self._program:
             why = message.value.decode()
             raise RunError(f"{self.program.name}: the program {why}")
         self.counts = Counts()
-        self._lib.m4e_program_counts(self._program, self.counts)
+        self.library.m4e_program_counts(self._program, self.counts)
 
     @staticmethod
     def _indices(values: Sequence[int]) -> tuple[int, ctypes.Array]:
@@ -181,40 +183,40 @@ class Engine:
             return False
         if kernel is None:
             return False
-        self._lib.m4e_model_attach(self._model, kernel.rates, kernel.outputs, kernel.jacobian)
+        self.library.m4e_model_attach(self.handle, kernel.rates, kernel.outputs, kernel.jacobian)
         return True
 
     @property
     def instructions(self) -> int:
         """Instructions of one evaluation of the rates by the interpreter."""
-        return self._lib.m4e_model_instructions(self._model)
+        return self.library.m4e_model_instructions(self.handle)
 
     def set_parameters(self, values: ArrayLike) -> None:
-        p = _vector(values, (self.counts.parameters,), "parameters")
-        self._lib.m4e_set_parameters(self._model, p.ctypes.data)
+        p = vector(values, (self.counts.parameters,), "parameters")
+        self.library.m4e_set_parameters(self.handle, p.ctypes.data)
 
     def set_inputs(self, values: ArrayLike) -> None:
-        u = _vector(values, (self.counts.inputs,), "inputs")
-        self._lib.m4e_set_inputs(self._model, u.ctypes.data)
+        u = vector(values, (self.counts.inputs,), "inputs")
+        self.library.m4e_set_inputs(self.handle, u.ctypes.data)
 
     def rates(self, t: float, x: ArrayLike) -> Floats:
         """Time derivatives of the states at time t [s] and states x."""
-        x = _vector(x, (self.counts.states,), "states")
+        x = vector(x, (self.counts.states,), "states")
         result = np.empty(self.counts.states)
-        self._lib.m4e_rates(self._model, t, x.ctypes.data, result.ctypes.data)
+        self.library.m4e_rates(self.handle, t, x.ctypes.data, result.ctypes.data)
         return result
 
     def outputs(self, t: float, x: ArrayLike) -> Floats:
         """The selected outputs at time t [s] and states x."""
-        x = _vector(x, (self.counts.states,), "states")
+        x = vector(x, (self.counts.states,), "states")
         result = np.empty(len(self.selected))
-        self._lib.m4e_outputs(self._model, t, x.ctypes.data, result.ctypes.data)
+        self.library.m4e_outputs(self.handle, t, x.ctypes.data, result.ctypes.data)
         return result
 
     def calculated(self) -> Floats:
         """The calculated parameters."""
         result = np.empty(self.counts.calculated)
-        self._lib.m4e_calculated(self._model, result.ctypes.data)
+        self.library.m4e_calculated(self.handle, result.ctypes.data)
         return result
 
     def jacobian(self, t: float, x: ArrayLike) -> Floats:
@@ -223,9 +225,9 @@ class Engine:
         Raises InputError if the engine was made without entries of the Jacobian.
         """
         n = self.counts.states
-        x = _vector(x, (n,), "states")
+        x = vector(x, (n,), "states")
         result = np.empty((n, n + 1))
-        if not self._lib.m4e_jacobian(self._model, t, x.ctypes.data, result.ctypes.data):
+        if not self.library.m4e_jacobian(self.handle, t, x.ctypes.data, result.ctypes.data):
             raise InputError.single(f"{self.program.name} was given no Jacobian")
         return result
 
@@ -245,13 +247,13 @@ class Engine:
         at = _times(times)
         n, m = self.counts.states, len(self.selected)
         start = [v.start for v in self.program.states] if states is None else states
-        x = _vector(start, (n,), "states")
-        options = _options(control or Control())
+        x = vector(start, (n,), "states")
+        options = options_of(control or Control())
         record = _EventRecord(self._watches, n, most_events)
         rows, results = np.full((at.size, n), np.nan), np.full((at.size, m), np.nan)
         report = Report()
-        self._lib.m4e_simulate(
-            self._model, options, record.events, x.ctypes.data, at.size, at.ctypes.data,
+        self.library.m4e_simulate(
+            self.handle, options, record.events, x.ctypes.data, at.size, at.ctypes.data,
             rows.ctypes.data, results.ctypes.data, report,
         )  # fmt: skip
         return self._run(report, at, rows, results, record)
@@ -296,18 +298,18 @@ def ensemble(
     engine = Engine(program, outputs=outputs, lanes=LANES)
     counts, at = engine.counts, _times(times)
     count = len(np.atleast_2d(np.asarray(states)))
-    x = _vector(states, (count, counts.states), "states")
-    p = _vector(parameters, (count, counts.parameters), "parameters")
+    x = vector(states, (count, counts.states), "states")
+    p = vector(parameters, (count, counts.parameters), "parameters")
     default = np.tile([v.start for v in program.inputs], (count, 1))
-    u = _vector(default if inputs is None else inputs, (count, counts.inputs), "inputs")
-    options = _options(control or Control())
+    u = vector(default if inputs is None else inputs, (count, counts.inputs), "inputs")
+    options = options_of(control or Control())
     if options.method == METHODS["rodas"]:
         raise InputError.single("an ensemble needs an explicit method: rk45 or dop853")
     rows = np.full((count, at.size, counts.states), np.nan)
     results = np.full((count, at.size, len(engine.selected)), np.nan)
     reports = (Report * count)()
-    status = engine._lib.m4e_ensemble(
-        engine._model, options, count, p.ctypes.data, u.ctypes.data, x.ctypes.data, at.size,
+    status = engine.library.m4e_ensemble(
+        engine.handle, options, count, p.ctypes.data, u.ctypes.data, x.ctypes.data, at.size,
         at.ctypes.data, rows.ctypes.data, results.ctypes.data, reports,
     )  # fmt: skip
     if status != DONE:

@@ -4,7 +4,17 @@ from __future__ import annotations
 
 import ctypes
 import functools
-from ctypes import POINTER, c_char_p, c_double, c_int, c_int32, c_size_t, c_uint32, c_uint64, c_void_p
+from ctypes import (
+    POINTER,
+    c_char_p,
+    c_double,
+    c_int,
+    c_int32,
+    c_size_t,
+    c_uint32,
+    c_uint64,
+    c_void_p,
+)
 from pathlib import Path
 
 from m4e_fmi.runtime.compiler import SOURCES, SUFFIX, CompilationError, cached_shared
@@ -20,8 +30,11 @@ class Counts(ctypes.Structure):
 
     _fields_ = [
         (name, c_uint32)
-        for name in "states inputs parameters outputs calculated nodes literals entries hoisted".split()
-    ]
+        for name in (
+            "states", "inputs", "parameters", "outputs", "calculated",
+            "nodes", "literals", "entries", "hoisted",
+        )
+    ]  # fmt: skip
 
 
 class Options(ctypes.Structure):
