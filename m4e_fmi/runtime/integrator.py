@@ -16,7 +16,7 @@ class Integrator:
     """Advances one engine; keeps step size and dense output between calls.
 
     Cutting one integration into calls of `advance` with the same `bound` changes no bit. After a
-    change of inputs, parameters or states call `start` again: the step size is then found anew.
+    change of inputs, parameters or states call `start` again, with `report.step` as the first step.
     """
 
     def __init__(self, engine: Engine, control: Control | None = None) -> None:
@@ -28,10 +28,10 @@ class Integrator:
         self._finalizer = weakref.finalize(self, lib.m4e_integrator_free, self._handle)
         self.report = Report()
 
-    def start(self, t: float, states: ArrayLike) -> None:
-        """Begin at time t [s] and `states`."""
+    def start(self, t: float, states: ArrayLike, *, step: float = 0.0) -> None:
+        """Begin at time t [s] and `states`, trying `step` [s] first; 0: found from the rates."""
         x = vector(states, (self.engine.counts.states,), "states")
-        self.engine.library.m4e_start(self._handle, t, x.ctypes.data)
+        self.engine.library.m4e_start(self._handle, t, x.ctypes.data, step)
 
     def advance(self, times: ArrayLike, *, bound: float) -> Floats:
         """States at `times` [s] (ascending, ≤ bound), one row each; no step goes beyond `bound`.

@@ -98,7 +98,7 @@ _SIGNATURES: dict[str, tuple] = {
     "m4e_jacobian": (c_int, c_void_p, c_double, _DOUBLES, _DOUBLES),
     "m4e_integrator_new": (c_void_p, c_void_p, POINTER(Options), POINTER(Events)),
     "m4e_integrator_free": (None, c_void_p),
-    "m4e_start": (None, c_void_p, c_double, _DOUBLES),
+    "m4e_start": (None, c_void_p, c_double, _DOUBLES, c_double),
     "m4e_advance": (
         c_int, c_void_p, c_double, c_size_t, _DOUBLES, _DOUBLES, POINTER(Report),
     ),

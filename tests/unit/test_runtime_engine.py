@@ -108,6 +108,24 @@ def test_runs_repeat_to_the_bit_interpreted_or_compiled_in_one_call_or_many(meth
     assert integrator.report.evaluations == first.evaluations
 
 
+def test_the_step_size_survives_a_restart() -> None:
+    """As in a co-simulation: restarted every 10 ms, steps of 10 ms each, no start-up."""
+    program = chain(2)
+    whole = Engine(program).simulate(np.linspace(0.0, 1.0, 101))
+    integrator = Integrator(Engine(program))
+    x, step, evaluations = np.zeros(4), 0.0, 0
+    for k in range(100):
+        integrator.start(k / 100, x, step=step)
+        x = integrator.advance([(k + 1) / 100], bound=(k + 1) / 100)[-1]
+        step = integrator.report.step
+        evaluations += integrator.report.evaluations
+        assert step >= 0.01 or k == 0
+    # 12 evaluations and one of the rates at the start each; some more while the step size grows
+    assert evaluations < 100 * 13 + 50
+    # both within some local errors of 1e-8 of the solution
+    np.testing.assert_allclose(x, whole.states[-1], atol=1e-6)
+
+
 @pytest.mark.parametrize("method", ["rk45", "dop853"])
 def test_every_model_of_an_ensemble_is_the_single_run_to_the_bit(method: str) -> None:
     program, times = every_operation(), np.linspace(0.0, 3.0, 31)

@@ -71,7 +71,7 @@ void m4e_first_steps(m4e_integrator *s, const int *fresh) {
     for (uint32_t l = 0; l < lanes; ++l) {
         lane *now = &s->lanes[l];
         if (!fresh[l]) continue;
-        now->report.evaluations += 2;
+        ++now->report.evaluations;
         for (size_t i = 0; i < s->n; ++i) s->k[0][i * lanes + l] = s->work[i * lanes + l];
         const int32_t bad_x = not_finite(s, l, s->x), bad = not_finite(s, l, s->k[0]);
         if (bad_x >= 0 || bad >= 0) m4e_stop(now, M4E_NOT_FINITE, bad_x >= 0 ? bad_x : bad);
@@ -80,12 +80,14 @@ void m4e_first_steps(m4e_integrator *s, const int *fresh) {
         now->h = h0[l] = fmin(d0 < 1e-5 || d1[l] < 1e-5 ? 1e-6 : 0.01 * d0 / d1[l],
                               now->bound - now->t);
     }
+    if (lanes == 1 && s->lanes[0].wanted > 0.0) return; /* the first step is given */
     for (size_t i = 0; i < s->n * lanes; ++i)
         s->work[i] = s->x[i] + h0[i % lanes] * s->k[0][i];
     m4e_stage(s, 1.0, s->work, f1);
     for (uint32_t l = 0; l < lanes; ++l) {
         lane *now = &s->lanes[l];
         if (!fresh[l]) continue;
+        ++now->report.evaluations;
         for (size_t i = l; i < s->n * lanes; i += lanes) f1[i] -= s->k[0][i];
         const double d2 = rms(s, l, f1) / h0[l], steepest = fmax(d1[l], d2);
         const double h1 = d1[l] <= 1e-15 && d2 <= 1e-15

@@ -1,5 +1,5 @@
-/* The interpreter on lanes, included once for each instruction set: M4E_NAME is the function's name,
-   M4E_TARGETED its attribute. Operands and result of an operation are the same register or apart. */
+/* The interpreter on lanes, included once for each instruction set: M4E_NAME is the function's
+   name, M4E_TARGETED its attribute. Operands and result are the same register or apart. */
 M4E_TARGETED static void M4E_NAME(const instruction *code, double *r) {
     M4E_RUN {
         M4E_UNARY(M4E_RUN1)

@@ -108,13 +108,14 @@ M4E_API void m4e_calculated(m4e_model *model, double *result);
 /* n x (n + 1), row by row: d rates / d x, then d rates / d t; 0 where the program has none. */
 M4E_API int m4e_jacobian(m4e_model *model, double t, const double *x, double *result);
 
-/* Integrators of one model. `start` begins at (t, x); `advance` goes on until all `times`
-   (ascending, s) are served, writing one row of states each, and never steps beyond `bound`.
+/* Integrators of one model. `start` begins at (t, x), trying `step` [s] first: the `step` of the
+   last report after a change of inputs or states, 0 where nothing is known. `advance` goes on until
+   all `times` (ascending, s) are served, writing one row of states each, and never steps beyond `bound`.
    Calls may be cut anywhere: `advance` to one bound gives the same bits in one call or many. */
 M4E_API m4e_integrator *m4e_integrator_new(m4e_model *model, const m4e_options *options,
                                            const m4e_events *events);
 M4E_API void m4e_integrator_free(m4e_integrator *integrator);
-M4E_API void m4e_start(m4e_integrator *integrator, double t, const double *x);
+M4E_API void m4e_start(m4e_integrator *integrator, double t, const double *x, double step);
 M4E_API int m4e_advance(m4e_integrator *integrator, double bound, size_t count,
                         const double *times, double *states, m4e_report *report);
 

@@ -60,8 +60,8 @@ void m4e_integrator_free(m4e_integrator *s) {
     free(s);
 }
 
-void m4e_start(m4e_integrator *s, double t, const double *x) {
-    s->lanes[0] = (lane){.t = t, .t_new = t};
+void m4e_start(m4e_integrator *s, double t, const double *x, double step) {
+    s->lanes[0] = (lane){.t = t, .t_new = t, .wanted = step > 0.0 ? step : 0.0};
     s->started = 0;
     if (s->n) memcpy(s->x, x, s->n * sizeof *x);
 }
@@ -122,7 +122,7 @@ int m4e_simulate(m4e_model *model, const m4e_options *options, const m4e_events 
         *report = failure(M4E_NO_MEMORY);
         return report->status;
     }
-    m4e_start(s, times[0], x);
+    m4e_start(s, times[0], x, 0.0);
     m4e_advance(s, times[count - 1], count, times, states, report);
     const size_t n = s->n, selected = model->outputs->results;
     for (size_t i = 0; selected > 0 && i < report->rows; ++i)
