@@ -110,8 +110,8 @@ M4E_API int m4e_jacobian(m4e_model *model, double t, const double *x, double *re
 
 /* Integrators of one model. `start` begins at (t, x), trying `step` [s] first: the `step` of the
    last report after a change of inputs or states, 0 where nothing is known. `advance` goes on until
-   all `times` (ascending, s) are served, writing one row of states each, and never steps beyond `bound`.
-   Calls may be cut anywhere: `advance` to one bound gives the same bits in one call or many. */
+   all `times` (ascending, s) are served, writing one row of states each, and never steps beyond
+   `bound`. Calls may be cut anywhere: `advance` to one bound gives the same bits in one call or many. */
 M4E_API m4e_integrator *m4e_integrator_new(m4e_model *model, const m4e_options *options,
                                            const m4e_events *events);
 M4E_API void m4e_integrator_free(m4e_integrator *integrator);
