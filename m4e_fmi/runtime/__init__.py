@@ -1,7 +1,9 @@
-"""What runs a program: the integrator, in plain Python.
+"""What runs a program: the C library, and an integrator in plain Python where there is none.
 
-The modules here use the standard library only, because they also travel inside FMUs. The room is
-kept for the C library that will do the same faster. Start with `dormand_prince`.
+`src/` holds the library (start with `m4e.h`); `compiler` builds and `library` finds it; `bytecode`
+is the file form of a program, `engine` runs one, `kernel` writes a program's blocks in C,
+`integrator` cuts an integration into calls. `dormand_prince` uses the standard library only,
+because it also travels inside FMUs. This package may import `program` and `errors`.
 """
 
 from m4e_fmi.runtime.dormand_prince import DormandPrince, IntegrationError

@@ -1,0 +1,105 @@
+"""The platform's C compiler: which one, with which flags, into which cache.
+
+Standard library only and without imports from the package: the build hook loads this file by path.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import os
+import platform
+import shutil
+import subprocess
+import sys
+import sysconfig
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+SOURCES = Path(__file__).with_name("src")
+SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
+# one rounding per operation, whatever the processor: the same bits everywhere
+FLAGS = (
+    "-std=c11",
+    "-O2",
+    "-ftree-vectorize",
+    "-ffp-contract=off",
+    "-fno-math-errno",
+    "-fno-trapping-math",
+    "-fvisibility=hidden",
+    "-shared",
+    *(() if sys.platform == "win32" else ("-fPIC",)),
+)
+
+
+class CompilationError(Exception):
+    """No compiler, or the compiler refused; the message says what it said."""
+
+
+def compiler() -> list[str] | None:
+    """Command of the C compiler: $CC, cc, gcc, clang or the `ziglang` package; None if none is."""
+    for name in (os.environ.get("CC"), "cc", "gcc", "clang"):
+        if name and shutil.which(name.split()[0]):
+            return name.split()
+    if importlib.util.find_spec("ziglang") is not None:
+        return [sys.executable, "-m", "ziglang", "cc"]
+    return None
+
+
+def cache_folder() -> Path:
+    """Where compiled libraries are kept: $M4E_FMI_CACHE, or the user's cache."""
+    given = os.environ.get("M4E_FMI_CACHE")
+    if given:
+        return Path(given)
+    import platformdirs
+
+    return Path(platformdirs.user_cache_dir("m4e_fmi", appauthor=False))
+
+
+def compile_shared(sources: Sequence[Path], target: Path) -> None:
+    """Compile C files into the shared library `target`, which appears whole or not at all.
+
+    Raises CompilationError.
+    """
+    command = compiler()
+    if command is None:
+        raise CompilationError("no C compiler was found (cc, gcc, clang, or the package ziglang)")
+    target.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=target.parent) as folder:
+        made = Path(folder) / target.name
+        arguments = [*command, *FLAGS, "-I", str(SOURCES), "-o", str(made)]
+        try:
+            run = subprocess.run(
+                [*arguments, *map(str, sources), "-lm"], capture_output=True, text=True, check=False
+            )
+        except OSError as error:
+            raise CompilationError(f"{command[0]} did not start: {error}") from error
+        if run.returncode != 0:
+            raise CompilationError(f"{' '.join(command)} failed: {run.stderr.strip()[:2000]}")
+        made.replace(target)
+
+
+def cached_shared(name: str, sources: Sequence[Path], text: str = "") -> Path:
+    """Path of the library compiled from `sources`, or from `text`, compiled now unless it is kept.
+
+    The name in the cache carries a hash of all that it is made from. Raises CompilationError.
+    """
+    parts = [" ".join((compiler() or [""]) + list(FLAGS)), platform.machine(), text]
+    parts += [sysconfig.get_platform()]
+    parts += [path.read_text("utf-8") for path in sorted({*sources, *SOURCES.glob("*.h")})]
+    digest = hashlib.sha256("\0".join(parts).encode()).hexdigest()[:20]
+    try:
+        target = cache_folder() / f"{name}-{digest}{SUFFIX}"
+        if target.exists():
+            return target
+        if not text:
+            compile_shared(sources, target)
+            return target
+        with tempfile.TemporaryDirectory() as folder:
+            source = Path(folder) / f"{name}.c"
+            source.write_text(text, encoding="utf-8")
+            compile_shared([source], target)
+    except OSError as error:
+        raise CompilationError(f"the cache cannot be written: {error}") from error
+    return target

@@ -1,0 +1,355 @@
+"""Programs run by the C library: evaluations, whole simulations and ensembles.
+
+`Engine` is one instance of a program: it keeps its parameters and inputs. Vectors are in the order
+of the program's variables, SI units; arrays are C-contiguous float64.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import weakref
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from m4e_fmi.errors import InputError, RunError
+from m4e_fmi.program.program import Program
+from m4e_fmi.runtime.bytecode import Entry, code_of, encode
+from m4e_fmi.runtime.compiler import CompilationError
+from m4e_fmi.runtime.kernel import Kernel, kernel_source, load_kernel
+from m4e_fmi.runtime.library import (
+    LANES,
+    METHODS,
+    Counts,
+    Events,
+    Options,
+    Report,
+    library,
+    library_detail,
+)
+
+Floats = NDArray[np.float64]
+
+DONE, EVENT, NOT_FINITE, SMALL_STEP, MANY_STEPS, MANY_EVENTS, BAD_ARGUMENT, NO_MEMORY = (
+    0, 1, -1, -2, -3, -4, -5, -6,
+)  # fmt: skip
+UNLIMITED = 2**64 - 1
+
+
+@dataclass(frozen=True)
+class Control:
+    """How to integrate: the method's name (rk45, dop853, rodas) and its limits.
+
+    The local error per step is at most atol + rtol·|x| in the RMS norm; `max_step` in seconds.
+    """
+
+    method: str = "dop853"
+    rtol: float = 1e-8
+    atol: float = 1e-8
+    max_step: float = np.inf
+    max_steps: int = 10_000_000
+
+
+@dataclass(frozen=True)
+class Watch:
+    """An event: output `name` changes sign, rising (direction 1), falling (−1) or both (0)."""
+
+    name: str
+    direction: int = 0
+    terminal: bool = False
+
+
+@dataclass(frozen=True)
+class Run:
+    """What a run gave: `status` DONE or EVENT, or a negative one with `message` saying why.
+
+    `time` [s], `states` and `outputs` have the rows that were reached; `event_index` (position in
+    the watches), `event_time` [s] and `event_states` the events in the order of time. `stopped_at`
+    [s] is how far the integration came, `component` the state whose value or rate was not finite.
+    """
+
+    status: int
+    message: str
+    time: Floats
+    states: Floats
+    outputs: Floats
+    event_index: NDArray[np.uint32]
+    event_time: Floats
+    event_states: Floats
+    stopped_at: float
+    component: int
+    evaluations: int
+    jacobians: int
+    accepted: int
+    rejected: int
+
+
+def vector(values: ArrayLike, shape: tuple[int, ...], what: str) -> Floats:
+    """`values` as a contiguous array of that shape; InputError names what it is of another."""
+    array = np.ascontiguousarray(values, dtype=np.float64)
+    if array.shape != shape:
+        raise InputError.single(f"{what}: expected shape {shape}, got {array.shape}")
+    return array
+
+
+def _times(times: ArrayLike) -> Floats:
+    array = np.ascontiguousarray(times, dtype=np.float64)
+    sound = array.ndim == 1 and array.size > 0 and np.isfinite(array).all()
+    if not sound or (np.diff(array) < 0).any():
+        raise InputError.single("times must be finite numbers in ascending order, at least one")
+    return array
+
+
+def options_of(control: Control) -> Options:
+    """`control` for the library; InputError if it is not sound."""
+    if control.method not in METHODS:
+        known = ", ".join(METHODS)
+        raise InputError.single(f"there is no method {control.method!r}", f"methods: {known}")
+    tolerances = (control.rtol, control.atol)
+    if not all(np.isfinite(v) and v >= 0 for v in tolerances) or sum(tolerances) == 0:
+        raise InputError.single(f"rtol and atol must be positive, got {tolerances}")
+    if not control.max_step > 0:
+        raise InputError.single(f"max_step must be positive, got {control.max_step}")
+    return Options(
+        METHODS[control.method], control.rtol, control.atol, control.max_step, control.max_steps
+    )
+
+
+class Engine:
+    """One instance of a program in the C library, at the program's start values.
+
+    `outputs` names the outputs to compute (all by default), `watches` the events of `simulate`,
+    `jacobian` gives entries as for `code_of`; `lanes` > 1 is for `ensemble`. Raises RunError where
+    the library is missing.
+    """
+
+    def __init__(
+        self,
+        program: Program,
+        *,
+        outputs: Sequence[str] | None = None,
+        watches: Sequence[Watch] = (),
+        jacobian: Iterable[Entry] = (),
+        lanes: int = 1,
+    ) -> None:
+        found = library()
+        if found is None:
+            raise RunError(f"the runtime's library is missing: {library_detail()}")
+        self.library = found
+        self.program = program
+        self._jacobian = tuple(jacobian)
+        self._watches = tuple(watches)
+        self._kernel: Kernel | None = None
+        positions = {v.name: k for k, v in enumerate(program.outputs)}
+        self.selected = [positions[n] for n in (positions if outputs is None else outputs)]
+        self._read(encode(program, self._jacobian))
+        watched = [positions[w.name] for w in self._watches]
+        self.handle = found.m4e_model_new(
+            self._program, lanes, *self._indices(self.selected), *self._indices(watched)
+        )
+        if not self.handle:
+            found.m4e_program_free(self._program)
+            raise RunError(f"{program.name}: no memory for {self.counts.nodes} operations")
+        self._finalizer = weakref.finalize(self, _free, found, self._program, self.handle)
+        if lanes == 1:
+            self.set_parameters([v.start for v in program.parameters])
+            self.set_inputs([v.start for v in program.inputs])
+
+    def _read(self, data: bytes) -> None:
+        message = ctypes.create_string_buffer(200)
+        self._program = self.library.m4e_program_read(data, len(data), message, len(message))
+        if not self._program:
+            why = message.value.decode()
+            raise RunError(f"{self.program.name}: the program {why}")
+        self.counts = Counts()
+        self.library.m4e_program_counts(self._program, self.counts)
+
+    @staticmethod
+    def _indices(values: Sequence[int]) -> tuple[int, ctypes.Array]:
+        return len(values), (ctypes.c_uint32 * max(1, len(values)))(*values)
+
+    def compile(self) -> bool:
+        """Use compiled blocks from now on, as far as they pay; False where none can be had."""
+        n = self.counts
+        code = code_of(self.program, self._jacobian)
+        source = kernel_source(
+            code, inputs=n.inputs, parameters=n.parameters, outputs=self.selected
+        )
+        try:
+            self._kernel = kernel = load_kernel(source) if source else None
+        except (CompilationError, OSError):
+            return False
+        if kernel is None:
+            return False
+        self.library.m4e_model_attach(self.handle, kernel.rates, kernel.outputs, kernel.jacobian)
+        return True
+
+    @property
+    def instructions(self) -> int:
+        """Instructions of one evaluation of the rates by the interpreter."""
+        return self.library.m4e_model_instructions(self.handle)
+
+    def set_parameters(self, values: ArrayLike) -> None:
+        p = vector(values, (self.counts.parameters,), "parameters")
+        self.library.m4e_set_parameters(self.handle, p.ctypes.data)
+
+    def set_inputs(self, values: ArrayLike) -> None:
+        u = vector(values, (self.counts.inputs,), "inputs")
+        self.library.m4e_set_inputs(self.handle, u.ctypes.data)
+
+    def rates(self, t: float, x: ArrayLike) -> Floats:
+        """Time derivatives of the states at time t [s] and states x."""
+        x = vector(x, (self.counts.states,), "states")
+        result = np.empty(self.counts.states)
+        self.library.m4e_rates(self.handle, t, x.ctypes.data, result.ctypes.data)
+        return result
+
+    def outputs(self, t: float, x: ArrayLike) -> Floats:
+        """The selected outputs at time t [s] and states x."""
+        x = vector(x, (self.counts.states,), "states")
+        result = np.empty(len(self.selected))
+        self.library.m4e_outputs(self.handle, t, x.ctypes.data, result.ctypes.data)
+        return result
+
+    def calculated(self) -> Floats:
+        """The calculated parameters."""
+        result = np.empty(self.counts.calculated)
+        self.library.m4e_calculated(self.handle, result.ctypes.data)
+        return result
+
+    def jacobian(self, t: float, x: ArrayLike) -> Floats:
+        """n × (n + 1): derivatives of the rates by the states, then by time.
+
+        Raises InputError if the engine was made without entries of the Jacobian.
+        """
+        n = self.counts.states
+        x = vector(x, (n,), "states")
+        result = np.empty((n, n + 1))
+        if not self.library.m4e_jacobian(self.handle, t, x.ctypes.data, result.ctypes.data):
+            raise InputError.single(f"{self.program.name} was given no Jacobian")
+        return result
+
+    def simulate(
+        self,
+        times: ArrayLike,
+        *,
+        states: ArrayLike | None = None,
+        control: Control | None = None,
+        most_events: int = 1000,
+    ) -> Run:
+        """Integrate from `states` (the start values by default) at times[0] to times[-1] [s].
+
+        One foreign call, which releases the interpreter lock. A run that fails returns what it
+        reached and says why in `message`.
+        """
+        at = _times(times)
+        n, m = self.counts.states, len(self.selected)
+        start = [v.start for v in self.program.states] if states is None else states
+        x = vector(start, (n,), "states")
+        options = options_of(control or Control())
+        record = _EventRecord(self._watches, n, most_events)
+        rows, results = np.full((at.size, n), np.nan), np.full((at.size, m), np.nan)
+        report = Report()
+        self.library.m4e_simulate(
+            self.handle, options, record.events, x.ctypes.data, at.size, at.ctypes.data,
+            rows.ctypes.data, results.ctypes.data, report,
+        )  # fmt: skip
+        return self._run(report, at, rows, results, record)
+
+    def _run(
+        self, report: Report, at: Floats, rows: Floats, results: Floats, record: _EventRecord
+    ) -> Run:
+        reached, events = report.rows, report.events
+        return Run(
+            status=report.status,
+            message=_message(self.program, report),
+            time=at[:reached],
+            states=rows[:reached],
+            outputs=results[:reached],
+            event_index=record.index[:events],
+            event_time=record.time[:events],
+            event_states=record.state[:events],
+            stopped_at=report.time,
+            component=report.component,
+            evaluations=report.evaluations,
+            jacobians=report.jacobians,
+            accepted=report.accepted,
+            rejected=report.rejected,
+        )
+
+
+def ensemble(
+    program: Program,
+    times: ArrayLike,
+    *,
+    parameters: ArrayLike,
+    states: ArrayLike,
+    inputs: ArrayLike | None = None,
+    outputs: Sequence[str] | None = None,
+    control: Control | None = None,
+) -> list[Run]:
+    """Runs of one program from many parameter sets and start states (one row per run, SI).
+
+    Eight runs at a time share one pass over the program; each keeps its own steps, so a run gives
+    the same bits as `Engine.simulate` alone. Explicit methods, no events.
+    """
+    engine = Engine(program, outputs=outputs, lanes=LANES)
+    counts, at = engine.counts, _times(times)
+    count = len(np.atleast_2d(np.asarray(states)))
+    x = vector(states, (count, counts.states), "states")
+    p = vector(parameters, (count, counts.parameters), "parameters")
+    default = np.tile([v.start for v in program.inputs], (count, 1))
+    u = vector(default if inputs is None else inputs, (count, counts.inputs), "inputs")
+    options = options_of(control or Control())
+    if options.method == METHODS["rodas"]:
+        raise InputError.single("an ensemble needs an explicit method: rk45 or dop853")
+    rows = np.full((count, at.size, counts.states), np.nan)
+    results = np.full((count, at.size, len(engine.selected)), np.nan)
+    reports = (Report * count)()
+    status = engine.library.m4e_ensemble(
+        engine.handle, options, count, p.ctypes.data, u.ctypes.data, x.ctypes.data, at.size,
+        at.ctypes.data, rows.ctypes.data, results.ctypes.data, reports,
+    )  # fmt: skip
+    if status != DONE:
+        raise RunError(f"{program.name}: no memory for an ensemble of {count} runs")
+    record = _EventRecord((), counts.states, 0)
+    return [engine._run(reports[k], at, rows[k], results[k], record) for k in range(count)]
+
+
+class _EventRecord:
+    """Room for events, and the structure that points to it."""
+
+    def __init__(self, watches: Sequence[Watch], states: int, most: int) -> None:
+        most = most if watches else 0
+        self.direction = np.array([w.direction for w in watches], dtype=np.int32)
+        self.terminal = np.array([w.terminal for w in watches], dtype=np.int32)
+        self.index = np.zeros(most, dtype=np.uint32)
+        self.time = np.zeros(most)
+        self.state = np.zeros((most, states))
+        self.events = Events(
+            len(watches), self.direction.ctypes.data, self.terminal.ctypes.data, most,
+            self.index.ctypes.data, self.time.ctypes.data, self.state.ctypes.data,
+        )  # fmt: skip
+
+
+def _message(program: Program, report: Report) -> str:
+    where = f"{program.name} at t = {report.time:.9g} s"
+    known = 0 <= report.component < len(program.states)
+    name = program.states[report.component].name if known else ""
+    return {
+        DONE: "",
+        EVENT: f"{where}: a terminal event",
+        NOT_FINITE: f"{where}: the state {name} or its rate is not finite",
+        SMALL_STEP: f"{where}: the step size needed is too small to go on",
+        MANY_STEPS: f"{where}: {report.accepted + report.rejected} steps were taken",
+        MANY_EVENTS: f"{where}: there were more than {report.events} events",
+        BAD_ARGUMENT: f"{program.name}: times, tolerances or method are not sound",
+        NO_MEMORY: f"{program.name}: no memory",
+    }[report.status]
+
+
+def _free(lib: ctypes.CDLL, program: int, model: int) -> None:
+    lib.m4e_model_free(model)
+    lib.m4e_program_free(program)

@@ -1,0 +1,48 @@
+"""An integration that is cut into calls: for progress reports and co-simulation steps."""
+
+from __future__ import annotations
+
+import ctypes
+import weakref
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from m4e_fmi.errors import InputError
+from m4e_fmi.runtime.engine import Control, Engine, Floats, Report, options_of, vector
+
+
+class Integrator:
+    """Advances one engine; keeps step size and dense output between calls.
+
+    Cutting one integration into calls of `advance` with the same `bound` changes no bit. After a
+    change of inputs, parameters or states call `start` again, with `report.step` as the first step.
+    """
+
+    def __init__(self, engine: Engine, control: Control | None = None) -> None:
+        self.engine = engine
+        lib = engine.library
+        self._handle = lib.m4e_integrator_new(engine.handle, options_of(control or Control()), None)
+        if not self._handle:
+            raise InputError.single(f"{engine.program.name}: an engine with watches, or no memory")
+        self._finalizer = weakref.finalize(self, lib.m4e_integrator_free, self._handle)
+        self.report = Report()
+
+    def start(self, t: float, states: ArrayLike, *, step: float = 0.0) -> None:
+        """Begin at time t [s] and `states`, trying `step` [s] first; 0: found from the rates."""
+        x = vector(states, (self.engine.counts.states,), "states")
+        self.engine.library.m4e_start(self._handle, t, x.ctypes.data, step)
+
+    def advance(self, times: ArrayLike, *, bound: float) -> Floats:
+        """States at `times` [s] (ascending, ≤ bound), one row each; no step goes beyond `bound`.
+
+        `report` tells status, steps and evaluations since the start; after a failure the rows not
+        reached are missing.
+        """
+        at = np.ascontiguousarray(times, dtype=np.float64)
+        rows = np.empty((at.size, self.engine.counts.states))
+        self.engine.library.m4e_advance(
+            self._handle, bound, at.size, at.ctypes.data, rows.ctypes.data,
+            ctypes.byref(self.report),
+        )  # fmt: skip
+        return rows[: self.report.rows]

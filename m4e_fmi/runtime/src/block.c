@@ -1,0 +1,219 @@
+/* From nodes to instructions: which are needed, in what order, fused, in which registers.
+
+   Order: by depth of sines and cosines (how many lie on the way from the leaves), those of one
+   depth first and together, so that they are computed as vectors; then the order of the nodes. An
+   addition, subtraction or product that only another such operation reads is fused into it.
+   Registers are allotted by linear scan: one is free again after the last instruction that reads
+   it. None of this changes a rounding. */
+#include <stdlib.h>
+
+#include "internal.h"
+
+typedef struct {
+    const m4e_program *program;
+    int hoisting;
+    uint32_t *uses;  /* by needed nodes and roots; 0: not needed */
+    uint32_t *order; /* needed nodes, as they will be computed */
+    uint32_t *where; /* of a trigonometric argument: its instruction; later: register of a node */
+    uint32_t *last;  /* instruction that reads a node last */
+    uint8_t *fused;  /* 1: part of another's instruction, 2: has a part */
+    uint32_t needed;
+    block *out;
+} planner;
+
+static int is_trig(uint8_t op) { return op == OP_SIN || op == OP_COS; }
+
+/* Add, sub, mul as 0, 1, 2; -1 for other operations. */
+static int ring(uint8_t op) {
+    return op == OP_ADD ? 0 : op == OP_SUB ? 1 : op == OP_MUL ? 2 : -1;
+}
+
+/* Nodes that have a register for good; a block of hoisted values computes those itself. */
+static int available(const planner *s, uint32_t node) {
+    return s->program->slot[node] != M4E_NONE &&
+           !(s->hoisting && s->program->op[node] >= FIRST_UNARY);
+}
+
+static void count_uses(planner *s, uint32_t count, const uint32_t *roots) {
+    const m4e_program *p = s->program;
+    for (uint32_t i = 0; i < count; ++i) ++s->uses[roots[i]];
+    for (uint32_t k = p->count.nodes; k-- > 0;) {
+        if (available(s, k)) s->uses[k] = 0;
+        if (s->uses[k] == 0) continue;
+        ++s->needed;
+        ++s->uses[p->a[k]];
+        if (p->op[k] >= FIRST_BINARY) ++s->uses[p->b[k]];
+    }
+}
+
+/* Counting sort by depth; `last` holds the depths and `where` the places meanwhile. */
+static void sort_by_depth(planner *s) {
+    const m4e_program *p = s->program;
+    uint32_t *key = s->last, *place = s->where, total = 0;
+    const uint32_t nodes = p->count.nodes;
+    for (uint32_t k = 0; k < nodes; ++k) {
+        key[k] = 1;
+        if (s->uses[k] == 0) continue;
+        key[k] = key[p->a[k]] | 1;
+        if (p->op[k] >= FIRST_BINARY && key[p->b[k]] > key[k]) key[k] = key[p->b[k]] | 1;
+        if (is_trig(p->op[k])) key[k] += 1; /* even: before the odd ones of its depth */
+        ++place[key[k]];
+    }
+    for (uint32_t d = 0; d < 2 * nodes + 2; ++d) {
+        const uint32_t here = place[d];
+        place[d] = total;
+        total += here;
+    }
+    for (uint32_t k = 0; k < nodes; ++k)
+        if (s->uses[k] > 0) s->order[place[key[k]]++] = k;
+}
+
+static instruction *append(planner *s, uint32_t code, uint32_t d, uint32_t a, uint32_t b) {
+    instruction *i = &s->out->code[s->out->length++];
+    *i = (instruction){code, d, a, b};
+    return i;
+}
+
+/* One instruction for the sine and the cosine of an argument. */
+static void append_trig(planner *s, uint32_t k) {
+    const uint32_t argument = s->program->a[k], place = s->where[argument];
+    instruction *i = place == M4E_NONE ? NULL : &s->out->code[place];
+    if (!i) {
+        s->where[argument] = (uint32_t)s->out->length;
+        i = append(s, OP_SINCOS, M4E_NONE, argument, M4E_NONE);
+    }
+    *(s->program->op[k] == OP_SIN ? &i->b : &i->d) = k;
+}
+
+/* An operand that only `k` reads, and which can be computed within its instruction. */
+static int fusible(const planner *s, uint32_t operand) {
+    return s->uses[operand] == 1 && !s->fused[operand] && ring(s->program->op[operand]) >= 0;
+}
+
+static void choose_fused(planner *s) {
+    const m4e_program *p = s->program;
+    for (uint32_t i = 0; i < s->needed; ++i) {
+        const uint32_t k = s->order[i];
+        if (ring(p->op[k]) < 0 || p->a[k] == p->b[k]) continue;
+        const uint32_t part = fusible(s, p->b[k]) ? p->b[k] : p->a[k];
+        if (!fusible(s, part)) continue;
+        s->fused[part] = 1;
+        s->fused[k] = 2;
+    }
+}
+
+static void append_fused(planner *s, uint32_t k) {
+    const m4e_program *p = s->program;
+    const int second = s->fused[p->b[k]] == 1;
+    const uint32_t part = second ? p->b[k] : p->a[k], other = second ? p->a[k] : p->b[k];
+    const int outer = p->op[k] == OP_SUB && second ? 3 : ring(p->op[k]);
+    const int code = FIRST_FUSED + 3 * outer + ring(p->op[part]);
+    append(s, (uint32_t)code | other << 8, k, p->a[part], p->b[part]);
+}
+
+static void emit(planner *s) {
+    const m4e_program *p = s->program;
+    memset(s->where, 0xff, (2 * (size_t)p->count.nodes + 2) * sizeof *s->where);
+    for (uint32_t i = 0; i < s->needed; ++i) {
+        const uint32_t k = s->order[i];
+        if (s->fused[k] == 1) continue;
+        if (s->fused[k] == 2)
+            append_fused(s, k);
+        else if (is_trig(p->op[k]))
+            append_trig(s, k);
+        else
+            append(s, p->op[k], k, p->a[k], p->op[k] >= FIRST_BINARY ? p->b[k] : p->a[k]);
+    }
+    uint32_t run = 0;
+    for (uint64_t i = s->out->length; i-- > 0;) {
+        const uint32_t op = s->out->code[i].code & 255;
+        run = op == OP_SINCOS && run < 0xffffff ? run + 1 : 0;
+        if (op == OP_SINCOS) s->out->code[i].code = OP_SINCOS | run << 8;
+    }
+}
+
+/* Registers read by an instruction: its a, its b unless that is a result, its c. */
+static size_t operands(const instruction *i, uint32_t *node) {
+    const uint32_t op = i->code & 255;
+    size_t count = 0;
+    node[count++] = i->a;
+    if (op != OP_SINCOS && i->b != i->a) node[count++] = i->b;
+    if (op >= FIRST_FUSED && op < OP_SINCOS && i->code >> 8 != i->a && i->code >> 8 != i->b)
+        node[count++] = i->code >> 8;
+    return count;
+}
+
+typedef struct {
+    uint32_t *free, count, next;
+} pool;
+
+static uint32_t take(planner *s, pool *registers, uint32_t node) {
+    if (node == M4E_NONE) return s->program->unread;
+    if (s->hoisting && s->program->slot[node] != M4E_NONE)
+        return s->where[node] = s->program->slot[node];
+    const uint32_t r = registers->count ? registers->free[--registers->count] : registers->next++;
+    return s->where[node] = r;
+}
+
+static void allot(planner *s, uint32_t count, const uint32_t *roots) {
+    const m4e_program *p = s->program;
+    block *out = s->out;
+    uint32_t node[3];
+    pool registers = {s->order, 0, p->unread + 1};
+    for (uint32_t k = 0; k < p->count.nodes; ++k) s->where[k] = available(s, k) ? p->slot[k] : 0;
+    for (uint64_t i = 0; i < out->length; ++i)
+        for (size_t j = operands(&out->code[i], node); j-- > 0;) s->last[node[j]] = (uint32_t)i;
+    for (uint32_t i = 0; i < count; ++i) s->last[roots[i]] = M4E_NONE;
+    for (uint64_t i = 0; i < out->length; ++i) {
+        instruction *now = &out->code[i];
+        const uint32_t op = now->code & 255;
+        for (size_t j = operands(now, node); j-- > 0;)
+            if (s->last[node[j]] == i && s->where[node[j]] > p->unread)
+                registers.free[registers.count++] = s->where[node[j]];
+        if (op >= FIRST_FUSED && op < OP_SINCOS) now->code = op | s->where[now->code >> 8] << 8;
+        now->a = s->where[now->a];
+        now->b = op == OP_SINCOS ? take(s, &registers, now->b) : s->where[now->b];
+        now->d = take(s, &registers, now->d);
+    }
+    append(s, OP_END, 0, 0, 0);
+    out->registers = registers.next;
+    for (uint32_t i = 0; i < count; ++i) out->result[i] = s->where[roots[i]];
+}
+
+block *m4e_block_new(const m4e_program *program, uint32_t count, const uint32_t *roots,
+                     int hoisting) {
+    const size_t n = program->count.nodes + (size_t)1;
+    planner s = {.program = program, .hoisting = hoisting};
+    uint32_t *memory = calloc(5 * n, sizeof *memory);
+    s.fused = calloc(n, 1);
+    s.out = calloc(1, sizeof *s.out);
+    if (memory && s.fused && s.out) {
+        s.uses = memory;
+        s.order = memory + n;
+        s.last = memory + 2 * n;
+        s.where = memory + 3 * n;
+        s.out->result = malloc((count + (size_t)1) * sizeof *s.out->result);
+        s.out->results = count;
+        count_uses(&s, count, roots);
+        s.out->code = malloc((s.needed + (size_t)1) * sizeof *s.out->code);
+    }
+    if (!memory || !s.fused || !s.out || !s.out->result || !s.out->code) {
+        m4e_block_free(s.out);
+        s.out = NULL;
+    } else {
+        sort_by_depth(&s);
+        choose_fused(&s);
+        emit(&s);
+        allot(&s, count, roots);
+    }
+    free(memory);
+    free(s.fused);
+    return s.out;
+}
+
+void m4e_block_free(block *b) {
+    if (!b) return;
+    free(b->code);
+    free(b->result);
+    free(b);
+}

@@ -1,0 +1,138 @@
+/* m4e runtime: runs programs (ordinary differential equations as straight-line arithmetic).
+
+   x' = f(t, x, u, p)    y = g(t, x, u, p)    c = h(p)
+
+   A program is read from its binary form (`m4e_program_read`, format in program.c). A model is one
+   instance of it: its own parameters, inputs and registers. An integrator advances a model.
+   Nothing here has global state; a model and its integrator belong to one thread at a time.
+   The same inputs give the same bits on every run; sine, cosine and step size control use basic
+   arithmetic only, so they agree between platforms as well. */
+#ifndef M4E_H
+#define M4E_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef _WIN32
+#define M4E_API __declspec(dllexport)
+#elif defined(__GNUC__)
+#define M4E_API __attribute__((visibility("default")))
+#else
+#define M4E_API
+#endif
+
+#define M4E_ABI 1   /* changes with any declaration below */
+#define M4E_LANES 8 /* models that an ensemble evaluates at once */
+
+typedef struct m4e_program m4e_program;
+typedef struct m4e_model m4e_model;
+typedef struct m4e_integrator m4e_integrator;
+
+typedef struct {
+    uint32_t states, inputs, parameters, outputs, calculated;
+    uint32_t nodes, literals, entries; /* entries: of the Jacobian, 0 where there is none */
+    uint32_t hoisted;                  /* operations done once per change of a parameter */
+} m4e_counts;
+
+enum { M4E_RK45 = 0, M4E_DOP853 = 1, M4E_RODAS = 2 };
+
+enum {
+    M4E_DONE = 0,           /* every time asked for was reached */
+    M4E_EVENT = 1,          /* a terminal event stopped the run */
+    M4E_NOT_FINITE = -1,    /* a rate or a state is inf or nan: `component` is its index */
+    M4E_SMALL_STEP = -2,    /* the step size needed is below what floating point resolves */
+    M4E_MANY_STEPS = -3,    /* `max_steps` were taken */
+    M4E_MANY_EVENTS = -4,   /* more events than there is room for */
+    M4E_BAD_ARGUMENT = -5,
+    M4E_NO_MEMORY = -6
+};
+
+typedef struct {
+    int32_t method;
+    double rtol, atol; /* local error per step <= atol + rtol |x|, RMS norm */
+    double max_step;   /* s; INFINITY for no limit */
+    uint64_t max_steps;
+} m4e_options;
+
+typedef struct {
+    int32_t status;
+    int32_t component; /* of the state or rate that is not finite, -1 otherwise */
+    double time;       /* s, reached */
+    double step;       /* s, to be tried next */
+    uint64_t evaluations, jacobians, accepted, rejected;
+    uint64_t rows;   /* output times reached */
+    uint64_t events; /* recorded */
+} m4e_report;
+
+/* Events of the model's watched outputs (`count` of them) and where they go: `capacity` places for
+   index, time and state (capacity x states). An event is a sign change of a watched output:
+   `direction` > 0 rising, < 0 falling, 0 both. The state recorded is that at the far side of the
+   crossing. Two crossings within one step go unseen. */
+typedef struct {
+    uint32_t count;
+    const int32_t *direction, *terminal;
+    uint64_t capacity;
+    uint32_t *index;
+    double *time, *state;
+} m4e_events;
+
+/* A compiled block: `fixed` holds inputs, parameters and hoisted values, one after the other. */
+typedef void m4e_kernel(double t, const double *x, const double *fixed, double *result);
+
+M4E_API int m4e_abi(void);
+
+/* NULL and a message where the bytes are not a program. The bytes are not kept. */
+M4E_API m4e_program *m4e_program_read(const uint8_t *bytes, size_t size, char *message,
+                                      size_t room);
+M4E_API void m4e_program_free(m4e_program *program);
+M4E_API void m4e_program_counts(const m4e_program *program, m4e_counts *counts);
+
+/* `lanes` is 1 or M4E_LANES. Only the `selected` outputs are computed; `watched` ones are event
+   functions. The program must outlive its models. NULL where memory is short or an index is out of
+   range. */
+M4E_API m4e_model *m4e_model_new(const m4e_program *program, uint32_t lanes, uint32_t selected,
+                                 const uint32_t *outputs, uint32_t watched,
+                                 const uint32_t *events);
+M4E_API void m4e_model_free(m4e_model *model);
+/* Compiled blocks to use instead of the interpreter (one lane only); NULL keeps the interpreter. */
+M4E_API void m4e_model_attach(m4e_model *model, m4e_kernel *rates, m4e_kernel *outputs,
+                              m4e_kernel *jacobian);
+M4E_API uint64_t m4e_model_instructions(const m4e_model *model); /* of the rates */
+
+/* One lane only. Parameters: one value each; then `calculated` may be read. */
+M4E_API void m4e_set_parameters(m4e_model *model, const double *p);
+M4E_API void m4e_set_inputs(m4e_model *model, const double *u);
+M4E_API void m4e_rates(m4e_model *model, double t, const double *x, double *result);
+M4E_API void m4e_outputs(m4e_model *model, double t, const double *x, double *result);
+M4E_API void m4e_calculated(m4e_model *model, double *result);
+/* n x (n + 1), row by row: d rates / d x, then d rates / d t; 0 where the program has none. */
+M4E_API int m4e_jacobian(m4e_model *model, double t, const double *x, double *result);
+
+/* Integrators of one model. `start` begins at (t, x), trying `step` [s] first: the `step` of the
+   last report after a change of inputs or states, 0 where nothing is known. `advance` goes on until
+   all `times` (ascending, s) are served, writing one row of states each, and never steps beyond
+   `bound`. Calls may be cut anywhere: `advance` to one bound gives the same bits in one call or many. */
+M4E_API m4e_integrator *m4e_integrator_new(m4e_model *model, const m4e_options *options,
+                                           const m4e_events *events);
+M4E_API void m4e_integrator_free(m4e_integrator *integrator);
+M4E_API void m4e_start(m4e_integrator *integrator, double t, const double *x, double step);
+M4E_API int m4e_advance(m4e_integrator *integrator, double bound, size_t count,
+                        const double *times, double *states, m4e_report *report);
+
+/* A whole simulation from (times[0], x): states (count x n) and selected outputs. */
+M4E_API int m4e_simulate(m4e_model *model, const m4e_options *options, const m4e_events *events,
+                         const double *x, size_t count, const double *times, double *states,
+                         double *outputs, m4e_report *report);
+/* `models` simulations of a model of M4E_LANES lanes, explicit methods only; every array has one
+   row per model. Each model keeps its own steps: its result is that of a single run to the bit. */
+M4E_API int m4e_ensemble(m4e_model *model, const m4e_options *options, size_t models,
+                         const double *p, const double *u, const double *x, size_t count,
+                         const double *times, double *states, double *outputs,
+                         m4e_report *reports);
+
+M4E_API double m4e_sin(double x);
+M4E_API double m4e_cos(double x);
+M4E_API void m4e_sincos(double x, double *sine, double *cosine);
+M4E_API void m4e_sincos_many(size_t count, const double *x, double *sine, double *cosine);
+
+#endif

@@ -1,0 +1,138 @@
+/* Models: one program with its own parameters, inputs and registers, on one lane or M4E_LANES. */
+#include <stdlib.h>
+
+#include "internal.h"
+
+static uint32_t largest(uint32_t a, const block *b) {
+    return b && b->registers > a ? b->registers : a;
+}
+
+static block *plan_outputs(const m4e_program *p, uint32_t count, const uint32_t *outputs) {
+    uint32_t *roots = malloc((count + (size_t)1) * sizeof *roots);
+    block *b = NULL;
+    uint32_t known = 0;
+    for (; roots && known < count && outputs[known] < p->count.outputs; ++known)
+        roots[known] = p->results[outputs[known]];
+    if (roots && known == count) b = m4e_block_new(p, count, roots, 0);
+    free(roots);
+    return b;
+}
+
+static int plan(m4e_model *m) {
+    const m4e_program *p = m->program;
+    m->constants = m4e_block_new(p, p->count.hoisted, p->hoisted, 1);
+    m->rates = m4e_block_new(p, p->count.states, p->rates, 0);
+    m->jacobian = m4e_block_new(p, p->count.entries, p->derivatives, 0);
+    return m->constants && m->rates && m->outputs && m->watched && m->jacobian;
+}
+
+m4e_model *m4e_model_new(const m4e_program *program, uint32_t lanes, uint32_t selected,
+                         const uint32_t *outputs, uint32_t watched, const uint32_t *events) {
+    if (lanes != 1 && lanes != M4E_LANES) return NULL;
+    m4e_model *m = calloc(1, sizeof *m);
+    if (!m) return NULL;
+    m->program = program;
+    m->lanes = lanes;
+    m->outputs = plan_outputs(program, selected, outputs);
+    m->watched = plan_outputs(program, watched, events);
+    if (!plan(m)) goto failed;
+    uint32_t registers = largest(largest(0, m->constants), m->rates);
+    registers = largest(largest(registers, m->outputs), m->watched);
+    registers = largest(registers, m->jacobian);
+    m->entries = calloc(program->count.entries + (size_t)1, sizeof *m->entries);
+    m->memory = calloc(registers * (size_t)lanes + 8, sizeof *m->registers);
+    if (!m->entries || !m->memory) goto failed;
+    /* whole cache lines: one register of all lanes each */
+    m->registers = (double *)(((uintptr_t)m->memory + 63) & ~(uintptr_t)63);
+    double *literal = m->registers + (program->unread - program->count.literals) * (size_t)lanes;
+    for (uint32_t i = 0; i < program->count.literals; ++i)
+        for (uint32_t l = 0; l < lanes; ++l) literal[i * (size_t)lanes + l] = program->literals[i];
+    m4e_compute_constants(m);
+    return m;
+failed:
+    m4e_model_free(m);
+    return NULL;
+}
+
+void m4e_model_free(m4e_model *m) {
+    if (!m) return;
+    block *blocks[] = {m->constants, m->rates, m->outputs, m->watched, m->jacobian};
+    for (int i = 0; i < 5; ++i) m4e_block_free(blocks[i]);
+    free(m->memory);
+    free(m->entries);
+    free(m);
+}
+
+void m4e_model_attach(m4e_model *m, m4e_kernel *rates, m4e_kernel *outputs,
+                      m4e_kernel *jacobian) {
+    m->rates_kernel = rates;
+    m->outputs_kernel = outputs;
+    m->jacobian_kernel = jacobian;
+}
+
+uint64_t m4e_model_instructions(const m4e_model *m) { return m->rates->length - 1; }
+
+static void run(m4e_model *m, const block *b) {
+    if (m->lanes == 1)
+        m4e_run(b->code, m->registers);
+    else
+        m4e_run_lanes(b->code, m->registers);
+}
+
+void m4e_compute_constants(m4e_model *m) { run(m, m->constants); }
+
+void m4e_evaluate(m4e_model *m, const block *b, m4e_kernel *kernel, const double *t,
+                  const double *x, double *result) {
+    const size_t lanes = m->lanes, states = m->program->count.states;
+    double *r = m->registers;
+    if (kernel) {
+        kernel(*t, x, r + 1 + states, result);
+        return;
+    }
+    memcpy(r, t, lanes * sizeof *r);
+    memcpy(r + lanes, x, states * lanes * sizeof *r);
+    run(m, b);
+    if (lanes == 1)
+        for (size_t i = 0; i < b->results; ++i) result[i] = r[b->result[i]];
+    else
+        for (size_t i = 0; i < b->results; ++i)
+            memcpy(result + i * M4E_LANES, r + (size_t)b->result[i] * M4E_LANES,
+                   M4E_LANES * sizeof *r);
+}
+
+void m4e_set_inputs(m4e_model *m, const double *u) {
+    const m4e_counts *n = &m->program->count;
+    if (n->inputs) memcpy(m->registers + 1 + n->states, u, n->inputs * sizeof *u);
+}
+
+void m4e_set_parameters(m4e_model *m, const double *p) {
+    const m4e_counts *n = &m->program->count;
+    double *place = m->registers + 1 + (size_t)n->states + n->inputs;
+    if (n->parameters) memcpy(place, p, n->parameters * sizeof *p);
+    m4e_compute_constants(m);
+}
+
+void m4e_rates(m4e_model *m, double t, const double *x, double *result) {
+    m4e_evaluate(m, m->rates, m->rates_kernel, &t, x, result);
+}
+
+void m4e_outputs(m4e_model *m, double t, const double *x, double *result) {
+    m4e_evaluate(m, m->outputs, m->outputs_kernel, &t, x, result);
+}
+
+void m4e_calculated(m4e_model *m, double *result) {
+    const m4e_program *p = m->program;
+    for (uint32_t i = 0; i < p->count.calculated; ++i)
+        result[i] = m->registers[p->slot[p->constants[i]]];
+}
+
+int m4e_jacobian(m4e_model *m, double t, const double *x, double *result) {
+    const m4e_program *p = m->program;
+    const size_t n = p->count.states;
+    if (p->count.entries == 0) return 0;
+    m4e_evaluate(m, m->jacobian, m->jacobian_kernel, &t, x, m->entries);
+    memset(result, 0, n * (n + 1) * sizeof *result);
+    for (uint32_t i = 0; i < p->count.entries; ++i)
+        result[p->rows[i] * (n + 1) + p->columns[i]] = m->entries[i];
+    return 1;
+}

@@ -1,0 +1,248 @@
+/* Reading a program from its binary form, version 1. All numbers are little-endian.
+
+     0  magic      8 bytes  89 'M' '4' 'E' 0d 0a 1a 0a
+     8  version    u32
+    12  checksum   u32      CRC-32 (zlib's) of all bytes from offset 16 on
+    16  size       u64      of the whole, in bytes
+    24  counts     u32 x 9  states, inputs, parameters, outputs, calculated, nodes, literals,
+                            entries of the Jacobian, bytes of text
+    60  zero       u32
+    64  literals   f64 each
+        start      f64 each for parameters, inputs, states
+        nodes      u32 a, then u32 b, then u8 operation of all; a literal's, state's, input's or
+                   parameter's a is its index; else a, b are earlier nodes; unused ones are 0;
+                   zeros fill up to a multiple of 4
+        roots      u32 node of each state's rate, each output, each calculated parameter
+        Jacobian   u32 row, then u32 column, then u32 node of all entries: the derivative of rate
+                   `row` by state `column`, or by time where column = states; ascending, others 0
+        flags      u32 of each variable: 1 tunable, 2 local
+        text       UTF-8, each piece ended by a zero byte: the program's name and description; then
+                   name, unit, display unit, what it is the derivative of, description of each
+                   variable. Order: parameters, inputs, states, outputs, calculated.
+
+   Every count and index is checked before it is used. */
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "internal.h"
+
+enum { HEADER = 64, VERSION = 1, COUNTS = 9, PIECES = 5 };
+static const uint8_t magic[8] = {0x89, 'M', '4', 'E', 0x0d, 0x0a, 0x1a, 0x0a};
+
+static uint32_t get32(const uint8_t *p) {
+    return (uint32_t)p[0] | (uint32_t)p[1] << 8 | (uint32_t)p[2] << 16 | (uint32_t)p[3] << 24;
+}
+
+static uint64_t get64(const uint8_t *p) { return get32(p) | (uint64_t)get32(p + 4) << 32; }
+
+static uint32_t checksum(const uint8_t *p, size_t size) {
+    uint32_t table[256], crc = 0xffffffff;
+    for (uint32_t i = 0; i < 256; ++i) {
+        uint32_t value = i;
+        for (int bit = 0; bit < 8; ++bit) value = value >> 1 ^ (0xedb88320 & (0 - (value & 1)));
+        table[i] = value;
+    }
+    for (size_t i = 0; i < size; ++i) crc = table[(crc ^ p[i]) & 255] ^ crc >> 8;
+    return ~crc;
+}
+
+/* Message of what is wrong with the header, NULL if nothing is. */
+static const char *header_problem(const uint8_t *bytes, size_t size) {
+    if (size < HEADER) return "is too short to be a program";
+    if (memcmp(bytes, magic, sizeof magic) != 0) return "is not a program of m4e_fmi";
+    if (get32(bytes + 8) > VERSION) return "was written by a newer version of m4e_fmi";
+    if (get32(bytes + 8) != VERSION || get32(bytes + 60) != 0) return "has a damaged header";
+    if (get64(bytes + 16) > size) return "is truncated";
+    if (get64(bytes + 16) < size) return "has bytes after its end";
+    if (checksum(bytes + 16, size - 16) != get32(bytes + 12))
+        return "is damaged: its checksum does not match";
+    return NULL;
+}
+
+typedef struct {
+    const uint8_t *at;
+    int failed; /* memory is short */
+} cursor;
+
+static uint32_t *read32(cursor *c, size_t count) {
+    uint32_t *values = malloc((count + 1) * sizeof *values);
+    if (!values) c->failed = 1;
+    for (size_t i = 0; values && i < count; ++i) values[i] = get32(c->at + 4 * i);
+    c->at += 4 * count;
+    return values;
+}
+
+static double *read_doubles(cursor *c, size_t count) {
+    double *values = malloc((count + 1) * sizeof *values);
+    if (!values) c->failed = 1;
+    for (size_t i = 0; values && i < count; ++i) {
+        const uint64_t bits = get64(c->at + 8 * i);
+        memcpy(&values[i], &bits, sizeof bits);
+    }
+    c->at += 8 * count;
+    return values;
+}
+
+static uint64_t variables(const m4e_counts *n) {
+    return (uint64_t)n->states + n->inputs + n->parameters + n->outputs + n->calculated;
+}
+
+/* Size that the counts imply; they are below 2^32, so nothing overflows. */
+static uint64_t implied_size(const m4e_counts *n, uint64_t text) {
+    const uint64_t doubles = (uint64_t)n->literals + n->parameters + n->inputs + n->states;
+    const uint64_t roots = (uint64_t)n->states + n->outputs + n->calculated;
+    const uint64_t words = 2 * (uint64_t)n->nodes + roots + 3 * (uint64_t)n->entries + variables(n);
+    return HEADER + 8 * doubles + 4 * words + (n->nodes + UINT64_C(3)) / 4 * 4 + text;
+}
+
+static const char *nodes_problem(const m4e_program *p) {
+    const m4e_counts *n = &p->count;
+    for (uint32_t k = 0; k < n->nodes; ++k) {
+        const uint8_t op = p->op[k];
+        uint32_t most = k; /* a is below this */
+        if (op >= NODE_OPS) return "has an unknown operation";
+        if (op == OP_LITERAL) most = n->literals;
+        if (op == OP_TIME) most = 1;
+        if (op == OP_STATE) most = n->states;
+        if (op == OP_INPUT) most = n->inputs;
+        if (op == OP_PARAMETER) most = n->parameters;
+        if (p->a[k] >= most || p->b[k] >= (op >= FIRST_BINARY ? k : 1))
+            return "has an operand out of range";
+    }
+    return NULL;
+}
+
+static int below(const uint32_t *values, size_t count, uint32_t limit) {
+    for (size_t i = 0; i < count; ++i)
+        if (values[i] >= limit) return 0;
+    return 1;
+}
+
+static const char *roots_problem(const m4e_program *p) {
+    const m4e_counts *n = &p->count;
+    if (!below(p->rates, n->states, n->nodes) || !below(p->results, n->outputs, n->nodes) ||
+        !below(p->constants, n->calculated, n->nodes) ||
+        !below(p->derivatives, n->entries, n->nodes) || !below(p->rows, n->entries, n->states) ||
+        !below(p->columns, n->entries, n->states + 1))
+        return "has a result out of range";
+    for (uint32_t i = 1; i < n->entries; ++i)
+        if (p->rows[i] < p->rows[i - 1] ||
+            (p->rows[i] == p->rows[i - 1] && p->columns[i] <= p->columns[i - 1]))
+            return "has a Jacobian out of order";
+    return NULL;
+}
+
+static const char *text_problem(const m4e_counts *n, const uint8_t *text, size_t size) {
+    uint64_t pieces = 0;
+    for (size_t i = 0; i < size; ++i) pieces += text[i] == 0;
+    if (size == 0 || text[size - 1] != 0 || pieces != 2 + PIECES * variables(n))
+        return "has damaged text";
+    return NULL;
+}
+
+/* Nodes that depend on parameters only and are read by others, or are results, are computed once
+   per change of a parameter. Also gives the leaves their registers. */
+static int assign_slots(m4e_program *p) {
+    m4e_counts *n = &p->count;
+    uint8_t *fixed = calloc(n->nodes + (size_t)1, 1), *read = calloc(n->nodes + (size_t)1, 1);
+    if (!fixed || !read) goto done;
+    for (uint32_t i = 0; i < n->states; ++i) read[p->rates[i]] = 1;
+    for (uint32_t i = 0; i < n->outputs; ++i) read[p->results[i]] = 1;
+    for (uint32_t i = 0; i < n->calculated; ++i) read[p->constants[i]] = 1;
+    for (uint32_t i = 0; i < n->entries; ++i) read[p->derivatives[i]] = 1;
+    for (uint32_t k = 0; k < n->nodes; ++k) {
+        const uint8_t op = p->op[k];
+        const int leaf = op < FIRST_UNARY, binary = op >= FIRST_BINARY;
+        fixed[k] = leaf ? op == OP_LITERAL || op == OP_PARAMETER
+                        : fixed[p->a[k]] && (!binary || fixed[p->b[k]]);
+        if (!leaf && !fixed[k]) read[p->a[k]] = 1;
+        if (binary && !fixed[k]) read[p->b[k]] = 1;
+    }
+    const uint32_t input = 1 + n->states, parameter = input + n->inputs;
+    const uint32_t hoisted = parameter + n->parameters;
+    for (uint32_t k = 0; k < n->nodes; ++k) {
+        if (p->op[k] < FIRST_UNARY || !fixed[k] || !read[k]) continue;
+        p->slot[k] = hoisted + n->hoisted;
+        p->hoisted[n->hoisted++] = k;
+    }
+    const uint32_t literal = hoisted + n->hoisted;
+    const uint32_t first[] = {literal, 0, 1, input, parameter};
+    for (uint32_t k = 0; k < n->nodes; ++k)
+        if (p->op[k] < FIRST_UNARY) p->slot[k] = first[p->op[k]] + p->a[k];
+    p->unread = literal + n->literals;
+done:
+    free(fixed);
+    free(read);
+    return fixed && read;
+}
+
+static const char *read_body(m4e_program *p, const uint8_t *bytes, size_t text) {
+    const m4e_counts *n = &p->count;
+    cursor c = {bytes + HEADER, 0};
+    p->literals = read_doubles(&c, n->literals);
+    c.at += 8 * ((size_t)n->parameters + n->inputs + n->states);
+    p->a = read32(&c, n->nodes);
+    p->b = read32(&c, n->nodes);
+    p->op = malloc(n->nodes + (size_t)1);
+    if (p->op) memcpy(p->op, c.at, n->nodes);
+    c.at += (n->nodes + (size_t)3) / 4 * 4;
+    p->rates = read32(&c, n->states);
+    p->results = read32(&c, n->outputs);
+    p->constants = read32(&c, n->calculated);
+    p->rows = read32(&c, n->entries);
+    p->columns = read32(&c, n->entries);
+    p->derivatives = read32(&c, n->entries);
+    c.at += 4 * (size_t)variables(n);
+    p->slot = malloc((n->nodes + (size_t)1) * sizeof *p->slot);
+    p->hoisted = malloc((n->nodes + (size_t)1) * sizeof *p->hoisted);
+    if (c.failed || !p->op || !p->slot || !p->hoisted) return "does not fit into memory";
+    memset(p->slot, 0xff, n->nodes * sizeof *p->slot);
+    const char *problem = nodes_problem(p);
+    if (!problem) problem = roots_problem(p);
+    if (!problem) problem = text_problem(n, c.at, text);
+    if (!problem && !assign_slots(p)) problem = "does not fit into memory";
+    for (uint32_t i = 0; !problem && i < n->calculated; ++i) {
+        const uint32_t slot = p->slot[p->constants[i]];
+        if (slot == M4E_NONE || slot < 1 + n->states + n->inputs)
+            problem = "has a calculated parameter that varies";
+    }
+    return problem;
+}
+
+m4e_program *m4e_program_read(const uint8_t *bytes, size_t size, char *message, size_t room) {
+    m4e_program *p = NULL;
+    const char *problem = header_problem(bytes, size);
+    if (!problem) {
+        uint32_t n[COUNTS];
+        for (int i = 0; i < COUNTS; ++i) n[i] = get32(bytes + 24 + 4 * i);
+        const m4e_counts count = {n[0], n[1], n[2], n[3], n[4], n[5], n[6], n[7], 0};
+        if (implied_size(&count, n[8]) != size)
+            problem = "has counts that do not match its size";
+        else if (variables(&count) + count.nodes + count.literals >= M4E_MOST)
+            problem = "is larger than this version can run";
+        else if (!(p = calloc(1, sizeof *p)))
+            problem = "does not fit into memory";
+        else {
+            p->count = count;
+            problem = read_body(p, bytes, n[8]);
+        }
+    }
+    if (!problem) return p;
+    m4e_program_free(p);
+    snprintf(message, room, "%s", problem);
+    return NULL;
+}
+
+void m4e_program_free(m4e_program *p) {
+    if (!p) return;
+    void *parts[] = {p->op,      p->a,         p->b,    p->slot,    p->literals,    p->rates,
+                     p->results, p->constants, p->rows, p->columns, p->derivatives, p->hoisted};
+    for (size_t i = 0; i < sizeof parts / sizeof *parts; ++i) free(parts[i]);
+    free(p);
+}
+
+void m4e_program_counts(const m4e_program *program, m4e_counts *counts) {
+    *counts = program->count;
+}
+
+int m4e_abi(void) { return M4E_ABI; }

@@ -1,0 +1,103 @@
+"""Programs that tests of the runtime share."""
+
+from __future__ import annotations
+
+from m4e_fmi.program import Program, Recorder, Variable, functions
+from m4e_fmi.program.functions import cos, sin
+from m4e_fmi.program.tape import BINARY, UNARY
+from m4e_fmi.runtime.bytecode import Entry
+
+
+def chain(n: int) -> Program:
+    """Pendulum of n links (2 m, 10 kg each), angles from the horizontal, by recursion: O(n)."""
+    r = Recorder(f"chain{n}", f"pendulum of {n} links")
+    g = r.parameter(Variable("g", "m/s2", "gravity", start=9.81))
+    links = range(n)
+    length = [r.parameter(Variable(f"L{i}", "m", "length", start=2.0)) for i in links]
+    mass = [r.parameter(Variable(f"m{i}", "kg", "mass", start=10.0)) for i in links]
+    inertia = [r.parameter(Variable(f"J{i}", "kg.m2", "inertia", start=40 / 12)) for i in links]
+    angle = [r.state(Variable(f"theta{i}", "rad", "angle")) for i in links]
+    omega = [r.state(Variable(f"omega{i}", "rad/s", "angular velocity")) for i in links]
+    xx = xz = zz = px = pz = 0.0  # force at the inner joint = (xx, xz; xz, zz) acceleration + p
+    passes = []
+    for i in reversed(links):
+        ex, ez, tx, tz = cos(angle[i]), -sin(angle[i]), -sin(angle[i]), -cos(angle[i])
+        arm, square = mass[i] * length[i] * 0.5, omega[i] * omega[i]
+        bx, bz = -length[i] * square * ex, -length[i] * square * ez
+        qx, qz = px + xx * bx + xz * bz, pz + xz * bx + zz * bz
+        ux, uz = xx * tx + xz * tz, xz * tx + zz * tz
+        total = inertia[i] + arm * length[i] * 0.5 + length[i] * length[i] * (tx * ux + tz * uz)
+        kx, kz = arm * tx + length[i] * ux, arm * tz + length[i] * uz
+        d = arm * tz * g + length[i] * (tx * qx + tz * qz)
+        gx, gz, free = kx / total, kz / total, d / total
+        passes.append((gx, gz, free, tx, tz, bx, bz))
+        px = qx - arm * square * ex - kx * free
+        pz = qz - arm * square * ez + mass[i] * g - kz * free
+        xx, xz, zz = mass[i] + xx - gx * kx, xz - gx * kz, mass[i] + zz - gz * kz
+    ax = az = 0.0
+    for i, (gx, gz, free, tx, tz, bx, bz) in enumerate(reversed(passes)):
+        alpha = -(gx * ax + gz * az) - free
+        r.rate(f"theta{i}", omega[i])
+        r.rate(f"omega{i}", alpha)
+        ax, az = ax + length[i] * alpha * tx + bx, az + length[i] * alpha * tz + bz
+    return r.program()
+
+
+def every_operation() -> Program:
+    """One state, parameter and input; every operation of the tape, defined near the starts."""
+    r = Recorder("every", "every operation, mit Umlaut ü")
+    x = r.state(Variable("x", "m", "state", start=0.3))
+    q = r.parameter(Variable("q", "m", "parameter", start=0.7, tunable=True))
+    w = r.input(Variable("w", "N", "input", start=0.2, display_unit="kN"))
+    for name in UNARY:
+        argument = x * q - w * 0.1
+        plain = {"neg": lambda a: -a, "abs": abs}
+        value = plain[name](argument) if name in plain else getattr(functions, name)(argument)
+        r.output(Variable(f"unary.{name}", "1", name, local=True), value)
+    for name in BINARY:
+        r.output(Variable(f"binary.{name}", "1", name), (x + q).record(name, w + r.time))
+    r.rate("x", sin(x * q) - w * cos(x) + r.time * q**2)
+    r.calculate(Variable("c", "m2", "calculated"), q * q + sin(q))
+    return r.program()
+
+
+def exact() -> Program:
+    """x = exp(sin t), y = 1/(1 + t): x' = x cos t, y' = −y²; `late` = t − 0.5."""
+    r = Recorder("exact", "with a known solution")
+    x = r.state(Variable("x", "1", "exp(sin t)", start=1.0))
+    y = r.state(Variable("y", "1", "1/(1 + t)", start=1.0))
+    r.rate("x", x * cos(r.time))
+    r.rate("y", -y * y)
+    r.output(Variable("late", "s", "time beyond 0.5 s"), r.time - 0.5)
+    return r.program()
+
+
+def van_der_pol(mu: float) -> tuple[Program, list[Entry]]:
+    """x'' = mu (1 − x²) x' − x from (2, 0), and its Jacobian."""
+    r = Recorder("van_der_pol", "relaxation oscillator")
+    x = r.state(Variable("x", "1", "position", start=2.0))
+    y = r.state(Variable("y", "1", "velocity"))
+    r.rate("x", y)
+    r.rate("y", mu * (1 - x * x) * y - x)
+    entries = [(0, 1, r.tape.constant(1.0)), (1, 0, -2 * mu * x * y - 1), (1, 1, mu * (1 - x * x))]
+    return r.program(), [(i, j, value.index) for i, j, value in entries]
+
+
+def robertson() -> tuple[Program, list[Entry]]:
+    """Robertson's chemical kinetics, and its Jacobian."""
+    r = Recorder("robertson", "three species")
+    a, b, c = (
+        r.state(Variable(name, "1", "share", start=start))
+        for name, start in (("a", 1.0), ("b", 0.0), ("c", 0.0))
+    )
+    first, second, third = 0.04 * a, 1e4 * b * c, 3e7 * b * b
+    r.rate("a", -first + second)
+    r.rate("b", first - second - third)
+    r.rate("c", third)
+    constant = r.tape.constant
+    entries = [
+        (0, 0, constant(-0.04)), (0, 1, 1e4 * c), (0, 2, 1e4 * b),
+        (1, 0, constant(0.04)), (1, 1, -1e4 * c - 6e7 * b), (1, 2, -1e4 * b),
+        (2, 1, 6e7 * b),
+    ]  # fmt: skip
+    return r.program(), [(i, j, value.index) for i, j, value in entries]

@@ -1,0 +1,91 @@
+"""The C sources: no warnings, no undefined behaviour on damaged programs, right without tricks."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+
+import pytest
+from support.runtime_programs import chain, every_operation, robertson
+
+from m4e_fmi.runtime.bytecode import encode
+from m4e_fmi.runtime.compiler import (
+    FLAGS,
+    SOURCES,
+    CompilationError,
+    cached_shared,
+    compile_shared,
+    compiler,
+)
+
+C_FILES = sorted(SOURCES.glob("*.c"))
+STRICT = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror"]
+FUZZ = Path(__file__).parents[1] / "fuzz" / "fuzz_program.c"
+
+
+@pytest.mark.parametrize("more", [[], ["-DM4E_NO_COMPUTED_GOTO"]], ids=["goto", "switch"])
+def test_sources_compile_without_a_warning(tmp_path: Path, more: list[str]) -> None:
+    command = [*(compiler() or ["cc"]), *FLAGS, *STRICT, *more, "-o", str(tmp_path / "library")]
+    run = subprocess.run([*command, *map(str, C_FILES), "-lm"], capture_output=True, text=True)
+    assert run.returncode == 0, run.stderr
+
+
+@pytest.mark.parametrize("more", [[], ["-DM4E_NO_COMPUTED_GOTO"]], ids=["goto", "switch"])
+def test_damaged_programs_under_sanitizers(tmp_path: Path, more: list[str]) -> None:
+    fuzzer = tmp_path / "fuzzer"
+    flags = ["-std=c11", "-O1", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+    command = [
+        *(compiler() or ["cc"]),
+        *flags,
+        *STRICT,
+        *more,
+        "-I",
+        str(SOURCES),
+        "-o",
+        str(fuzzer),
+    ]
+    built = subprocess.run(
+        [*command, str(FUZZ), *map(str, C_FILES), "-lm"], capture_output=True, text=True
+    )
+    if "cannot find" in built.stderr and "asan" in built.stderr:
+        pytest.skip("this compiler has no sanitizers")
+    assert built.returncode == 0, built.stderr
+    seeds = []
+    for program, entries in ((chain(2), []), (every_operation(), [(0, 0, 1)]), robertson()):
+        seeds.append(tmp_path / program.name)
+        seeds[-1].write_bytes(encode(program, entries))
+    run = subprocess.run(
+        [str(fuzzer), "30000", "7", *map(str, seeds)], capture_output=True, text=True
+    )
+    assert run.returncode == 0, run.stderr
+    tried, taken = (int(word) for word in run.stdout.split() if word.isdigit())
+    assert tried == 30000
+    assert 0 < taken < tried
+
+
+def test_what_is_compiled_is_kept_by_content(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("M4E_FMI_CACHE", str(tmp_path))
+    source = "double m4e_one(void);\ndouble m4e_one(void) { return 1.0; }\n"
+    first = cached_shared("one", [], source)
+    made = first.stat().st_mtime_ns
+    assert cached_shared("one", [], source) == first
+    assert first.stat().st_mtime_ns == made
+    assert cached_shared("one", [], source + "\n") != first
+
+
+def test_a_compiler_that_refuses_says_so(tmp_path: Path) -> None:
+    source = tmp_path / "bad.c"
+    source.write_text("this is no C\n")
+    with pytest.raises(CompilationError, match="failed"):
+        compile_shared([source], tmp_path / "bad.so")
+    assert not (tmp_path / "bad.so").exists()
+
+
+def test_no_compiler_is_an_error_with_a_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("m4e_fmi.runtime.compiler.compiler", lambda: None)
+    with pytest.raises(CompilationError, match="no C compiler"):
+        compile_shared(C_FILES, tmp_path / "library.so")
