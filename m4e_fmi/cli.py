@@ -79,6 +79,11 @@ def _add_simulate(commands: argparse._SubParsersAction) -> None:
         "--output-interval", type=float, default=0.01, metavar="S", help="default 0.01 s"
     )
     command.add_argument("--tolerance", type=float, default=1e-8, help="default 1e-8")
+    command.add_argument(
+        "--method",
+        default="dop853",
+        help="dop853 (default), rk45, rodas (stiff), python, or SciPy's, as scipy.RK45",
+    )
     _add_start_values(command, "NAME")
     _add_output_file(command)
     command.set_defaults(command=_simulate)
@@ -97,6 +102,7 @@ def _simulate(options: argparse.Namespace) -> None:
             output_interval=options.output_interval,
             start_values=_start_values(options),
             tolerance=options.tolerance,
+            method=options.method,
             progress=progress,
         )
     files = write_simulation(result, _output_file(options, program.name))

@@ -63,8 +63,7 @@ def simulation_summary(simulation: Simulation) -> str:
     factor = simulation.time[-1] / simulation.wall_time
     lines = [
         f"{simulation.program.name}: {simulation.time[-1]:g} s in {simulation.wall_time:.2f} s "
-        f"({factor:.0f} × real time), {simulation.accepted} steps, {simulation.rejected} rejected, "
-        f"{simulation.evaluations} evaluations",
+        f"({factor:.0f} × real time), {simulation.method}, {simulation.evaluations} evaluations",
         "state at the end:",
     ]
     lines += [

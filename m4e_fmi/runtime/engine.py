@@ -264,7 +264,7 @@ class Engine:
         reached, events = report.rows, report.events
         return Run(
             status=report.status,
-            message=_message(self.program, report),
+            message=failure_text(self.program, report),
             time=at[:reached],
             states=rows[:reached],
             outputs=results[:reached],
@@ -334,7 +334,8 @@ class _EventRecord:
         )  # fmt: skip
 
 
-def _message(program: Program, report: Report) -> str:
+def failure_text(program: Program, report: Report) -> str:
+    """Why an integration ended as `report` says, in words; empty if it was done."""
     where = f"{program.name} at t = {report.time:.9g} s"
     known = 0 <= report.component < len(program.states)
     name = program.states[report.component].name if known else ""

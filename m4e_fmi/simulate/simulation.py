@@ -9,14 +9,23 @@ from pathlib import Path
 
 import numpy as np
 
-from m4e_fmi.errors import InputError, RunError, suggestion
+from m4e_fmi.errors import InputError, suggestion
 from m4e_fmi.model import Model
 from m4e_fmi.multibody import model_program
 from m4e_fmi.program import Program, Variable
-from m4e_fmi.program.python_form import load_python
-from m4e_fmi.runtime import DormandPrince, IntegrationError
+from m4e_fmi.runtime.library import library
+from m4e_fmi.simulate.solvers import (
+    SCIPY_METHODS,
+    solve_compiled,
+    solve_python,
+    solve_scipy,
+)
 
 Progress = Callable[[float], None]
+PYTHON = "python"
+SCIPY = "scipy."
+RUNTIME_METHODS = ("dop853", "rk45", "rodas")
+METHODS = (*RUNTIME_METHODS, PYTHON, *(f"{SCIPY}{name}" for name in SCIPY_METHODS))
 
 
 @dataclass(frozen=True)
@@ -27,12 +36,11 @@ class Simulation:
     """
 
     program: Program
+    method: str
     time: np.ndarray
     values: dict[str, np.ndarray]
     variables: dict[str, Variable]
     evaluations: int
-    accepted: int
-    rejected: int
     wall_time: float
 
     def __getitem__(self, name: str) -> np.ndarray:
@@ -46,49 +54,39 @@ def simulate(
     output_interval: float = 0.01,
     start_values: Mapping[str, float] | None = None,
     tolerance: float = 1e-8,
+    method: str = RUNTIME_METHODS[0],
     progress: Progress | None = None,
 ) -> Simulation:
     """Integrate from t = 0 to `stop_time` [s]; outputs at every `output_interval` and at the end.
 
-    `start_values` sets parameters, inputs and states by name (SI). The local error per step is at
-    most tolerance·(1 + |x|). Output times are met exactly. Raises InputError for an unknown name or
-    a bad time, RunError if the integration fails, naming time and cause.
+    `start_values` sets parameters, inputs and states by name (SI). `tolerance` is relative and
+    absolute, per step. `method` is one of the runtime's, dop853, rk45 or rodas (stiff), `python`
+    (no compiled library, and what it is replaced by where there is none), or SciPy's by name, such
+    as `scipy.RK45`. Output times are met exactly. Raises InputError for an unknown name or a bad
+    time, RunError if the integration fails, naming time and cause.
     """
+    if method not in METHODS:
+        remedy = suggestion(method, METHODS, "methods")
+        raise InputError.single(f"there is no method {method!r}", remedy)
     program = system if isinstance(system, Program) else model_program(system)
     program = _started(program, start_values or {})
-    times = output_times(stop_time, output_interval)
-    form = load_python(program)
-    parameters = [v.start for v in program.parameters]
-    inputs = [v.start for v in program.inputs]
-    x = [v.start for v in program.states]
+    times = np.array(output_times(stop_time, output_interval))
+    if method in RUNTIME_METHODS and library() is None:
+        method = PYTHON
+    if method in RUNTIME_METHODS:
+        solver = solve_compiled
+    else:
+        solver = solve_python if method == PYTHON else solve_scipy
     began = time.perf_counter()
-    t = 0.0
-    rows: list[list[float]] = []
-    try:
-        constants = form.constants(parameters)
-        integrator = DormandPrince(
-            lambda s, y: form.rates(s, y, inputs, parameters, constants), tolerance=tolerance
-        )
-        for target in times:
-            x = integrator.advance(t, x, target)
-            t = target
-            rows.append([*x, *form.outputs(t, x, inputs, parameters, constants)])
-            if progress:
-                progress(t)
-    except (IntegrationError, ArithmeticError, ValueError) as error:
-        message = f"{program.name}: the integration stopped after t = {t:.6g} s: {error}"
-        remedy = "look for a division by zero, a singular configuration or values far out of scale"
-        raise RunError(message, remedy) from error
+    rows, evaluations = solver(program, times, method.removeprefix(SCIPY), tolerance, progress)
     variables = {v.name: v for v in (*program.states, *program.outputs)}
-    columns = np.array(rows).T
     return Simulation(
         program=program,
-        time=np.array(times),
-        values=dict(zip(variables, columns, strict=True)),
+        method=method,
+        time=times,
+        values=dict(zip(variables, rows.T, strict=True)),
         variables=variables,
-        evaluations=integrator.evaluations,
-        accepted=integrator.accepted,
-        rejected=integrator.rejected,
+        evaluations=evaluations,
         wall_time=time.perf_counter() - began,
     )
 

@@ -1,0 +1,82 @@
+"""Simulation in process: methods agree, times are met, failures are told."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from m4e_fmi.errors import InputError, RunError
+from m4e_fmi.program import Program, Recorder, Variable, cos, sqrt
+from m4e_fmi.simulate import simulate
+from m4e_fmi.simulate.simulation import METHODS, output_times
+
+
+def oscillator() -> Program:
+    """ẍ = −ω² x with ω = 2 rad/s, x(0) = 1; an output x²."""
+    r = Recorder("oscillator", "undamped")
+    omega = r.parameter(Variable("omega", "rad/s", "angular frequency", start=2.0))
+    x = r.state(Variable("x", "m", "position", start=1.0))
+    v = r.state(Variable("v", "m/s", "velocity"))
+    r.rate("x", v)
+    r.rate("v", -omega * omega * x)
+    r.output(Variable("square", "m2", "x squared"), x * x)
+    return r.program()
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_every_method_solves_the_oscillator(method: str):
+    tolerance = 1e-6 if method in ("scipy.RK23", "scipy.BDF") else 1e-8
+    result = simulate(oscillator(), stop_time=5.0, tolerance=tolerance, method=method)
+    # a local error of `tolerance` per step, some hundred steps, five periods of growth
+    bound = 3000 * tolerance
+    assert result["x"] == pytest.approx(np.cos(2 * result.time), abs=bound)
+    assert result["square"] == pytest.approx(result["x"] ** 2, rel=1e-14)
+
+
+@pytest.mark.parametrize("method", ["dop853", "rk45"])
+def test_progress_changes_no_bit(method: str):
+    told: list[float] = []
+    watched = simulate(oscillator(), stop_time=5.0, method=method, progress=told.append)
+    alone = simulate(oscillator(), stop_time=5.0, method=method)
+    assert np.array_equal(watched["x"], alone["x"])
+    assert told[-1] == 5.0
+    assert all(a < b for a, b in pairwise(told))
+
+
+@pytest.mark.parametrize(
+    ("stop", "interval"), [(20, 0.01), (10, 0.005), (0.1, 0.05), (1, 0.3), (0.2, 7)]
+)
+def test_output_times_of_any_ratio(stop: float, interval: float):
+    times = output_times(stop, interval)
+    assert times[0] == 0.0
+    assert times[-1] == stop
+    steps = np.diff(times)
+    assert (steps > 0).all()
+    # all but the last are the interval, to the rounding of k·interval
+    assert steps[:-1] == pytest.approx(interval, abs=1e-12)
+    assert steps[-1] <= interval * (1 + 1e-9)
+
+
+def test_start_values():
+    result = simulate(oscillator(), stop_time=1.0, start_values={"omega": 3.0, "x": 2.0})
+    assert result["x"] == pytest.approx(2 * np.cos(3 * result.time), abs=1e-6)
+
+
+def test_unknown_names_and_bad_times():
+    with pytest.raises(InputError, match="did you mean 'omega'"):
+        simulate(oscillator(), stop_time=1.0, start_values={"omga": 1.0})
+    with pytest.raises(InputError, match="did you mean 'dop853'"):
+        simulate(oscillator(), stop_time=1.0, method="dop854")
+    with pytest.raises(InputError, match="stop time must be positive"):
+        simulate(oscillator(), stop_time=0.0)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_failure_is_told_with_its_time(method: str):
+    r = Recorder("falling", "the root of a negative number after one second")
+    x = r.state(Variable("x", "m", "position", start=1.0))
+    r.rate("x", -1.0 + 0.0 * sqrt(x) + 1e-3 * sqrt(x) * cos(r.time))
+    with pytest.raises(RunError, match="falling"):
+        simulate(r.program(), stop_time=5.0, method=method)
