@@ -44,6 +44,10 @@ def added(a: Pair, b: Pair) -> Pair:
     return a[0] + b[0], a[1] + b[1]
 
 
+def subtracted(a: Pair, b: Pair) -> Pair:
+    return a[0] - b[0], a[1] - b[1]
+
+
 def scaled(factor: Any, a: Pair) -> Pair:
     return factor * a[0], factor * a[1]
 
