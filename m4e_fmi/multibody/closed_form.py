@@ -16,7 +16,7 @@ from typing import Any
 from m4e_fmi.multibody.assembly import Accelerations, Assembly
 from m4e_fmi.multibody.columns import Columns, columns
 from m4e_fmi.multibody.kinematics import ZERO
-from m4e_fmi.multibody.planar import Pair, added, dot, moment, scaled, tilde
+from m4e_fmi.multibody.planar import Pair, added, dot, moment, scaled, subtracted, swung, tilde
 from m4e_fmi.program.tape import Scalar
 
 Rows = list[dict[int, Any]]
@@ -54,7 +54,7 @@ def mass_matrix(assembly: Assembly) -> Rows:
                     if not (own and coordinate > j) and not _is_zero(entry):
                         rows[j][coordinate] = rows[coordinate][j] = entry
                 rigid = tree.links[i].joint.type == "prismatic"
-                L = (L if rigid else 0) + dot(tilde(assembly.frames[i].reach), P)
+                L = (L if rigid else 0) + moment(assembly.frames[i].reach, P)
                 i, own = tree.links[i].parent, False
     if assembly.added_mass:
         _add_water(assembly, rows)
@@ -126,7 +126,7 @@ def _outwards(assembly: Assembly, rates: Sequence[Any]) -> tuple[list[Pair], lis
         origin, alpha = ZERO, 0
         if link.parent >= 0:
             origin, alpha = origins[link.parent], alphas[link.parent]
-            origin = added(added(origin, scaled(alpha, tilde(frame.reach))), frame.drift)
+            origin = subtracted(swung(origin, alpha, frame.reach), frame.inward)
         new = [rates[k] for k in link.coordinates]
         if link.joint.type == "prismatic":
             origin = added(origin, scaled(new[0], frame.direction))

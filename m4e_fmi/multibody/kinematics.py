@@ -4,7 +4,7 @@ Every body has an origin, which is where its joint holds it: the hinge of a revo
 centre of gravity of any other. The motion of an origin follows from that of the parent's:
 
     v = v_parent + ω_parent tilde(reach) + ṡ direction
-    a = a_parent + α_parent tilde(reach) + s̈ direction + drift
+    a = a_parent + α_parent tilde(reach) + s̈ direction − inward
 
 `columns` makes the paper's B and Ḃ from the same frames.
 """
@@ -17,7 +17,7 @@ from typing import Any
 
 from m4e_fmi.model.elements import vector
 from m4e_fmi.model.expression import Values
-from m4e_fmi.multibody.planar import Pair, Rotation, added, scaled, subtracted, tilde
+from m4e_fmi.multibody.planar import Pair, Rotation, added, scaled, subtracted, swung, tilde
 from m4e_fmi.multibody.topology import Link, Topology
 from m4e_fmi.program import sqrt
 
@@ -32,7 +32,7 @@ class Frame:
     absolute [rad, rad/s]. `arm` leads from the origin to the centre of gravity, `local_arm` is the
     same in body axes. `reach` leads from the parent's origin to this one, `local_reach` is the same
     in the parent's axes; `direction` is the unit vector along which a prismatic body slides;
-    `drift` is defined above [m/s²]. `turns` says if the body ever turns.
+    `inward` is defined above [m/s²]. `turns` says if the body ever turns.
     """
 
     origin: Pair
@@ -44,7 +44,7 @@ class Frame:
     local_arm: Pair = ZERO
     local_reach: Pair = ZERO
     reach: Pair = ZERO
-    drift: Pair = ZERO
+    inward: Pair = ZERO
     direction: Pair = ZERO
     arm: Pair = ZERO
 
@@ -58,12 +58,11 @@ class Frame:
 
     def velocity_at(self, arm: Pair) -> Pair:
         """Velocity of the body's point at `arm` from the origin."""
-        return added(self.origin_velocity, scaled(self.omega, tilde(arm)))
+        return swung(self.origin_velocity, self.omega, arm)
 
     def acceleration_at(self, arm: Pair, origin: Pair, alpha: Any) -> Pair:
         """Acceleration of the point at `arm`, for the origin's and the angular acceleration."""
-        outward = added(origin, scaled(alpha, tilde(arm)))
-        return subtracted(outward, scaled(self.omega * self.omega, arm))
+        return subtracted(swung(origin, alpha, arm), scaled(self.omega * self.omega, arm))
 
     def place(self, at: Pair) -> Place:
         """The point fixed at `at` (body axes, from the centre of gravity)."""
@@ -121,7 +120,7 @@ def _revolute(link: Link, parent: Frame, q: Any, u: Any, values: Values) -> Fram
         local_arm=local_arm,
         local_reach=local_reach,
         reach=reach,
-        drift=_inward(parent, reach),
+        inward=_centripetal(parent, reach),
         arm=rotation(local_arm),
     )
 
@@ -148,7 +147,7 @@ def _prismatic(link: Link, parent: Frame, q: Any, u: Any, values: Values) -> Fra
         turns=parent.turns,
         local_reach=local_reach,
         reach=reach,
-        drift=added(coriolis, _inward(parent, reach)),
+        inward=subtracted(_centripetal(parent, reach), coriolis),
         direction=direction,
     )
 
@@ -156,9 +155,9 @@ def _prismatic(link: Link, parent: Frame, q: Any, u: Any, values: Values) -> Fra
 _FRAMES = {"floating": _floating, "revolute": _revolute, "prismatic": _prismatic}
 
 
-def _inward(parent: Frame, reach: Pair) -> Pair:
-    """Centripetal acceleration of a point that turns with the parent."""
-    return scaled(-(parent.omega * parent.omega), reach) if parent.turns else ZERO
+def _centripetal(parent: Frame, reach: Pair) -> Pair:
+    """Acceleration towards the parent's origin of a point that turns with the parent."""
+    return scaled(parent.omega * parent.omega, reach) if parent.turns else ZERO
 
 
 def _evaluated(link: Link, field: str, values: Values) -> Pair:

@@ -19,7 +19,7 @@ from typing import Any
 
 from m4e_fmi.multibody.assembly import Accelerations, Assembly, Matrix
 from m4e_fmi.multibody.kinematics import Frame
-from m4e_fmi.multibody.planar import Pair, added, dot, scaled, tilde
+from m4e_fmi.multibody.planar import Pair, added, dot, moment, scaled, subtracted, swung, tilde
 
 X, Z, TURN = 0, 1, 2
 
@@ -98,18 +98,18 @@ def _own(assembly: Assembly, k: int) -> _Felt:
 
 def _add_water(felt: _Felt, block: Matrix, frame: Frame, gravity: Any) -> None:
     """Add an added mass about the centre of gravity, which feels the true acceleration there."""
-    t = tilde(frame.arm)
+    arm = frame.arm
     x, z = frame.acceleration_at(frame.arm, (0, -gravity), 0)
-    columns = [[row[0], row[1], row[2] + row[0] * t[0] + row[1] * t[1]] for row in block]
+    columns = [[row[0], row[1], row[2] + moment(arm, (row[0], row[1]))] for row in block]
     bias = [row[0] * x + row[1] * z for row in block]
     for b in range(3):
         felt.H[X][b] = felt.H[X][b] + columns[X][b]
         felt.H[Z][b] = felt.H[Z][b] + columns[Z][b]
-        turning = columns[TURN][b] + t[0] * columns[X][b] + t[1] * columns[Z][b]
+        turning = columns[TURN][b] + moment(arm, (columns[X][b], columns[Z][b]))
         felt.H[TURN][b] = felt.H[TURN][b] + turning
     felt.f[X] = felt.f[X] - bias[X]
     felt.f[Z] = felt.f[Z] - bias[Z]
-    felt.f[TURN] = felt.f[TURN] - (bias[TURN] + dot(t, (bias[X], bias[Z])))
+    felt.f[TURN] = felt.f[TURN] - (bias[TURN] + moment(arm, (bias[X], bias[Z])))
 
 
 def _mark_unsymmetric(assembly: Assembly, felt: list[_Felt]) -> None:
@@ -156,30 +156,31 @@ def _reduce(felt: _Felt, column: list[Any], solved: _Solved) -> None:
 def _hand_on(felt: _Felt, parent: _Felt, assembly: Assembly, k: int) -> None:
     """Add to the parent's H and f what it feels of link `k` through its joint."""
     link, frame, H = assembly.tree.links[k], assembly.frames[k], felt.H
-    drift_x, drift_z = frame.drift
-    f = [felt.f[a] - (H[a][X] * drift_x + H[a][Z] * drift_z) for a in (X, Z)]
+    f = [felt.f[a] + dot((H[a][X], H[a][Z]), frame.inward) for a in (X, Z)]
     for a, b in parent.pairs(2):
         parent.set(a, b, parent.H[a][b] + H[a][b])
     parent.f[X] = parent.f[X] + f[X]
     parent.f[Z] = parent.f[Z] + f[Z]
     if not assembly.frames[link.parent].turns:
         return
-    t = tilde(frame.reach)
-    column = [H[a][X] * t[0] + H[a][Z] * t[1] for a in (X, Z)]
-    row = [t[0] * H[X][b] + t[1] * H[Z][b] for b in (X, Z)]
-    turning, moment = 0, dot(t, (f[X], f[Z])) - assembly.efforts[k]
+    reach = frame.reach
+    column = [moment(reach, (H[a][X], H[a][Z])) for a in (X, Z)]
+    row = column if felt.symmetric else [moment(reach, (H[X][b], H[Z][b])) for b in (X, Z)]
+    turn, push = moment(reach, (column[X], column[Z])), moment(reach, (f[X], f[Z]))
     if link.joint.type == "prismatic":  # a slider turns with its parent, a hinge does not
+        turn = turn + (moment(reach, (H[X][TURN], H[Z][TURN])) + H[TURN][TURN])
+        turn = turn + moment(reach, (H[TURN][X], H[TURN][Z]))
+        push = push + (felt.f[TURN] + dot((H[TURN][X], H[TURN][Z]), frame.inward))
         column = [column[a] + H[a][TURN] for a in (X, Z)]
         row = [row[b] + H[TURN][b] for b in (X, Z)]
-        turning = H[TURN][TURN] + (H[TURN][X] * t[0] + H[TURN][Z] * t[1])
-        moment = dot(t, (f[X], f[Z])) + felt.f[TURN]
-        moment = moment - (H[TURN][X] * drift_x + H[TURN][Z] * drift_z)
+    else:
+        push = push - assembly.efforts[k]
     for a in (X, Z):
         parent.set(a, TURN, parent.H[a][TURN] + column[a])
         if not parent.symmetric:
             parent.set(TURN, a, parent.H[TURN][a] + row[a])
-    parent.H[TURN][TURN] = parent.H[TURN][TURN] + (turning + dot(t, (column[X], column[Z])))
-    parent.f[TURN] = parent.f[TURN] + moment
+    parent.H[TURN][TURN] = parent.H[TURN][TURN] + turn
+    parent.f[TURN] = parent.f[TURN] + push
 
 
 def _outwards(assembly: Assembly, solved: list[list[_Solved]]) -> Accelerations:
@@ -193,7 +194,7 @@ def _outwards(assembly: Assembly, solved: list[list[_Solved]]) -> Accelerations:
         origin, alpha = (0, gravity), 0
         if link.parent >= 0:
             origin, alpha = origins[link.parent], alphas[link.parent]
-            origin = added(added(origin, scaled(alpha, tilde(frame.reach))), frame.drift)
+            origin = subtracted(swung(origin, alpha, frame.reach), frame.inward)
         if link.joint.type == "floating":
             x = solved[k][2].value(())
             z = solved[k][1].value((x,))

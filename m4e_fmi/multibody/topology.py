@@ -36,7 +36,7 @@ class Topology:
     links: tuple[Link, ...]
     coordinate_names: tuple[str, ...]
 
-    @property
+    @cached_property
     def velocity_names(self) -> tuple[str, ...]:
         return tuple(_rate_name(name) for name in self.coordinate_names)
 

@@ -71,8 +71,9 @@ class Tape:
         """The scalar of `operation`, which is appended unless it is there already."""
         scalar = self._scalars.get(operation)
         if scalar is None:
+            folds = operation[0] in FOLDING
+            scalar = self._scalars[operation] = Scalar(self, len(self.operations), folds)
             self.operations.append(operation)
-            scalar = self._scalars[operation] = Scalar(self, len(self.operations) - 1)
         return scalar
 
     def scalar(self, index: int) -> Scalar:
@@ -106,6 +107,7 @@ class Tape:
         return operation[1] if operation[0] == "constant" else None
 
     def unary(self, name: str, a: Scalar) -> Scalar:
+        """The operation `name` of one scalar."""
         if a.folds:
             kind, operand = self.operations[a.index]
             if kind == "constant":
@@ -116,14 +118,20 @@ class Tape:
                 return self.scalar(operand)
         return self.recorded((name, a.index))
 
-    def binary(self, name: str, a: Scalar, b: Scalar) -> Scalar:
+    def binary(self, name: str, a: Scalar, b: Scalar | float) -> Scalar:
+        """The operation `name` of two scalars, the second of which may be a number."""
+        if not isinstance(b, Scalar):
+            b = self.constant(b)
+        elif b.tape is not self:
+            raise ValueError("scalars of two tapes cannot be combined")
         if a.folds or b.folds:
             folded = self._folded(name, a, b)
             if folded is not None:
                 return folded
-        if a.index > b.index and name in COMMUTATIVE:
-            a, b = b, a
-        return self.recorded((name, a.index, b.index))
+        i, j = a.index, b.index
+        if i > j and name in COMMUTATIVE:
+            i, j = j, i
+        return self.recorded((name, i, j))
 
     def _folded(self, name: str, a: Scalar, b: Scalar) -> Scalar | None:
         """What takes the place of an operation on a constant or a negated scalar, or None."""
@@ -162,16 +170,16 @@ class Tape:
         """The same value, to the bit, with the sign taken out of the operands."""
         minus_a, minus_b = self._negated(a), self._negated(b)
         match name:
+            case "add" if minus_a is not None and minus_b is not None:
+                return self.unary("neg", self.binary("add", minus_a, minus_b))
             case "add" if minus_b is not None:
                 return self.binary("sub", a, minus_b)
             case "add" if minus_a is not None:
                 return self.binary("sub", b, minus_a)
             case "sub" if minus_b is not None:
                 return self.binary("add", a, minus_b)
-            case "mul" | "div" if minus_a is not None:
-                return self.unary("neg", self.binary(name, minus_a, b))
-            case "mul" | "div" if minus_b is not None:
-                return self.unary("neg", self.binary(name, a, minus_b))
+            case "sub" if minus_a is not None:
+                return self.unary("neg", self.binary("add", minus_a, b))
         return None
 
     def _negated(self, a: Scalar) -> Scalar | None:
@@ -232,45 +240,37 @@ class Scalar:
 
     __slots__ = ("folds", "index", "tape")
 
-    def __init__(self, tape: Tape, index: int) -> None:
+    def __init__(self, tape: Tape, index: int, folds: bool) -> None:
         self.tape = tape
         self.index = index
-        self.folds = tape.operations[index][0] in FOLDING
-
-    def _same_tape(self, other: Scalar | float) -> Scalar:
-        """`other` as a scalar of this tape."""
-        if not isinstance(other, Scalar):
-            return self.tape.constant(other)
-        if other.tape is not self.tape:
-            raise ValueError("scalars of two tapes cannot be combined")
-        return other
+        self.folds = folds
 
     def record(self, name: str, *others: Scalar | float) -> Scalar:
         """Node of the operation `name` applied to this scalar (and one more, if binary)."""
         if others:
-            return self.tape.binary(name, self, self._same_tape(others[0]))
+            return self.tape.binary(name, self, others[0])
         return self.tape.unary(name, self)
 
     def __add__(self, other: Scalar | float) -> Scalar:
-        return self.tape.binary("add", self, self._same_tape(other))
+        return self.tape.binary("add", self, other)
 
     def __radd__(self, other: float) -> Scalar:
         return self.tape.binary("add", self.tape.constant(other), self)
 
     def __sub__(self, other: Scalar | float) -> Scalar:
-        return self.tape.binary("sub", self, self._same_tape(other))
+        return self.tape.binary("sub", self, other)
 
     def __rsub__(self, other: float) -> Scalar:
         return self.tape.binary("sub", self.tape.constant(other), self)
 
     def __mul__(self, other: Scalar | float) -> Scalar:
-        return self.tape.binary("mul", self, self._same_tape(other))
+        return self.tape.binary("mul", self, other)
 
     def __rmul__(self, other: float) -> Scalar:
         return self.tape.binary("mul", self.tape.constant(other), self)
 
     def __truediv__(self, other: Scalar | float) -> Scalar:
-        return self.tape.binary("div", self, self._same_tape(other))
+        return self.tape.binary("div", self, other)
 
     def __rtruediv__(self, other: float) -> Scalar:
         return self.tape.binary("div", self.tape.constant(other), self)
