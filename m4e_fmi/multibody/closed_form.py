@@ -45,7 +45,7 @@ def mass_matrix(assembly: Assembly) -> Rows:
     tree = assembly.tree
     rows: Rows = [{} for _ in tree.coordinate_names]
     composites = _composites(assembly)
-    for k, link in enumerate(tree.links):
+    for k in range(len(tree.links)):
         for j, momentum, turning in _momenta(assembly, composites[k], k):
             own = True
             i, P, L = k, momentum, turning

@@ -75,7 +75,9 @@ class Equations:
     def B_dot(self) -> sympy.Matrix:
         """Time derivative of B, 3N×n."""
         bodies, u = self.assembly.frames, self.u.flat()
-        return self._stacked([column_rates(self.topology, bodies, u, k) for k in range(len(bodies))])
+        return self._stacked(
+            [column_rates(self.topology, bodies, u, k) for k in range(len(bodies))]
+        )
 
     @cached_property
     def mass_matrix(self) -> sympy.Matrix:

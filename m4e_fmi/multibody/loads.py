@@ -34,7 +34,9 @@ Bodies = Callable[[str], Frame]
 """The frame of a body by its name, ground included."""
 
 
-def actions(load: Load, bodies: Bodies, points: Mapping[str, Place], values: Values) -> list[Action]:
+def actions(
+    load: Load, bodies: Bodies, points: Mapping[str, Place], values: Values
+) -> list[Action]:
     """The forces that `load` exerts; `values` holds the parameters and the time t."""
     if isinstance(load, BodyForce):
         x, z = (part.evaluate(values) for part in vector(load, "force"))
