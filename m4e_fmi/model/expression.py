@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from numbers import Real
 from typing import Any
 
@@ -139,6 +139,7 @@ def as_expression(value: float | str | Expression) -> Expression:
     return Expression("number", (float(value),))
 
 
+@lru_cache(maxsize=4096)
 def parse(text: str) -> Expression:
     """Parse `text`; ExpressionError says what is wrong and in which column."""
     from lark.exceptions import UnexpectedCharacters, UnexpectedInput

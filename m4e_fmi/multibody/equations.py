@@ -11,6 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 from m4e_fmi.model import Model
 from m4e_fmi.multibody.assembly import Assembly, Scalars, assemble
+from m4e_fmi.multibody.closed_form import forcing, mass_matrix
+from m4e_fmi.multibody.columns import Columns, column_rates, columns
+from m4e_fmi.multibody.energy import kinetic_energy, potential_energy
 from m4e_fmi.multibody.topology import topology
 
 if TYPE_CHECKING:
@@ -65,51 +68,54 @@ class Equations:
     @cached_property
     def B(self) -> sympy.Matrix:
         """Velocity transformation, 3N×n: (v_x, v_z, ω) of every body = B u."""
-        return self._rows("columns", turning=1)
+        bodies = self.assembly.frames
+        return self._stacked([columns(self.topology, bodies, k) for k in range(len(bodies))])
 
     @cached_property
     def B_dot(self) -> sympy.Matrix:
         """Time derivative of B, 3N×n."""
-        return self._rows("column_rates", turning=0)
+        bodies, u = self.assembly.frames, self.u.flat()
+        return self._stacked(
+            [column_rates(self.topology, bodies, u, k) for k in range(len(bodies))]
+        )
 
     @cached_property
     def mass_matrix(self) -> sympy.Matrix:
         """Bᵀ(𝓜 + A)B, n×n."""
-        return _matrix(self.assembly.mass_matrix)
+        n = len(self.topology.coordinate_names)
+        return _matrix([[row.get(k, 0) for k in range(n)] for row in mass_matrix(self.assembly)])
 
     @cached_property
     def forcing(self) -> sympy.Matrix:
         """Bᵀ(g + g_g) − Bᵀ(𝓜 + A)Ḃu, n×1."""
-        return _matrix([[entry] for entry in self.assembly.forcing])
+        return _matrix([[entry] for entry in forcing(self.assembly)])
 
     @cached_property
     def kinetic_energy(self) -> sympy.Expr:
         import sympy
 
-        return sympy.sympify(self.assembly.kinetic)
+        return sympy.sympify(kinetic_energy(self.assembly))
 
     @cached_property
     def potential_energy(self) -> sympy.Expr:
         import sympy
 
-        return sympy.sympify(self.assembly.potential)
+        return sympy.sympify(potential_energy(self.assembly))
 
     @cached_property
     def positions(self) -> sympy.Matrix:
         """(x, z) of every centre of gravity [m], N×2."""
         return _matrix([list(frame.position) for frame in self.assembly.frames])
 
-    def _rows(self, field: str, *, turning: int) -> sympy.Matrix:
+    def _stacked(self, bodies: list[Columns]) -> sympy.Matrix:
+        """The three rows of every body as one matrix."""
         import sympy
 
-        n = len(self.topology.coordinate_names)
-        result = sympy.zeros(3 * len(self.topology.links), n)
-        for k, frame in enumerate(self.assembly.frames):
-            for column, (x, z) in getattr(frame, field).items():
-                result[3 * k, column] = x
-                result[3 * k + 1, column] = z
-            if frame.angle_index >= 0:
-                result[3 * k + 2, frame.angle_index] = turning
+        result = sympy.zeros(3 * len(bodies), len(self.topology.coordinate_names))
+        for k, body in enumerate(bodies):
+            for column, entries in body.items():
+                for row, entry in enumerate(entries):
+                    result[3 * k + row, column] = entry
         return result
 
     def text(self, *, latex: bool = False) -> str:

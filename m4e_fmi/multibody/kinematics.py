@@ -1,12 +1,12 @@
-"""Positions, velocities, B and Ḃ of every body, over any scalar.
+"""Positions and velocities of every body, over any scalar, at a cost that grows with their number.
 
-The velocity transformation B maps joint velocities to the velocities (v_x, v_z, ω) of the centres
-of gravity, v = B u; v̇ = B u̇ + Ḃ u. Sabet and Diaz-Flores Caminero, "Multibody for Everybody",
-Algorithm 1, fills B block by block along the branches; the blocks are written here on the way
-outwards, each body's row from its parent's row, which gives the same blocks.
+Every body has an origin, which is where its joint holds it: the hinge of a revolute body, the
+centre of gravity of any other. The motion of an origin follows from that of the parent's:
 
-With absolute angles a rotating arm a = R(θ)ρ contributes tilde(a) to the column of θ in B, and
-−a θ̇ to the same column of Ḃ.
+    v = v_parent + ω_parent tilde(reach) + ṡ direction
+    a = a_parent + α_parent tilde(reach) + s̈ direction − inward
+
+`columns` makes the paper's B and Ḃ from the same frames.
 """
 
 from __future__ import annotations
@@ -17,71 +17,72 @@ from typing import Any
 
 from m4e_fmi.model.elements import vector
 from m4e_fmi.model.expression import Values
-from m4e_fmi.multibody.planar import Pair, Rotation, added, scaled, tilde
+from m4e_fmi.multibody.planar import Pair, Rotation, added, scaled, subtracted, swung, tilde
 from m4e_fmi.multibody.topology import Link, Topology
 from m4e_fmi.program import sqrt
 
-Columns = dict[int, Pair]
+ZERO: Pair = (0, 0)
 
 
 @dataclass(frozen=True)
 class Frame:
-    """Motion of one body (or of the ground).
+    """Motion of one body, or of the ground. Vectors are in world axes if nothing else is said.
 
-    `position` of the centre of gravity in the world [m]; `angle` absolute [rad]; `velocity` and
-    `omega`. `columns[j]` holds (∂x/∂q_j, ∂z/∂q_j), the body's two translational rows of B, and
-    `column_rates[j]` those of Ḃ; `angle_index` is the column of its rotational row, whose only
-    entry is 1 (−1: the body does not turn).
+    `position` and `velocity` are those of the centre of gravity [m, m/s], `angle` and `omega` are
+    absolute [rad, rad/s]. `arm` leads from the origin to the centre of gravity, `local_arm` is the
+    same in body axes. `reach` leads from the parent's origin to this one, `local_reach` is the same
+    in the parent's axes; `direction` is the unit vector along which a prismatic body slides;
+    `inward` is defined above [m/s²]. `turns` says if the body ever turns.
     """
 
-    position: Pair
+    origin: Pair
+    origin_velocity: Pair
     angle: Any
-    rotation: Rotation
-    velocity: Pair
     omega: Any
-    columns: Columns
-    column_rates: Columns
-    angle_index: int
+    rotation: Rotation
+    turns: bool
+    local_arm: Pair = ZERO
+    local_reach: Pair = ZERO
+    reach: Pair = ZERO
+    inward: Pair = ZERO
+    direction: Pair = ZERO
+    arm: Pair = ZERO
 
-    def arm(self, at: Pair) -> Arm:
+    @property
+    def position(self) -> Pair:
+        return added(self.origin, self.arm)
+
+    @property
+    def velocity(self) -> Pair:
+        return self.velocity_at(self.arm)
+
+    def velocity_at(self, arm: Pair) -> Pair:
+        """Velocity of the body's point at `arm` from the origin."""
+        return swung(self.origin_velocity, self.omega, arm)
+
+    def acceleration_at(self, arm: Pair, origin: Pair, alpha: Any) -> Pair:
+        """Acceleration of the point at `arm`, for the origin's and the angular acceleration."""
+        return subtracted(swung(origin, alpha, arm), scaled(self.omega * self.omega, arm))
+
+    def place(self, at: Pair) -> Place:
         """The point fixed at `at` (body axes, from the centre of gravity)."""
-        arm = self.rotation(at)
-        columns = dict(self.columns)
-        if self.angle_index >= 0:
-            columns[self.angle_index] = _sum(columns.get(self.angle_index), tilde(arm))
-        position = added(self.position, arm)
-        velocity = added(self.velocity, scaled(self.omega, tilde(arm)))
-        return Arm(arm, position, velocity, columns)
-
-    def acceleration(self, rates: Sequence[Any], u: Sequence[Any]) -> tuple[Pair, Any]:
-        """Acceleration of the centre of gravity and angular acceleration for u̇ = `rates`."""
-        total: Pair = (0, 0)
-        for j, column in self.columns.items():
-            total = added(total, scaled(rates[j], column))
-        for j, column in self.column_rates.items():
-            total = added(total, scaled(u[j], column))
-        return total, rates[self.angle_index] if self.angle_index >= 0 else 0
+        arm = self.rotation(added(self.local_arm, at))
+        return Place(arm, added(self.origin, arm), self.velocity_at(arm))
 
 
 @dataclass(frozen=True)
-class Arm:
-    """A point of a body: its arm from the centre of gravity in world axes, its motion and ∂r/∂q."""
+class Place:
+    """A point of a body: its arm from the body's origin in world axes, and its motion."""
 
     arm: Pair
     position: Pair
     velocity: Pair
-    columns: Columns
 
 
-GROUND_FRAME = Frame((0, 0), 0, Rotation(), (0, 0), 0, {}, {}, -1)
+GROUND_FRAME = Frame(ZERO, ZERO, 0, 0, Rotation(), turns=False)
 
 
-def frames(
-    tree: Topology,
-    q: Sequence[Any],
-    u: Sequence[Any],
-    values: Values,
-) -> list[Frame]:
+def frames(tree: Topology, q: Sequence[Any], u: Sequence[Any], values: Values) -> list[Frame]:
     """The frame of every link for coordinates `q`, velocities `u` and named parameter `values`."""
     result: list[Frame] = []
     for link in tree.links:
@@ -94,92 +95,69 @@ def _floating(link: Link, parent: Frame, q: Any, u: Any, values: Any) -> Frame:
     del parent, values
     x, z, theta = link.coordinates
     return Frame(
-        position=(q[x], q[z]),
+        origin=(q[x], q[z]),
+        origin_velocity=(u[x], u[z]),
         angle=q[theta],
-        rotation=Rotation.by(q[theta]),
-        velocity=(u[x], u[z]),
         omega=u[theta],
-        columns={x: (1, 0), z: (0, 1)},
-        column_rates={},
-        angle_index=theta,
+        rotation=Rotation.by(q[theta]),
+        turns=True,
     )
 
 
-def _revolute(link: Link, parent: Frame, q: Any, u: Any, values: Any) -> Frame:
+def _revolute(link: Link, parent: Frame, q: Any, u: Any, values: Values) -> Frame:
     (theta,) = link.coordinates
     rotation = Rotation.by(q[theta])
-    outer = _evaluated(link, "parent_to_joint", values)
-    inner = rotation(_evaluated(link, "joint_to_child", values))
-    frame = _carried(parent, parent.rotation(outer))
-    columns, rates = frame.columns, frame.column_rates
-    columns[theta] = tilde(inner)
-    rates[theta] = scaled(-u[theta], inner)
+    local_arm = _evaluated(link, "joint_to_child", values)
+    local_reach = added(parent.local_arm, _evaluated(link, "parent_to_joint", values))
+    reach = parent.rotation(local_reach)
     return Frame(
-        position=added(frame.position, inner),
+        origin=added(parent.origin, reach),
+        origin_velocity=parent.velocity_at(reach),
         angle=q[theta],
-        rotation=rotation,
-        velocity=added(frame.velocity, scaled(u[theta], tilde(inner))),
         omega=u[theta],
-        columns=columns,
-        column_rates=rates,
-        angle_index=theta,
+        rotation=rotation,
+        turns=True,
+        local_arm=local_arm,
+        local_reach=local_reach,
+        reach=reach,
+        inward=_centripetal(parent, reach),
+        arm=rotation(local_arm),
     )
 
 
-def _prismatic(link: Link, parent: Frame, q: Any, u: Any, values: Any) -> Frame:
+def _prismatic(link: Link, parent: Frame, q: Any, u: Any, values: Values) -> Frame:
     (s,) = link.coordinates
     assert link.joint.direction is not None
     dx, dz = (part.evaluate(values) for part in vector(link.joint, "direction"))
     length = sqrt(dx * dx + dz * dz)
-    direction = parent.rotation((dx / length, dz / length))
+    local_direction = (dx / length, dz / length)
+    direction = parent.rotation(local_direction)
     fixed = added(
         _evaluated(link, "parent_to_joint", values), _evaluated(link, "joint_to_child", values)
     )
-    arm = added(parent.rotation(fixed), scaled(q[s], direction))
-    frame = _carried(parent, arm)
-    columns, rates = frame.columns, frame.column_rates
-    columns[s] = direction
-    if parent.angle_index >= 0:
-        # the arm also grows: d/dt tilde(arm) = −arm θ̇ + ṡ tilde(direction)
-        growth = scaled(u[s], tilde(direction))
-        rates[parent.angle_index] = added(rates[parent.angle_index], growth)
-        rates[s] = scaled(parent.omega, tilde(direction))
+    local_reach = added(added(parent.local_arm, fixed), scaled(q[s], local_direction))
+    reach = parent.rotation(local_reach)
+    coriolis = scaled(2 * parent.omega * u[s], tilde(direction)) if parent.turns else ZERO
     return Frame(
-        position=frame.position,
+        origin=added(parent.origin, reach),
+        origin_velocity=added(parent.velocity_at(reach), scaled(u[s], direction)),
         angle=parent.angle,
-        rotation=parent.rotation,
-        velocity=added(frame.velocity, scaled(u[s], direction)),
         omega=parent.omega,
-        columns=columns,
-        column_rates=rates,
-        angle_index=parent.angle_index,
+        rotation=parent.rotation,
+        turns=parent.turns,
+        local_reach=local_reach,
+        reach=reach,
+        inward=subtracted(_centripetal(parent, reach), coriolis),
+        direction=direction,
     )
 
 
 _FRAMES = {"floating": _floating, "revolute": _revolute, "prismatic": _prismatic}
 
 
-def _carried(parent: Frame, arm: Pair) -> Frame:
-    """The frame of a point at `arm` (world axes) that turns with the parent."""
-    columns, rates = dict(parent.columns), dict(parent.column_rates)
-    k = parent.angle_index
-    if k >= 0:
-        columns[k] = _sum(columns.get(k), tilde(arm))
-        rates[k] = _sum(rates.get(k), scaled(-parent.omega, arm))
-    return Frame(
-        position=added(parent.position, arm),
-        angle=parent.angle,
-        rotation=parent.rotation,
-        velocity=added(parent.velocity, scaled(parent.omega, tilde(arm))),
-        omega=parent.omega,
-        columns=columns,
-        column_rates=rates,
-        angle_index=k,
-    )
-
-
-def _sum(old: Pair | None, new: Pair) -> Pair:
-    return new if old is None else added(old, new)
+def _centripetal(parent: Frame, reach: Pair) -> Pair:
+    """Acceleration towards the parent's origin of a point that turns with the parent."""
+    return scaled(parent.omega * parent.omega, reach) if parent.turns else ZERO
 
 
 def _evaluated(link: Link, field: str, values: Values) -> Pair:

@@ -15,8 +15,8 @@ from m4e_fmi.model import (
 )
 from m4e_fmi.model.elements import Load, quantity, vector
 from m4e_fmi.model.expression import Values
-from m4e_fmi.multibody.kinematics import Arm, Frame
-from m4e_fmi.multibody.planar import Pair, added, dot, scaled
+from m4e_fmi.multibody.kinematics import Frame, Place
+from m4e_fmi.multibody.planar import Pair, dot, scaled, subtracted
 from m4e_fmi.program import sqrt
 
 
@@ -34,7 +34,9 @@ Bodies = Callable[[str], Frame]
 """The frame of a body by its name, ground included."""
 
 
-def actions(load: Load, bodies: Bodies, points: Mapping[str, Arm], values: Values) -> list[Action]:
+def actions(
+    load: Load, bodies: Bodies, points: Mapping[str, Place], values: Values
+) -> list[Action]:
     """The forces that `load` exerts; `values` holds the parameters and the time t."""
     if isinstance(load, BodyForce):
         x, z = (part.evaluate(values) for part in vector(load, "force"))
@@ -58,13 +60,13 @@ def actions(load: Load, bodies: Bodies, points: Mapping[str, Arm], values: Value
         stretch = length - quantity(load, "length").evaluate(values)
         tension = quantity(load, "stiffness").evaluate(values) * stretch
     else:
-        relative = added(end.velocity, scaled(-1, start.velocity))
+        relative = subtracted(end.velocity, start.velocity)
         tension = quantity(load, "damping").evaluate(values) * dot(relative, direction)
     pull = scaled(tension, direction)
     return [Action(pull, point=load.points[0]), Action(scaled(-1, pull), point=load.points[1])]
 
 
-def potential(load: Load, bodies: Bodies, points: Mapping[str, Arm], values: Values) -> Any:
+def potential(load: Load, bodies: Bodies, points: Mapping[str, Place], values: Values) -> Any:
     """Potential energy [J] of a load: ½ k e² of a spring with extension or twist e, else 0."""
     if isinstance(load, TensionSpring):
         length, _ = _line(*(points[name] for name in load.points))
@@ -77,8 +79,8 @@ def potential(load: Load, bodies: Bodies, points: Mapping[str, Arm], values: Val
     return quantity(load, "stiffness").evaluate(values) * extension * extension / 2
 
 
-def _line(start: Arm, end: Arm) -> tuple[Any, Pair]:
+def _line(start: Place, end: Place) -> tuple[Any, Pair]:
     """Distance of two points, and the unit vector from the first to the second."""
-    line = added(end.position, scaled(-1, start.position))
+    line = subtracted(end.position, start.position)
     length = sqrt(dot(line, line))
     return length, (line[0] / length, line[1] / length)

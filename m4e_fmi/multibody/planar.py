@@ -35,6 +35,11 @@ def tilde(arm: Pair) -> Pair:
     return z, -x
 
 
+def swung(vector: Pair, rate: Any, arm: Pair) -> Pair:
+    """vector + rate · tilde(arm): what turning adds at the end of an arm."""
+    return vector[0] + rate * arm[1], vector[1] - rate * arm[0]
+
+
 def moment(arm: Pair, force: Pair) -> Any:
     """Moment about +Y of a force at an arm: z F_x − x F_z."""
     return arm[1] * force[0] - arm[0] * force[1]
@@ -42,6 +47,10 @@ def moment(arm: Pair, force: Pair) -> Any:
 
 def added(a: Pair, b: Pair) -> Pair:
     return a[0] + b[0], a[1] + b[1]
+
+
+def subtracted(a: Pair, b: Pair) -> Pair:
+    return a[0] - b[0], a[1] - b[1]
 
 
 def scaled(factor: Any, a: Pair) -> Pair:

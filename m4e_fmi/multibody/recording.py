@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from m4e_fmi.model import Model, load_model
 from m4e_fmi.model.elements import GROUND, as_expression, parameter_values
-from m4e_fmi.multibody.assembly import Assembly, Scalars, assemble, solve_symmetric
-from m4e_fmi.multibody.planar import added, scaled, tilde
+from m4e_fmi.multibody import closed_form, recursion
+from m4e_fmi.multibody.assembly import Accelerations, Assembly, Scalars, assemble, wet_links
+from m4e_fmi.multibody.energy import kinetic_energy, potential_energy
 from m4e_fmi.multibody.topology import Link, Topology, topology
 from m4e_fmi.program import Program, Recorder, Variable
 from m4e_fmi.units import parse_unit
 
 FLOATING_STATES = (("x", "vx", "m"), ("z", "vz", "m"), ("theta", "omega", "rad"))
 DOF_UNITS = ("m", "m", "rad")
+LARGEST_CLOSED_FORM = 12
+"""Number of coordinates up to which the closed form can need fewer operations."""
 
 
 def model_program(model: Model | str | Path) -> Program:
@@ -23,24 +27,41 @@ def model_program(model: Model | str | Path) -> Program:
     Inputs: wrench of every body, force of every point, effort of every revolute and prismatic
     joint. States: q and u. Outputs: motion of bodies and points, energies. Parameters: the model's,
     and `added_mass[i,j]` of the bodies that have it.
+
+    Accelerations come from the recursion, or from the closed form where added mass couples bodies;
+    of a model with few coordinates both are recorded and the one with fewer operations is taken.
     """
     if not isinstance(model, Model):
         model = load_model(model)
     tree = topology(model)
+    if len(wet_links(model, tree)) > 1:
+        return recorded(model, tree, closed_form.accelerations)
+    program = recorded(model, tree, recursion.accelerations)
+    if len(tree.coordinate_names) > LARGEST_CLOSED_FORM:
+        return program
+    closed = recorded(model, tree, closed_form.accelerations)
+    return min(program, closed, key=lambda p: len(p.operations(p.rates)))
+
+
+def recorded(
+    model: Model, tree: Topology, accelerations: Callable[[Assembly], Accelerations]
+) -> Program:
+    """The Program of a model whose u̇ comes from `accelerations`."""
     recorder = Recorder(model.name, model.description or f"Multibody system {model.name}")
     scalars = _declared(recorder, model, tree)
     assembly = assemble(model, tree, scalars)
-    rates = solve_symmetric(assembly.mass_matrix, assembly.forcing)
+    solved = accelerations(assembly)
     for link in tree.links:
         for (position, velocity), k in zip(_state_names(link), link.coordinates, strict=True):
             recorder.rate(position, scalars.u[k])
-            recorder.rate(velocity, rates[k])
-    _add_body_outputs(recorder, tree, assembly, scalars, rates)
-    _add_point_outputs(recorder, model, tree, assembly, scalars, rates)
+            recorder.rate(velocity, solved.rates[k])
+    _add_body_outputs(recorder, assembly, solved)
+    _add_point_outputs(recorder, assembly, solved)
+    kinetic, potential = kinetic_energy(assembly), potential_energy(assembly)
     for name, value, text in (
-        ("kinetic", assembly.kinetic, "Kinetic energy, added mass included"),
-        ("potential", assembly.potential, "Potential energy of gravity (0 at Z = 0) and springs"),
-        ("total", assembly.kinetic + assembly.potential, "Kinetic and potential energy"),
+        ("kinetic", kinetic, "Kinetic energy, added mass included"),
+        ("potential", potential, "Potential energy of gravity (0 at Z = 0) and springs"),
+        ("total", kinetic + potential, "Kinetic and potential energy"),
     ):
         recorder.output(Variable(f"energy.{name}", "J", text), value)
     return recorder.program()
@@ -156,43 +177,29 @@ def _declared_states(
     return q, u
 
 
-def _add_body_outputs(
-    recorder: Recorder, tree: Topology, assembly: Assembly, scalars: Scalars, rates: list[Any]
-) -> None:
-    for link, frame in zip(tree.links, assembly.frames, strict=True):
+def _add_body_outputs(recorder: Recorder, assembly: Assembly, solved: Accelerations) -> None:
+    for k, (link, frame) in enumerate(zip(assembly.tree.links, assembly.frames, strict=True)):
         name = f"body.{link.body}"
-        acceleration, alpha = frame.acceleration(rates, scalars.u)
         if link.joint.type != "floating":
             _motion(recorder, name, "CG", frame.position, frame.velocity)
             recorder.output(Variable(f"{name}.theta", "rad", "Angle about +Y"), frame.angle)
             text = "Angular velocity about +Y"
             omega = Variable(f"{name}.omega", "rad/s", text, derivative_of=f"{name}.theta")
             recorder.output(omega, frame.omega)
-        _accelerations(recorder, name, "CG", acceleration)
+        _accelerations(recorder, name, "CG", solved.of_point(frame, k, frame.arm))
         text = "Angular acceleration about +Y"
         variable = Variable(f"{name}.alpha", "rad/s2", text, derivative_of=f"{name}.omega")
-        recorder.output(variable, alpha)
+        recorder.output(variable, solved.alphas[k])
 
 
-def _add_point_outputs(
-    recorder: Recorder,
-    model: Model,
-    tree: Topology,
-    assembly: Assembly,
-    scalars: Scalars,
-    rates: list[Any],
-) -> None:
+def _add_point_outputs(recorder: Recorder, assembly: Assembly, solved: Accelerations) -> None:
     for name, point in assembly.points.items():
-        body = model.points[name].body
-        if body == GROUND:
-            continue
-        frame = assembly.frames[tree.index(body)]
-        acceleration, alpha = frame.acceleration(rates, scalars.u)
-        turning = scaled(alpha, tilde(point.arm))
-        inward = scaled(-frame.omega * frame.omega, point.arm)
-        _motion(recorder, f"point.{name}", "point", point.position, point.velocity)
-        total = added(acceleration, added(turning, inward))
-        _accelerations(recorder, f"point.{name}", "point", total)
+        body = assembly.model.points[name].body
+        if body != GROUND:
+            _motion(recorder, f"point.{name}", "point", point.position, point.velocity)
+            k = assembly.tree.index(body)
+            acceleration = solved.of_point(assembly.frames[k], k, point.arm)
+            _accelerations(recorder, f"point.{name}", "point", acceleration)
 
 
 def _motion(recorder: Recorder, name: str, what: str, position: Any, velocity: Any) -> None:

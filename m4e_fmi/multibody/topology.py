@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-
-import networkx as nx
+from functools import cached_property
 
 from m4e_fmi.model import GROUND, Model
 from m4e_fmi.model.elements import Joint
@@ -38,31 +36,42 @@ class Topology:
     links: tuple[Link, ...]
     coordinate_names: tuple[str, ...]
 
-    @property
+    @cached_property
     def velocity_names(self) -> tuple[str, ...]:
         return tuple(_rate_name(name) for name in self.coordinate_names)
 
     def index(self, body: str) -> int:
         """Index of a body's link; −1 for the ground."""
-        return next((k for k, link in enumerate(self.links) if link.body == body), -1)
+        return self._indices.get(body, -1)
+
+    @cached_property
+    def _indices(self) -> dict[str, int]:
+        return {link.body: k for k, link in enumerate(self.links)}
 
     def branches(self) -> list[list[str]]:
         """All paths of bodies from the ground to a leaf."""
-        graph = _graph({link.joint_name: link.joint for link in self.links})
-        leaves = [body for body in graph if graph.out_degree(body) == 0]
-        return [nx.shortest_path(graph, GROUND, leaf)[1:] for leaf in leaves]
+        parents = {link.parent for link in self.links}
+        return [self._path(k) for k in range(len(self.links)) if k not in parents]
+
+    def _path(self, k: int) -> list[str]:
+        path: list[str] = []
+        while k >= 0:
+            path.append(self.links[k].body)
+            k = self.links[k].parent
+        return path[::-1]
 
 
 def topology(model: Model) -> Topology:
     """Number the bodies by distance from the ground, equal ones in the order of the model."""
     holders = {joint.child: name for name, joint in model.joints.items()}
-    distance = nx.single_source_shortest_path_length(_graph(model.joints), GROUND)
-    order = sorted(model.bodies, key=lambda body: distance[body])  # stable: ties keep their order
+    distance = _distances(model)
+    order = sorted(model.bodies, key=distance.__getitem__)  # stable: ties keep their order
+    number_of = {body: number for number, body in enumerate(order, start=1)}
     links: list[Link] = []
     names: list[str] = []
-    for number, body in enumerate(order, start=1):
+    for body, number in number_of.items():
         joint = model.joints[holders[body]]
-        parent = next((k for k, link in enumerate(links) if link.body == joint.parent), -1)
+        parent = number_of.get(joint.parent, 0) - 1
         first = len(names)
         names += [f"{letter}_{number}" for letter in COORDINATES[joint.type]]
         coordinates = tuple(range(first, len(names)))
@@ -74,10 +83,18 @@ def topology(model: Model) -> Topology:
     return Topology(tuple(links), tuple(names))
 
 
-def _graph(joints: Mapping[str, Joint]) -> nx.DiGraph:
-    graph = nx.DiGraph((joint.parent, joint.child) for joint in joints.values())
-    graph.add_node(GROUND)
-    return graph
+def _distances(model: Model) -> dict[str, int]:
+    """Number of joints between the ground and each body."""
+    children: dict[str, list[str]] = {}
+    for joint in model.joints.values():
+        children.setdefault(joint.parent, []).append(joint.child)
+    distance = {GROUND: 0}
+    reached = [GROUND]
+    for body in reached:  # grows while it is walked through
+        for child in children.get(body, ()):
+            distance[child] = distance[body] + 1
+            reached.append(child)
+    return distance
 
 
 def _rate_name(coordinate: str) -> str:

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
+from functools import cached_property
+from itertools import chain
 
 from m4e_fmi.program.tape import Scalar, Tape
 
@@ -57,7 +59,29 @@ class Program:
 
     def dependencies(self, node: int) -> frozenset[str]:
         """Names of the inputs, states and parameters (and `time`) that a node depends on."""
-        return self.tape.symbols_of(node)
+        known = self._dependencies.get(node)
+        return self.tape.symbols_of(node) if known is None else known
+
+    @cached_property
+    def _dependencies(self) -> dict[int, frozenset[str]]:
+        """What each rate, output and calculated parameter depends on."""
+        return self.tape.symbols_of_each([*self.rates, *self.results, *self.constants])
+
+    def operations(self, roots: Iterable[int]) -> list[int]:
+        """Nodes that one evaluation of `roots` computes, in order.
+
+        What depends on parameters only is computed once for all evaluations and left out.
+        """
+        fixed = {v.name for v in self.parameters}
+        varying: set[int] = set()
+        for k in self.tape.reachable(roots):
+            operation = self.tape.operations[k]
+            if operation[0] == "symbol":
+                if operation[1] not in fixed:
+                    varying.add(k)
+            elif not varying.isdisjoint(self.tape.arguments(k)):
+                varying.add(k)
+        return [k for k in sorted(varying) if self.tape.arguments(k)]
 
     def with_start(self, values: dict[str, float]) -> Program:
         """The same program with other start values; KeyError names what it does not have."""
@@ -100,25 +124,30 @@ class Recorder:
             group: {} for group in ("parameters", "inputs", "states", "outputs", "calculated")
         }
         self._rates: dict[str, int] = {}
+        self._names: set[str] = set()
         self._results: list[int] = []
         self._constants: list[int] = []
 
-    def _declare(self, group: str, variable: Variable) -> Scalar:
-        if any(variable.name in members for members in self._variables.values()):
-            raise ValueError(f"{self.name}: variable {variable.name!r} is declared twice")
-        if variable.name == TIME:
+    def _declare(self, group: str, variable: Variable) -> None:
+        name = variable.name
+        if name == TIME:
             raise ValueError(f"{self.name}: {TIME!r} is the name of the independent variable")
-        self._variables[group][variable.name] = variable
-        return self.tape.symbol(variable.name)
+        if name in self._names:
+            raise ValueError(f"{self.name}: variable {name!r} is declared twice")
+        self._names.add(name)
+        self._variables[group][name] = variable
 
     def parameter(self, variable: Variable) -> Scalar:
-        return self._declare("parameters", variable)
+        self._declare("parameters", variable)
+        return self.tape.symbol(variable.name)
 
     def input(self, variable: Variable) -> Scalar:
-        return self._declare("inputs", variable)
+        self._declare("inputs", variable)
+        return self.tape.symbol(variable.name)
 
     def state(self, variable: Variable) -> Scalar:
-        return self._declare("states", variable)
+        self._declare("states", variable)
+        return self.tape.symbol(variable.name)
 
     def rate(self, name: str, value: Scalar | float) -> None:
         """Say that the time derivative of state `name` is `value`."""
@@ -153,7 +182,7 @@ class Recorder:
         rates = tuple(self._rates[name] for name in self._variables["states"])
         self._check_symbols([*rates, *self._results, *self._constants])
         groups = {group: tuple(members.values()) for group, members in self._variables.items()}
-        self._check_derivatives([v for members in groups.values() for v in members])
+        self._check_derivatives(chain.from_iterable(groups.values()))
         return Program(
             name=self.name,
             description=self.description,
@@ -164,10 +193,9 @@ class Recorder:
             **groups,
         )
 
-    def _check_derivatives(self, variables: list[Variable]) -> None:
-        names = {v.name for v in variables}
+    def _check_derivatives(self, variables: Iterable[Variable]) -> None:
         for v in variables:
-            if v.derivative_of is not None and v.derivative_of not in names:
+            if v.derivative_of is not None and v.derivative_of not in self._names:
                 message = f"{v.name!r} cannot be the derivative of {v.derivative_of!r}"
                 raise ValueError(f"{self.name}: {message}, which is not declared")
 
@@ -175,7 +203,10 @@ class Recorder:
         readable = {TIME}
         for group in ("parameters", "inputs", "states"):
             readable.update(self._variables[group])
-        for index in self.tape.reachable(list(roots)):
+        strangers = self.tape.names - readable
+        if not strangers:
+            return
+        for index in self.tape.reachable(roots):
             operation = self.tape.operations[index]
-            if operation[0] == "symbol" and operation[1] not in readable:
+            if operation[0] == "symbol" and operation[1] in strangers:
                 raise ValueError(f"{self.name}: {operation[1]!r} is used but not declared")

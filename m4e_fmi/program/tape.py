@@ -7,7 +7,7 @@ already there returns the old node. Recording therefore is common-subexpression 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 UNARY: dict[str, Callable[[float], float]] = {
     "neg": lambda a: -a,
@@ -35,6 +35,8 @@ BINARY: dict[str, Callable[[float, float], float]] = {
     "max": max,
 }
 COMMUTATIVE = frozenset({"add", "mul"})
+FOLDING = frozenset({"constant", "neg"})
+"""Operations whose results may make a further operation unnecessary, or turn it into another."""
 LARGEST_UNROLLED_POWER = 8
 
 
@@ -56,93 +58,149 @@ class Tape:
 
     def __init__(self) -> None:
         self.operations: list[tuple] = []
-        self._index: dict[tuple, int] = {}
+        self._scalars: dict[tuple, Scalar] = {}
 
     def __len__(self) -> int:
         return len(self.operations)
 
     def node(self, operation: tuple) -> int:
-        """Index of `operation`, appended unless it is there already."""
-        index = self._index.get(operation)
-        if index is None:
-            index = len(self.operations)
+        """Index of `operation`, which is appended unless it is there already."""
+        return self.recorded(operation).index
+
+    def recorded(self, operation: tuple) -> Scalar:
+        """The scalar of `operation`, which is appended unless it is there already."""
+        scalar = self._scalars.get(operation)
+        if scalar is None:
+            folds = operation[0] in FOLDING
+            scalar = self._scalars[operation] = Scalar(self, len(self.operations), folds)
             self.operations.append(operation)
-            self._index[operation] = index
-        return index
+        return scalar
+
+    def scalar(self, index: int) -> Scalar:
+        """The scalar of a node."""
+        return self._scalars[self.operations[index]]
+
+    def copy(self) -> Tape:
+        """A tape with the same nodes, to record further on."""
+        other = Tape()
+        for operation in self.operations:
+            other.node(operation)
+        return other
 
     def constant(self, value: float) -> Scalar:
         value = float(value)
         if not math.isfinite(value):
             raise ValueError(f"a constant must be finite, got {value}")
-        if value == 0.0:  # one zero: -0.0 equals 0.0 as a key
-            value = 0.0
-        return Scalar(self, self.node(("constant", value)))
+        return self.recorded(("constant", value + 0.0))  # one zero: -0.0 + 0.0 is 0.0
 
     def symbol(self, name: str) -> Scalar:
-        return Scalar(self, self.node(("symbol", name)))
+        return self.recorded(("symbol", name))
+
+    @property
+    def names(self) -> frozenset[str]:
+        """Names of all symbols on the tape."""
+        return frozenset(op[1] for op in self.operations if op[0] == "symbol")
 
     def value(self, index: int) -> float | None:
         """The value of a constant node, None for any other."""
         operation = self.operations[index]
         return operation[1] if operation[0] == "constant" else None
 
-    def unary(self, name: str, a: int) -> int:
-        value = self.value(a)
-        if value is not None:
-            result = _computed(UNARY[name], value)
-            if result is not None:
-                return self.constant(result).index
-        if name == "neg" and self.operations[a][0] == "neg":
-            return self.operations[a][1]
-        return self.node((name, a))
+    def unary(self, name: str, a: Scalar) -> Scalar:
+        """The operation `name` of one scalar."""
+        if a.folds:
+            kind, operand = self.operations[a.index]
+            if kind == "constant":
+                result = _computed(UNARY[name], operand)
+                if result is not None:
+                    return self.constant(result)
+            elif name == "neg":
+                return self.scalar(operand)
+        return self.recorded((name, a.index))
 
-    def binary(self, name: str, a: int, b: int) -> int:
-        x, y = self.value(a), self.value(b)
+    def binary(self, name: str, a: Scalar, b: Scalar | float) -> Scalar:
+        """The operation `name` of two scalars, the second of which may be a number."""
+        if not isinstance(b, Scalar):
+            b = self.constant(b)
+        elif b.tape is not self:
+            raise ValueError("scalars of two tapes cannot be combined")
+        if a.folds or b.folds:
+            folded = self._folded(name, a, b)
+            if folded is not None:
+                return folded
+        i, j = a.index, b.index
+        if i > j and name in COMMUTATIVE:
+            i, j = j, i
+        return self.recorded((name, i, j))
+
+    def _folded(self, name: str, a: Scalar, b: Scalar) -> Scalar | None:
+        """What takes the place of an operation on a constant or a negated scalar, or None."""
+        x, y = self.value(a.index), self.value(b.index)
         if x is not None and y is not None:
             result = _computed(BINARY[name], x, y)
-            if result is not None:
-                return self.constant(result).index
-        folded = self._fold(name, a, b, x, y)
-        if folded is not None:
-            return folded
-        if name in COMMUTATIVE and a > b:
-            a, b = b, a
-        return self.node((name, a, b))
+            return None if result is None else self.constant(result)
+        if x is not None or y is not None:
+            neutral = self._with_constant(name, a, b, x, y)
+            if neutral is not None:
+                return neutral
+        return self._with_negated(name, a, b)
 
-    def _fold(self, name: str, a: int, b: int, x: float | None, y: float | None) -> int | None:
-        """Node of an operation with a neutral or absorbing constant, None where there is none."""
-        if name == "add":
-            return b if x == 0.0 else a if y == 0.0 else None
-        if name == "sub":
-            if y == 0.0:
-                return a
-            return self.unary("neg", b) if x == 0.0 else None
-        if name == "mul":
-            if x == 0.0 or y == 0.0:
-                return self.constant(0.0).index
-            for factor, other in ((x, b), (y, a)):
-                if factor == 1.0:
-                    return other
-                if factor == -1.0:
-                    return self.unary("neg", other)
-            return None
-        if name == "div":
-            if x == 0.0 and y != 0.0:
-                return self.constant(0.0).index
-            return a if y == 1.0 else None
+    def _with_constant(
+        self, name: str, a: Scalar, b: Scalar, x: float | None, y: float | None
+    ) -> Scalar | None:
+        """An operation with a neutral or absorbing constant, whose value is x or y."""
+        match name:
+            case "add":
+                return b if x == 0.0 else a if y == 0.0 else None
+            case "sub":
+                return a if y == 0.0 else self.unary("neg", b) if x == 0.0 else None
+            case "mul":
+                if x == 0.0 or y == 0.0:
+                    return self.constant(0.0)
+                for factor, other in ((x, b), (y, a)):
+                    if factor == 1.0:
+                        return other
+                    if factor == -1.0:
+                        return self.unary("neg", other)
+            case "div":
+                return self.constant(0.0) if x == 0.0 else a if y == 1.0 else None
         return None
+
+    def _with_negated(self, name: str, a: Scalar, b: Scalar) -> Scalar | None:
+        """The same value, to the bit, with the sign taken out of the operands."""
+        minus_a, minus_b = self._negated(a), self._negated(b)
+        match name:
+            case "add" if minus_a is not None and minus_b is not None:
+                return self.unary("neg", self.binary("add", minus_a, minus_b))
+            case "add" if minus_b is not None:
+                return self.binary("sub", a, minus_b)
+            case "add" if minus_a is not None:
+                return self.binary("sub", b, minus_a)
+            case "sub" if minus_b is not None:
+                return self.binary("add", a, minus_b)
+            case "sub" if minus_a is not None:
+                return self.unary("neg", self.binary("add", minus_a, b))
+        return None
+
+    def _negated(self, a: Scalar) -> Scalar | None:
+        """The scalar that `a` is the negative of, None if it is not recorded as one."""
+        operation = self.operations[a.index]
+        return self.scalar(operation[1]) if operation[0] == "neg" else None
 
     def arguments(self, index: int) -> tuple[int, ...]:
         """Indices that node `index` is computed from."""
         operation = self.operations[index]
         return () if operation[0] in ("constant", "symbol") else operation[1:]
 
-    def reachable(self, roots: list[int]) -> list[int]:
+    def reachable(self, roots: Iterable[int]) -> list[int]:
         """All nodes that `roots` need, themselves included, in order of execution."""
         needed = set(roots)
-        for index in range(max(roots, default=-1), -1, -1):
-            if index in needed:
-                needed.update(self.arguments(index))
+        waiting = list(needed)
+        while waiting:
+            for a in self.arguments(waiting.pop()):
+                if a not in needed:
+                    needed.add(a)
+                    waiting.append(a)
         return sorted(needed)
 
     def symbols_of(self, root: int) -> frozenset[str]:
@@ -150,61 +208,78 @@ class Tape:
         operations = (self.operations[k] for k in self.reachable([root]))
         return frozenset(op[1] for op in operations if op[0] == "symbol")
 
+    def symbols_of_each(self, roots: Iterable[int]) -> dict[int, frozenset[str]]:
+        """`symbols_of` for many roots, in one pass over the tape."""
+        roots = set(roots)
+        names: list[str] = []
+        bits: dict[int, int] = {}  # the names that a node depends on, as bits of a whole number
+        for k in self.reachable(roots):
+            operation = self.operations[k]
+            if operation[0] == "symbol":
+                bits[k] = 1 << len(names)
+                names.append(operation[1])
+            elif operation[0] == "constant":
+                bits[k] = 0
+            else:
+                bits[k] = bits[operation[1]] | bits[operation[-1]]
+        named = {b: _selected(names, b) for b in {bits[k] for k in roots}}
+        return {k: named[bits[k]] for k in roots}
+
+
+def _selected(names: list[str], bits: int) -> frozenset[str]:
+    """The names whose bit is set."""
+    digits = bin(bits)[:1:-1]  # lowest first
+    return frozenset(name for name, digit in zip(names, digits, strict=False) if digit == "1")
+
 
 class Scalar:
-    """One node of a tape with Python's arithmetic; combining two of one tape records."""
+    """One node of a tape with Python's arithmetic; combining two of one tape records.
 
-    __slots__ = ("index", "tape")
+    A tape makes one Scalar for each of its nodes. `folds`: see `FOLDING`.
+    """
 
-    def __init__(self, tape: Tape, index: int) -> None:
+    __slots__ = ("folds", "index", "tape")
+
+    def __init__(self, tape: Tape, index: int, folds: bool) -> None:
         self.tape = tape
         self.index = index
-
-    def _node(self, other: Scalar | float) -> int:
-        if isinstance(other, Scalar):
-            if other.tape is not self.tape:
-                raise ValueError("scalars of two tapes cannot be combined")
-            return other.index
-        return self.tape.constant(other).index
+        self.folds = folds
 
     def record(self, name: str, *others: Scalar | float) -> Scalar:
         """Node of the operation `name` applied to this scalar (and one more, if binary)."""
         if others:
-            return Scalar(self.tape, self.tape.binary(name, self.index, self._node(others[0])))
-        return Scalar(self.tape, self.tape.unary(name, self.index))
-
-    def _reversed(self, name: str, other: float) -> Scalar:
-        return Scalar(self.tape, self.tape.binary(name, self._node(other), self.index))
+            return self.tape.binary(name, self, others[0])
+        return self.tape.unary(name, self)
 
     def __add__(self, other: Scalar | float) -> Scalar:
-        return self.record("add", other)
+        return self.tape.binary("add", self, other)
 
     def __radd__(self, other: float) -> Scalar:
-        return self._reversed("add", other)
+        return self.tape.binary("add", self.tape.constant(other), self)
 
     def __sub__(self, other: Scalar | float) -> Scalar:
-        return self.record("sub", other)
+        return self.tape.binary("sub", self, other)
 
     def __rsub__(self, other: float) -> Scalar:
-        return self._reversed("sub", other)
+        return self.tape.binary("sub", self.tape.constant(other), self)
 
     def __mul__(self, other: Scalar | float) -> Scalar:
-        return self.record("mul", other)
+        return self.tape.binary("mul", self, other)
 
     def __rmul__(self, other: float) -> Scalar:
-        return self._reversed("mul", other)
+        return self.tape.binary("mul", self.tape.constant(other), self)
 
     def __truediv__(self, other: Scalar | float) -> Scalar:
-        return self.record("div", other)
+        return self.tape.binary("div", self, other)
 
     def __rtruediv__(self, other: float) -> Scalar:
-        return self._reversed("div", other)
+        return self.tape.binary("div", self.tape.constant(other), self)
 
     def __neg__(self) -> Scalar:
-        return self.record("neg")
+        return self.tape.unary("neg", self)
 
     def __abs__(self) -> Scalar:
-        return self.record("abs")
+        return self.tape.unary("abs", self)
 
     def __pow__(self, exponent: Scalar | float) -> Scalar:
         """Small whole powers are recorded as products: the same bits everywhere."""
@@ -220,7 +295,7 @@ class Scalar:
         return 1.0 / result if constant < 0 else result
 
     def __rpow__(self, base: float) -> Scalar:
-        return self._reversed("pow", base)
+        return self.tape.binary("pow", self.tape.constant(base), self)
 
     def __bool__(self) -> bool:
         """Refused: a branch taken while recording would be taken for ever."""

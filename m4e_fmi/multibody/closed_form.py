@@ -1,0 +1,206 @@
+"""Mass matrix and forcing of Eq. (5), written with composite bodies.
+
+Bᵀ(𝓜 + A)B is never multiplied out. What hangs on a link has a mass, a first moment about its
+origin and, as far as it turns with the link, a second moment; of a subtree on a hinge only its mass
+matters, at the hinge. With these an entry of the dry mass matrix is one scalar product, of the
+momentum that the inner body's coordinate sees and that of the outer one. The forcing is one pass
+outwards with u̇ = 0 and one inwards. Added mass, which may couple bodies, is added by columns of B.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from m4e_fmi.multibody.assembly import Accelerations, Assembly
+from m4e_fmi.multibody.columns import Columns, columns
+from m4e_fmi.multibody.kinematics import ZERO
+from m4e_fmi.multibody.planar import Pair, added, dot, moment, scaled, subtracted, swung, tilde
+from m4e_fmi.program.tape import Scalar
+
+Rows = list[dict[int, Any]]
+"""A sparse matrix: for each row the entries by column; what is absent is zero."""
+
+
+def accelerations(assembly: Assembly) -> Accelerations:
+    """u̇ and the accelerations of all bodies from M u̇ = f."""
+    symmetric = not assembly.added_mass
+    rates = solve(mass_matrix(assembly), forcing(assembly), symmetric=symmetric)
+    origins, alphas = _outwards(assembly, rates)
+    return Accelerations(rates, origins, alphas, 0)
+
+
+@dataclass
+class _Composite:
+    """Mass of what hangs on a link, and its moments about the link's origin in body axes."""
+
+    mass: Any
+    first: Pair
+    second: Any
+
+
+def mass_matrix(assembly: Assembly) -> Rows:
+    """Bᵀ(𝓜 + A)B, with both its halves."""
+    tree = assembly.tree
+    rows: Rows = [{} for _ in tree.coordinate_names]
+    composites = _composites(assembly)
+    for k in range(len(tree.links)):
+        for j, momentum, turning in _momenta(assembly, composites[k], k):
+            own = True
+            i, P, L = k, momentum, turning
+            while i >= 0:
+                for coordinate, entry in _seen(assembly, i, P, L):
+                    if not (own and coordinate > j) and not _is_zero(entry):
+                        rows[j][coordinate] = rows[coordinate][j] = entry
+                rigid = tree.links[i].joint.type == "prismatic"
+                L = (L if rigid else 0) + moment(assembly.frames[i].reach, P)
+                i, own = tree.links[i].parent, False
+    if assembly.added_mass:
+        _add_water(assembly, rows)
+    return rows
+
+
+def _composites(assembly: Assembly) -> list[_Composite]:
+    result = []
+    for (mass, inertia), frame in zip(assembly.masses, assembly.frames, strict=True):
+        arm = frame.local_arm
+        result.append(_Composite(mass, scaled(mass, arm), inertia + mass * dot(arm, arm)))
+    for k in range(len(result) - 1, -1, -1):
+        link, reach, child = assembly.tree.links[k], assembly.frames[k].local_reach, result[k]
+        if link.parent >= 0:
+            parent = result[link.parent]
+            parent.second = parent.second + child.mass * dot(reach, reach)
+            if link.joint.type == "prismatic":
+                parent.first = added(parent.first, child.first)
+                parent.second = parent.second + (2 * dot(reach, child.first) + child.second)
+            parent.first = added(parent.first, scaled(child.mass, reach))
+            parent.mass = parent.mass + child.mass
+    return result
+
+
+def _momenta(assembly: Assembly, body: _Composite, k: int) -> list[tuple[int, Pair, Any]]:
+    """For each coordinate of link k at unit rate: linear and angular momentum of what it moves."""
+    link, frame = assembly.tree.links[k], assembly.frames[k]
+    lever = tilde(frame.rotation(body.first))
+    if link.joint.type == "prismatic":
+        (s,) = link.coordinates
+        return [(s, scaled(body.mass, frame.direction), dot(lever, frame.direction))]
+    turn = (link.coordinates[-1], lever, body.second)
+    if link.joint.type == "revolute":
+        return [turn]
+    x, z, _ = link.coordinates
+    return [(x, (body.mass, 0), lever[0]), (z, (0, body.mass), lever[1]), turn]
+
+
+def _seen(assembly: Assembly, i: int, P: Pair, L: Any) -> list[tuple[int, Any]]:
+    """What each coordinate of link i sees of a momentum P, L about the link's origin."""
+    link = assembly.tree.links[i]
+    if link.joint.type == "prismatic":
+        return [(link.coordinates[0], dot(assembly.frames[i].direction, P))]
+    return list(zip(link.coordinates[::-1], (L, P[1], P[0]), strict=False))
+
+
+def forcing(assembly: Assembly) -> list[Any]:
+    """Bᵀ(g + g_g) − Bᵀ(𝓜 + A)Ḃu + τ."""
+    tree = assembly.tree
+    origins, _ = _outwards(assembly, [0] * len(tree.coordinate_names))
+    wrenches = [list(wrench) for wrench in assembly.wrenches]
+    bias = []
+    for k, (mass, _) in enumerate(assembly.masses):
+        frame = assembly.frames[k]
+        x, z = frame.acceleration_at(frame.arm, origins[k], 0)
+        bias.append((x, z))
+        _push(wrenches[k], scaled(mass, (-x, -assembly.gravity - z)), frame.arm)
+    for (i, j), block in assembly.added_mass.items():
+        x, z, turn = (row[0] * bias[j][0] + row[1] * bias[j][1] for row in block)
+        _push(wrenches[i], (-x, -z), assembly.frames[i].arm, -turn)
+    return _projected(assembly, wrenches)
+
+
+def _outwards(assembly: Assembly, rates: Sequence[Any]) -> tuple[list[Pair], list[Any]]:
+    """Accelerations of the origins, and angular accelerations, for u̇ = `rates`."""
+    origins: list[Pair] = []
+    alphas: list[Any] = []
+    for link, frame in zip(assembly.tree.links, assembly.frames, strict=True):
+        origin, alpha = ZERO, 0
+        if link.parent >= 0:
+            origin, alpha = origins[link.parent], alphas[link.parent]
+            origin = subtracted(swung(origin, alpha, frame.reach), frame.inward)
+        new = [rates[k] for k in link.coordinates]
+        if link.joint.type == "prismatic":
+            origin = added(origin, scaled(new[0], frame.direction))
+        else:
+            alpha = new[-1]
+        origins.append((new[0], new[1]) if link.joint.type == "floating" else origin)
+        alphas.append(alpha)
+    return origins, alphas
+
+
+def _push(wrench: list[Any], force: Pair, arm: Pair, torque: Any = 0) -> None:
+    wrench[0] = wrench[0] + force[0]
+    wrench[1] = wrench[1] + force[1]
+    wrench[2] = wrench[2] + (torque + moment(arm, force))
+
+
+def _projected(assembly: Assembly, wrenches: list[list[Any]]) -> list[Any]:
+    """Bᵀ of the `wrenches` about the origins, which are added up on the way, and the efforts."""
+    tree = assembly.tree
+    result: list[Any] = [0] * len(tree.coordinate_names)
+    for k in range(len(tree.links) - 1, -1, -1):
+        link, frame, effort = tree.links[k], assembly.frames[k], assembly.efforts[k]
+        x, z, turn = wrenches[k]
+        for coordinate, force in _seen(assembly, k, (x, z), turn):
+            result[coordinate] = force + effort
+        if link.parent >= 0:
+            rigid = link.joint.type == "prismatic"
+            _push(wrenches[link.parent], (x, z), frame.reach, turn if rigid else -effort)
+    return result
+
+
+def _add_water(assembly: Assembly, rows: Rows) -> None:
+    """Add BᵀAB."""
+    bodies: dict[int, Columns] = {
+        k: columns(assembly.tree, assembly.frames, k) for k, _ in assembly.added_mass
+    }
+    for (first, second), block in assembly.added_mass.items():
+        for j, right in bodies[second].items():
+            push = [sum(a * b for a, b in zip(row, right, strict=True)) for row in block]
+            for i, left in bodies[first].items():
+                entry = sum(a * b for a, b in zip(left, push, strict=True))
+                if not _is_zero(entry):
+                    rows[i][j] = rows[i].get(j, 0) + entry
+
+
+def solve(rows: Rows, right: Sequence[Any], *, symmetric: bool) -> list[Any]:
+    """x of rows · x = right, without pivoting: of a positive definite matrix. `rows` is used up.
+
+    Unknowns are eliminated from the last to the first, leaves before their parents, which fills in
+    nothing that is zero in the mass matrix of a tree. Of a symmetric matrix half is computed.
+    """
+    x = list(right)
+    for k in range(len(x) - 1, -1, -1):
+        pivot, row = rows[k][k], {j: entry for j, entry in rows[k].items() if j < k}
+        for i in range(k):
+            if k not in rows[i]:
+                continue
+            factor = rows[i][k] / pivot
+            x[i] = x[i] - factor * x[k]
+            for j, entry in row.items():
+                if symmetric and j > i:
+                    continue
+                rows[i][j] = rows[i].get(j, 0) - factor * entry
+                if symmetric:
+                    rows[j][i] = rows[i][j]
+    for k, row in enumerate(rows):
+        for j, entry in row.items():
+            if j < k:
+                x[k] = x[k] - entry * x[j]
+        x[k] = x[k] / row[k]
+    return x
+
+
+def _is_zero(value: Any) -> bool:
+    if isinstance(value, Scalar):
+        return value.tape.value(value.index) == 0.0
+    return isinstance(value, int) and value == 0
