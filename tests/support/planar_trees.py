@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import mpmath
+
 from m4e_fmi.model import (
     Body,
     BodyForce,

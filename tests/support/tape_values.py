@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 import mpmath
+
 from m4e_fmi.program import Program, Tape
 
 

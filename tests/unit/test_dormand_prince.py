@@ -126,13 +126,14 @@ class TestEnds:
         end = math.nextafter(100.0, math.inf)
         assert integrator.advance(100.0, [1.0], end) == [1.0 + (end - 100.0)]
 
-    @pytest.mark.parametrize("excess", [1e-16, 1e-13, 3e-12, 1e-9])
-    def test_no_sliver_is_left_at_the_end(self, excess: float) -> None:
-        """A step that ends just short of the end must not leave a step too small to be taken."""
+    @pytest.mark.parametrize(("excess", "steps"), [(0, 1), (1e-13, 1), (3e-12, 1), (1e-9, 2)])
+    def test_no_sliver_is_left_at_the_end(self, excess: float, steps: int) -> None:
+        """A step that ends just short of the end, by less than time resolves, is the last one."""
         integrator = DormandPrince(lambda *_: [1.0], step=1e-2)
         t_end = 1000.0 + 1e-2 + excess
         x = integrator.advance(1000.0, [0.0], t_end)
         assert x[0] == pytest.approx(t_end - 1000.0, rel=1e-13)
+        assert integrator.accepted == steps
 
 
 class TestStepsFromCallToCall:

@@ -8,13 +8,14 @@ from typing import Any
 import mpmath
 import pytest
 import sympy as sp
+from support.programs import Evaluated
+from support.tape_values import exact_values
+
 from m4e_fmi.model import Body, Joint, Model, Parameter
 from m4e_fmi.multibody import Equations, closed_form, model_program, recursion, topology
 from m4e_fmi.multibody.recording import recorded
 from m4e_fmi.program import Program
 from m4e_fmi.program.symbolic_form import to_sympy
-from support.programs import Evaluated
-from support.tape_values import exact_values
 
 ALGORITHMS = {"recursion": recursion.accelerations, "closed form": closed_form.accelerations}
 BODIES = {"one": Body("m", "J"), "two": Body(2, 3), "three": Body(1, 1)}
