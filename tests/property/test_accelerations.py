@@ -8,14 +8,16 @@ from typing import Any
 import mpmath
 import pytest
 from m4e_fmi.model import Model
-from m4e_fmi.multibody import closed_form, recursion, topology
+from m4e_fmi.multibody import topology
+from m4e_fmi.multibody.closed_form import ClosedForm
 from m4e_fmi.multibody.recording import recorded
+from m4e_fmi.multibody.sensitivity import Recursion
 from m4e_fmi.program import Program
 from support.planar_trees import DIGITS, Reference, random_tree
 from support.programs import Evaluated
 from support.tape_values import exact_values
 
-ALGORITHMS = {"recursion": recursion.accelerations, "closed form": closed_form.accelerations}
+ALGORITHMS = {"recursion": Recursion, "closed form": ClosedForm}
 
 
 def random_values(program: Program, seed: int) -> dict[str, float]:
