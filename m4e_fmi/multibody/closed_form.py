@@ -23,12 +23,14 @@ Rows = list[dict[int, Any]]
 """A sparse matrix: for each row the entries by column; what is absent is zero."""
 
 
-def accelerations(assembly: Assembly) -> Accelerations:
-    """u̇ and the accelerations of all bodies from M u̇ = f."""
-    symmetric = not assembly.added_mass
-    rates = solve(mass_matrix(assembly), forcing(assembly), symmetric=symmetric)
-    origins, alphas = _outwards(assembly, rates)
-    return Accelerations(rates, origins, alphas, 0)
+class ClosedForm:
+    """M u̇ = f, solved."""
+
+    def __init__(self, assembly: Assembly) -> None:
+        symmetric = not assembly.added_mass
+        rates = solve(mass_matrix(assembly), forcing(assembly), symmetric=symmetric)
+        origins, alphas = _outwards(assembly, rates)
+        self.accelerations = Accelerations(rates, origins, alphas, 0)
 
 
 @dataclass

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from m4e_fmi.model import Model, load_model
 from m4e_fmi.model.elements import GROUND, as_expression, parameter_values
-from m4e_fmi.multibody import closed_form, recursion
 from m4e_fmi.multibody.assembly import Accelerations, Assembly, Scalars, assemble, wet_links
+from m4e_fmi.multibody.closed_form import ClosedForm
 from m4e_fmi.multibody.energy import kinetic_energy, potential_energy
+from m4e_fmi.multibody.sensitivity import Recursion
 from m4e_fmi.multibody.topology import Link, Topology, topology
 from m4e_fmi.program import Program, Recorder, Variable
 from m4e_fmi.units import parse_unit
@@ -35,22 +35,23 @@ def model_program(model: Model | str | Path) -> Program:
         model = load_model(model)
     tree = topology(model)
     if len(wet_links(model, tree)) > 1:
-        return recorded(model, tree, closed_form.accelerations)
-    program = recorded(model, tree, recursion.accelerations)
+        return recorded(model, tree, ClosedForm)
+    program = recorded(model, tree, Recursion)
     if len(tree.coordinate_names) > LARGEST_CLOSED_FORM:
         return program
-    closed = recorded(model, tree, closed_form.accelerations)
+    closed = recorded(model, tree, ClosedForm)
     return min(program, closed, key=lambda p: len(p.operations(p.rates)))
 
 
 def recorded(
-    model: Model, tree: Topology, accelerations: Callable[[Assembly], Accelerations]
+    model: Model, tree: Topology, algorithm: type[ClosedForm] | type[Recursion]
 ) -> Program:
-    """The Program of a model whose u̇ comes from `accelerations`."""
+    """The Program of a model whose u̇ comes from `algorithm`."""
     recorder = Recorder(model.name, model.description or f"Multibody system {model.name}")
     scalars = _declared(recorder, model, tree)
     assembly = assemble(model, tree, scalars)
-    solved = accelerations(assembly)
+    solution = algorithm(assembly)
+    solved = solution.accelerations
     for link in tree.links:
         for (position, velocity), k in zip(_state_names(link), link.coordinates, strict=True):
             recorder.rate(position, scalars.u[k])
@@ -64,7 +65,7 @@ def recorded(
         ("total", kinetic + potential, "Kinetic and potential energy"),
     ):
         recorder.output(Variable(f"energy.{name}", "J", text), value)
-    return recorder.program()
+    return recorder.program(solution=solution if isinstance(solution, Recursion) else None)
 
 
 def _state_names(link: Link) -> list[tuple[str, str]]:

@@ -7,6 +7,9 @@ joint's own acceleration is eliminated from it and the rest handed to the parent
 outwards the accelerations follow. A hinge hands on a force only: the acceleration of an absolute
 angle is the body's own, so a chain of hinges hands on 2×2 matrices.
 
+`factors` is what comes of H alone; `solve` takes it and the loads of a state, or a change of them:
+see `sensitivity`. Added mass must not couple bodies.
+
 Gravity is an acceleration of the ground: `a` is the true acceleration plus (0, gravity). Added
 mass does not feel gravity and has that difference in its f.
 """
@@ -24,13 +27,27 @@ from m4e_fmi.multibody.planar import Pair, added, dot, moment, scaled, subtracte
 X, Z, TURN = 0, 1, 2
 
 
+@dataclass(frozen=True)
+class Loads:
+    """What drives a tree, for each link.
+
+    `wrenches` f = (F_x, F_z, M_y) about the origins, `inward` the origins' accelerations against
+    their parents that velocities alone cause (see `kinematics`), `efforts` of the joints; and the
+    acceleration of the `ground`.
+    """
+
+    wrenches: list[list[Any]]
+    inward: list[Pair]
+    efforts: list[Any]
+    ground: Pair
+
+
 @dataclass
-class _Felt:
-    """H and f of one link; of a symmetric H the entries below the diagonal are those above."""
+class Inertia:
+    """H of one link; of a symmetric H the entries below the diagonal are those above."""
 
     H: Matrix
-    f: list[Any]
-    symmetric: bool
+    symmetric: bool = True
 
     def pairs(self, size: int) -> list[tuple[int, int]]:
         """Places of H that have to be computed, in its first `size` rows and columns."""
@@ -44,170 +61,214 @@ class _Felt:
 
 
 @dataclass(frozen=True)
-class _Solved:
-    """The eliminated acceleration: `free` − `row` · (what it still depends on)."""
+class _Elimination:
+    """One acceleration of a joint, along `direction` or of the component `direction`.
 
-    free: Any
+    It is driven by what acts along it, and is then ( … − `row` · a) of what is left of (a, α); its
+    own effect on the link is `column`.
+    """
+
+    direction: int | Pair
+    pivot: Any
     row: list[Any]
+    column: list[Any]
 
-    def value(self, acceleration: Sequence[Any]) -> Any:
-        result = self.free
+    def along(self, wrench: Sequence[Any]) -> Any:
+        if isinstance(self.direction, int):
+            return wrench[self.direction]
+        return dot(self.direction, (wrench[X], wrench[Z]))
+
+    def value(self, free: Any, acceleration: Sequence[Any]) -> Any:
         for weight, a in zip(self.row, acceleration, strict=False):
-            result = result - weight * a
-        return result
+            free = free - weight * a
+        return free
 
 
-def accelerations(assembly: Assembly) -> Accelerations:
-    """u̇ and the accelerations of all bodies. Added mass must not couple bodies."""
-    tree = assembly.tree
-    felt = [_own(assembly, k) for k in range(len(tree.links))]
-    _mark_unsymmetric(assembly, felt)
-    solved: list[list[_Solved]] = [[] for _ in felt]
-    for k in range(len(felt) - 1, -1, -1):
-        link, frame, effort = tree.links[k], assembly.frames[k], assembly.efforts[k]
-        on_ground = link.parent < 0
-        if link.joint.type == "prismatic":
-            solved[k] = [_eliminate_slide(felt[k], frame, effort, last=on_ground)]
-        elif link.joint.type == "revolute":
-            solved[k] = [_eliminate(felt[k], TURN, effort, last=on_ground)]
-        else:
-            solved[k] = [_eliminate(felt[k], c, 0) for c in (TURN, Z)]
-            solved[k].append(_eliminate(felt[k], X, 0, last=True))
-        if not on_ground:
-            _hand_on(felt[k], felt[link.parent], assembly, k)
-    return _outwards(assembly, solved)
+@dataclass(frozen=True)
+class Factors:
+    """Articulated inertias as they are handed on, and the eliminations of every link."""
+
+    inertias: list[Inertia]
+    eliminations: list[list[_Elimination]]
 
 
-def _own(assembly: Assembly, k: int) -> _Felt:
-    """H and f of link k alone."""
-    frame, (mass, inertia) = assembly.frames[k], assembly.masses[k]
-    push_x, push_z, turn = assembly.wrenches[k]
-    first = scaled(mass, frame.arm)
-    lever = tilde(first)
-    about = inertia + mass * dot(frame.local_arm, frame.local_arm)
-    x, z = scaled(frame.omega * frame.omega, first)
-    felt = _Felt(
-        [[mass, 0, lever[0]], [0, mass, lever[1]], [lever[0], lever[1], about]],
-        [x + push_x, z + push_z, turn],
-        symmetric=True,
-    )
-    if (k, k) in assembly.added_mass:
-        _add_water(felt, assembly.added_mass[k, k], frame, assembly.gravity)
-    return felt
-
-
-def _add_water(felt: _Felt, block: Matrix, frame: Frame, gravity: Any) -> None:
-    """Add an added mass about the centre of gravity, which feels the true acceleration there."""
-    arm = frame.arm
-    x, z = frame.acceleration_at(frame.arm, (0, -gravity), 0)
-    columns = [[row[0], row[1], row[2] + moment(arm, (row[0], row[1]))] for row in block]
-    bias = [row[0] * x + row[1] * z for row in block]
-    for b in range(3):
-        felt.H[X][b] = felt.H[X][b] + columns[X][b]
-        felt.H[Z][b] = felt.H[Z][b] + columns[Z][b]
-        turning = columns[TURN][b] + moment(arm, (columns[X][b], columns[Z][b]))
-        felt.H[TURN][b] = felt.H[TURN][b] + turning
-    felt.f[X] = felt.f[X] - bias[X]
-    felt.f[Z] = felt.f[Z] - bias[Z]
-    felt.f[TURN] = felt.f[TURN] - (bias[TURN] + moment(arm, (bias[X], bias[Z])))
-
-
-def _mark_unsymmetric(assembly: Assembly, felt: list[_Felt]) -> None:
-    """An added mass is taken as it is given; what it makes unsymmetric is so up to the ground."""
-    for k, _ in assembly.added_mass:
+def factors(assembly: Assembly) -> Factors:
+    """Eliminate every joint's acceleration, from the leaves to the ground."""
+    links = assembly.tree.links
+    inertias = [own_inertia(assembly, k) for k in range(len(links))]
+    for k, _ in assembly.added_mass:  # taken as it is given: what it makes unsymmetric …
         while k >= 0:
-            felt[k].symmetric = False
-            k = assembly.tree.links[k].parent
+            inertias[k].symmetric = False
+            k = links[k].parent  # … is so up to the ground
+    eliminations: list[list[_Elimination]] = [[] for _ in links]
+    for k in range(len(links) - 1, -1, -1):
+        inertia, link = inertias[k], links[k]
+        if link.joint.type == "prismatic":
+            eliminations[k] = [_slide(inertia, assembly.frames[k])]
+        elif link.joint.type == "revolute":
+            eliminations[k] = [_component(inertia, TURN)]
+        else:
+            for c in (TURN, Z, X):
+                eliminations[k].append(_component(inertia, c))
+                _reduce(inertia, eliminations[k][-1])
+        if link.parent >= 0:
+            _reduce(inertia, eliminations[k][-1])
+            _hand_on(inertia, inertias[link.parent], assembly, k)
+    return Factors(inertias, eliminations)
 
 
-def _eliminate(felt: _Felt, c: int, effort: Any, *, last: bool = False) -> _Solved:
-    """Eliminate component `c` of (a_x, a_z, α), the last that is left, driven by `effort`."""
-    pivot = felt.H[c][c]
-    solved = _Solved((effort + felt.f[c]) / pivot, [felt.H[c][b] / pivot for b in range(c)])
-    if not last:
-        _reduce(felt, [felt.H[a][c] for a in range(c)], solved)
-    return solved
+def own_inertia(assembly: Assembly, k: int) -> Inertia:
+    """H of link k alone."""
+    frame, (mass, inertia) = assembly.frames[k], assembly.masses[k]
+    lever = tilde(scaled(mass, frame.arm))
+    about = inertia + mass * dot(frame.local_arm, frame.local_arm)
+    own = Inertia([[mass, 0, lever[0]], [0, mass, lever[1]], [lever[0], lever[1], about]])
+    if (k, k) not in assembly.added_mass:
+        return own
+    block, arm = assembly.added_mass[k, k], frame.arm
+    columns = [[row[0], row[1], row[2] + moment(arm, (row[0], row[1]))] for row in block]
+    for b in range(3):
+        own.H[X][b] = own.H[X][b] + columns[X][b]
+        own.H[Z][b] = own.H[Z][b] + columns[Z][b]
+        turning = columns[TURN][b] + moment(arm, (columns[X][b], columns[Z][b]))
+        own.H[TURN][b] = own.H[TURN][b] + turning
+    return own
 
 
-def _eliminate_slide(felt: _Felt, frame: Frame, effort: Any, *, last: bool) -> _Solved:
+def own_loads(assembly: Assembly) -> Loads:
+    """What drives the tree in its state: f of each link alone."""
+    wrenches = []
+    for k, frame in enumerate(assembly.frames):
+        x, z = scaled(frame.omega * frame.omega, scaled(assembly.masses[k][0], frame.arm))
+        push_x, push_z, turn = assembly.wrenches[k]
+        f = [x + push_x, z + push_z, turn]
+        if (k, k) in assembly.added_mass:  # it feels the true acceleration of the CG
+            x, z = frame.acceleration_at(frame.arm, (0, -assembly.gravity), 0)
+            block = assembly.added_mass[k, k]
+            bias = [row[0] * x + row[1] * z for row in block]
+            f[X], f[Z] = f[X] - bias[X], f[Z] - bias[Z]
+            f[TURN] = f[TURN] - (bias[TURN] + moment(frame.arm, (bias[X], bias[Z])))
+        wrenches.append(f)
+    inward = [frame.inward for frame in assembly.frames]
+    return Loads(wrenches, inward, assembly.efforts, (0, assembly.gravity))
+
+
+def _component(inertia: Inertia, c: int) -> _Elimination:
+    """Eliminate component `c` of (a_x, a_z, α), the last that is left."""
+    H = inertia.H
+    row = [H[c][b] / H[c][c] for b in range(c)]
+    return _Elimination(c, H[c][c], row, [H[a][c] for a in range(c)])
+
+
+def _slide(inertia: Inertia, frame: Frame) -> _Elimination:
     """Eliminate the acceleration along the direction of a prismatic joint."""
-    n, H = frame.direction, felt.H
+    n, H = frame.direction, inertia.H
     size = 3 if frame.turns else 2
     column = [H[a][X] * n[0] + H[a][Z] * n[1] for a in range(size)]
     row = column
-    if not felt.symmetric:
+    if not inertia.symmetric:
         row = [n[0] * H[X][b] + n[1] * H[Z][b] for b in range(size)]
     pivot = dot(n, (column[X], column[Z]))
-    free = (effort + dot(n, (felt.f[X], felt.f[Z]))) / pivot
-    solved = _Solved(free, [entry / pivot for entry in row])
-    if not last:
-        _reduce(felt, column, solved)
-    return solved
+    return _Elimination(n, pivot, [entry / pivot for entry in row], column)
 
 
-def _reduce(felt: _Felt, column: list[Any], solved: _Solved) -> None:
-    """Put an eliminated acceleration, which acts through `column`, into H and f."""
-    for a, b in felt.pairs(len(column)):
-        felt.set(a, b, felt.H[a][b] - column[a] * solved.row[b])
-    for a, entry in enumerate(column):
-        felt.f[a] = felt.f[a] - entry * solved.free
+def _reduce(inertia: Inertia, out: _Elimination) -> None:
+    """Put an eliminated acceleration into H."""
+    for a, b in inertia.pairs(len(out.column)):
+        inertia.set(a, b, inertia.H[a][b] - out.column[a] * out.row[b])
 
 
-def _hand_on(felt: _Felt, parent: _Felt, assembly: Assembly, k: int) -> None:
-    """Add to the parent's H and f what it feels of link `k` through its joint."""
-    link, frame, H = assembly.tree.links[k], assembly.frames[k], felt.H
-    f = [felt.f[a] + dot((H[a][X], H[a][Z]), frame.inward) for a in (X, Z)]
+def _hand_on(inertia: Inertia, parent: Inertia, assembly: Assembly, k: int) -> None:
+    """Add to the parent's H what it feels of link `k` through its joint."""
+    link, H, reach = assembly.tree.links[k], inertia.H, assembly.frames[k].reach
     for a, b in parent.pairs(2):
         parent.set(a, b, parent.H[a][b] + H[a][b])
-    parent.f[X] = parent.f[X] + f[X]
-    parent.f[Z] = parent.f[Z] + f[Z]
     if not assembly.frames[link.parent].turns:
         return
-    reach = frame.reach
     column = [moment(reach, (H[a][X], H[a][Z])) for a in (X, Z)]
-    row = column if felt.symmetric else [moment(reach, (H[X][b], H[Z][b])) for b in (X, Z)]
-    turn, push = moment(reach, (column[X], column[Z])), moment(reach, (f[X], f[Z]))
+    row = column if inertia.symmetric else [moment(reach, (H[X][b], H[Z][b])) for b in (X, Z)]
+    turn = moment(reach, (column[X], column[Z]))
     if link.joint.type == "prismatic":  # a slider turns with its parent, a hinge does not
         turn = turn + (moment(reach, (H[X][TURN], H[Z][TURN])) + H[TURN][TURN])
         turn = turn + moment(reach, (H[TURN][X], H[TURN][Z]))
-        push = push + (felt.f[TURN] + dot((H[TURN][X], H[TURN][Z]), frame.inward))
         column = [column[a] + H[a][TURN] for a in (X, Z)]
         row = [row[b] + H[TURN][b] for b in (X, Z)]
-    else:
-        push = push - assembly.efforts[k]
     for a in (X, Z):
         parent.set(a, TURN, parent.H[a][TURN] + column[a])
         if not parent.symmetric:
             parent.set(TURN, a, parent.H[TURN][a] + row[a])
     parent.H[TURN][TURN] = parent.H[TURN][TURN] + turn
-    parent.f[TURN] = parent.f[TURN] + push
 
 
-def _outwards(assembly: Assembly, solved: list[list[_Solved]]) -> Accelerations:
+def solve(assembly: Assembly, factors: Factors, loads: Loads) -> Accelerations:
+    """The accelerations that `loads` cause. Links on which nothing acts (zeros) cost nothing."""
+    wrenches = [list(wrench) for wrench in loads.wrenches]
+    free: list[list[Any]] = [[0] * len(outs) for outs in factors.eliminations]
+    for k in range(len(wrenches) - 1, -1, -1):
+        f, effort, inward = wrenches[k], loads.efforts[k], loads.inward[k]
+        if all(isinstance(part, int) for part in (*f, effort, *inward)):
+            continue
+        for index, out in enumerate(factors.eliminations[k]):
+            free[k][index] = (effort + out.along(f)) / out.pivot
+            for a, entry in enumerate(out.column):
+                f[a] = f[a] - entry * free[k][index]
+        parent = assembly.tree.links[k].parent
+        if parent >= 0:
+            _push_on(wrenches[parent], factors.inertias[k], assembly, k, f, effort, inward)
+    return _outwards(assembly, factors, loads, free)
+
+
+def _push_on(
+    parent: list[Any],
+    inertia: Inertia,
+    assembly: Assembly,
+    k: int,
+    f: list[Any],
+    effort: Any,
+    inward: Pair,
+) -> None:
+    """Add to the parent's f what it feels of that of link `k` through its joint."""
+    H, link = inertia.H, assembly.tree.links[k]
+    force = [f[a] + dot((H[a][X], H[a][Z]), inward) for a in (X, Z)]
+    parent[X] = parent[X] + force[X]
+    parent[Z] = parent[Z] + force[Z]
+    if assembly.frames[link.parent].turns:
+        push = moment(assembly.frames[k].reach, (force[X], force[Z]))
+        if link.joint.type == "prismatic":
+            push = push + (f[TURN] + dot((H[TURN][X], H[TURN][Z]), inward))
+        else:
+            push = push - effort
+        parent[TURN] = parent[TURN] + push
+
+
+def _outwards(
+    assembly: Assembly, factors: Factors, loads: Loads, free: list[list[Any]]
+) -> Accelerations:
     """Accelerations from the ground to the leaves."""
-    tree, gravity = assembly.tree, assembly.gravity
+    tree = assembly.tree
     rates: list[Any] = [0] * len(tree.coordinate_names)
     origins: list[Pair] = []
     alphas: list[Any] = []
     for k, link in enumerate(tree.links):
-        frame = assembly.frames[k]
-        origin, alpha = (0, gravity), 0
+        origin, alpha = loads.ground, 0
         if link.parent >= 0:
             origin, alpha = origins[link.parent], alphas[link.parent]
-            origin = subtracted(swung(origin, alpha, frame.reach), frame.inward)
+            origin = swung(origin, alpha, assembly.frames[k].reach)
+        origin = subtracted(origin, loads.inward[k])
+        outs = factors.eliminations[k]
         if link.joint.type == "floating":
-            x = solved[k][2].value(())
-            z = solved[k][1].value((x,))
-            origin, alpha = (x, z), solved[k][0].value((x, z))
-            new = [x, z - gravity, alpha]
+            x = outs[2].value(free[k][2], ())
+            z = outs[1].value(free[k][1], (x,))
+            origin, alpha = (x, z), outs[0].value(free[k][0], (x, z))
+            new = [x, z - loads.ground[1], alpha]
         elif link.joint.type == "revolute":
-            alpha = solved[k][0].value(origin)
+            alpha = outs[0].value(free[k][0], origin)
             new = [alpha]
         else:
-            new = [solved[k][0].value((*origin, alpha))]
-            origin = added(origin, scaled(new[0], frame.direction))
+            new = [outs[0].value(free[k][0], (*origin, alpha))]
+            origin = added(origin, scaled(new[0], assembly.frames[k].direction))
         for coordinate, rate in zip(link.coordinates, new, strict=True):
             rates[coordinate] = rate
         origins.append(origin)
         alphas.append(alpha)
-    return Accelerations(rates, origins, alphas, gravity)
+    return Accelerations(rates, origins, alphas, loads.ground[1])

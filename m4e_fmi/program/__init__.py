@@ -5,9 +5,11 @@ with a unit and a description, and one tape of arithmetic that computes derivati
 A `Recorder` makes one by running an ordinary algorithm on recording scalars.
 
 This package is the bottom layer: it imports nothing else of m4e_fmi. Start reading in `tape`, then
-`program`; `python_form` and `symbolic_form` are the two forms a program is written out in.
+`program`; `derivatives` makes programs of programs; `python_form` and `symbolic_form` are the two
+forms a program is written out in.
 """
 
+from m4e_fmi.program.derivatives import Jacobian, jacobian, tangent
 from m4e_fmi.program.functions import (
     acos,
     asin,
@@ -24,13 +26,15 @@ from m4e_fmi.program.functions import (
     tan,
     tanh,
 )
-from m4e_fmi.program.program import Program, Recorder, Variable
+from m4e_fmi.program.program import Program, Recorder, Solution, Variable
 from m4e_fmi.program.tape import Scalar, Tape
 
 __all__ = [
+    "Jacobian",
     "Program",
     "Recorder",
     "Scalar",
+    "Solution",
     "Tape",
     "Variable",
     "acos",
@@ -39,6 +43,7 @@ __all__ = [
     "atan2",
     "cos",
     "exp",
+    "jacobian",
     "log",
     "maximum",
     "minimum",
@@ -46,5 +51,6 @@ __all__ = [
     "sin",
     "sqrt",
     "tan",
+    "tangent",
     "tanh",
 ]

@@ -5,10 +5,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import chain
+from typing import Protocol
 
 from m4e_fmi.program.tape import Scalar, Tape
 
@@ -36,13 +37,35 @@ class Variable:
     display_unit: str | None = None
 
 
+class Solution(Protocol):
+    """A part of a program that solves equations, and how their solution changes.
+
+    A program that says so has cheaper derivatives: they go through the `balance` and one more solve
+    with what is factored already, instead of through the factoring.
+    """
+
+    @property
+    def unknowns(self) -> Sequence[Scalar]:
+        """What is solved for."""
+        ...
+
+    def balance(self) -> Sequence[Scalar]:
+        """What the unknowns depend on, none of them among it; recorded when asked for."""
+        ...
+
+    def response(self, change: Sequence[Scalar | int]) -> Sequence[Scalar | int]:
+        """Change of the unknowns for a `change` of the balance; 0 where there is none."""
+        ...
+
+
 @dataclass(frozen=True)
 class Program:
     """A recorded system of ordinary differential equations.
 
     Each tuple of `Variable`s is in the order of its vector. `rates[i]` is the tape node of the time
     derivative of `states[i]`, `results[i]` that of `outputs[i]`, `constants[i]` that of
-    `calculated[i]`, which depends on parameters only.
+    `calculated[i]`, which depends on parameters only. `solution` says how the rates were solved
+    for, if they were; it is not needed to run the program.
     """
 
     name: str
@@ -56,6 +79,7 @@ class Program:
     rates: tuple[int, ...] = field(repr=False)
     results: tuple[int, ...] = field(repr=False)
     constants: tuple[int, ...] = field(repr=False)
+    solution: Solution | None = field(default=None, repr=False, compare=False)
 
     def dependencies(self, node: int) -> frozenset[str]:
         """Names of the inputs, states and parameters (and `time`) that a node depends on."""
@@ -115,10 +139,10 @@ class Recorder:
     >>> program = r.program()
     """
 
-    def __init__(self, name: str, description: str) -> None:
+    def __init__(self, name: str, description: str, *, tape: Tape | None = None) -> None:
         self.name = name
         self.description = description
-        self.tape = Tape()
+        self.tape = Tape() if tape is None else tape
         self.time = self.tape.symbol(TIME)
         self._variables: dict[str, dict[str, Variable]] = {
             group: {} for group in ("parameters", "inputs", "states", "outputs", "calculated")
@@ -171,7 +195,7 @@ class Recorder:
     def _index(self, value: Scalar | float) -> int:
         return value.index if isinstance(value, Scalar) else self.tape.constant(value).index
 
-    def program(self) -> Program:
+    def program(self, *, solution: Solution | None = None) -> Program:
         """The finished program.
 
         ValueError if a state has no rate, or if a scalar or a `derivative_of` names no variable.
@@ -190,6 +214,7 @@ class Recorder:
             rates=rates,
             results=tuple(self._results),
             constants=tuple(self._constants),
+            solution=solution,
             **groups,
         )
 

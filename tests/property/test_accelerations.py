@@ -12,11 +12,13 @@ from support.programs import Evaluated
 from support.tape_values import exact_values
 
 from m4e_fmi.model import Model
-from m4e_fmi.multibody import closed_form, recursion, topology
+from m4e_fmi.multibody import topology
+from m4e_fmi.multibody.closed_form import ClosedForm
 from m4e_fmi.multibody.recording import recorded
+from m4e_fmi.multibody.sensitivity import Recursion
 from m4e_fmi.program import Program
 
-ALGORITHMS = {"recursion": recursion.accelerations, "closed form": closed_form.accelerations}
+ALGORITHMS = {"recursion": Recursion, "closed form": ClosedForm}
 
 
 def random_values(program: Program, seed: int) -> dict[str, float]:

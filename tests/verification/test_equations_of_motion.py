@@ -12,12 +12,14 @@ from support.programs import Evaluated
 from support.tape_values import exact_values
 
 from m4e_fmi.model import Body, Joint, Model, Parameter
-from m4e_fmi.multibody import Equations, closed_form, model_program, recursion, topology
+from m4e_fmi.multibody import Equations, model_program, topology
+from m4e_fmi.multibody.closed_form import ClosedForm
 from m4e_fmi.multibody.recording import recorded
+from m4e_fmi.multibody.sensitivity import Recursion
 from m4e_fmi.program import Program
 from m4e_fmi.program.symbolic_form import to_sympy
 
-ALGORITHMS = {"recursion": recursion.accelerations, "closed form": closed_form.accelerations}
+ALGORITHMS = {"recursion": Recursion, "closed form": ClosedForm}
 BODIES = {"one": Body("m", "J"), "two": Body(2, 3), "three": Body(1, 1)}
 PARAMETERS = {"m": Parameter(1.0, "kg"), "J": Parameter(1.0, "kg.m2")}
 MECHANISMS = {

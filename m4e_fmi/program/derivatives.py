@@ -1,0 +1,220 @@
+"""Exact derivatives of programs: tangents and sparse Jacobians, recorded like everything else.
+
+Forward mode on the tape, operation by operation. Where a program knows how its rates were solved
+for (`Solution`), derivatives go around the solution instead of through it.
+
+Functions with corners have the derivative that their operations say: abs' = sign, which is 0 at 0;
+sign' = 0; of minimum and maximum that of the argument taken, and the mean of both where they are
+equal. sqrt and the powers have none at 0 where it is infinite: a division by zero at run time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from m4e_fmi.program.functions import cos, log, sign, sin, sqrt
+from m4e_fmi.program.program import TIME, Program, Recorder, Variable
+from m4e_fmi.program.tape import Scalar, Tape
+
+Slopes = dict[Any, Scalar]
+"""Derivatives of one node by direction; what is absent is zero."""
+
+
+def tangent(program: Program, along: Iterable[str] | None = None) -> Program:
+    """The directional derivative of rates and outputs of `program`, as a program.
+
+    It has the variables of `program` and one more input for each variable of `along` (states,
+    inputs, parameters, `time`; states and inputs if None), ``d(name)``: the direction. Its states
+    have the same rates; its outputs are ``d(der(x))`` for every state x, then ``d(y)`` for every
+    output y. KeyError if `along` names something else.
+    """
+    names = _readable(program, along)
+    recorder = _like(program, f"{program.name}: directional derivative")
+    given: dict[int, Slopes] = {}
+    for name in names:
+        text = f"Direction: change of {name}"
+        direction = recorder.input(Variable(f"d({name})", _unit(program, name), text))
+        given[program.tape.node(("symbol", name))] = {None: direction}
+    rates = zip(program.states, program.rates, strict=True)
+    outputs = zip(program.outputs, program.results, strict=True)
+    rows = [(f"der({v.name})", f"({v.unit})/s", node) for v, node in rates]
+    rows += [(v.name, v.unit, node) for v, node in outputs]
+    slopes = _around(program, [node for _, _, node in rows], given)
+    for (name, unit, _), slope in zip(rows, slopes, strict=True):
+        variable = Variable(f"d({name})", unit, f"Change of {name} along the direction")
+        recorder.output(variable, slope.get(None, 0.0))
+    return recorder.program()
+
+
+@dataclass(frozen=True)
+class Jacobian:
+    """A sparse matrix of derivatives: ∂rows[i]/∂columns[j].
+
+    The outputs of `program` are the entries that are not structurally zero, in the order of their
+    rows; entry k is in row `row_indices[k]`, column `column_indices[k]`.
+    """
+
+    program: Program
+    rows: tuple[str, ...]
+    columns: tuple[str, ...]
+    row_indices: tuple[int, ...]
+    column_indices: tuple[int, ...]
+
+
+def jacobian(
+    program: Program,
+    of: Literal["rates", "outputs"] = "rates",
+    by: Iterable[str] | None = None,
+) -> Jacobian:
+    """∂rates/∂… or ∂outputs/∂… of `program` by states, inputs, parameters and `time`.
+
+    `by` names the columns; None: states and inputs. Rows are in the order of the states, or of the
+    outputs. KeyError if `by` names something else.
+    """
+    columns = _readable(program, by)
+    tape = program.tape
+    one = tape.constant(1.0)
+    given = {tape.node(("symbol", name)): {j: one} for j, name in enumerate(columns)}
+    if of == "rates":
+        rows = [f"der({v.name})" for v in program.states]
+        nodes = program.rates
+    else:
+        rows, nodes = [v.name for v in program.outputs], program.results
+    recorder = _like(program, f"{program.name}: derivatives of {of}")
+    places: list[tuple[int, int]] = []
+    for i, slopes in enumerate(_around(program, nodes, given)):
+        for j in sorted(slopes):
+            places.append((i, j))
+            text = f"Derivative of {rows[i]} by {columns[j]}"
+            recorder.output(Variable(f"d({rows[i]})/d({columns[j]})", "1", text), slopes[j])
+    row_indices, column_indices = (tuple(place[k] for place in places) for k in (0, 1))
+    program = recorder.program()
+    return Jacobian(program, tuple(rows), tuple(columns), row_indices, column_indices)
+
+
+def _readable(program: Program, names: Iterable[str] | None) -> list[str]:
+    groups = (program.states, program.inputs)
+    if names is None:
+        return [v.name for group in groups for v in group]
+    names = list(names)
+    known = {v.name for group in (*groups, program.parameters) for v in group} | {TIME}
+    unknown = sorted(set(names) - known)
+    if unknown:
+        raise KeyError(f"{program.name} has no parameter, input or state {', '.join(unknown)}")
+    return names
+
+
+def _unit(program: Program, name: str) -> str:
+    groups = (program.states, program.inputs, program.parameters)
+    units = {v.name: v.unit for group in groups for v in group}
+    return units.get(name, "s")
+
+
+def _like(program: Program, description: str) -> Recorder:
+    """A recorder on the tape of `program`, with its variables but for the outputs."""
+    recorder = Recorder(program.name, description, tape=program.tape)
+    for v in program.parameters:
+        recorder.parameter(v)
+    for v in program.inputs:
+        recorder.input(v)
+    for v, rate in zip(program.states, program.rates, strict=True):
+        recorder.state(v)
+        recorder.rate(v.name, program.tape.scalar(rate))
+    return recorder
+
+
+def _around(program: Program, roots: Sequence[int], given: Mapping[int, Slopes]) -> list[Slopes]:
+    """Slopes of `roots`, those of a solution by a solve of its own."""
+    solution = program.solution
+    if solution is None:
+        return slopes(program.tape, roots, given)
+    balance = [s.index for s in solution.balance()]
+    changes = slopes(program.tape, balance, given)
+    unknowns: dict[int, Slopes] = {s.index: {} for s in solution.unknowns}
+    for direction in dict.fromkeys(key for change in changes for key in change):
+        response = solution.response([change.get(direction, 0) for change in changes])
+        for unknown, slope in zip(solution.unknowns, response, strict=True):
+            if isinstance(slope, Scalar) and program.tape.value(slope.index) != 0.0:
+                unknowns[unknown.index][direction] = slope
+    return slopes(program.tape, roots, {**unknowns, **given})
+
+
+def slopes(tape: Tape, roots: Sequence[int], given: Mapping[int, Slopes]) -> list[Slopes]:
+    """Derivatives of the nodes `roots` in every direction in which some node of `given` has one."""
+    found: dict[int, Slopes] = {}
+    for k in tape.reachable(roots):
+        if k in given:
+            found[k] = given[k]
+            continue
+        arguments = tape.arguments(k)
+        directions = dict.fromkeys(d for a in arguments for d in found[a])
+        if not directions:
+            found[k] = {}
+            continue
+        operands = [tape.scalar(a) for a in arguments]
+        rule, result = _RULES[tape.operations[k][0]], tape.scalar(k)
+        values = {
+            d: rule(result, *operands, *(found[a].get(d) for a in arguments)) for d in directions
+        }
+        found[k] = {d: v for d, v in values.items() if v is not None and tape.value(v.index) != 0.0}
+    return [found[k] for k in roots]
+
+
+def _sum(a: Scalar | None, b: Scalar | None) -> Scalar | None:
+    return b if a is None else a if b is None else a + b
+
+
+def _times(a: Any, b: Scalar | None) -> Scalar | None:
+    return None if b is None else a * b
+
+
+def _sub(c: Scalar, a: Scalar, b: Scalar, da: Any, db: Any) -> Scalar | None:
+    return -db if da is None else da if db is None else da - db
+
+
+def _div(c: Scalar, a: Scalar, b: Scalar, da: Any, db: Any) -> Scalar | None:
+    return (da if db is None else -(c * db) if da is None else da - c * db) / b
+
+
+def _pow(c: Scalar, a: Scalar, b: Scalar, da: Any, db: Any) -> Scalar | None:
+    by_base = None if da is None else b * a ** (b - 1.0) * da
+    return _sum(by_base, None if db is None else c * log(a) * db)
+
+
+def _atan2(c: Scalar, y: Scalar, x: Scalar, dy: Any, dx: Any) -> Scalar | None:
+    across = _sum(_times(x, dy), None if dx is None else -(y * dx))
+    return None if across is None else across / (x * x + y * y)
+
+
+def _chosen(lead: Scalar, da: Any, db: Any) -> Scalar | None:
+    """da where `lead` is positive, db where it is negative, the mean of both where it is zero."""
+    first = (sign(lead) + 1.0) / 2.0
+    return _sum(_times(first, da), _times(1.0 - first, db))
+
+
+_RULES: dict[str, Any] = {
+    "neg": lambda c, a, da: -da,
+    "abs": lambda c, a, da: sign(a) * da,
+    "sign": lambda c, a, da: None,
+    "sqrt": lambda c, a, da: da / (2.0 * c),
+    "exp": lambda c, a, da: c * da,
+    "log": lambda c, a, da: da / a,
+    "sin": lambda c, a, da: cos(a) * da,
+    "cos": lambda c, a, da: -(sin(a) * da),
+    "tan": lambda c, a, da: (1.0 + c * c) * da,
+    "asin": lambda c, a, da: da / sqrt(1.0 - a * a),
+    "acos": lambda c, a, da: -(da / sqrt(1.0 - a * a)),
+    "atan": lambda c, a, da: da / (1.0 + a * a),
+    "tanh": lambda c, a, da: (1.0 - c * c) * da,
+    "add": lambda c, a, b, da, db: _sum(da, db),
+    "sub": _sub,
+    "mul": lambda c, a, b, da, db: _sum(_times(b, da), _times(a, db)),
+    "div": _div,
+    "pow": _pow,
+    "atan2": _atan2,
+    "min": lambda c, a, b, da, db: _chosen(b - a, da, db),
+    "max": lambda c, a, b, da, db: _chosen(a - b, da, db),
+}
+"""Derivative of c = operation(a, b) from those of a and b, None for a zero one."""
