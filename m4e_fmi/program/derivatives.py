@@ -194,6 +194,7 @@ def _chosen(lead: Scalar, da: Any, db: Any) -> Scalar | None:
     return _sum(_times(first, da), _times(1.0 - first, db))
 
 
+# ruff: noqa: ARG001, ARG005  # the rules share one signature: result, arguments, their tangents
 _RULES: dict[str, Any] = {
     "neg": lambda c, a, da: -da,
     "abs": lambda c, a, da: sign(a) * da,

@@ -9,6 +9,10 @@ from typing import Any
 
 import mpmath
 import pytest
+from support.planar_trees import random_tree
+from support.programs import Evaluated
+from support.tape_values import exact_values
+
 from m4e_fmi import program as functions
 from m4e_fmi.multibody import model_program, topology
 from m4e_fmi.multibody.closed_form import ClosedForm
@@ -16,9 +20,6 @@ from m4e_fmi.multibody.recording import recorded
 from m4e_fmi.multibody.sensitivity import Recursion
 from m4e_fmi.program import Program, Recorder, Variable, jacobian, tangent
 from m4e_fmi.program.tape import BINARY, UNARY
-from support.planar_trees import random_tree
-from support.programs import Evaluated
-from support.tape_values import exact_values
 
 STEP = mpmath.mpf("1e-30")  # quotients are off by its square, and need 60 of the 100 digits
 DIGITS = 100

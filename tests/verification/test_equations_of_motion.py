@@ -81,7 +81,10 @@ def test_mass_matrix_and_forcing_are_those_of_equation_5(name: str) -> None:
     assert all(is_zero(entry) for entry in e.mass_matrix - e.B.T * bodies * e.B)
     forcing = e.B.T * (weight - bodies * e.B_dot * e.u)
     assert all(is_zero(entry) for entry in e.forcing - forcing)
-    rates = sum((sp.diff(e.B, q) * u for q, u in zip(e.q, e.u, strict=True)), sp.zeros(*e.B.shape))
+    rates = sum(
+        (sp.diff(e.B, q) * u for q, u in zip(e.q.flat(), e.u.flat(), strict=True)),
+        sp.zeros(*e.B.shape),
+    )
     assert all(is_zero(entry) for entry in e.B_dot - rates)
 
 
@@ -95,9 +98,11 @@ def test_what_runs_solves_them(name: str, algorithm: str) -> None:
     same |= {symbol: 0 for n, symbol in form.symbols.items() if "force" in n or "moment" in n}
     same |= {symbol: 0 for n, symbol in form.symbols.items() if "effort" in n}
     states = [v.name for v in recorded(e.model, topology(e.model), ALGORITHMS[algorithm]).states]
-    for position, velocity, q, u in zip(states[::2], states[1::2], e.q, e.u, strict=True):
-        same |= {form.symbols.get(position): q, form.symbols.get(velocity): u}
-    same.pop(None, None)
+    coordinates = zip(states[::2], states[1::2], e.q.flat(), e.u.flat(), strict=True)
+    for position, velocity, q, u in coordinates:
+        for name_of_state, symbol in ((position, q), (velocity, u)):
+            if name_of_state in form.symbols:
+                same[form.symbols[name_of_state]] = symbol
     rates = sp.Matrix([sp.nsimplify(r.subs(same)) for r in form.rates[1::2]])
     assert all(is_zero(entry) for entry in e.mass_matrix * rates - e.forcing)
 

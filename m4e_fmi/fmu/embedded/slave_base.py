@@ -57,7 +57,7 @@ class M4eSlave(Fmi2Slave):
         """Write the outputs into `values` from the state and the inputs."""
 
     def save(self):
-        """The internal state as a dict of JSON values and bytes."""
+        """The internal state as a dict of JSON values and bytes, also before `initialise`."""
         return {}
 
     def restore(self, saved):
