@@ -33,7 +33,6 @@ from m4e_fmi.multibody.recursion import (
 )
 from m4e_fmi.program import Scalar
 
-
 NUMBERS = 19
 """Of each link in a balance: H, f, reach, direction, inward, effort."""
 
