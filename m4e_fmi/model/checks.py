@@ -9,8 +9,6 @@ from dataclasses import dataclass
 from numbers import Real
 from typing import TYPE_CHECKING, Any
 
-import networkx as nx
-
 from m4e_fmi.document import Location
 from m4e_fmi.errors import suggestion
 from m4e_fmi.model.elements import (
@@ -219,9 +217,7 @@ def _tree_findings(model: Any) -> Iterator[Finding]:
             remedy = "closed loops: cut one joint and put a stiff spring and damper in its place"
             yield Finding(("joints", name, "child"), message, remedy)
         parents.setdefault(joint.child, name)
-    graph = nx.DiGraph((joint.parent, joint.child) for joint in model.joints.values())
-    graph.add_node(GROUND)
-    reached = nx.descendants(graph, GROUND)
+    reached = _reached(model)
     for name in model.bodies:
         if name not in parents:
             remedy = "add a joint with this child (type: floating, if it is free)"
@@ -231,6 +227,20 @@ def _tree_findings(model: Any) -> Iterator[Finding]:
             yield Finding(("bodies", name), f"body {name!r} is not connected to the ground", remedy)
     if not model.bodies:
         yield Finding(("bodies",), "a model needs at least one body", "add one under 'bodies'")
+
+
+def _reached(model: Any) -> set[str]:
+    """The ground, and all that hangs on it through joints."""
+    children: dict[str, list[str]] = {}
+    for joint in model.joints.values():
+        children.setdefault(joint.parent, []).append(joint.child)
+    reached = {GROUND}
+    waiting = [GROUND]
+    while waiting:
+        new = set(children.get(waiting.pop(), ())) - reached
+        reached |= new
+        waiting += new
+    return reached
 
 
 def _value_findings(model: Any) -> Iterator[Finding]:

@@ -1,5 +1,7 @@
 """What a model is made of. Frozen; every quantity is a number or an expression in parameters.
 
+In Python an expression may also be one of SymPy.
+
 SI units and radians. World frame: X right, Z up; θ > 0 turns +Z towards +X. Geometry is given in
 the pose q = 0, where every body frame (origin at the body's centre of gravity) is parallel to the
 world's.
@@ -9,14 +11,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import ClassVar, Literal, get_args
+from typing import TYPE_CHECKING, ClassVar, Literal, TypeAlias, get_args
 
 from m4e_fmi.model.expression import Expression, Values, as_expression
 from m4e_fmi.units import parse_unit
 
+if TYPE_CHECKING:
+    import sympy
+
 GROUND = "ground"
 
-Quantity = float | str | Expression
+Quantity: TypeAlias = "float | str | Expression | sympy.Expr"
 Vector = tuple[Quantity, Quantity]
 JointType = Literal["revolute", "prismatic", "floating"]
 

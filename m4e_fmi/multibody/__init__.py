@@ -1,8 +1,9 @@
 """What follows from a model: topology, B and Ḃ, loads, energies, the equations of motion.
 
-One source, `assembly.assemble`, runs over SymPy symbols (`Equations`, to read) and over a tape
-(`model_program`, to run). Only `planar` knows that the world has two dimensions. Imports `model`
-and `program`. Start with `topology`, then `kinematics`, then `assembly`.
+One source runs over SymPy symbols (`Equations`, to read) and over a tape (`model_program`, to run):
+`assembly` sets a model in motion, `recursion` or `closed_form` gives the accelerations,
+`sensitivity` how they change. Only `planar` knows that the world has two dimensions. Imports
+`model` and `program`. Start with `topology`, then `kinematics`, then `assembly`.
 """
 
 from m4e_fmi.multibody.equations import Equations

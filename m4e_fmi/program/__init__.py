@@ -9,6 +9,7 @@ This package is the bottom layer: it imports nothing else of m4e_fmi. Start read
 forms a program is written out in.
 """
 
+from m4e_fmi.program.comparison import differences, listing
 from m4e_fmi.program.derivatives import Jacobian, jacobian, tangent
 from m4e_fmi.program.functions import (
     acos,
@@ -42,8 +43,10 @@ __all__ = [
     "atan",
     "atan2",
     "cos",
+    "differences",
     "exp",
     "jacobian",
+    "listing",
     "log",
     "maximum",
     "minimum",

@@ -153,69 +153,93 @@ def slopes(tape: Tape, roots: Sequence[int], given: Mapping[int, Slopes]) -> lis
         if not directions:
             found[k] = {}
             continue
+        kind, result = tape.operations[k][0], tape.scalar(k)
         operands = [tape.scalar(a) for a in arguments]
-        rule, result = _RULES[tape.operations[k][0]], tape.scalar(k)
         values = {
-            d: rule(result, *operands, *(found[a].get(d) for a in arguments)) for d in directions
+            d: _change(kind, result, operands, [found[a].get(d) for a in arguments])
+            for d in directions
         }
         found[k] = {d: v for d, v in values.items() if v is not None and tape.value(v.index) != 0.0}
     return [found[k] for k in roots]
 
 
-def _sum(a: Scalar | None, b: Scalar | None) -> Scalar | None:
+Change = Scalar | None
+"""Of a node in one direction; None for zero."""
+
+
+def _change(kind: str, c: Scalar, operands: Sequence[Scalar], changes: Sequence[Change]) -> Change:
+    """The change of c = operation(operands) for those of the operands."""
+    if len(operands) == 2:
+        return _binary_change(kind, c, *operands, *changes)
+    return None if changes[0] is None else _unary_change(kind, c, operands[0], changes[0])
+
+
+def _unary_change(kind: str, c: Scalar, a: Scalar, da: Scalar) -> Change:
+    match kind:
+        case "neg":
+            return -da
+        case "abs":
+            return sign(a) * da
+        case "sqrt":
+            return da / (2.0 * c)
+        case "exp":
+            return c * da
+        case "log":
+            return da / a
+        case "sin":
+            return cos(a) * da
+        case "cos":
+            return -(sin(a) * da)
+        case "tan":
+            return (1.0 + c * c) * da
+        case "asin":
+            return da / sqrt(1.0 - a * a)
+        case "acos":
+            return -(da / sqrt(1.0 - a * a))
+        case "atan":
+            return da / (1.0 + a * a)
+        case "tanh":
+            return (1.0 - c * c) * da
+        case _:  # sign
+            return None
+
+
+def _binary_change(kind: str, c: Scalar, a: Scalar, b: Scalar, da: Change, db: Change) -> Change:
+    match kind:
+        case "add":
+            return _sum(da, db)
+        case "sub":
+            return _difference(da, db)
+        case "mul":
+            return _sum(_times(b, da), _times(a, db))
+        case "div":
+            above = _difference(da, _times(c, db))
+            return None if above is None else above / b
+        case "pow":
+            by_base = None if da is None else b * a ** (b - 1.0) * da
+            return _sum(by_base, None if db is None else c * log(a) * db)
+        case "atan2":
+            across = _difference(_times(b, da), _times(a, db))
+            return None if across is None else across / (b * b + a * a)
+        case "min":
+            return _chosen(b - a, da, db)
+        case _:  # max
+            return _chosen(a - b, da, db)
+
+
+def _sum(a: Change, b: Change) -> Change:
     return b if a is None else a if b is None else a + b
 
 
-def _times(a: Any, b: Scalar | None) -> Scalar | None:
-    return None if b is None else a * b
+def _difference(a: Change, b: Change) -> Change:
+    return a if b is None else -b if a is None else a - b
 
 
-def _sub(c: Scalar, a: Scalar, b: Scalar, da: Any, db: Any) -> Scalar | None:
-    return -db if da is None else da if db is None else da - db
+def _times(factor: Scalar, change: Change) -> Change:
+    return None if change is None else factor * change
 
 
-def _div(c: Scalar, a: Scalar, b: Scalar, da: Any, db: Any) -> Scalar | None:
-    return (da if db is None else -(c * db) if da is None else da - c * db) / b
-
-
-def _pow(c: Scalar, a: Scalar, b: Scalar, da: Any, db: Any) -> Scalar | None:
-    by_base = None if da is None else b * a ** (b - 1.0) * da
-    return _sum(by_base, None if db is None else c * log(a) * db)
-
-
-def _atan2(c: Scalar, y: Scalar, x: Scalar, dy: Any, dx: Any) -> Scalar | None:
-    across = _sum(_times(x, dy), None if dx is None else -(y * dx))
-    return None if across is None else across / (x * x + y * y)
-
-
-def _chosen(lead: Scalar, da: Any, db: Any) -> Scalar | None:
+def _chosen(lead: Scalar, da: Change, db: Change) -> Change:
     """da where `lead` is positive, db where it is negative, the mean of both where it is zero."""
     first = (sign(lead) + 1.0) / 2.0
     return _sum(_times(first, da), _times(1.0 - first, db))
-
-
-# ruff: noqa: ARG001, ARG005  # the rules share one signature: result, arguments, their tangents
-_RULES: dict[str, Any] = {
-    "neg": lambda c, a, da: -da,
-    "abs": lambda c, a, da: sign(a) * da,
-    "sign": lambda c, a, da: None,
-    "sqrt": lambda c, a, da: da / (2.0 * c),
-    "exp": lambda c, a, da: c * da,
-    "log": lambda c, a, da: da / a,
-    "sin": lambda c, a, da: cos(a) * da,
-    "cos": lambda c, a, da: -(sin(a) * da),
-    "tan": lambda c, a, da: (1.0 + c * c) * da,
-    "asin": lambda c, a, da: da / sqrt(1.0 - a * a),
-    "acos": lambda c, a, da: -(da / sqrt(1.0 - a * a)),
-    "atan": lambda c, a, da: da / (1.0 + a * a),
-    "tanh": lambda c, a, da: (1.0 - c * c) * da,
-    "add": lambda c, a, b, da, db: _sum(da, db),
-    "sub": _sub,
-    "mul": lambda c, a, b, da, db: _sum(_times(b, da), _times(a, db)),
-    "div": _div,
-    "pow": _pow,
-    "atan2": _atan2,
-    "min": lambda c, a, b, da, db: _chosen(b - a, da, db),
-    "max": lambda c, a, b, da, db: _chosen(a - b, da, db),
-}
-"""Derivative of c = operation(a, b) from those of a and b, None for a zero one."""

@@ -58,7 +58,7 @@ class Solution(Protocol):
         ...
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Program:
     """A recorded system of ordinary differential equations.
 
@@ -66,6 +66,8 @@ class Program:
     derivative of `states[i]`, `results[i]` that of `outputs[i]`, `constants[i]` that of
     `calculated[i]`, which depends on parameters only. `solution` says how the rates were solved
     for, if they were; it is not needed to run the program.
+
+    Programs are equal if their variables and operations are: see `comparison`.
     """
 
     name: str
@@ -80,6 +82,15 @@ class Program:
     results: tuple[int, ...] = field(repr=False)
     constants: tuple[int, ...] = field(repr=False)
     solution: Solution | None = field(default=None, repr=False, compare=False)
+
+    def __eq__(self, other: object) -> bool:
+        from m4e_fmi.program.comparison import differences
+
+        return isinstance(other, Program) and not differences(self, other)
+
+    def __hash__(self) -> int:
+        groups = (self.parameters, self.inputs, self.states, self.outputs, self.calculated)
+        return hash((self.name, self.description, *groups))
 
     def dependencies(self, node: int) -> frozenset[str]:
         """Names of the inputs, states and parameters (and `time`) that a node depends on."""
@@ -121,12 +132,16 @@ class Program:
         return replace(self, **groups)
 
     def __str__(self) -> str:
-        lines = [f"program {self.name}: {self.description}", f"{len(self.tape)} nodes on the tape"]
+        lines = [f"program {self.name}: {self.description}", self._size()]
         for title in ("parameters", "inputs", "states", "outputs", "calculated"):
             variables: tuple[Variable, ...] = getattr(self, title)
             lines.append(f"{title} ({len(variables)})")
             lines += [f"  {v.name} [{v.unit}] {v.description}" for v in variables]
         return "\n".join(lines)
+
+    def _size(self) -> str:
+        rates, outputs = (len(self.operations(r)) for r in (self.rates, self.results))
+        return f"{rates} operations for the rates, {outputs} for all outputs"
 
 
 class Recorder:

@@ -28,10 +28,12 @@ from m4e_fmi.model import (
     TorsionSpring,
 )
 from m4e_fmi.model.elements import JointType
-from m4e_fmi.multibody import Topology, closed_form, model_program, recursion, topology
-from m4e_fmi.multibody.assembly import Accelerations, Assembly, Scalars, assemble
+from m4e_fmi.multibody import Topology, closed_form, model_program, topology
+from m4e_fmi.multibody.assembly import Assembly, Scalars, assemble
+from m4e_fmi.multibody.closed_form import ClosedForm
 from m4e_fmi.multibody.columns import column_rates, columns
 from m4e_fmi.multibody.recording import recorded
+from m4e_fmi.multibody.sensitivity import Recursion
 
 GRAVITY = 9.81
 INFINITESIMAL = 1e-100  # its square vanishes: derivatives are exact to rounding
@@ -272,11 +274,9 @@ def test_accelerations_are_those_of_equation_5(case: Case) -> None:
         assert rates[1::2] == pytest.approx(expected, rel=0, abs=1e-10 * scale(expected))
 
 
-def _algorithms(case: Case) -> list[Callable[[Assembly], Accelerations]]:
+def _algorithms(case: Case) -> list[type[ClosedForm] | type[Recursion]]:
     """Both, except that the recursion does not know added mass between bodies."""
-    if len(case.added_mass) > 3:
-        return [closed_form.accelerations]
-    return [closed_form.accelerations, recursion.accelerations]
+    return [ClosedForm] if len(case.added_mass) > 3 else [ClosedForm, Recursion]
 
 
 @over_random_trees

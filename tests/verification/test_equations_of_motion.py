@@ -16,7 +16,7 @@ from m4e_fmi.multibody import Equations, model_program, topology
 from m4e_fmi.multibody.closed_form import ClosedForm
 from m4e_fmi.multibody.recording import recorded
 from m4e_fmi.multibody.sensitivity import Recursion
-from m4e_fmi.program import Program
+from m4e_fmi.program import Program, jacobian, tangent
 from m4e_fmi.program.symbolic_form import to_sympy
 
 ALGORITHMS = {"recursion": Recursion, "closed form": ClosedForm}
@@ -93,16 +93,14 @@ def test_mass_matrix_and_forcing_are_those_of_equation_5(name: str) -> None:
 def test_what_runs_solves_them(name: str, algorithm: str) -> None:
     """M u̇ − f = 0 as an identity in q, u and the parameters."""
     e = Equations(mechanism(name))
-    form = to_sympy(recorded(e.model, topology(e.model), ALGORITHMS[algorithm]))
-    same = {form.symbols[n]: sp.Symbol(n, real=True) for n in PARAMETERS if n in form.symbols}
-    same |= {symbol: 0 for n, symbol in form.symbols.items() if "force" in n or "moment" in n}
-    same |= {symbol: 0 for n, symbol in form.symbols.items() if "effort" in n}
-    states = [v.name for v in recorded(e.model, topology(e.model), ALGORITHMS[algorithm]).states]
-    coordinates = zip(states[::2], states[1::2], e.q.flat(), e.u.flat(), strict=True)
-    for position, velocity, q, u in coordinates:
-        for name_of_state, symbol in ((position, q), (velocity, u)):
-            if name_of_state in form.symbols:
-                same[form.symbols[name_of_state]] = symbol
+    program = recorded(e.model, topology(e.model), ALGORITHMS[algorithm])
+    form = to_sympy(program)
+    meaning: dict[str, Any] = {v.name: 0 for v in program.inputs}
+    meaning |= {p: sp.Symbol(p, real=True) for p in PARAMETERS}
+    names = [v.name for v in program.states]
+    meaning |= dict(zip(names[::2], e.q.flat(), strict=True))
+    meaning |= dict(zip(names[1::2], e.u.flat(), strict=True))
+    same: Any = {symbol: meaning[name] for name, symbol in form.symbols.items()}
     rates = sp.Matrix([sp.nsimplify(r.subs(same)) for r in form.rates[1::2]])
     assert all(is_zero(entry) for entry in e.mass_matrix * rates - e.forcing)
 
@@ -132,6 +130,23 @@ def test_sixty_links_are_accurate_to_the_last_digits() -> None:
 
 def operations(program: Program) -> int:
     return len(program.operations(program.rates))
+
+
+def test_a_directional_derivative_costs_little_more_than_the_rates() -> None:
+    """Rates and their change along all states together: 2.2 times the rates alone."""
+    program = model_program(pendulum(60))
+    change = tangent(program, [v.name for v in program.states])
+    both = len(change.operations([*change.rates, *change.results[: len(program.states)]]))
+    assert both < 2.2 * operations(program)
+
+
+def test_a_jacobian_costs_a_few_operations_for_each_entry() -> None:
+    """∂u̇/∂(q, u) is full, 2 n² entries; 16 operations each, the rates included."""
+    program = model_program(pendulum(20))
+    matrix = jacobian(program, by=[v.name for v in program.states])
+    entries = len(matrix.row_indices)
+    assert entries == 2 * 20**2 + 20  # and q̇ = u
+    assert len(matrix.program.operations(matrix.program.results)) < 16 * entries
 
 
 def test_the_cost_of_a_chain_grows_with_its_length() -> None:

@@ -1,0 +1,80 @@
+"""Expressions from SymPy: converted node by node, never by way of text."""
+
+from __future__ import annotations
+
+from functools import reduce
+from typing import Any, TypeGuard
+
+import sympy
+
+from m4e_fmi.model.expression import FUNCTIONS, Expression, ExpressionError
+
+_NAMES = {"Abs": "abs", "Min": "min", "Max": "max"}
+
+
+def is_sympy(value: object) -> TypeGuard[sympy.Basic]:
+    return isinstance(value, sympy.Basic)
+
+
+def from_sympy(node: sympy.Basic) -> Expression:
+    """`node` as an Expression; ExpressionError names what has no counterpart."""
+    if isinstance(node, sympy.Rational):
+        top, bottom = (Expression("number", (float(part),)) for part in (node.p, node.q))
+        return top if node.q == 1 else Expression("div", (top, bottom))
+    if isinstance(node, sympy.Float):
+        return Expression("number", (float(node),))
+    if node is sympy.pi or isinstance(node, sympy.Symbol):
+        return Expression("name", (str(node),))
+    if node is sympy.E:
+        return Expression("exp", (Expression("number", (1.0,)),))
+    if isinstance(node, sympy.Add):
+        return reduce(_plus, map(from_sympy, node.args[1:]), from_sympy(node.args[0]))
+    if isinstance(node, sympy.Mul):
+        return _product(node)
+    if isinstance(node, sympy.Pow):
+        return _power(node)
+    name = _NAMES.get(type(node).__name__, type(node).__name__)
+    if name not in FUNCTIONS:
+        raise ExpressionError(f"{name} of SymPy has no counterpart here: {node}")
+    arguments = [from_sympy(argument) for argument in node.args]
+    if name in ("min", "max"):
+        return reduce(lambda a, b: Expression(name, (a, b)), arguments)
+    return Expression(name, tuple(arguments))
+
+
+def _plus(total: Expression, term: Expression) -> Expression:
+    if term.kind == "neg":
+        return Expression("sub", (total, term.arguments[0]))
+    return Expression("add", (total, term))
+
+
+def _product(node: sympy.Mul) -> Expression:
+    """Numerator over denominator, which SymPy keeps as factors with a negative power."""
+    above: list[Any] = []
+    below: list[Any] = []
+    for factor in node.args:
+        power = factor.exp if isinstance(factor, sympy.Pow) else sympy.Integer(1)
+        negative = power.is_Number and power.is_negative
+        (below if negative else above).append(1 / factor if negative else factor)
+    negated = sympy.Integer(-1) in above
+    if negated:
+        above.remove(sympy.Integer(-1))
+    result = _times(above)
+    if below:
+        result = Expression("div", (result, _times(below)))
+    return Expression("neg", (result,)) if negated else result
+
+
+def _times(factors: list[Any]) -> Expression:
+    if not factors:
+        return Expression("number", (1.0,))
+    return reduce(lambda a, b: Expression("mul", (a, b)), map(from_sympy, factors))
+
+
+def _power(node: sympy.Pow) -> Expression:
+    base, exponent = node.args
+    if exponent == sympy.Rational(1, 2):
+        return Expression("sqrt", (from_sympy(base),))
+    if exponent.is_Number and exponent.is_negative:
+        return Expression("div", (Expression("number", (1.0,)), from_sympy(1 / node)))
+    return Expression("pow", (from_sympy(base), from_sympy(exponent)))

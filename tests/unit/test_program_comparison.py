@@ -1,0 +1,84 @@
+"""Programs as text, compared and equal."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from m4e_fmi.program import Program, Recorder, Variable, differences, listing, sin
+
+
+def spring(
+    *, damping: float = 0.5, unit: str = "N/m", swapped: bool = False, garbage: int = 0
+) -> Program:
+    r = Recorder("spring", "mass on a spring")
+    k = r.parameter(Variable("k", unit, "stiffness", start=4.0))
+    x = r.state(Variable("x", "m", "position"))
+    v = r.state(Variable("v", "m/s", "velocity"))
+    for number in range(garbage):
+        sin(x * number)
+    drag: Any = damping * v
+    r.rate("x", v)
+    r.rate("v", -(drag + k * x) if swapped else -(k * x + drag))
+    r.output(Variable("force", "N", "what the spring exerts"), k * x)
+    return r.program()
+
+
+def test_equal_programs() -> None:
+    """Whatever else is on their tapes, in whatever order they were recorded."""
+    program = spring()
+    for other in (spring(), spring(garbage=3), spring(swapped=True)):
+        assert other == program
+        assert hash(other) == hash(program)
+        assert differences(program, other) == []
+
+
+def test_other_operations() -> None:
+    assert differences(spring(), spring(damping=0.25)) == [
+        "der(v):",
+        "  - (-((v * 0.5) + (k * x)))",
+        "  + (-((v * 0.25) + (k * x)))",
+    ]
+    assert spring() != spring(damping=0.25)
+
+
+def test_other_variables() -> None:
+    assert differences(spring(), spring(unit="kN/m")) == [
+        "parameters: k.unit: 'N/m' -> 'kN/m'",
+    ]
+    assert differences(spring(), spring().with_start({"k": 5.0})) == [
+        "parameters: k.start: 4.0 -> 5.0",
+    ]
+    less = replace(spring(), outputs=(), results=())
+    assert differences(spring(), less) == ["outputs: - force"]
+    assert differences(less, spring()) == ["outputs: + force"]
+    assert differences(spring(), replace(spring(), name="other")) == ["name: 'spring' -> 'other'"]
+
+
+def test_the_order_of_variables_counts() -> None:
+    program = spring()
+    other = replace(program, states=program.states[::-1], rates=program.rates[::-1])
+    assert differences(program, other) == ["states: in another order"]
+
+
+def test_a_program_is_no_other_thing() -> None:
+    assert spring() != "spring"
+
+
+def test_listing_has_every_operation_once() -> None:
+    text = listing(spring(garbage=3))
+    assert text.splitlines()[-9:] == [
+        "operations",
+        "  v1 = (v * 0.5)",
+        "  v2 = (k * x)",
+        "  v3 = (v1 + v2)",
+        "  v4 = (-v3)",
+        "results",
+        "  der(x) = v",
+        "  der(v) = v4",
+        "  force = v2",
+    ]
+
+
+def test_print_tells_the_number_of_operations() -> None:
+    assert "4 operations for the rates, 1 for all outputs" in str(spring())
