@@ -29,11 +29,13 @@ class Prepared:
 
 
 class Engine(Protocol):
-    """`largest` is the number of links beyond which preparing takes minutes."""
+    """`largest` is the number of links beyond which preparing takes minutes, or is not written;
+    `largest_with_loads` the same for trees with springs and dampers.
+    """
 
     name: str
     largest: int
-    with_loads: bool
+    largest_with_loads: int
 
     def prepare(self, system: System) -> Prepared:
         """Raises UnavailableError."""

@@ -49,18 +49,19 @@ def compiled(source: Path, options: Sequence[str], *, plus_plus: bool = False) -
         raise UnavailableError(f"{source.name} does not load: {error}") from error
 
 
-def native_batch(function: int, self: int | None, x: Floats, size: int) -> Batch:
+def native_batch(function: int, self: int | None, x: Floats, *, owner: object = None) -> Batch:
     """Batch of a C function `void f(void *self, double t, const double *x, double *rates)`.
 
-    `function` and `self` are addresses, `size` is the length of `rates`.
+    `function` and `self` are addresses, `owner` is what must live as long as they are used.
     """
     loop = compiled(NATIVE / "loop.c", ["-O2"])
     loop.loop_seconds.restype = c_double
     loop.loop_seconds.argtypes = [c_void_p, c_void_p, c_void_p, c_void_p, c_long]
-    rates = np.empty(size)
+    rates = np.empty_like(x)
+    kept = (loop, owner)
 
     def batch(calls: int) -> float:
-        return loop.loop_seconds(function, self, x.ctypes.data, rates.ctypes.data, calls)
+        return kept[0].loop_seconds(function, self, x.ctypes.data, rates.ctypes.data, calls)
 
     return batch
 

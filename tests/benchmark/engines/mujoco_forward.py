@@ -143,7 +143,7 @@ def _text(*values: float) -> str:
 class MujocoForward:
     name = "MuJoCo mj_forward"
     largest = 200
-    with_loads = True
+    largest_with_loads = 200
 
     def prepare(self, system: System) -> Prepared:
         loaded = library()
@@ -157,7 +157,7 @@ class MujocoForward:
         def accelerations(q: Sequence[float], u: Sequence[float]) -> Floats:
             return call_rates(rates, model, q, u)
 
-        return Prepared(accelerations, native_batch(evaluate, model, x, x.size), preparation)
+        return Prepared(accelerations, native_batch(evaluate, model, x), preparation)
 
     def kernel(self, system: System) -> int:
         """Address of `void f(t, x, fixed, rates)` for the same C integrator as ours."""

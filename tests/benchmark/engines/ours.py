@@ -88,7 +88,7 @@ class OursNative:
     """m4e_fmi through its C library."""
 
     largest = 10_000
-    with_loads = True
+    largest_with_loads = 10_000
 
     def __init__(self, *, compiled: bool) -> None:
         self.compiled = compiled
@@ -98,14 +98,13 @@ class OursNative:
         began = cpu_seconds()
         engine = engine_of(program_of(system), compiled=self.compiled)
         preparation = cpu_seconds() - began
-        function, model = address(engine._lib, "m4e_rates"), _value(engine._model)
+        function, model = address(engine.library, "m4e_rates"), _value(engine.handle)
         x = interleaved(system.q, system.u)
 
         def accelerations(q: Sequence[float], u: Sequence[float]) -> Floats:
-            assert engine.program  # keeps the model alive
             return call_rates(function, model, q, u)
 
-        return Prepared(accelerations, native_batch(function, model, x, x.size), preparation)
+        return Prepared(accelerations, native_batch(function, model, x, owner=engine), preparation)
 
 
 class OursPython:
@@ -113,7 +112,7 @@ class OursPython:
 
     name = "m4e_fmi plain Python"
     largest = 60
-    with_loads = True
+    largest_with_loads = 60
 
     def prepare(self, system: System) -> Prepared:
         began = cpu_seconds()
@@ -150,8 +149,8 @@ def integrator(system: System, *, compiled: bool, kernel: int | None = None) -> 
     """What `integrate` runs; `kernel` is the address of foreign rates for the same integrator."""
     engine = engine_of(program_of(system), compiled=compiled)
     if kernel is not None:
-        attach = engine._lib.m4e_model_attach
-        attach(engine._model, kernel, None, None)
+        attach = engine.library.m4e_model_attach
+        attach(engine.handle, kernel, None, None)
     return engine
 
 

@@ -91,7 +91,7 @@ def arrays(system: System) -> list[Floats]:
 class PinocchioAba:
     name = "Pinocchio ABA"
     largest = 10_000
-    with_loads = True
+    largest_with_loads = 10_000
 
     def prepare(self, system: System) -> Prepared:
         loaded = library()
@@ -101,7 +101,7 @@ class PinocchioAba:
         preparation = cpu_seconds() - began
         models = [peer, new(system, world=False)]
         x = interleaved(system.q, system.u)
-        batches = [native_batch(evaluate, model, x, x.size) for model in models]
+        batches = [native_batch(evaluate, model, x) for model in models]
         for model in models:
             loaded.pinocchio_set(model, x.ctypes.data)
         speed = [min(batch(200) for _ in range(5)) for batch in batches]
