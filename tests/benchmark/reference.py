@@ -1,4 +1,4 @@
-"""The right answer: accelerations and energy in 50 digits, from the dense equations.
+"""The right answer: accelerations and energy from the dense equations, in 50 digits where asked.
 
 Independent of every engine: positions are written down, their derivatives taken by hand, and
 BᵀmB · u̇ = Bᵀ(f − m Ḃu) is solved by Gaussian elimination in mpmath.
@@ -16,12 +16,13 @@ Pair = tuple[Any, Any]
 
 
 class Motion:
-    """Positions, rows of B and Ḃu of a system at one state, over mpmath numbers."""
+    """Positions, rows of B and Ḃu of a system at one state, over numbers of 50 digits or floats."""
 
-    def __init__(self, system: System, q: Any, u: Any) -> None:
-        from mpmath import mp
+    def __init__(self, system: System, q: Any, u: Any, *, exact: bool) -> None:
+        import mpmath
 
-        mp.dps = DIGITS
+        mpmath.mp.dps = DIGITS
+        self.context = mp = mpmath.mp if exact else mpmath.fp
         self.system = system
         self.q = [mp.mpf(v) for v in q]
         self.u = [mp.mpf(v) for v in u]
@@ -79,12 +80,10 @@ class Motion:
         return total
 
 
-def accelerations(system: System, q: Any, u: Any) -> list[Any]:
-    """u̇ at (q, u), as mpmath numbers of 50 digits."""
-    from mpmath import mp
-
-    motion = Motion(system, q, u)
-    n = system.size
+def accelerations(system: System, q: Any, u: Any, *, exact: bool = True) -> list[Any]:
+    """u̇ at (q, u), as mpmath numbers of 50 digits, or as floats (dense double precision)."""
+    motion = Motion(system, q, u, exact=exact)
+    mp, n = motion.context, system.size
     matrix, forcing = mp.zeros(n), mp.zeros(n, 1)
     for k, link in enumerate(system.links):
         force = _scaled(-link.mass, _sum(motion.bias[k], (0, mp.mpf(GRAVITY))))
@@ -110,8 +109,6 @@ def accelerations(system: System, q: Any, u: Any) -> list[Any]:
 
 
 def _add_spring(motion: Motion, spring: Spring, forcing: Any) -> None:
-    from mpmath import mp
-
     ends: list[tuple[int, Vector]] = [
         (spring.first, spring.first_point),
         (spring.second, spring.second_point),
@@ -120,7 +117,7 @@ def _add_spring(motion: Motion, spring: Spring, forcing: Any) -> None:
     columns = [motion.of_point(k, arm)[0] for k, arm in ends]
     velocities = [motion.velocity(c) for c in columns]
     along = _sum(points[1], _scaled(-1, points[0]))
-    distance = mp.sqrt(_dot(along, along))
+    distance = motion.context.sqrt(_dot(along, along))
     along = _scaled(1 / distance, along)
     rate = _dot(along, _sum(velocities[1], _scaled(-1, velocities[0])))
     pull = spring.stiffness * (distance - spring.length) + spring.damping * rate
@@ -131,13 +128,13 @@ def _add_spring(motion: Motion, spring: Spring, forcing: Any) -> None:
 
 def energy(system: System, q: Any, u: Any) -> float:
     """Kinetic and potential energy [J] of a system without springs."""
-    motion = Motion(system, q, u)
+    motion = Motion(system, q, u, exact=False)
     total: Any = 0
     for k, link in enumerate(system.links):
         v = motion.velocity(motion.columns[k])
         total += link.mass * (_dot(v, v) / 2 + GRAVITY * motion.position[k][1])
         total += link.inertia * motion.omega(k) ** 2 / 2
-    return float(total)
+    return total
 
 
 def _sum(a: Pair, b: Pair) -> Pair:

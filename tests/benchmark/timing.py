@@ -11,6 +11,8 @@ from benchmark.engine import Batch
 ROUNDS = 30
 BATCH = 2e-3  # s
 EMPTY_CALLS = 20_000
+MOST_CALLS = 100_000
+LEAST_SHARE = 0.05  # of what is measured that remains when the overhead is taken off
 
 
 def fastest(batches: Mapping[str, Batch], *, rounds: int = ROUNDS) -> dict[str, float]:
@@ -32,7 +34,9 @@ def _calls(batch: Batch) -> int:
     """How many evaluations fill a batch; also warms up."""
     calls = 1
     while (seconds := batch(calls)) < BATCH / 2:
-        calls = max(2 * calls, int(calls * BATCH / max(seconds, 1e-9) / 2))
+        if calls >= MOST_CALLS:
+            return calls
+        calls *= 4
     return max(1, round(calls * BATCH / seconds))
 
 
@@ -43,7 +47,8 @@ def python_batch(function: Callable[[], object], *, overhead: float = 0.0) -> Ba
         began = time.process_time()
         for _ in range(calls):
             function()
-        return max(time.process_time() - began - calls * overhead, 1e-12)
+        spent = time.process_time() - began
+        return max(spent - calls * overhead, LEAST_SHARE * spent)
 
     return batch
 

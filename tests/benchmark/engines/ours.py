@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from benchmark.engine import Prepared, UnavailableError
+from benchmark.engine import Batch, Prepared, UnavailableError
 from benchmark.native_code import Floats, address, call_rates, interleaved, native_batch
 from benchmark.systems import GRAVITY, GROUND, System
 from benchmark.timing import cpu_seconds, python_batch
@@ -189,3 +189,26 @@ def ensemble_seconds(system: System, times: Floats, *, models: int) -> float:
     )
     return (cpu_seconds() - began) / models
 
+
+def derivative_batches(system: System, x: Floats) -> dict[str, Batch]:
+    """Batches of the rates, of one directional derivative and of the full Jacobian at x."""
+    program = program_of(system)
+    try:
+        from m4e_fmi.program import directional, jacobian_entries
+    except ImportError as error:
+        raise UnavailableError("this m4e_fmi has no exact derivatives") from error
+    engines = {
+        "m4e_fmi right-hand side": (engine_of(program, compiled=True), "m4e_rates"),
+        "m4e_fmi directional derivative": (
+            engine_of(directional(program), compiled=True),
+            "m4e_rates",
+        ),
+        "m4e_fmi Jacobian": (
+            engine_of(program, compiled=True, jacobian=jacobian_entries(program)),
+            "m4e_jacobian",
+        ),
+    }
+    return {
+        name: native_batch(address(engine.library, function), _value(engine.handle), x)
+        for name, (engine, function) in engines.items()
+    }

@@ -13,6 +13,7 @@
 
 namespace pin = pinocchio;
 using Vector3 = Eigen::Vector3d;
+using View = Eigen::Ref<const Eigen::VectorXd>; // what the wheel's library is instantiated for
 
 namespace {
 
@@ -40,7 +41,7 @@ struct Peer {
     std::vector<Torsion> torsions;
     Eigen::VectorXd q, v, tau;
     std::vector<double> acceleration; // absolute
-    pin::container::aligned_vector<pin::Force> external;
+    std::vector<pin::Force> external;
 };
 
 Peer *selected = nullptr;
@@ -150,17 +151,19 @@ void pinocchio_set(void *self, const double *x) {
 // The accelerations at the state set last, in Pinocchio's own coordinates: what is timed.
 void pinocchio_evaluate(void *self, double, const double *, double *) {
     auto &peer = *static_cast<Peer *>(self);
+    const View q(peer.q), v(peer.v), tau(peer.tau);
     if (peer.springs.empty() && peer.torsions.empty()) {
-        pin::aba(peer.model, *peer.data, peer.q, peer.v, peer.tau, peer.convention);
+        pin::aba(peer.model, *peer.data, q, v, tau, peer.convention);
     } else {
         forces(peer);
-        pin::aba(peer.model, *peer.data, peer.q, peer.v, peer.tau, peer.external, peer.convention);
+        pin::aba(peer.model, *peer.data, q, v, tau, peer.external, peer.convention);
     }
 }
 
 void pinocchio_derivatives(void *self, double, const double *, double *) {
     auto &peer = *static_cast<Peer *>(self);
-    pin::computeABADerivatives(peer.model, *peer.data, peer.q, peer.v, peer.tau);
+    const View q(peer.q), v(peer.v), tau(peer.tau);
+    pin::computeABADerivatives(peer.model, *peer.data, q, v, tau);
 }
 
 void pinocchio_rates(void *self, double, const double *x, double *rates) {
