@@ -6,7 +6,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
+import numpy as np
+from numpy.typing import NDArray
+
 from benchmark.systems import System
+
+Numbers = Sequence[float] | NDArray[np.float64]
 
 Batch = Callable[[int], float]
 """CPU seconds that so many evaluations take."""
@@ -23,7 +28,7 @@ class Prepared:
     `preparation` is the CPU time [s] from the neutral description to here, compilers included.
     """
 
-    accelerations: Callable[[Sequence[float], Sequence[float]], Sequence[float]]
+    accelerations: Callable[[Sequence[float], Sequence[float]], Numbers]
     batch: Batch
     preparation: float
 

@@ -51,7 +51,7 @@ def draw(columns: Mapping[str, Mapping[str, float] | None], path: Path) -> None:
     plt.close(figure)
 
 
-def _label(axes, ends: list[tuple[int, float, str, str]]) -> None:  # noqa: ANN001
+def _label(axes, ends: list[tuple[int, float, str, str]]) -> None:
     """Names right of the axes, at the height of the lines' ends, pushed apart where they touch."""
     to_axes = axes.transData + axes.transAxes.inverted()
     places = sorted((to_axes.transform((n, t))[1], n, t, name, c) for n, t, name, c in ends)

@@ -38,7 +38,9 @@ def compiled(source: Path, options: Sequence[str], *, plus_plus: bool = False) -
     if not target.exists():
         BUILD.mkdir(parents=True, exist_ok=True)
         part = target.with_suffix(f".{os.getpid()}")
-        run = subprocess.run([*command, "-o", str(part)], capture_output=True, text=True, check=False)
+        run = subprocess.run(
+            [*command, "-o", str(part)], capture_output=True, text=True, check=False
+        )
         if run.returncode:
             errors = [line for line in run.stderr.splitlines() if "error" in line]
             raise UnavailableError(f"{source.name} does not compile: {(errors or [''])[0][:200]}")

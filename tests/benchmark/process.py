@@ -16,19 +16,16 @@ from benchmark.systems import GRAVITY, GROUND, System, pendulum
 REPEATS = 3
 
 _MEMORY = """
-import json, resource, sys
+import json, sys
 sys.path.insert(0, {tests!r})
-import numpy
 from benchmark import measure
 from benchmark.engines import ours
-unit = 1 if sys.platform == "darwin" else 1024
-def peak():
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit
+from benchmark.engines.pym4e_worker import memory
 import m4e_fmi.runtime.engine
-before = peak()
+before = memory()
 engine = ours.integrator(measure.pendulum({n}), compiled=False)
 ours.integrate(engine, measure.times(), method="dop853")
-print(json.dumps(peak() - before))
+print(json.dumps(memory() - before))
 """
 
 
@@ -89,7 +86,9 @@ def machine() -> dict[str, str]:
     info = Path("/proc/cpuinfo")
     if info.exists():
         lines = info.read_text("utf-8").splitlines()
-        model = next((k.split(":", 1)[1].strip() for k in lines if k.startswith("model name")), model)
+        model = next(
+            (k.split(":", 1)[1].strip() for k in lines if k.startswith("model name")), model
+        )
     load = ", ".join(f"{value:.1f}" for value in os.getloadavg())
     return {
         "processor": f"{model}, {os.cpu_count()} cores",

@@ -93,9 +93,9 @@ def _batch(function: Any, system: System) -> Batch:
     arguments = [np.array(system.q), np.array(system.u)]
     buffer, trigger = function.buffer()
     for k, values in enumerate(arguments[:]):
-        buffer.set_arg(k, memoryview(values))
+        buffer.set_arg(k, values.data)
     arguments.append(np.empty(system.size))
-    buffer.set_res(0, memoryview(arguments[-1]))
+    buffer.set_res(0, arguments[-1].data)
     idle, empty = ca.Function("empty", [], []).buffer()
     overhead = empty_call(empty)
     kept = [buffer, idle, *arguments]  # a trigger does not keep its buffer alive

@@ -53,10 +53,7 @@ def new(system: System) -> int:
     path = BUILD / f"{system.name}.mjcf.xml"
     path.write_bytes(ElementTree.tostring(mjcf(system)))
     turning = np.array(
-        [
-            system.angle_index(link.parent) if link.revolute else -2
-            for link in system.links
-        ],
+        [system.angle_index(link.parent) if link.revolute else -2 for link in system.links],
         dtype=np.int32,
     )
     message = ctypes.create_string_buffer(500)
@@ -84,10 +81,14 @@ def mjcf(system: System) -> ElementTree.Element:
         bodies[k] = body = _add(
             bodies[link.parent], "body", name=f"body{k}", pos=_text(position[0], 0, position[1])
         )
-        kind = {"type": "hinge", "axis": "0 1 0"} if link.revolute else {
-            "type": "slide",
-            "axis": _text(link.direction[0], 0, link.direction[1]),
-        }
+        kind = (
+            {"type": "hinge", "axis": "0 1 0"}
+            if link.revolute
+            else {
+                "type": "slide",
+                "axis": _text(link.direction[0], 0, link.direction[1]),
+            }
+        )
         if k in torsions:
             t = torsions[k]
             kind |= {"stiffness": _text(t.stiffness), "damping": _text(t.damping)}

@@ -102,7 +102,7 @@ class OursNative:
         x = interleaved(system.q, system.u)
 
         def accelerations(q: Sequence[float], u: Sequence[float]) -> Floats:
-            return call_rates(function, model, q, u)
+            return call_rates(function, _value(engine.handle), q, u)
 
         return Prepared(accelerations, native_batch(function, model, x, owner=engine), preparation)
 
@@ -194,7 +194,10 @@ def derivative_batches(system: System, x: Floats) -> dict[str, Batch]:
     """Batches of the rates, of one directional derivative and of the full Jacobian at x."""
     program = program_of(system)
     try:
-        from m4e_fmi.program import directional, jacobian_entries
+        from m4e_fmi.program import (
+            directional,  # pyright: ignore[reportAttributeAccessIssue]
+            jacobian_entries,  # pyright: ignore[reportAttributeAccessIssue]
+        )
     except ImportError as error:
         raise UnavailableError("this m4e_fmi has no exact derivatives") from error
     engines = {

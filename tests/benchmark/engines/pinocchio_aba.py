@@ -48,7 +48,8 @@ def library() -> ctypes.CDLL:
     prefix = Path(str(wheel.locate_file("cmeel.prefix")))
     options = [
         "-std=c++17",
-        "-O1",  # the algorithms are in the wheel's library; no -march: Eigen's alignment would differ
+        "-O1",  # the algorithms are in the wheel's library
+        # no -march: Eigen's alignment would differ from the wheel's
         *(f"-D{name}" for name in _DEFINITIONS),
         f"-I{prefix / 'include'}",
         f"-I{prefix / 'include' / 'eigen3'}",
@@ -77,7 +78,15 @@ def new(system: System, *, world: bool) -> int:
 def arrays(system: System) -> list[Floats]:
     """Links, springs and torsions as `native/system.h` wants them."""
     links = [
-        (k.parent, k.revolute, *k.parent_to_joint, *k.joint_to_child, *k.direction, k.mass, k.inertia)
+        (
+            k.parent,
+            k.revolute,
+            *k.parent_to_joint,
+            *k.joint_to_child,
+            *k.direction,
+            k.mass,
+            k.inertia,
+        )
         for k in system.links
     ]
     springs = [

@@ -48,6 +48,4 @@ class PydyCython:
         def accelerations(q: Sequence[float], u: Sequence[float]) -> Floats:
             return rates(np.array([*q, *u]), 0.0, constants)[len(q) :]
 
-        return Prepared(
-            accelerations, python_batch(lambda: rates(x, 0.0, constants)), preparation
-        )
+        return Prepared(accelerations, python_batch(lambda: rates(x, 0.0, constants)), preparation)

@@ -50,7 +50,7 @@ class Worker:
 
     def prepare(self, system: System) -> dict[str, float]:
         """Build the system; CPU time `preparation` [s] and `memory` [bytes] beyond the imports."""
-        plain = dataclasses.asdict(system) | {"gravity": GRAVITY}
+        plain: dict[str, Any] = {**dataclasses.asdict(system), "gravity": GRAVITY}
         for torsion, row in zip(system.torsions, plain["torsions"], strict=True):
             row["against"] = system.angle_index(system.links[torsion.link].parent)
         return self.ask("prepare", plain)
