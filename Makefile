@@ -1,11 +1,12 @@
 # Two commands do all: `make demo` sets up and runs the main job, `make test` sets up and tests.
+# `make bench` measures us beside our peers, in environments of their own (`make bench FULL=--full`).
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 JOBS ?= 2
 
-.PHONY: demo test lint setup clean
+.PHONY: demo test lint bench setup clean
 
 demo: setup
 	$(BIN)/m4e-fmi run examples/moored_buoy/system.yaml
@@ -18,6 +19,14 @@ lint: setup
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright
 
+bench: .venv-bench/ready
+	cd tests && ../.venv-bench/bin/python -m benchmark.run $(FULL)
+
+# a peer that cannot be installed is reported by the benchmark, not here
+.venv-bench/ready: pyproject.toml constraints.txt tests/benchmark/constraints.txt tests/benchmark/install
+	tests/benchmark/install $(PYTHON)
+	touch $@
+
 setup: $(VENV)/ready
 
 $(VENV)/ready: pyproject.toml constraints.txt
@@ -26,4 +35,4 @@ $(VENV)/ready: pyproject.toml constraints.txt
 	touch $@
 
 clean:
-	rm -rf $(VENV) build dist
+	rm -rf $(VENV) .venv-bench .venv-bench-pym4e build dist

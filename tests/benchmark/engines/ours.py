@@ -1,0 +1,217 @@
+"""m4e_fmi: interpreted, compiled, and in plain Python. All uses of its interfaces are in this file.
+
+The first two come from `m4e_fmi.runtime.engine`, which needs the C library; without it they report
+that they are unavailable.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from ctypes import c_void_p
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from benchmark.engine import Batch, Prepared, UnavailableError
+from benchmark.native_code import Floats, address, call_rates, interleaved, native_batch
+from benchmark.systems import GRAVITY, GROUND, System
+from benchmark.timing import cpu_seconds, python_batch
+from m4e_fmi import model as elements
+from m4e_fmi.multibody import model_program
+from m4e_fmi.program import Program
+from m4e_fmi.program.python_form import load_python
+
+if TYPE_CHECKING:
+    from m4e_fmi.runtime.engine import Engine
+
+
+def model_of(system: System) -> elements.Model:
+    """The system as a model of m4e_fmi."""
+    bodies, joints, points, loads = {}, {}, {}, {}
+    for k, link in enumerate(system.links):
+        bodies[_body(k)] = elements.Body(mass=link.mass, inertia=link.inertia)
+        joints[f"joint{k}"] = elements.Joint(
+            type="revolute" if link.revolute else "prismatic",
+            child=_body(k),
+            parent=_body(link.parent),
+            parent_to_joint=link.parent_to_joint,
+            joint_to_child=link.joint_to_child,
+            direction=None if link.revolute else link.direction,
+            initial={"q": system.q[k], "u": system.u[k]},
+        )
+    for k, s in enumerate(system.springs):
+        ends = (f"first{k}", f"second{k}")
+        points[ends[0]] = elements.Point(_body(s.first), s.first_point)
+        points[ends[1]] = elements.Point(_body(s.second), s.second_point)
+        loads[f"spring{k}"] = elements.TensionSpring(ends, s.stiffness, s.length)
+        loads[f"damper{k}"] = elements.TensionDamper(ends, s.damping)
+    for t in system.torsions:
+        pair = (_body(system.angle_index(system.links[t.link].parent)), _body(t.link))
+        loads[f"torsion_spring{t.link}"] = elements.TorsionSpring(pair, t.stiffness, t.angle)
+        loads[f"torsion_damper{t.link}"] = elements.TorsionDamper(pair, t.damping)
+    return elements.Model(
+        name=system.name, bodies=bodies, joints=joints, points=points, loads=loads, gravity=GRAVITY
+    )
+
+
+def _body(link: int) -> str:
+    return elements.GROUND if link == GROUND else f"body{link}"
+
+
+def program_of(system: System) -> Program:
+    """The system's program; its states are q and u of each link in turn."""
+    program = model_program(model_of(system))
+    names = [f"joint.joint{k}.{letter}" for k in range(system.size) for letter in "qu"]
+    assert [v.name for v in program.states] == names
+    return program
+
+
+def engine_of(program: Program, *, compiled: bool, **options: object) -> Engine:
+    """The program in the C library. Raises UnavailableError."""
+    try:
+        from m4e_fmi.runtime.engine import Engine
+    except ImportError as error:
+        raise UnavailableError("this m4e_fmi has no C runtime") from error
+    from m4e_fmi.errors import RunError
+
+    try:
+        engine = Engine(program, outputs=(), **options)  # type: ignore[arg-type]
+    except RunError as error:
+        raise UnavailableError(str(error)) from error
+    if compiled and not engine.compile():
+        raise UnavailableError("no C compiler, or the program is too large to be compiled")
+    return engine
+
+
+class OursNative:
+    """m4e_fmi through its C library."""
+
+    largest = 10_000
+    largest_with_loads = 10_000
+
+    def __init__(self, *, compiled: bool) -> None:
+        self.compiled = compiled
+        self.name = "m4e_fmi compiled" if compiled else "m4e_fmi interpreted"
+
+    def prepare(self, system: System) -> Prepared:
+        began = cpu_seconds()
+        engine = engine_of(program_of(system), compiled=self.compiled)
+        preparation = cpu_seconds() - began
+        function, model = address(engine.library, "m4e_rates"), _value(engine.handle)
+        x = interleaved(system.q, system.u)
+
+        def accelerations(q: Sequence[float], u: Sequence[float]) -> Floats:
+            return call_rates(function, _value(engine.handle), q, u)
+
+        return Prepared(accelerations, native_batch(function, model, x, owner=engine), preparation)
+
+
+class OursPython:
+    """m4e_fmi without any compiled part."""
+
+    name = "m4e_fmi plain Python"
+    largest = 60
+    largest_with_loads = 60
+
+    def prepare(self, system: System) -> Prepared:
+        began = cpu_seconds()
+        program = program_of(system)
+        form = load_python(program)
+        p = [v.start for v in program.parameters]
+        w = [v.start for v in program.inputs]
+        c = form.constants(p)
+        preparation = cpu_seconds() - began
+        x = interleaved(system.q, system.u).tolist()
+
+        def accelerations(q: Sequence[float], u: Sequence[float]) -> list[float]:
+            return form.rates(0.0, interleaved(q, u).tolist(), w, p, c)[1::2]
+
+        return Prepared(
+            accelerations, python_batch(lambda: form.rates(0.0, x, w, p, c)), preparation
+        )
+
+
+def _value(pointer: int | c_void_p) -> int | None:
+    return pointer.value if isinstance(pointer, c_void_p) else pointer
+
+
+@dataclass(frozen=True)
+class Integration:
+    """CPU time [s] of one integration, evaluations of the rates, and the states over time."""
+
+    seconds: float
+    evaluations: int
+    states: Floats
+
+
+def integrator(system: System, *, compiled: bool, kernel: int | None = None) -> Engine:
+    """What `integrate` runs; `kernel` is the address of foreign rates for the same integrator."""
+    engine = engine_of(program_of(system), compiled=compiled)
+    if kernel is not None:
+        attach = engine.library.m4e_model_attach
+        attach(engine.handle, kernel, None, None)
+    return engine
+
+
+def integrate(engine: Engine, times: Floats, *, method: str) -> Integration:
+    """Integrate with rtol = atol = 1e-8; rows of states at `times` [s]."""
+    from m4e_fmi.runtime.engine import Control
+
+    began = cpu_seconds()
+    run = engine.simulate(times, control=Control(method, rtol=1e-8, atol=1e-8))
+    seconds = cpu_seconds() - began
+    if run.status < 0:
+        raise UnavailableError(run.message)
+    return Integration(seconds, run.evaluations, run.states)
+
+
+def ensemble_seconds(system: System, times: Floats, *, models: int) -> float:
+    """CPU time [s] per model of an ensemble with slightly different start states, RK45."""
+    try:
+        from m4e_fmi.runtime.engine import Control, ensemble
+    except ImportError as error:
+        raise UnavailableError("this m4e_fmi has no C runtime") from error
+    program = program_of(system)
+    start = np.tile(interleaved(system.q, system.u), (models, 1))
+    start[:, 0] += 1e-3 * np.arange(models)
+    parameters = np.tile([v.start for v in program.parameters], (models, 1))
+    inputs = np.tile([v.start for v in program.inputs], (models, 1))
+    began = cpu_seconds()
+    ensemble(
+        program,
+        times,
+        parameters=parameters,
+        states=start,
+        inputs=inputs,
+        outputs=(),
+        control=Control("rk45", rtol=1e-8, atol=1e-8),
+    )
+    return (cpu_seconds() - began) / models
+
+
+def derivative_batches(system: System, x: Floats) -> dict[str, Batch]:
+    """Batches of the rates, of one directional derivative and of the full Jacobian at x."""
+    program = program_of(system)
+    try:
+        from m4e_fmi.program import (
+            directional,  # pyright: ignore[reportAttributeAccessIssue]
+            jacobian_entries,  # pyright: ignore[reportAttributeAccessIssue]
+        )
+    except ImportError as error:
+        raise UnavailableError("this m4e_fmi has no exact derivatives") from error
+    engines = {
+        "m4e_fmi right-hand side": (engine_of(program, compiled=True), "m4e_rates"),
+        "m4e_fmi directional derivative": (
+            engine_of(directional(program), compiled=True),
+            "m4e_rates",
+        ),
+        "m4e_fmi Jacobian": (
+            engine_of(program, compiled=True, jacobian=jacobian_entries(program)),
+            "m4e_jacobian",
+        ),
+    }
+    return {
+        name: native_batch(address(engine.library, function), _value(engine.handle), x)
+        for name, (engine, function) in engines.items()
+    }
