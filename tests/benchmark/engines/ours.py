@@ -191,27 +191,7 @@ def ensemble_seconds(system: System, times: Floats, *, models: int) -> float:
 
 
 def derivative_batches(system: System, x: Floats) -> dict[str, Batch]:
-    """Batches of the rates, of one directional derivative and of the full Jacobian at x."""
-    program = program_of(system)
-    try:
-        from m4e_fmi.program import (
-            directional,  # pyright: ignore[reportAttributeAccessIssue]
-            jacobian_entries,  # pyright: ignore[reportAttributeAccessIssue]
-        )
-    except ImportError as error:
-        raise UnavailableError("this m4e_fmi has no exact derivatives") from error
-    engines = {
-        "m4e_fmi right-hand side": (engine_of(program, compiled=True), "m4e_rates"),
-        "m4e_fmi directional derivative": (
-            engine_of(directional(program), compiled=True),
-            "m4e_rates",
-        ),
-        "m4e_fmi Jacobian": (
-            engine_of(program, compiled=True, jacobian=jacobian_entries(program)),
-            "m4e_jacobian",
-        ),
-    }
-    return {
-        name: native_batch(address(engine.library, function), _value(engine.handle), x)
-        for name, (engine, function) in engines.items()
-    }
+    """A batch of the rates at x, what derivatives are measured in."""
+    engine = engine_of(program_of(system), compiled=True)
+    function = address(engine.library, "m4e_rates")
+    return {"m4e_fmi right-hand side": native_batch(function, _value(engine.handle), x)}
