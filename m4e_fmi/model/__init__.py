@@ -1,7 +1,8 @@
 """What the user says: bodies, joints, points, loads and parameters of a planar multibody system.
 
-The same elements from Python (`Model(...)`) and from YAML (`load_model`). Imports `document`,
-`errors`, `units` and `program`. Start with `elements`, then `checks`.
+The same elements from Python (`Model(...)`), from files (`load_model`) and from the lists of the
+paper (`model_from_lists`). Imports `document`, `errors`, `units` and `program`. Start with
+`elements`, then `checks`.
 """
 
 from m4e_fmi.model.elements import (
@@ -17,8 +18,9 @@ from m4e_fmi.model.elements import (
     TorsionDamper,
     TorsionSpring,
 )
+from m4e_fmi.model.load import load_model
+from m4e_fmi.model.m4e import model_from_lists, normalize_prismatic
 from m4e_fmi.model.model import Model
-from m4e_fmi.model.yaml import load_model
 
 __all__ = [
     "GROUND",
@@ -34,4 +36,6 @@ __all__ = [
     "TorsionDamper",
     "TorsionSpring",
     "load_model",
+    "model_from_lists",
+    "normalize_prismatic",
 ]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Annotated, Any, Literal
 
@@ -123,11 +122,6 @@ class ModelSection(Section):
     joints: dict[str, JointSection] = Field(default_factory=dict)
     points: dict[str, PointSection] = Field(default_factory=dict)
     loads: dict[str, LoadSection] = Field(default_factory=dict)
-
-
-def load_model(path: str | Path) -> Model:
-    """The model in the YAML file `path`; InputError with every problem of the file."""
-    return model_of(Document.load(path))
 
 
 def model_of(document: Document) -> Model:

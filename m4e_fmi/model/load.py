@@ -1,0 +1,21 @@
+"""Reading a model file, whichever of the forms it has."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from m4e_fmi.document import Document
+from m4e_fmi.model.m4e import are_lists, model_of_lists
+from m4e_fmi.model.model import Model
+from m4e_fmi.model.yaml import model_of
+
+
+def load_model(path: str | Path) -> Model:
+    """The model in the file `path`; InputError with every problem of the file.
+
+    A `*.model.yaml` file of ours, or the paper's lists as YAML or JSON.
+    """
+    document = Document.load(path)
+    if are_lists(document.data):
+        return model_of_lists(document)
+    return model_of(document)
