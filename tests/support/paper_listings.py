@@ -1,7 +1,7 @@
-"""The listings of S. Sabet and A. Diaz-Flores Caminero, "Multibody for Everybody", as printed.
+"""The systems of S. Sabet and A. Diaz-Flores Caminero, "Multibody for Everybody", in their lists.
 
-Sections 5.1 and 5.2; what they leave to the reader (masses of SpiderFLOAT, gravity) is that of the
-authors' files.
+The listings of sections 5.1 and 5.2 are as printed; what they leave to the reader (masses of
+SpiderFLOAT, gravity), and the other systems, are from the authors' files.
 """
 
 from __future__ import annotations
@@ -133,5 +133,95 @@ def spiderfloat() -> dict[str, Any]:
     g = 0.
     m0 = np.ones(len(types))
     J0 = 2.*np.ones(len(types))
+    del t
+    return locals()
+
+
+def small_double_pendulum() -> dict[str, Any]:
+    """Section 4.2.1: two links of 1 m, released at -0.4 rad ("23 degrees"); 30 s."""
+    joints = [[0, 1], [1, 2]]
+    types = ['R', 'R']
+    parent_cg_to_joint = [[0, 0], [0, -0.5]]
+    joint_to_child_cg = [[0, -0.5], [0, -0.5]]
+    prismatic_direction = [[np.nan, np.nan], [np.nan, np.nan]]
+    ic = np.array([-0.4, -0.4, 0, 0])
+    g = 9.81
+    m0 = np.ones(2)
+    J0 = np.ones(2)
+    return locals()
+
+
+def cart() -> dict[str, Any]:
+    """Section 4.2.2: a double pendulum on a cart that is pushed; 100 s."""
+    t = sym.Symbol("t", real=True)
+    joints = [[0, 1], [1, 2], [2, 3]]
+    types = ['P', 'R', 'R']
+    parent_cg_to_joint = [[0, 0], [0, 0], [0, -0.5]]
+    joint_to_child_cg = [[0, 0.125], [0, -0.625], [0, -0.5]]
+    prismatic_direction = [[1, 0], [np.nan, np.nan], [np.nan, np.nan]]
+    Force = {"CG": [[1, 3*sym.cos(1.5*t), 0, 0]]}
+    ic = np.zeros(6)
+    g = 9.81
+    m0 = np.ones(3)
+    J0 = np.ones(3)
+    del t
+    return locals()
+
+
+def flexible_pendulum() -> dict[str, Any]:
+    """Section 4.4: a mass on a line of stiffness EA / l0; 80 s."""
+    joints = [[0, 1]]
+    types = ['F']
+    parent_cg_to_joint = [[10, -100.00216312373226]]
+    joint_to_child_cg = [[np.nan, np.nan]]
+    prismatic_direction = [[np.nan, np.nan]]
+    Initial_Points = {"GR": [[0, 0]], "BD": {}}
+    Force = {"TensionSpring": [(('GR00', 'CG11'), [100.5, 1e9/100.5])]}
+    g = 9.80665
+    m0 = 1e5*np.ones(1)
+    J0 = 1e5*np.ones(1)
+    return locals()
+
+
+def flap() -> dict[str, Any]:
+    """Section 4.1, Ginsberg's example 7.13: an inverted pendulum between two springs; 10 s."""
+    L, a, b = 2, 0.5, 1
+    joints = [[0, 1]]
+    types = ['R']
+    parent_cg_to_joint = [[0, 0]]
+    joint_to_child_cg = [[0, L/2]]
+    prismatic_direction = [[np.nan, np.nan]]
+    Initial_Points = {"GR": [[-b, 0], [b, 0]], "BD": {1: [[0, a-L/2], [0, L/2]]}}
+    Force = {"TensionSpring": [(('BD10', 'GR00'), [np.sqrt(a**2 + b**2), 100]),
+                               (('BD10', 'GR01'), [np.sqrt(a**2 + b**2), 100])]}
+    ic = np.array([0.05, 0])
+    g = 9.81
+    m0 = np.ones(1)
+    J0 = np.ones(1)/12
+    del L, a, b
+    return locals()
+
+
+def foswec() -> dict[str, Any]:
+    """Two flaps on a floating base; 10 s. The stiffness k of the authors' file is 1 N/m."""
+    t = sym.Symbol("t", real=True)
+    Reference_frame_Origin = np.array([0, 0.91])
+    joints = [[0, 1], [1, 2], [1, 3]]
+    types = ['F', 'R', 'R']
+    parent_cg_to_joint = [[0, 0], [0.64, 0], [-0.64, 0]]
+    joint_to_child_cg = [[np.nan, np.nan], [0, 0.17], [0, 0.17]]
+    prismatic_direction = [[np.nan, np.nan], [np.nan, np.nan], [np.nan, np.nan]]
+    Initial_Points = {"GR": [[0.75, -0.91], [-0.75, -0.91]], "BD": {1: [[0.75, 0], [-0.75, 0]]}}
+    Force = {
+        "CG": [[1, 0, 0.1*sym.exp(-t), 0]],
+        "TensionSpring": [(('GR00', 'BD10'), [5, 1]), (('GR01', 'BD11'), [5, 1])],
+        "TensionDamper": [(('GR00', 'BD10'), 1), (('GR01', 'BD11'), 1)],
+        "TorsionSpring": [((1, 2), [0, 10]), ((1, 3), [0, 10])],
+        "TorsionDamper": [((1, 2), 0), ((1, 3), 0)],
+    }
+    ic = np.zeros(10)
+    g = 0.
+    m0 = np.ones(3)
+    J0 = 2.*np.ones(3)
     del t
     return locals()
