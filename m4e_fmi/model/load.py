@@ -13,7 +13,8 @@ from m4e_fmi.model.yaml import model_of
 def load_model(path: str | Path) -> Model:
     """The model in the file `path`; InputError with every problem of the file.
 
-    A `*.model.yaml` file of ours, or the paper's lists as YAML or JSON.
+    A `*.model.yaml` file of ours, a Chrono model (or simulation) in YAML, or the paper's lists as
+    YAML or JSON.
     """
     document = Document.load(path)
     if are_lists(document.data):

@@ -1,0 +1,144 @@
+"""Chrono's YAML file of a model, or of a simulation that names it, as a Model."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from m4e_fmi.document import Document
+from m4e_fmi.errors import InputError, Problem, suggestion
+from m4e_fmi.model.chrono.bodies import SMALL, Mechanism
+from m4e_fmi.model.chrono.loads import Loads
+from m4e_fmi.model.chrono.names import GROUPS, Places, entries, identifier
+from m4e_fmi.model.chrono.rotation import Vector3
+from m4e_fmi.model.chrono.sections import REFUSED, FileSection, ModelSection, SimulationSection
+from m4e_fmi.model.elements import Quantity
+from m4e_fmi.model.model import Model
+
+GRAVITY: Vector3 = (0.0, 0.0, -9.8)
+"""Chrono's own where a simulation says nothing of it [m/s²] (ChParserMbsYAML, SimParams)."""
+DEPTH = 3  # an entry of a group: model, bodies, 2
+
+
+def is_chrono(data: Mapping[str, Any]) -> bool:
+    """Whether a file's plain data are a Chrono model, or a simulation of one."""
+    return "model" in data and "components" not in data
+
+
+def model_of_chrono(document: Document) -> Model:
+    """The Model of a Chrono file; InputError with every problem found, placed in the file.
+
+    Gravity is that of the simulation: in this file, in the file `<stem>.simulation.yaml` beside a
+    `<stem>.model.yaml`, or Chrono's own. `visualization` and what belongs to Chrono's solver has no
+    meaning here.
+    """
+    section, problems = _read(document)
+    simulation, placed = section.simulation if section else None, document
+    if section is not None and isinstance(section.model, str):
+        document = Document.load(document.path.parent / section.model)
+        section, problems = _read(document)
+    elif simulation is not None and simulation.gravity is None:
+        simulation, placed = _beside(document) or (simulation, document)
+    places = Places(document)
+    places.problems += problems
+    _report_refused(places)
+    _report_names(places)
+    gravity = _gravity(simulation, placed, places)
+    if section is None or not isinstance(section.model, ModelSection):
+        places.at(("model",), "expected a model with a list of bodies", "add 'bodies: …'")
+        raise InputError(dict.fromkeys(places.problems))
+    return _model(section.model, gravity, places)
+
+
+def _read(document: Document) -> tuple[FileSection | None, list[Problem]]:
+    return document.validate_as_far_as_possible(FileSection, required={}, depth=DEPTH)
+
+
+def _beside(document: Document) -> tuple[SimulationSection, Document] | None:
+    """The simulation file that belongs to a model file by its name."""
+    stem = document.path.name.removesuffix(".model.yaml")
+    path = document.path.with_name(f"{stem}.simulation.yaml")
+    if stem == document.path.name or not path.is_file():
+        return None
+    other = Document.load(path)
+    return other.validate(FileSection).simulation, other
+
+
+def _gravity(simulation: SimulationSection | None, document: Document, places: Places) -> Quantity:
+    x, y, z = (simulation and simulation.gravity) or GRAVITY
+    if max(abs(x), abs(y)) > SMALL:
+        message = f"gravity must point along Z, got [{x:g}, {y:g}, {z:g}]"
+        remedy = "turn the model so that gravity is [0, 0, -g]"
+        places.problems.append(document.problem(("simulation", "gravity"), message, remedy))
+    return -z
+
+
+def _report_refused(places: Places) -> None:
+    """Keys of Chrono's that have no counterpart."""
+    data = places.document.data
+    model = data.get("model")
+    for (group, key), (message, remedy) in REFUSED.items():
+        if group == "model" and isinstance(model, dict) and model.get(key):
+            places.at(("model", key), message, remedy)
+        for k, entry in enumerate(entries(data, group)):
+            if isinstance(entry, dict) and entry.get(key) is not None:
+                places.at(("model", group, k, key), message, remedy)
+
+
+def _report_names(places: Places) -> None:
+    """Names given twice, and bodies that are not there; over all entries, right or wrong."""
+    data = places.document.data
+    for group in GROUPS:
+        first: dict[str, str] = {}
+        for k, name in _named(data, group, "name"):
+            if identifier(name) in first:
+                message = f"{name!r} is given twice"
+                if name != first[identifier(name)]:
+                    message = f"{name!r} and {first[identifier(name)]!r} would get the same name"
+                places.at(("model", group, k, "name"), message, "rename one of the two")
+            first.setdefault(identifier(name), name)
+    bodies = {name for _, name in _named(data, "bodies", "name")}
+    for group in GROUPS[1:]:
+        for key in ("body", "body1", "body2"):
+            for k, name in _named(data, group, key):
+                if name not in bodies:
+                    remedy = suggestion(name, bodies, "bodies")
+                    places.at(("model", group, k, key), f"unknown body {name!r}", remedy)
+
+
+def _named(data: Any, group: str, key: str) -> Iterator[tuple[int, str]]:
+    for k, entry in enumerate(entries(data, group)):
+        if isinstance(entry, dict) and isinstance(entry.get(key), str):
+            yield k, entry[key]
+
+
+def _model(model: ModelSection, gravity: Quantity, places: Places) -> Model:
+    if not places.problems:
+        mechanism = Mechanism(model, places)
+        bodies, joints = mechanism.bodies(), mechanism.joints()
+        loads = Loads(model, mechanism, places)
+        if not places.problems:
+            loads.convert()
+        if not places.problems:
+            return _checked(
+                places,
+                name=identifier(model.name),
+                description=f"Chrono model {model.name}",
+                bodies=bodies,
+                joints=joints,
+                points=loads.points,
+                loads=loads.loads,
+                tables=loads.tables,
+                gravity=gravity,
+            )
+    raise InputError(dict.fromkeys(places.problems))
+
+
+def _checked(places: Places, **fields: Any) -> Model:
+    """The Model; what its own checks find is placed in the file as far as that is possible."""
+    try:
+        return Model(**fields)
+    except InputError as error:
+        for problem in error.problems:
+            places.at(("model",), problem.message, problem.remedy)
+    raise InputError(places.problems)
