@@ -2,37 +2,47 @@
 
 The same elements from Python (`Model(...)`), from files (`load_model`) and from the lists of the
 paper (`model_from_lists`). Imports `document`, `errors`, `units` and `program`. Start with
-`elements`, then `checks`.
+`elements` and `loads`, then `checks`.
 """
 
-from m4e_fmi.model.elements import (
-    GROUND,
-    Body,
+from m4e_fmi.model.elements import GROUND, Body, Joint, Parameter, Point
+from m4e_fmi.model.load import load_model
+from m4e_fmi.model.loads import (
+    BodyDrag,
     BodyForce,
-    Joint,
-    Parameter,
-    Point,
+    JointEffort,
+    JointFriction,
+    JointStop,
+    PointDrag,
     PointForce,
     TensionDamper,
     TensionSpring,
+    TensionStop,
     TorsionDamper,
     TorsionSpring,
 )
-from m4e_fmi.model.load import load_model
 from m4e_fmi.model.m4e import model_from_lists, normalize_prismatic
 from m4e_fmi.model.model import Model
+from m4e_fmi.model.table import Table
 
 __all__ = [
     "GROUND",
     "Body",
+    "BodyDrag",
     "BodyForce",
     "Joint",
+    "JointEffort",
+    "JointFriction",
+    "JointStop",
     "Model",
     "Parameter",
     "Point",
+    "PointDrag",
     "PointForce",
+    "Table",
     "TensionDamper",
     "TensionSpring",
+    "TensionStop",
     "TorsionDamper",
     "TorsionSpring",
     "load_model",

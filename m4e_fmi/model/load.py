@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from m4e_fmi.document import Document
+from m4e_fmi.model.chrono import is_chrono, model_of_chrono
 from m4e_fmi.model.m4e import are_lists, model_of_lists
 from m4e_fmi.model.model import Model
 from m4e_fmi.model.yaml import model_of
@@ -17,6 +18,8 @@ def load_model(path: str | Path) -> Model:
     YAML or JSON.
     """
     document = Document.load(path)
+    if is_chrono(document.data):
+        return model_of_chrono(document)
     if are_lists(document.data):
         return model_of_lists(document)
     return model_of(document)

@@ -162,6 +162,27 @@ class TestMeaning:
             "PointsBD_1": PointForce("BD1_0", ("t", 0)),
         }
 
+    def test_a_coefficient_that_depends_on_the_extension_is_a_law(self) -> None:
+        """With `l`, `ld`, `theta` or `thetad` the expression is the force itself, as in M4E."""
+        extension, rate = sym.symbols("l ld")
+        lists = cart() | {
+            "Force": {
+                "TensionSpring": [(("BD10", "GR00"), [1, 3 * extension**3])],
+                "TensionDamper": [(("BD10", "GR00"), 2 * rate * sym.Abs(rate))],
+                "TorsionSpring": [((0, 2), [0.5, "4*sin(theta)"])],
+                "TorsionDamper": [((0, 2), sym.Symbol("thetad", real=True) ** 3)],
+            }
+        }
+        loads = model_from_lists(lists).loads
+        laws = {name: str(load.law) for name, load in loads.items()}  # type: ignore[union-attr]
+        assert laws == {
+            "TensionSpring_0": "3*l**3",
+            "TensionDamper_0": "2*ld*Abs(ld)",
+            "TorsionSpring_0": "4*sin(theta)",
+            "TorsionDamper_0": "thetad**3",
+        }
+        assert model_program(model_from_lists(lists)).states
+
     @pytest.mark.parametrize("scales", [[0.0, 0.0], [1.0, 0.0], [0.25, 0.5]])
     def test_gravity_of_single_bodies(self, scales: list[float]) -> None:
         """m z̈ of two free bodies is −m g gVec, whichever way it is expressed."""

@@ -7,11 +7,11 @@ from functools import cached_property
 from typing import Any
 
 from m4e_fmi.document import Location
-from m4e_fmi.model.elements import (
-    GROUND,
+from m4e_fmi.model.elements import GROUND, Point
+from m4e_fmi.model.expression import ExpressionError, as_expression
+from m4e_fmi.model.loads import (
     BodyForce,
     Load,
-    Point,
     PointForce,
     TensionDamper,
     TensionSpring,
@@ -118,16 +118,26 @@ class Forces:
         values = self._numbers((*at, 1), row[1] if spring else [row[1]], nested=spring)
         if None in ends or values is None:
             return
-        rest = "length" if kind == "TensionSpring" else "angle"
         made = {
             "TensionSpring": TensionSpring, "TorsionSpring": TorsionSpring,
             "TensionDamper": TensionDamper, "TorsionDamper": TorsionDamper,
         }[kind]  # fmt: skip
-        fields = ("stiffness", "damping")[not spring], rest
-        quantities = dict(zip(fields, reversed(values), strict=False))
-        for i, field in enumerate(reversed(quantities)):
+        fields = ["length" if kind == "TensionSpring" else "angle"] if spring else []
+        if self._is_law(values[-1], made.law_variables):
+            fields.append("law")
+        else:
+            fields.append("stiffness" if spring else "damping")
+        for i, field in enumerate(fields):
             self.places["loads", name, field] = (*at, 1, i) if spring else (*at, 1)
-        yield name, made(ends, **quantities)  # type: ignore[arg-type]
+        yield name, made(ends, **dict(zip(fields, values, strict=True)))  # type: ignore[arg-type]
+
+    def _is_law(self, value: Any, variables: Sequence[str]) -> bool:
+        """Whether a coefficient is an expression of the extension or its rate: then it is a law."""
+        try:
+            names = as_expression(value).names()
+        except ExpressionError:  # reported where the value itself is checked
+            return False
+        return bool(names.intersection(variables) - set(self.mechanism.symbols))
 
     def _applied(self, kind: str, name: str, at: Location, row: Any) -> Iterator[tuple[str, Load]]:
         """A force given by its components: at a CG, or at a point of a body."""

@@ -15,8 +15,9 @@ from typing import Any
 
 from m4e_fmi.document import Document, Location
 from m4e_fmi.errors import InputError, Problem, suggestion
-from m4e_fmi.model.checks import Finding, Names, element_findings, whole_findings
+from m4e_fmi.model.checks import element_findings, whole_findings
 from m4e_fmi.model.elements import Parameter
+from m4e_fmi.model.findings import Finding, Names
 from m4e_fmi.model.m4e.forces import Forces
 from m4e_fmi.model.m4e.mechanism import ROWS, SYMBOLS, Mechanism
 from m4e_fmi.model.m4e.values import plain
@@ -118,9 +119,14 @@ def _checked(mechanism: Mechanism) -> tuple[dict[str, Any], list[Finding]]:
         "loads": loads,
         "parameters": mechanism.symbols,
         "gravity": gravity,
+        "tables": {},
     }
     names = Names(
-        frozenset(mechanism.body_names()), frozenset(points), frozenset(mechanism.symbols)
+        bodies=frozenset(mechanism.body_names()),
+        points=frozenset(points),
+        parameters=frozenset(mechanism.symbols),
+        joints=frozenset(joints),
+        tables=frozenset(),
     )
     found = list(element_findings(SimpleNamespace(**fields), names))
     if not found and not mechanism.findings:

@@ -7,8 +7,8 @@ from numbers import Integral, Real
 from typing import Any
 
 from m4e_fmi.document import Location
-from m4e_fmi.model.checks import Finding
 from m4e_fmi.model.expression import Expression, ExpressionError, as_expression
+from m4e_fmi.model.findings import Finding
 
 NAN = object()
 """Stands for an entry that is NaN: not given."""
