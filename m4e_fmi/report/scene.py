@@ -35,7 +35,7 @@ class Anchor:
 
 @dataclass(frozen=True)
 class JointMark:
-    """A joint: its point on parent and child, and the direction of a prismatic one (parent axes)."""
+    """A joint: its point on parent and child; of a prismatic one the direction in parent axes."""
 
     name: str
     type: str
@@ -46,7 +46,7 @@ class JointMark:
 
 @dataclass(frozen=True)
 class Tie:
-    """What acts between two points (`kind` is the load's type) or, at a joint, between two bodies."""
+    """What acts between two points, or at a joint between two bodies; `kind` is the load's type."""
 
     name: str
     kind: str
@@ -103,8 +103,7 @@ class Scene:
         """Lower and upper corner of everything [m], over poses (T, N, 3)."""
         places = [np.array(self.fixed).reshape(-1, 2)]
         for body, attached in enumerate(self.attachments):
-            for at in attached:
-                places.append(turned(at, poses[:, body, 2]) + poses[:, body, :2])
+            places += [turned(at, poses[:, body, 2]) + poses[:, body, :2] for at in attached]
         everything = np.vstack(places)
         return everything.min(axis=0), everything.max(axis=0)
 
@@ -140,7 +139,7 @@ def start_values(program: Program) -> dict[str, float]:
 
 
 def scene(model: Model, program: Program | None = None) -> Scene:
-    """What `model` looks like at the start values of `program` (its own Program, or one changed)."""
+    """What `model` looks like at the start values of `program`, its own one if none is given."""
     program = program or model_program(model)
     tree = topology(model)
     values = parameter_values(model.parameters)
@@ -216,7 +215,7 @@ class _Numbers:
             pair = {mark.parent.body, mark.child.body}
             if mark.type != "floating" and pair == {first, second}:
                 ends = (mark.parent, mark.child)
-                return ends if ends[0].body == first else ends[::-1]
+                return ends if ends[0].body == first else (ends[1], ends[0])
         return Anchor(first, (0.0, 0.0)), Anchor(second, (0.0, 0.0))
 
     def pushes(self, start: np.ndarray) -> list[Push]:

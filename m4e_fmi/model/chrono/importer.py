@@ -6,13 +6,19 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from m4e_fmi.document import Document
-from m4e_fmi.errors import InputError, Problem, suggestion
+from m4e_fmi.errors import InputError, suggestion
 from m4e_fmi.model.chrono.bodies import SMALL, Mechanism
 from m4e_fmi.model.chrono.loads import Loads
 from m4e_fmi.model.chrono.names import GROUPS, Places, entries, identifier
 from m4e_fmi.model.chrono.rotation import Vector3
-from m4e_fmi.model.chrono.sections import REFUSED, FileSection, ModelSection, SimulationSection
-from m4e_fmi.model.elements import Quantity
+from m4e_fmi.model.chrono.sections import (
+    REFUSED,
+    FileSection,
+    ModelFileSection,
+    ModelSection,
+    SimulationSection,
+)
+from m4e_fmi.model.elements import GROUND, Quantity
 from m4e_fmi.model.model import Model
 
 GRAVITY: Vector3 = (0.0, 0.0, -9.8)
@@ -32,26 +38,26 @@ def model_of_chrono(document: Document) -> Model:
     `<stem>.model.yaml`, or Chrono's own. `visualization` and what belongs to Chrono's solver has no
     meaning here.
     """
-    section, problems = _read(document)
-    simulation, placed = section.simulation if section else None, document
-    if section is not None and isinstance(section.model, str):
-        document = Document.load(document.path.parent / section.model)
-        section, problems = _read(document)
-    elif simulation is not None and simulation.gravity is None:
-        simulation, placed = _beside(document) or (simulation, document)
+    simulation, placed = SimulationSection(), document
+    if isinstance(document.data.get("model"), str):
+        named = document.validate(FileSection)
+        simulation = named.simulation
+        document = Document.load(document.path.parent / str(named.model))
+    section, problems = document.validate_as_far_as_possible(
+        ModelFileSection, required={}, depth=DEPTH
+    )
+    if placed is document:
+        simulation = section.simulation if section else simulation
+        if simulation.gravity is None:
+            simulation, placed = _beside(document) or (simulation, document)
     places = Places(document)
     places.problems += problems
     _report_refused(places)
     _report_names(places)
     gravity = _gravity(simulation, placed, places)
-    if section is None or not isinstance(section.model, ModelSection):
-        places.at(("model",), "expected a model with a list of bodies", "add 'bodies: …'")
+    if section is None:
         raise InputError(dict.fromkeys(places.problems))
     return _model(section.model, gravity, places)
-
-
-def _read(document: Document) -> tuple[FileSection | None, list[Problem]]:
-    return document.validate_as_far_as_possible(FileSection, required={}, depth=DEPTH)
 
 
 def _beside(document: Document) -> tuple[SimulationSection, Document] | None:
@@ -64,8 +70,8 @@ def _beside(document: Document) -> tuple[SimulationSection, Document] | None:
     return other.validate(FileSection).simulation, other
 
 
-def _gravity(simulation: SimulationSection | None, document: Document, places: Places) -> Quantity:
-    x, y, z = (simulation and simulation.gravity) or GRAVITY
+def _gravity(simulation: SimulationSection, document: Document, places: Places) -> Quantity:
+    x, y, z = simulation.gravity or GRAVITY
     if max(abs(x), abs(y)) > SMALL:
         message = f"gravity must point along Z, got [{x:g}, {y:g}, {z:g}]"
         remedy = "turn the model so that gravity is [0, 0, -g]"
@@ -97,6 +103,10 @@ def _report_names(places: Places) -> None:
                     message = f"{name!r} and {first[identifier(name)]!r} would get the same name"
                 places.at(("model", group, k, "name"), message, "rename one of the two")
             first.setdefault(identifier(name), name)
+    for k, body in enumerate(entries(data, "bodies")):
+        if isinstance(body, dict) and body.get("name") == GROUND and not body.get("fixed"):
+            message = "'ground' is the name of the world"
+            places.at(("model", "bodies", k, "name"), message, "rename it, or 'fixed: true'")
     bodies = {name for _, name in _named(data, "bodies", "name")}
     for group in GROUPS[1:]:
         for key in ("body", "body1", "body2"):

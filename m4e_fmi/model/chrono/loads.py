@@ -90,8 +90,8 @@ class Loads:
             self._point(tsda, f"{name}_2", tsda.body2, tsda.point2),
         )
         stiffness, damping = tsda.spring_coefficient, tsda.damping_coefficient
+        length = (tsda.free_length or 0.0) + self._shift(tsda)
         if stiffness or not damping:
-            length = (tsda.free_length or 0.0) + self._shift(tsda)
             self.loads[name] = TensionSpring(ends, stiffness or 0.0, length)
         if damping:
             self.loads[name if not stiffness else f"{name}_damper"] = TensionDamper(ends, damping)

@@ -14,7 +14,7 @@ from m4e_fmi.document import Section, rejected
 
 Number = Annotated[float, Field(allow_inf_nan=False)]
 Vector3 = tuple[Number, Number, Number]
-Orientation = tuple[Number, Number, Number] | tuple[Number, Number, Number, Number]
+Orientation = Annotated[list[Number], Field(min_length=3, max_length=4)]
 Ignored = Any
 SPATIAL_JOINTS = ("SPHERICAL", "UNIVERSAL", "POINT_LINE", "POINT_PLANE", "CYLINDRICAL", "PLANAR")
 
@@ -80,13 +80,13 @@ class InertiaSection(Section):
 
 class ComSection(Section):
     location: Vector3 = (0.0, 0.0, 0.0)
-    orientation: Orientation = (1.0, 0.0, 0.0, 0.0)
+    orientation: Orientation = Field(default=[1.0, 0.0, 0.0, 0.0])
 
 
 class BodySection(Section):
     name: str
     location: Vector3
-    orientation: Orientation = (1.0, 0.0, 0.0, 0.0)
+    orientation: Orientation = Field(default=[1.0, 0.0, 0.0, 0.0])
     fixed: bool = False
     mass: Number | None = None
     com: ComSection = ComSection()
@@ -220,12 +220,18 @@ class SimulationSection(Section):
 
 
 class FileSection(Section):
-    """The whole file: a model, or a simulation that names the file of its model."""
+    """A file of a simulation; `model` is the name of its model's file."""
 
     chrono_version: Ignored = Field(None, alias="chrono-version")
     type: Ignored = None
-    model: ModelSection | str | None = None
+    model: str | None = None
     simulation: SimulationSection = SimulationSection()
     solver: Ignored = None
     output: Ignored = None
     visualization: Ignored = None
+
+
+class ModelFileSection(FileSection):
+    """A file of a model, perhaps with its simulation."""
+
+    model: ModelSection  # type: ignore[assignment]
