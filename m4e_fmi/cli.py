@@ -15,6 +15,7 @@ EXIT_FAILED = 1
 EXIT_USAGE = 2
 EXIT_INTERRUPTED = 130
 BUILD_FOLDER = "build"
+MODEL_FILE = "a model: ours, Chrono's or the paper's lists (YAML)"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -48,6 +49,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"m4e_fmi {m4e_fmi.__version__}")
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
     _add_equations(commands)
+    _add_draw(commands)
     _add_simulate(commands)
     _add_build(commands)
     _add_info(commands)
@@ -59,7 +61,7 @@ def _parser() -> argparse.ArgumentParser:
 
 def _add_equations(commands: argparse._SubParsersAction) -> None:
     command = commands.add_parser("equations", help="print a model's equations of motion")
-    command.add_argument("model", type=Path, help="a *.model.yaml file")
+    command.add_argument("model", type=Path, help=MODEL_FILE)
     command.add_argument("--latex", action="store_true", help="as LaTeX instead of text")
     command.set_defaults(command=_equations)
 
@@ -71,9 +73,30 @@ def _equations(options: argparse.Namespace) -> None:
     print(Equations(load_model(options.model)).text(latex=options.latex))
 
 
+def _add_draw(commands: argparse._SubParsersAction) -> None:
+    command = commands.add_parser("draw", help="draw a model in its start pose")
+    command.add_argument("model", type=Path, help=MODEL_FILE)
+    command.add_argument(
+        "--output-file",
+        type=Path,
+        metavar="FILE",
+        help=".png, .svg or .pdf; default build/NAME_model.png",
+    )
+    command.set_defaults(command=_draw)
+
+
+def _draw(options: argparse.Namespace) -> None:
+    from m4e_fmi.model import load_model
+    from m4e_fmi.report import draw_model
+
+    model = load_model(options.model)
+    picture = options.output_file or Path(BUILD_FOLDER) / f"{model.name}_model.png"
+    _print_files([draw_model(model, picture)])
+
+
 def _add_simulate(commands: argparse._SubParsersAction) -> None:
     command = commands.add_parser("simulate", help="simulate one model in this process")
-    command.add_argument("model", type=Path, help="a *.model.yaml file")
+    command.add_argument("model", type=Path, help=MODEL_FILE)
     command.add_argument("--stop-time", type=float, default=10.0, metavar="S", help="default 10 s")
     command.add_argument(
         "--output-interval", type=float, default=0.01, metavar="S", help="default 0.01 s"
@@ -86,15 +109,26 @@ def _add_simulate(commands: argparse._SubParsersAction) -> None:
     )
     _add_start_values(command, "NAME")
     _add_output_file(command)
+    command.add_argument(
+        "--animate",
+        nargs="?",
+        type=Path,
+        const=Path(),
+        metavar="FILE",
+        help="write an animation (.html or .gif); default build/NAME.html",
+    )
     command.set_defaults(command=_simulate)
 
 
 def _simulate(options: argparse.Namespace) -> None:
+    from m4e_fmi.model import load_model
     from m4e_fmi.multibody import model_program
-    from m4e_fmi.report import progress_bar, simulation_summary, write_simulation
+    from m4e_fmi.report import animate, progress_bar, simulation_summary, write_simulation
     from m4e_fmi.simulate import simulate
 
-    program = model_program(options.model)
+    model = load_model(options.model)
+    program = model_program(model)
+    animation = _animation_file(options, program.name)
     with progress_bar(options.stop_time) as progress:
         result = simulate(
             program,
@@ -106,13 +140,27 @@ def _simulate(options: argparse.Namespace) -> None:
             progress=progress,
         )
     files = write_simulation(result, _output_file(options, program.name))
+    if animation:
+        files.append(animate(model, result, animation))
     print(simulation_summary(result))
     _print_files(files)
 
 
+def _animation_file(options: argparse.Namespace, name: str) -> Path | None:
+    """Where the animation goes; None if none is wanted."""
+    from m4e_fmi.report import check_animation_path
+
+    if options.animate is None:
+        return None
+    default = _output_file(options, name).with_suffix(".html")
+    path = options.animate if options.animate.name else default
+    check_animation_path(path)
+    return path
+
+
 def _add_build(commands: argparse._SubParsersAction) -> None:
     command = commands.add_parser("build", help="build the FMU of a model, or all of a system")
-    command.add_argument("source", type=Path, help="a *.model.yaml or system file")
+    command.add_argument("source", type=Path, help="a model or system file")
     _add_build_folder(command)
     command.set_defaults(command=_build)
 
@@ -135,7 +183,8 @@ def _build(options: argparse.Namespace) -> None:
 
 def _add_info(commands: argparse._SubParsersAction) -> None:
     command = commands.add_parser("info", help="show what is in a model, a system or an FMU")
-    command.add_argument("source", type=Path, help="a *.model.yaml, system or .fmu file")
+    command.add_argument("source", type=Path, help="a model, system or .fmu file")
+    command.add_argument("--latex", action="store_true", help="a model's tables, in LaTeX")
     _add_build_folder(command)
     command.set_defaults(command=_info)
 
@@ -151,9 +200,14 @@ def _info(options: argparse.Namespace) -> None:
         system = System.load(options.source)
         print(prepare(system, build_directory=options.build_folder, tell=_say))
     else:
+        from m4e_fmi.model import load_model
         from m4e_fmi.multibody import model_program
+        from m4e_fmi.report import model_tables
 
-        print(model_program(options.source))
+        model = load_model(options.source)
+        print(model_tables(model, latex=options.latex))
+        if not options.latex:
+            print(f"\n{model_program(model)}")
 
 
 def _add_validate(commands: argparse._SubParsersAction) -> None:

@@ -43,8 +43,9 @@ class Labels:
         renderer = FigureCanvasAgg(figure).get_renderer()
         figure.draw_without_rendering()  # the layout settles, so that points become pixels
         pixels = figure.dpi / 72
-        lines = [self.axis.transData.transform(o) for o in self.outlines]
-        obstacles = np.vstack([*lines, self.axis.transData.transform([n.at for n in self.names])])
+        lines = [_dense(self.axis.transData.transform(o), 6 * pixels) for o in self.outlines]
+        places = self.axis.transData.transform([name.at for name in self.names])
+        obstacles = np.vstack([*lines, places])
         inside = self.axis.get_window_extent(renderer)
         taken: list[Any] = []
         for name in sorted(self.names, key=lambda n: not n.bold):
@@ -63,8 +64,9 @@ class Labels:
                     way = np.array([np.cos(angle), np.sin(angle)])
                     middle = centre + pixels * distance * way + half * way
                     low, high = middle - half, middle + half
-                    cost = far + _cost(low, high, obstacles, taken)
+                    cost = 0.8 * far + _cost(low, high, obstacles, taken)
                     cost += 50 * (low < inside.min).any() + 50 * (high > inside.max).any()
+                    cost += 4 * _is_nearer_to_another(middle, centre, places)
                     if cost < least - 1e-9:
                         best, least = tuple((low - centre) / pixels), cost
             written.set_position(best)
@@ -74,7 +76,25 @@ class Labels:
 
 
 def _cost(low: np.ndarray, high: np.ndarray, obstacles: np.ndarray, taken: list[Any]) -> float:
-    """How much a box covers: names count most, points of outlines little."""
-    covered = ((obstacles > low) & (obstacles < high)).all(axis=1).sum()
-    overlaps = sum(bool((low < b).all() and (high > a).all()) for a, b in taken)
-    return 0.5 * min(float(covered), 12) + 20 * overlaps
+    """How much a box covers: names count most, outlines less."""
+    covered = ((obstacles > low - 2) & (obstacles < high + 2)).all(axis=1).sum()
+    overlaps = sum(bool((low < b + 1).all() and (high > a - 1).all()) for a, b in taken)
+    return 0.8 * min(float(covered), 12) + 25 * overlaps
+
+
+def _is_nearer_to_another(middle: np.ndarray, own: np.ndarray, places: np.ndarray) -> bool:
+    apart = np.hypot(*(places - own).T) > 1
+    distances = np.hypot(*(places[apart] - middle).T)
+    return bool(len(distances) and distances.min() < np.hypot(*(own - middle)))
+
+
+def _dense(outline: np.ndarray, step: float) -> np.ndarray:
+    """Points along a closed line, at most `step` apart."""
+    ends = np.roll(outline, -1, axis=0)
+    pieces = [
+        a
+        + np.linspace(0, 1, max(1, int(np.hypot(*(b - a)) / step)), endpoint=False)[:, None]
+        * (b - a)
+        for a, b in zip(outline, ends, strict=True)
+    ]
+    return np.vstack(pieces)

@@ -20,6 +20,8 @@ from m4e_fmi.model.expression import Values
 from m4e_fmi.multibody import Topology, model_program, topology
 from m4e_fmi.program import Program
 from m4e_fmi.program.python_form import load_python
+from m4e_fmi.report import symbols
+from m4e_fmi.report.symbols import Line
 
 Pair = tuple[float, float]
 GROUND_INDEX = -1
@@ -64,10 +66,15 @@ class Push:
 
 @dataclass(frozen=True)
 class Scene:
-    """A model to be drawn. Bodies are in the order of their numbers."""
+    """A model to be drawn: bodies in the order of their numbers, joints in that of their children.
+
+    `depths` are the bodies' distances from the ground in joints; `start` their poses, (N, 3).
+    """
 
     title: str
+    description: str
     bodies: tuple[str, ...]
+    depths: tuple[int, ...]
     joints: tuple[JointMark, ...]
     points: Mapping[str, Anchor]
     ties: tuple[Tie, ...]
@@ -86,6 +93,19 @@ class Scene:
                 found[anchor.body].append(anchor.at)
         return found
 
+    def outline(self, body: int, radius: float) -> Line:
+        """Corners of a body's outline in its own axes [m]; thinner, the farther from the ground.
+
+        A body that slides is a block along the direction of its joint.
+        """
+        thickness = radius * max(0.6, 0.88 ** (self.depths[body] - 1))
+        joint = self.joints[body]
+        if joint.type == "prismatic" and joint.direction:
+            blocks = [symbols.box(at, 2.6 * radius, 2 * radius, joint.direction)
+                      for at in self.attachments[body]]  # fmt: skip
+            return symbols.convex_hull(np.vstack(blocks))
+        return symbols.rounded_hull(self.attachments[body], thickness)
+
     @cached_property
     def fixed(self) -> list[Pair]:
         """Points of the ground that something is fastened to."""
@@ -99,11 +119,15 @@ class Scene:
             return np.array(anchor.at)
         return turned(anchor.at, poses[anchor.body, 2]) + poses[anchor.body, :2]
 
+    def place_all(self, anchor: Anchor, poses: np.ndarray) -> np.ndarray:
+        """A point of a body in the world [m], (T, 2), at poses (T, N, 3)."""
+        return turned(anchor.at, poses[:, anchor.body, 2]) + poses[:, anchor.body, :2]
+
     def extent(self, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Lower and upper corner of everything [m], over poses (T, N, 3)."""
         places = [np.array(self.fixed).reshape(-1, 2)]
         for body, attached in enumerate(self.attachments):
-            places += [turned(at, poses[:, body, 2]) + poses[:, body, :2] for at in attached]
+            places += [self.place_all(Anchor(body, at), poses) for at in attached]
         everything = np.vstack(places)
         return everything.min(axis=0), everything.max(axis=0)
 
@@ -148,8 +172,10 @@ def scene(model: Model, program: Program | None = None) -> Scene:
             values[parameter.name] = parameter.start
     numbers = _Numbers(model, tree, values)
     made = Scene(
-        title=model.description or model.name,
+        title=model.name,
+        description=" ".join(model.description.split()),
         bodies=tuple(link.body for link in tree.links),
+        depths=tuple(len(path) for path in _paths(tree)),
         joints=tuple(numbers.joints()),
         points={name: numbers.point(name) for name in model.points},
         ties=tuple(numbers.ties()),
@@ -159,6 +185,14 @@ def scene(model: Model, program: Program | None = None) -> Scene:
     )
     start = made.poses(start_values(program))[0]
     return Scene(**{**made.__dict__, "start": start, "pushes": tuple(numbers.pushes(start))})
+
+
+def _paths(tree: Topology) -> list[list[int]]:
+    """For every body, the indices of those that hold it, itself first."""
+    paths: list[list[int]] = []
+    for k, link in enumerate(tree.links):
+        paths.append([k, *(paths[link.parent] if link.parent >= 0 else [])])
+    return paths
 
 
 class _Numbers:

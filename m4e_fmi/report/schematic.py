@@ -5,21 +5,26 @@ After figure 2 of S. Sabet and A. Diaz-Flores Caminero, "Multibody for Everybody
 
 from __future__ import annotations
 
+import textwrap
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from m4e_fmi.model import Model
 from m4e_fmi.program import Program
 from m4e_fmi.report import symbols
-from m4e_fmi.report.figures import COLOURS, DOTS_PER_INCH
+from m4e_fmi.report.figures import DOTS_PER_INCH
 from m4e_fmi.report.labels import Labels
-from m4e_fmi.report.scene import GROUND_INDEX, Scene, Tie, scene, turned
+from m4e_fmi.report.parts import colour_of, ground_lines, guides, placed, ranks, tie_lines
+from m4e_fmi.report.scene import Scene, scene, turned
+from m4e_fmi.report.style import BODY_COLOURS, FORCE, GREY, GRID, INK, PAPER, pale
 
-INK, GREY, PAPER = "#22303c", "#7b8794", "#ffffff"
-SPRING, DAMPER, FORCE = "#2a7f62", "#7a4fa3", "#c8322b"
-LARGEST = (9.0, 7.5)  # inches
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+LARGEST = (8.5, 7.0)  # inches
+LEAST_RATIO = 0.62  # of the shorter to the longer side
 
 
 def draw_model(model: Model, picture: Path, *, program: Program | None = None) -> Path:
@@ -27,34 +32,55 @@ def draw_model(model: Model, picture: Path, *, program: Program | None = None) -
 
     The start pose is that of `program`, the model's own if none is given.
     """
+    figure = model_figure(model, program=program)
+    picture.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(picture, dpi=DOTS_PER_INCH, bbox_inches="tight", pad_inches=0.15)
+    return picture
+
+
+def model_figure(model: Model, *, program: Program | None = None) -> Figure:
+    """The same as a figure of matplotlib, to be shown or changed."""
     from matplotlib.figure import Figure
 
     shown = scene(model, program)
-    poses = shown.start
-    low, high = shown.extent(poses[None])
-    size = shown.size(poses[None])
-    margin = 0.14 * size
-    low, high = low - margin, high + margin
-    width, height = high - low
-    scale = min(LARGEST[0] / width, LARGEST[1] / height)
-    figure = Figure(figsize=(max(4.5, scale * width), max(3.2, scale * height) + 0.4),
-                    layout="constrained")  # fmt: skip
+    size = shown.size(shown.start[None])
+    low, high = _limits(shown, size)
+    scale = min(np.array(LARGEST) / (high - low))
+    figure = Figure(figsize=tuple(scale * (high - low)), layout="constrained")
     axis = figure.subplots()
     axis.set_aspect("equal")
     axis.set_xlim(low[0], high[0])
     axis.set_ylim(low[1], high[1])
-    axis.set_title(shown.title, fontsize=11, loc="left", fontweight="bold", color=INK)
     _frame(axis)
+    _write_title(axis, shown, scale * (high - low)[0])
     labels = Labels(axis)
-    Drawing(axis, shown, poses, size, labels).everything()
+    Drawing(axis, shown, shown.start, size, labels).everything()
     labels.place()
-    picture.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(picture, dpi=DOTS_PER_INCH)
-    return picture
+    return figure
+
+
+def _limits(shown: Scene, size: float) -> tuple[np.ndarray, np.ndarray]:
+    """Corners of the picture [m]: room for names, and neither side much longer than the other."""
+    low, high = shown.extent(shown.start[None])
+    low, high = low - 0.14 * size, high + 0.14 * size
+    sides = high - low
+    missing = np.maximum(0, sides.max() * LEAST_RATIO - sides) / 2
+    return low - missing, high + missing
+
+
+def _write_title(axis: Any, shown: Scene, width: float) -> None:
+    """The name, and the description in lines that fit `width` [inches]."""
+    lines = textwrap.wrap(shown.description, int(13 * width))
+    title = axis.set_title("\n".join(lines), fontsize=9, loc="left", color=GREY)
+    axis.annotate(
+        shown.title, (0, 1), (0, 8 + 11.5 * len(lines)), xycoords=axis.transAxes,
+        textcoords="offset points", fontsize=12, fontweight="bold", color=INK,
+    )  # fmt: skip
+    title.set_linespacing(1.25)
 
 
 def _frame(axis: Any) -> None:
-    axis.grid(color="#eceff2", lw=0.6)
+    axis.grid(color=GRID, lw=0.6)
     axis.set_axisbelow(True)
     axis.tick_params(labelsize=8, colors=GREY, length=0)
     axis.set_xlabel("X [m]", fontsize=9, color=GREY)
@@ -94,29 +120,19 @@ class Drawing:
         self.axis.add_patch(Polygon(points, closed=True, fc=face, ec=edge, lw=lw, zorder=order))
 
     def _ground(self) -> None:
-        rails = {j.parent.at: j.direction for j in self.scene.joints
-                 if j.type == "prismatic" and j.parent.body == GROUND_INDEX}  # fmt: skip
-        for at in self.scene.fixed:
-            direction = rails.get(at) or (1.0, 0.0)
-            width = 0.3 * self.size if at in rails else 0.075 * self.size
-            for line in symbols.ground(at, width, direction=direction):
-                self._line(line, GREY, 1.0, zorder=1)
+        for line in ground_lines(self.scene, self.poses[None], self.size):
+            self._line(line, GREY, 1.0, zorder=1)
 
     def _bodies(self) -> None:
-        from matplotlib.colors import to_rgb
-
-        for k, (name, attached) in enumerate(
-            zip(self.scene.bodies, self.scene.attachments, strict=True)
-        ):
-            colour = COLOURS[k % len(COLOURS)]
-            outline = symbols.rounded_hull(attached, self.body_radius)
-            x, z, theta = self.poses[k]
-            placed = np.array([turned(tuple(p), theta) for p in outline]) + (x, z)
-            pale = tuple(0.28 * c + 0.72 for c in to_rgb(colour))
-            self._fill(placed, (*pale, 0.92), colour, 3)
-            self._centre((x, z), colour)
-            self.labels.add(f"{k + 1} {name}", (x, z), colour, bold=True)
-            self.labels.avoid(placed)
+        for k, name in enumerate(self.scene.bodies):
+            colour = BODY_COLOURS[k % len(BODY_COLOURS)]
+            outline = placed(self.scene.outline(k, self.body_radius), self.poses[k])
+            order = 3 + 0.1 * self.scene.depths[k]
+            self._fill(outline, (*pale(colour), 0.9), colour, order)
+            centre = self.poses[k, :2]
+            self._centre(centre, colour)
+            self.labels.add(f"{k + 1} {name}", centre, colour, bold=True)
+            self.labels.avoid(outline)
 
     def _centre(self, at: Any, colour: str) -> None:
         """The mark of a centre of gravity: a disc with two dark quarters."""
@@ -129,7 +145,6 @@ class Drawing:
     def _joints(self) -> None:
         for joint in self.scene.joints:
             at = self.scene.place(joint.child, self.poses)
-            base = self.scene.place(joint.parent, self.poses)
             if joint.type == "revolute":
                 self._fill(symbols.circle(at, self.joint_radius), PAPER, INK, 7)
             elif joint.type == "fixed":
@@ -143,56 +158,20 @@ class Drawing:
                            zorder=6)  # fmt: skip
                 sleeve = symbols.box(at, 4.2 * self.joint_radius, 2 * self.joint_radius, direction)
                 self._fill(sleeve, PAPER, INK, 7)
-                if np.linalg.norm(at - base) > 1e-9 * self.size:
-                    self._line(np.array([base, at]), INK, 0.8, ls=":", zorder=2)
+        for line in guides(self.scene, self.poses):
+            self._line(line, INK, 0.8, ls=":", zorder=2)
 
     def _points(self) -> None:
         for name, anchor in self.scene.points.items():
             at = self.scene.place(anchor, self.poses)
-            self.axis.plot(*at, "o", ms=2.6, color=INK, zorder=8)
+            self.axis.plot([at[0]], [at[1]], "o", ms=2.6, color=INK, zorder=8)
             self.labels.add(name, at, GREY)
 
     def _ties(self) -> None:
-        beside: dict[tuple, int] = {}
-        for tie in self.scene.ties:
-            ends = tuple(tuple(self.scene.place(end, self.poses).round(9)) for end in tie.ends)
-            key = tuple(sorted(ends))
-            order = beside.get(key, 0)
-            beside[key] = order + 1
-            if tie.kind.startswith("torsion") or ends[0] == ends[1]:
-                self._torsion(tie, np.array(ends), order)
-            else:
-                self._tension(tie, np.array(ends), order)
-
-    def _tension(self, tie: Tie, ends: np.ndarray, order: int) -> None:
-        width = 0.024 * self.size
-        aside = (0, 1.4, -1.4, 2.8, -2.8)[order % 5] * width
-        start, end = symbols.moved_aside(*ends, aside)
-        for a, b in ((ends[0], start), (end, ends[1])):
-            self._line(np.array([a, b]), GREY, 0.7, zorder=2)
-        if tie.kind == "tension_spring":
-            self._line(symbols.spring(start, end, width), SPRING, 1.1, zorder=4)
-        elif tie.kind == "tension_damper":
-            for line in symbols.damper(start, end, width):
-                self._line(line, DAMPER, 1.1, zorder=4)
-        else:
-            self._line(np.array([start, end]), GREY, 1.1, ls="--", zorder=4)
-
-    def _torsion(self, tie: Tie, ends: np.ndarray, order: int) -> None:
-        if not np.allclose(*ends):
-            self._line(ends, SPRING if "spring" in tie.kind else DAMPER, 0.8, ls=":", zorder=4)
-        centre = ends.mean(axis=0)
-        inner = (1.5 + 1.1 * order) * self.joint_radius
-        if tie.kind == "torsion_spring":
-            self._line(symbols.spiral(centre, inner, inner + 1.3 * self.joint_radius), SPRING, 1.1,
-                       zorder=5)  # fmt: skip
-            return
-        radius = inner + 0.9 * self.joint_radius
-        self._line(symbols.arc(centre, radius, -2.6, -0.2), DAMPER, 1.1, zorder=5)
-        tip = symbols.arc(centre, radius, -1.4, -1.4)[0]
-        radial = (tip - centre) / radius
-        w = 0.7 * self.joint_radius
-        self._line(np.array([tip - w * radial, tip + w * radial]), DAMPER, 2.2, zorder=5)
+        for tie, rank in zip(self.scene.ties, ranks(self.scene), strict=True):
+            for line in tie_lines(self.scene, tie, rank, self.poses, self.size):
+                self._line(line, colour_of(tie), 1.1, zorder=5)
+                self.labels.avoid(line)
 
     def _pushes(self) -> None:
         for push in self.scene.pushes:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -39,10 +41,10 @@ def _turns_right(a: tuple, b: tuple, c: tuple) -> bool:
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) <= 0
 
 
-def spring(start: ArrayLike, end: ArrayLike, width: float, *, turns: int = 7) -> Line:
+def spring(start: ArrayLike, end: ArrayLike, width: float, *, turns: int = 9) -> Line:
     """A zigzag of `width` between two points, straight at its ends."""
-    along = np.concatenate([[0, 0.15], 0.15 + 0.7 * (np.arange(2 * turns) + 0.5) / (2 * turns),
-                            [0.85, 1]])  # fmt: skip
+    inner = (np.arange(2 * turns) + 0.5) / (2 * turns)
+    along = np.concatenate([[0, 0.12], 0.12 + 0.76 * inner, [0.88, 1]])
     across = np.zeros_like(along)
     across[2:-2] = np.where(np.arange(2 * turns) % 2, 0.5, -0.5)
     return _between(start, end, along, width * across)
@@ -62,7 +64,7 @@ def damper(start: ArrayLike, end: ArrayLike, width: float) -> list[Line]:
     return [_between(start, end, *np.array(piece, float).T) for piece in pieces]
 
 
-def _between(start: ArrayLike, end: ArrayLike, along: ArrayLike, across: ArrayLike) -> Line:
+def _between(start: ArrayLike, end: ArrayLike, along: Any, across: Any) -> Line:
     """Points at parts `along` of the way from start to end, and `across` it [m]."""
     a, b = np.asarray(start, float), np.asarray(end, float)
     way = b - a
@@ -90,20 +92,16 @@ def arc(centre: ArrayLike, radius: float, first: float, last: float) -> Line:
     return np.asarray(centre) + radius * np.column_stack([np.cos(angle), np.sin(angle)])
 
 
-def ground(centre: ArrayLike, width: float, *, direction: ArrayLike = (1.0, 0.0)) -> list[Line]:
-    """A line through `centre` along `direction` with hatching on its right-hand side, below."""
-    along = np.asarray(direction, float)
-    along = along / np.linalg.norm(along)
-    along = along if (along[0], along[1]) > (0, 0) else -along
+def ground(start: ArrayLike, end: ArrayLike, hatch: float) -> list[Line]:
+    """A line with hatching below it, strokes of about `hatch` [m]."""
+    ends = sorted((np.asarray(start, float), np.asarray(end, float)), key=tuple)
+    way = ends[1] - ends[0]
+    length = float(np.hypot(*way))
+    along = way / length
     below = np.array([along[1], -along[0]])
-    middle = np.asarray(centre, float)
-    ends = [middle - width / 2 * along, middle + width / 2 * along]
-    count = 7
-    lines = [np.array(ends)]
-    for k in range(count):
-        top = ends[0] + (k + 0.5) / count * (ends[1] - ends[0])
-        lines.append(np.array([top, top + width / count * (below - 0.8 * along)]))
-    return lines
+    count = max(3, round(length / hatch))
+    tops = ends[0] + np.outer((np.arange(count) + 0.5) / count, way)
+    return [np.array(ends), *(np.array([t, t + hatch * (below - 0.8 * along)]) for t in tops)]
 
 
 def box(centre: ArrayLike, length: float, width: float, direction: ArrayLike) -> Line:
