@@ -192,7 +192,7 @@ def _stop(load: TensionStop | JointStop, motion: Motion, s: Any, rate: Any) -> _
         if getattr(load, name) is None:
             continue
         limit = _value(load, name, motion)
-        depth = maximum(0.0, s - limit if side > 0 else limit - s)
+        depth = maximum(0, s - limit if side > 0 else limit - s)
         back = stiffness * depth
         energy = energy + back * depth / 2
         if quantity(load, "damping") != NOTHING:
