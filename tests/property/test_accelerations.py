@@ -30,13 +30,14 @@ BLOCKS, TREES = 10, 20
 
 
 def random_values(program: Program, seed: int) -> dict[str, float]:
-    """Random states, inputs and added mass: an unsymmetric one, but positive definite."""
+    """Random states, inputs, parameters and added mass: unsymmetric, but positive definite."""
     r = random.Random(seed)
     groups = (program.inputs, program.states)
     values = {v.name: r.uniform(-1, 1) for group in groups for v in group}
     values["time"] = r.uniform(-1.5, 3)
     for parameter in program.parameters:
         if not parameter.name.startswith("added_mass"):
+            values[parameter.name] = parameter.start * r.uniform(0.9, 1.1)
             continue
         i, j = parameter.name.removeprefix("added_mass[").removesuffix("]").split(",")
         values[parameter.name] = r.uniform(2, 3) if i == j else r.uniform(-0.1, 0.1)
@@ -125,7 +126,7 @@ def test_what_people_read_is_what_runs(seed: int) -> None:
     with mpmath.workdps(50):
         states = [mpmath.mpf(values[v.name]) for v in program.states]
         numbers = [*states[0::2], *states[1::2], mpmath.mpf(values["time"])]
-        numbers += [mpmath.mpf(p.value) for p in model.parameters.values()]
+        numbers += [mpmath.mpf(values[name]) for name in model.parameters]
 
         def evaluated(expression: Any) -> Any:
             return sp.lambdify(symbols, expression, [tables, "mpmath"], cse=True)(*numbers)
