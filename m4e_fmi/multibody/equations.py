@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 class Equations:
     """Symbolic equations of a model: mass_matrix · u̇ = forcing, with q̇ = u.
 
-    Symbols are real: coordinates `Theta_k` (`Phi_k`, if relative), `S_k`, `X_k`, `Z_k` and
-    velocities `ThetaD_k`, … of body k, the time `t`, the model's parameters, `A_i_j` for added
-    mass. A table is an undefined function of t by its name.
+    Symbols are real: coordinates `Theta_k`, `S_k`, `X_k`, `Z_k` and velocities `ThetaD_k`, … of
+    body k, the time `t`, the model's parameters, `A_i_j` for added mass. A table is an undefined
+    function of t by its name.
     """
 
     def __init__(self, model: Model) -> None:
