@@ -22,6 +22,11 @@ def number(value: float) -> Expression:
 
 
 ZERO, ONE, TWO = number(0), number(1), number(2)
+HIGHEST_DEGREE = 12
+MOST_FACTORS = 4
+"""Of a sum raised to a power that is multiplied out: the terms grow exponentially with them."""
+MOST_SUMS = 8
+"""In a product that is multiplied out, for the same reason."""
 
 
 def antiderivative(law: Expression, variable: str) -> Maybe:
@@ -43,7 +48,7 @@ def antiderivative(law: Expression, variable: str) -> Maybe:
             return _map(antiderivative(b, variable), lambda B: _times(a, B))
         case "div", (a, b) if variable not in b.names():
             return _map(antiderivative(a, variable), lambda A: _over(A, b))
-    if law.kind == "mul":
+    if law.kind == "mul" and _sums(law) <= MOST_SUMS:
         for factor, other in (law.arguments, law.arguments[::-1]):
             if factor.kind in ("add", "sub"):
                 terms = (_times(term, other) for term in factor.arguments)
@@ -53,6 +58,13 @@ def antiderivative(law: Expression, variable: str) -> Maybe:
 
 def _map(value: Maybe, function: Callable[[Expression], Expression]) -> Maybe:
     return None if value is None else function(value)
+
+
+def _sums(e: Expression) -> int:
+    """How many sums and differences there are in `e`."""
+    if e.kind in ("number", "name"):
+        return 0
+    return (e.kind in ("add", "sub")) + sum(_sums(a) for a in e.arguments)
 
 
 def _plus(a: Expression, b: Expression) -> Expression:
@@ -84,11 +96,12 @@ def _polynomial(e: Expression, variable: str) -> list[Expression] | None:
     if e.kind == "name":
         return [ZERO, ONE]
     if e.kind == "pow":
-        exponent = _whole(e.arguments[1])
-        base = _polynomial(e.arguments[0], variable)
-        if exponent is None or base is None:
+        base, (kind, exponent) = e.arguments[0], (e.arguments[1].kind, e.arguments[1].arguments)
+        most = HIGHEST_DEGREE if base.kind == "name" else MOST_FACTORS
+        factor = _polynomial(base, variable)
+        if factor is None or kind != "number" or exponent[0] not in range(1, most + 1):
             return None
-        return reduce(_product, [base] * exponent, [ONE])
+        return _short(reduce(_product, [factor] * int(exponent[0]), [ONE]))
     if e.kind not in ("neg", "add", "sub", "mul", "div"):
         return None
     parts = [_polynomial(a, variable) for a in e.arguments]
@@ -98,7 +111,7 @@ def _polynomial(e: Expression, variable: str) -> list[Expression] | None:
     if e.kind == "neg":
         return [_call("neg", c) for c in first]
     if e.kind == "mul":
-        return _product(first, second)
+        return _short(_product(first, second))
     if e.kind == "div":
         return [_over(c, second[0]) for c in first] if len(second) == 1 else None
     size = max(len(first), len(second))
@@ -107,11 +120,8 @@ def _polynomial(e: Expression, variable: str) -> list[Expression] | None:
     return [combine(a, b) for a, b in zip(first, second, strict=True)]
 
 
-def _whole(e: Expression) -> int | None:
-    """The number that `e` is, if it may be the power of a polynomial."""
-    if e.kind == "number" and e.arguments[0] in range(1, 13):
-        return int(e.arguments[0])
-    return None
+def _short(coefficients: list[Expression]) -> list[Expression] | None:
+    return coefficients if len(coefficients) <= HIGHEST_DEGREE + 1 else None
 
 
 def _product(a: list[Expression], b: list[Expression]) -> list[Expression]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from m4e_fmi.model import Model, load_model
+from m4e_fmi.model import Model, TensionSpring, TorsionSpring, load_model
 from m4e_fmi.model.elements import GROUND, as_expression, parameter_values
 from m4e_fmi.multibody.assembly import Accelerations, Assembly, Scalars, assemble, wet_links
 from m4e_fmi.multibody.closed_form import ClosedForm
@@ -209,6 +209,8 @@ def _add_point_outputs(recorder: Recorder, assembly: Assembly, solved: Accelerat
 def _add_load_outputs(recorder: Recorder, assembly: Assembly) -> None:
     for name, power in load_powers(assembly).items():
         text = "Power by which the load changes the total energy"
+        if isinstance(assembly.model.loads[name], TensionSpring | TorsionSpring):
+            text += ", in which it has no potential"
         recorder.output(Variable(f"load.{name}.power", "W", text, local=True), power)
 
 
