@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from m4e_fmi.document import Document
-from m4e_fmi.model.chrono import is_chrono, model_of_chrono
 from m4e_fmi.model.m4e import are_lists, model_of_lists
 from m4e_fmi.model.model import Model
 from m4e_fmi.model.yaml import model_of
@@ -18,8 +19,15 @@ def load_model(path: str | Path) -> Model:
     YAML or JSON.
     """
     document = Document.load(path)
-    if is_chrono(document.data):
+    if _is_chrono(document.data):
+        from m4e_fmi.model.chrono import model_of_chrono
+
         return model_of_chrono(document)
     if are_lists(document.data):
         return model_of_lists(document)
     return model_of(document)
+
+
+def _is_chrono(data: Mapping[str, Any]) -> bool:
+    """Whether a file's plain data are a Chrono model, or a simulation of one."""
+    return "model" in data and "components" not in data

@@ -6,6 +6,6 @@ finds which body hangs on which, `bodies` and `loads` convert, `importer` is wha
 Imports the modules of `model` beside it. Start with `importer`.
 """
 
-from m4e_fmi.model.chrono.importer import is_chrono, model_of_chrono
+from m4e_fmi.model.chrono.importer import model_of_chrono
 
-__all__ = ["is_chrono", "model_of_chrono"]
+__all__ = ["model_of_chrono"]

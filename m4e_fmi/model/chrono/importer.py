@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import Any
 
 from m4e_fmi.document import Document
@@ -24,11 +24,6 @@ from m4e_fmi.model.model import Model
 GRAVITY: Vector3 = (0.0, 0.0, -9.8)
 """Chrono's own where a simulation says nothing of it [m/s²] (ChParserMbsYAML, SimParams)."""
 DEPTH = 3  # an entry of a group: model, bodies, 2
-
-
-def is_chrono(data: Mapping[str, Any]) -> bool:
-    """Whether a file's plain data are a Chrono model, or a simulation of one."""
-    return "model" in data and "components" not in data
 
 
 def model_of_chrono(document: Document) -> Model:
