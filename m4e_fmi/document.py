@@ -91,9 +91,6 @@ class Document:
             raise InputError.single(f"not valid YAML: {error}", "", str(path)) from None
         except RecursionError:
             raise InputError.single("nested too deeply", "", str(path)) from None
-        except TypeError:  # from the parser, for a key that is a mapping
-            message, remedy = "a key is not a plain word", "check braces, brackets and colons"
-            raise InputError.single(message, remedy, str(path)) from None
         if not isinstance(tree, CommentedMap):
             message = "expected 'key: value' lines at the top level"
             raise InputError.single(message, "", str(path))
@@ -122,13 +119,13 @@ class Document:
             raise InputError(dict.fromkeys(problems)) from None
 
     def validate_as_far_as_possible(
-        self, section: type[SectionType], *, required: Mapping[str, Any], depth: int = 2
+        self, section: type[SectionType], *, required: Mapping[str, Any]
     ) -> tuple[SectionType | None, list[Problem]]:
         """The whole document as a `section` without the entries that are wrong, and what is wrong.
 
         So that later checks can look at the rest. An unknown key is left out; anything else that is
-        wrong takes its entry (`depth` levels from the top) with it. `required` gives values that
-        stand in for required keys of the top level. None if nothing useful is left.
+        wrong takes its entry (two levels from the top) with it. `required` gives values that stand
+        in for required keys of the top level. None if nothing useful is left.
         """
         data = copy.deepcopy(self.data)
         problems: dict[Problem, None] = {}
@@ -140,9 +137,7 @@ class Document:
                 for item in error.errors():
                     problems.setdefault(self._translated(section, (), item))
                     location = self._in_data((), tuple(item["loc"]))
-                    wrong[location if item["type"] == "extra_forbidden" else location[:depth]] = (
-                        None
-                    )
+                    wrong[location if item["type"] == "extra_forbidden" else location[:2]] = None
                 for location in reversed(wrong):  # backwards: the indices of a list stay right
                     _remove(data, location)
                 data = {**required, **data}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from m4e_fmi.document import Document
+from m4e_fmi.document import Document, Location, SectionType
 from m4e_fmi.errors import InputError, suggestion
 from m4e_fmi.model.chrono.bodies import SMALL, Mechanism
 from m4e_fmi.model.chrono.loads import Loads
@@ -23,7 +23,6 @@ from m4e_fmi.model.model import Model
 
 GRAVITY: Vector3 = (0.0, 0.0, -9.8)
 """Chrono's own where a simulation says nothing of it [m/s²] (ChParserMbsYAML, SimParams)."""
-DEPTH = 3  # an entry of a group: model, bodies, 2
 
 
 def model_of_chrono(document: Document) -> Model:
@@ -33,40 +32,48 @@ def model_of_chrono(document: Document) -> Model:
     `<stem>.model.yaml`, or Chrono's own. `visualization` and what belongs to Chrono's solver has no
     meaning here.
     """
-    simulation, placed = SimulationSection(), document
+    placed = document
     if isinstance(document.data.get("model"), str):
         named = document.validate(FileSection)
-        simulation = named.simulation
         document = Document.load(document.path.parent / str(named.model))
-    section, problems = document.validate_as_far_as_possible(
-        ModelFileSection, required={}, depth=DEPTH
-    )
-    if placed is document:
-        simulation = section.simulation if section else simulation
-        if simulation.gravity is None:
-            simulation, placed = _beside(document) or (simulation, document)
+    elif (beside := _beside(document)) is not None:
+        placed = beside
     places = Places(document)
-    places.problems += problems
+    section = _validated(document, places, ModelFileSection)
+    gravity = _gravity(placed, places)
     _report_refused(places)
     _report_names(places)
-    gravity = _gravity(simulation, placed, places)
-    if section is None:
+    if section is None or places.problems:
         raise InputError(dict.fromkeys(places.problems))
     return _model(section.model, gravity, places)
 
 
-def _beside(document: Document) -> tuple[SimulationSection, Document] | None:
-    """The simulation file that belongs to a model file by its name."""
+def _validated(
+    document: Document, places: Places, section: type[SectionType], at: Location = ()
+) -> SectionType | None:
+    """A part of a document; None, with its problems noted, if its form is wrong."""
+    try:
+        return document.validate(section, at=at)
+    except InputError as error:
+        places.problems += error.problems
+        return None
+
+
+def _beside(document: Document) -> Document | None:
+    """The file of the simulation that belongs to a model by its name, if there is one."""
     stem = document.path.name.removesuffix(".model.yaml")
     path = document.path.with_name(f"{stem}.simulation.yaml")
-    if stem == document.path.name or not path.is_file():
+    if "simulation" in document.data or stem == document.path.name or not path.is_file():
         return None
-    other = Document.load(path)
-    return other.validate(FileSection).simulation, other
+    return Document.load(path)
 
 
-def _gravity(simulation: SimulationSection, document: Document, places: Places) -> Quantity:
-    x, y, z = simulation.gravity or GRAVITY
+def _gravity(document: Document, places: Places) -> Quantity:
+    """Gravity of the simulation in `document`, towards −Z."""
+    if "simulation" not in document.data:
+        return -GRAVITY[2]
+    simulation = _validated(document, places, SimulationSection, ("simulation",))
+    x, y, z = (simulation and simulation.gravity) or GRAVITY
     if max(abs(x), abs(y)) > SMALL:
         message = f"gravity must point along Z, got [{x:g}, {y:g}, {z:g}]"
         remedy = "turn the model so that gravity is [0, 0, -g]"
@@ -118,25 +125,24 @@ def _named(data: Any, group: str, key: str) -> Iterator[tuple[int, str]]:
 
 
 def _model(model: ModelSection, gravity: Quantity, places: Places) -> Model:
+    mechanism = Mechanism(model, places)
+    bodies, joints = mechanism.bodies(), mechanism.joints()
+    loads = Loads(model, mechanism, places)
     if not places.problems:
-        mechanism = Mechanism(model, places)
-        bodies, joints = mechanism.bodies(), mechanism.joints()
-        loads = Loads(model, mechanism, places)
-        if not places.problems:
-            loads.convert()
-        if not places.problems:
-            return _checked(
-                places,
-                name=identifier(model.name),
-                description=f"Chrono model {model.name}",
-                bodies=bodies,
-                joints=joints,
-                points=loads.points,
-                loads=loads.loads,
-                tables=loads.tables,
-                gravity=gravity,
-            )
-    raise InputError(dict.fromkeys(places.problems))
+        loads.convert()
+    if places.problems:
+        raise InputError(dict.fromkeys(places.problems))
+    return _checked(
+        places,
+        name=identifier(model.name),
+        description=f"Chrono model {model.name}",
+        bodies=bodies,
+        joints=joints,
+        points=loads.points,
+        loads=loads.loads,
+        tables=loads.tables,
+        gravity=gravity,
+    )
 
 
 def _checked(places: Places, **fields: Any) -> Model:

@@ -27,6 +27,7 @@ ROWS = ("types", "parent_cg_to_joint", "joint_to_child_cg", "prismatic_direction
 SYMBOLS = (("BodyDataSym", "BodyDataNum"), ("ForcesPointsSym", "ForcesPointsNum"))
 TYPES: dict[str, JointType] = {"R": "revolute", "P": "prismatic", "F": "floating"}
 COORDINATES = {"R": ("Theta",), "P": ("S",), "F": ("X", "Z", "Theta")}
+MOST_MISSING = 10  # numbers told in one message
 FLOATING = (("x", "vx"), ("z", "vz"), ("theta", "omega"))
 
 
@@ -104,7 +105,8 @@ class Mechanism(Lists):
             if parent and parent not in children:
                 message = f"body {parent} is a parent, but no joint has it as its child"
                 self.say(("joints", k, 0), message, f"add a joint [0, {parent}]")
-        missing = sorted(set(range(1, max(children, default=0))) - set(children))
+        last = min(max(children, default=0), len(children) + MOST_MISSING)
+        missing = sorted(set(range(1, last)) - set(children))
         if missing:
             numbers = ", ".join(map(str, missing))
             message = f"bodies are numbered without gaps; missing: {numbers}"
@@ -210,11 +212,10 @@ class Mechanism(Lists):
 
     def _type(self, row: int) -> str | None:
         """The letter of a joint's type; None, with a finding, for any other."""
-        types = self.lists.get("types")
-        letter = types[row] if isinstance(types, list) and row < len(types) else None
-        if isinstance(types, list) and row < len(types) and letter not in TYPES:
-            self.say(("types", row), f"unknown type {letter!r}", "known: 'R', 'P', 'F'")
-        return letter if letter in TYPES else None
+        letter, types = self._type_quietly(row), self.lists.get("types")
+        if letter is None and isinstance(types, list) and row < len(types):
+            self.say(("types", row), f"unknown type {types[row]!r}", "known: 'R', 'P', 'F'")
+        return letter
 
     def _vectors(self, row: int, parent: int, letter: str) -> dict[str, Any] | None:
         """Geometry of a revolute or prismatic joint."""
@@ -288,7 +289,7 @@ class Mechanism(Lists):
         for child, row in sorted(self.children.items()):
             letter = self._type_quietly(row)
             keys = FLOATING if letter == "F" else (("q", "u"),)
-            names = COORDINATES.get(letter or "R", ("Theta",))
+            names = COORDINATES[letter or "R"]
             slots += [(child, n, *k) for n, k in zip(names, keys, strict=True)]
         ic = self.lists.get("ic")
         values = [first_of(entry) for entry in ic] if isinstance(ic, list) else []
@@ -309,7 +310,8 @@ class Mechanism(Lists):
 
     def _type_quietly(self, row: int) -> str | None:
         types = self.lists.get("types")
-        return types[row] if isinstance(types, list) and row < len(types) else None
+        letter = types[row] if isinstance(types, list) and row < len(types) else None
+        return letter if isinstance(letter, str) and letter in TYPES else None
 
     def weights(self, bodies: dict[str, Body], gravity: Any) -> dict[str, Load]:
         """Forces that make good for bodies whose gVec is not 1, where gVec differs."""
