@@ -167,8 +167,13 @@ def ensembles(n: int, log: Log) -> Values:
     at = times(1.0)
     found: Values = {}
     try:
-        spent = [ours.ensemble_seconds(system, at, models=MODELS) for _ in range(REPEATS)]
-        found[f"m4e_fmi, {MODELS} models at once"] = min(spent)
+        for compiled in (True, False):
+            title = f"m4e_fmi {'compiled' if compiled else 'interpreted'}, {MODELS} models at once"
+            spent = [
+                ours.ensemble_seconds(system, at, models=MODELS, compiled=compiled)
+                for _ in range(REPEATS)
+            ]
+            found[title] = min(spent)
         kernel = pinocchio_aba.PinocchioAba().kernel(system)
         engine = ours.integrator(system, compiled=False, kernel=kernel)
         runs = [ours.integrate(engine, at, method="rk45") for _ in range(REPEATS)]

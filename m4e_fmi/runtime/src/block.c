@@ -1,8 +1,8 @@
 /* From nodes to instructions: which are needed, in what order, fused, in which registers.
 
    Order: by depth of sines and cosines (how many lie on the way from the leaves), those of one
-   depth first and together, so that they are computed as vectors; then the order of the nodes. An
-   addition, subtraction or product that only another such operation reads is fused into it.
+   depth first and together, so that they are computed as vectors; within a depth what most others
+   wait for comes first, so that the processor always has something to do meanwhile. An addition, subtraction or product that only another such operation reads is fused into it.
    Registers are allotted by linear scan: one is free again after the last instruction that reads
    it. None of this changes a rounding. */
 #include <stdlib.h>
@@ -46,26 +46,63 @@ static void count_uses(planner *s, uint32_t count, const uint32_t *roots) {
     }
 }
 
-/* Counting sort by depth; `last` holds the depths and `where` the places meanwhile. */
-static void sort_by_depth(planner *s) {
+/* Longest way from a node to a result, in additions; a division takes three. */
+static uint32_t heights(const planner *s, uint32_t *height) {
     const m4e_program *p = s->program;
-    uint32_t *key = s->last, *place = s->where, total = 0;
-    const uint32_t nodes = p->count.nodes;
-    for (uint32_t k = 0; k < nodes; ++k) {
-        key[k] = 1;
+    uint32_t most = 0;
+    for (uint32_t k = p->count.nodes; k-- > 0;) {
         if (s->uses[k] == 0) continue;
-        key[k] = key[p->a[k]] | 1;
-        if (p->op[k] >= FIRST_BINARY && key[p->b[k]] > key[k]) key[k] = key[p->b[k]] | 1;
-        if (is_trig(p->op[k])) key[k] += 1; /* even: before the odd ones of its depth */
-        ++place[key[k]];
+        const uint32_t own = p->op[k] == OP_DIV || p->op[k] == OP_SQRT ? 3 : 1;
+        const uint32_t operand[] = {p->a[k], p->op[k] >= FIRST_BINARY ? p->b[k] : p->a[k]};
+        for (int i = 0; i < 2; ++i)
+            if (height[k] + own > height[operand[i]]) height[operand[i]] = height[k] + own;
+        if (height[k] > most) most = height[k];
     }
-    for (uint32_t d = 0; d < 2 * nodes + 2; ++d) {
+    return most;
+}
+
+/* Even for sines and cosines, odd for what comes after them. */
+static void depths(const planner *s, uint32_t *depth) {
+    const m4e_program *p = s->program;
+    for (uint32_t k = 0; k < p->count.nodes; ++k) {
+        depth[k] = 1;
+        if (s->uses[k] == 0) continue;
+        depth[k] = depth[p->a[k]] | 1;
+        if (p->op[k] >= FIRST_BINARY && depth[p->b[k]] > depth[k]) depth[k] = depth[p->b[k]] | 1;
+        depth[k] += (uint32_t)is_trig(p->op[k]);
+    }
+}
+
+/* Stable counting sort of the needed nodes by their keys, all below `keys`. */
+static void sort(planner *s, const uint32_t *key, uint32_t keys, uint32_t *place,
+                 uint32_t *sorted) {
+    uint32_t total = 0;
+    memset(place, 0, keys * sizeof *place);
+    for (uint32_t i = 0; i < s->needed; ++i) ++place[key[s->order[i]]];
+    for (uint32_t d = 0; d < keys; ++d) {
         const uint32_t here = place[d];
         place[d] = total;
         total += here;
     }
-    for (uint32_t k = 0; k < nodes; ++k)
-        if (s->uses[k] > 0) s->order[place[key[k]]++] = k;
+    for (uint32_t i = 0; i < s->needed; ++i) sorted[place[key[s->order[i]]]++] = s->order[i];
+    memcpy(s->order, sorted, s->needed * sizeof *sorted);
+}
+
+static int order(planner *s) {
+    const uint32_t nodes = s->program->count.nodes;
+    uint32_t *key = calloc(5 * (size_t)nodes + 5, sizeof *key), count = 0;
+    if (!key) return 0;
+    uint32_t *sorted = key + nodes + 1, *place = sorted + nodes + 1;
+    const uint32_t most = heights(s, key);
+    for (uint32_t k = 0; k < nodes; ++k) {
+        key[k] = most - key[k];
+        if (s->uses[k] > 0) s->order[count++] = k;
+    }
+    sort(s, key, most + 1, place, sorted);
+    depths(s, key);
+    sort(s, key, 2 * nodes + 2, place, sorted);
+    free(key);
+    return 1;
 }
 
 static instruction *append(planner *s, uint32_t code, uint32_t d, uint32_t a, uint32_t b) {
@@ -185,6 +222,7 @@ block *m4e_block_new(const m4e_program *program, uint32_t count, const uint32_t 
     const size_t n = program->count.nodes + (size_t)1;
     planner s = {.program = program, .hoisting = hoisting};
     uint32_t *memory = calloc(5 * n, sizeof *memory);
+    int done = 0;
     s.fused = calloc(n, 1);
     s.out = calloc(1, sizeof *s.out);
     if (memory && s.fused && s.out) {
@@ -196,15 +234,15 @@ block *m4e_block_new(const m4e_program *program, uint32_t count, const uint32_t 
         s.out->results = count;
         count_uses(&s, count, roots);
         s.out->code = malloc((s.needed + (size_t)1) * sizeof *s.out->code);
+        done = s.out->result && s.out->code && order(&s);
     }
-    if (!memory || !s.fused || !s.out || !s.out->result || !s.out->code) {
-        m4e_block_free(s.out);
-        s.out = NULL;
-    } else {
-        sort_by_depth(&s);
+    if (done) {
         choose_fused(&s);
         emit(&s);
         allot(&s, count, roots);
+    } else {
+        m4e_block_free(s.out);
+        s.out = NULL;
     }
     free(memory);
     free(s.fused);
