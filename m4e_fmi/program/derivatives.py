@@ -18,6 +18,9 @@ from m4e_fmi.program.functions import cos, log, sign, sin, sqrt
 from m4e_fmi.program.program import TIME, Program, Recorder, Variable
 from m4e_fmi.program.tape import Scalar, Tape
 
+FEW = 4
+"""Symbols whose partial derivatives are multiplied by a direction one by one, at most."""
+
 Slopes = dict[Any, Scalar]
 """Derivatives of one node by direction; what is absent is zero."""
 
@@ -131,7 +134,7 @@ def _around(program: Program, roots: Sequence[int], given: Mapping[int, Slopes])
     if solution is None:
         return slopes(program.tape, roots, given)
     balance = [s.index for s in solution.balance()]
-    changes = slopes(program.tape, balance, given)
+    changes = _gathered(program.tape, balance, given)
     unknowns: dict[int, Slopes] = {s.index: {} for s in solution.unknowns}
     for direction in dict.fromkeys(key for change in changes for key in change):
         response = solution.response([change.get(direction, 0) for change in changes])
@@ -139,6 +142,28 @@ def _around(program: Program, roots: Sequence[int], given: Mapping[int, Slopes])
             if isinstance(slope, Scalar) and program.tape.value(slope.index) != 0.0:
                 unknowns[unknown.index][direction] = slope
     return slopes(program.tape, roots, {**unknowns, **given})
+
+
+def _gathered(tape: Tape, roots: Sequence[int], given: Mapping[int, Slopes]) -> list[Slopes]:
+    """As `slopes`; of roots that depend on few symbols by their partial derivatives.
+
+    Those of a balance are mostly on the tape already: turning a vector gives its neighbour.
+    """
+    symbols = {tape.operations[k][1]: k for k in given}
+    one = tape.constant(1.0)
+    found: dict[int, Slopes] = {}
+    for root, names in tape.symbols_of_each(roots).items():
+        local = [symbols[name] for name in sorted(names & symbols.keys())]
+        if len(local) > FEW:
+            continue
+        (partials,) = slopes(tape, [root], {k: {k: one} for k in local})
+        found[root] = {}
+        for k, partial in partials.items():
+            for direction, slope in given[k].items():
+                found[root][direction] = _sum(found[root].get(direction), partial * slope)
+    rest = [k for k in roots if k not in found]
+    found.update(zip(rest, slopes(tape, rest, given), strict=True))
+    return [found[k] for k in roots]
 
 
 def slopes(tape: Tape, roots: Sequence[int], given: Mapping[int, Slopes]) -> list[Slopes]:

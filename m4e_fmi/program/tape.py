@@ -180,6 +180,10 @@ class Tape:
                 return self.binary("add", a, minus_b)
             case "sub" if minus_a is not None:
                 return self.unary("neg", self.binary("add", minus_a, b))
+            case "mul" | "div" if minus_a is not None:
+                return self.unary("neg", self.binary(name, minus_a, b))
+            case "mul" | "div" if minus_b is not None:
+                return self.unary("neg", self.binary(name, a, minus_b))
         return None
 
     def _negated(self, a: Scalar) -> Scalar | None:

@@ -11,8 +11,7 @@
             const double a = as[l] values;                                                        \
             d[l] = (expression);                                                                  \
         }                                                                                         \
-        ++code;                                                                                   \
-        M4E_DISPATCH                                                                              \
+        M4E_NEXT(name)                                                                            \
     }
 #define M4E_B M4E_REGISTER(b, code->b)
 #define M4E_C M4E_REGISTER(c, code->code >> 8)
