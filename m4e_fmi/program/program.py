@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import chain
@@ -53,8 +53,12 @@ class Solution(Protocol):
         """What the unknowns depend on, none of them among it; recorded when asked for."""
         ...
 
-    def response(self, change: Sequence[Scalar | int]) -> Sequence[Scalar | int]:
-        """Change of the unknowns for a `change` of the balance; 0 where there is none."""
+    def drive(self, change: Mapping[int, Scalar]) -> Mapping[int, Scalar]:
+        """What a `change` of the balance, by place in it, asks of the equations: linear, local."""
+        ...
+
+    def response(self, drive: Mapping[int, Scalar]) -> Sequence[Scalar | int]:
+        """Change of the unknowns for a `drive`; 0 where there is none."""
         ...
 
 
