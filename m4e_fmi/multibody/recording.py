@@ -53,7 +53,7 @@ def recorded(
     solution = algorithm(assembly)
     solved = solution.accelerations
     for link in tree.links:
-        for (position, velocity), k in zip(_state_names(link), link.coordinates, strict=True):
+        for (position, velocity), k in zip(state_names(link), link.coordinates, strict=True):
             recorder.rate(position, scalars.u[k])
             recorder.rate(velocity, solved.rates[k])
     _add_body_outputs(recorder, assembly, solved)
@@ -68,8 +68,8 @@ def recorded(
     return recorder.program(solution=solution if isinstance(solution, Recursion) else None)
 
 
-def _state_names(link: Link) -> list[tuple[str, str]]:
-    """(coordinate, velocity) variable names of a link's states."""
+def state_names(link: Link) -> list[tuple[str, str]]:
+    """(coordinate, velocity) variable names of the states of a link."""
     if link.joint.type == "floating":
         return [(f"body.{link.body}.{p}", f"body.{link.body}.{v}") for p, v, _ in FLOATING_STATES]
     return [(f"joint.{link.joint_name}.q", f"joint.{link.joint_name}.u")]
@@ -156,7 +156,7 @@ def _declared_states(
         kind = link.joint.type
         floating = kind == "floating"
         keys = FLOATING_STATES if floating else (("q", "u", "m" if kind == "prismatic" else "rad"),)
-        pairs = zip(_state_names(link), keys, link.coordinates, strict=True)
+        pairs = zip(state_names(link), keys, link.coordinates, strict=True)
         for (position, velocity), (key, rate_key, unit), k in pairs:
             initial = {
                 name: float(as_expression(link.joint.initial.get(name, 0.0)).evaluate(values))
@@ -164,13 +164,18 @@ def _declared_states(
             }
             symbol = tree.coordinate_names[k]
             q[k] = recorder.state(
-                Variable(position, unit, f"Coordinate {symbol}", start=initial[key])
+                Variable(
+                    position,
+                    unit,
+                    f"Coordinate {symbol} of body {link.body}",
+                    start=initial[key],
+                )
             )
             u[k] = recorder.state(
                 Variable(
                     velocity,
                     f"{unit}/s",
-                    f"Velocity {tree.velocity_names[k]}",
+                    f"Velocity {tree.velocity_names[k]} of body {link.body}",
                     start=initial[rate_key],
                     derivative_of=position,
                 )

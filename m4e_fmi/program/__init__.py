@@ -27,10 +27,11 @@ from m4e_fmi.program.functions import (
     tan,
     tanh,
 )
-from m4e_fmi.program.program import Program, Recorder, Solution, Variable
+from m4e_fmi.program.program import TIME, Program, Recorder, Solution, Variable
 from m4e_fmi.program.tape import Scalar, Tape
 
 __all__ = [
+    "TIME",
     "Jacobian",
     "Program",
     "Recorder",

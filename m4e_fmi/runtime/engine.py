@@ -347,7 +347,8 @@ def failure_text(program: Program, report: Report) -> str:
     """Why an integration ended as `report` says, in words; empty if it was done."""
     where = f"{program.name} at t = {report.time:.9g} s"
     known = 0 <= report.component < len(program.states)
-    name = program.states[report.component].name if known else ""
+    state = program.states[report.component] if known else None
+    name = f"{state.name} ({state.description})" if state else ""
     return {
         DONE: "",
         EVENT: f"{where}: a terminal event",
