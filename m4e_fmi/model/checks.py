@@ -7,12 +7,13 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from numbers import Real
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_args
 
 from m4e_fmi.document import Location
 from m4e_fmi.errors import suggestion
 from m4e_fmi.model.elements import (
     GROUND,
+    AngleReference,
     BodyForce,
     Joint,
     Parameter,
@@ -27,12 +28,13 @@ if TYPE_CHECKING:
     from m4e_fmi.model.model import Model
 
 TIME = "t"
-EQUATION_SYMBOL = re.compile(r"(Theta|S|X|Z)(D|DD)?_\d+|A_\d+_\d+")
+EQUATION_SYMBOL = re.compile(r"(Theta|Phi|S|X|Z)(D|DD)?_\d+|A_\d+_\d+")
 NAME = re.compile(r"[A-Za-z]\w*", re.ASCII)
 INITIAL = {
     "revolute": ("q", "u"),
     "prismatic": ("q", "u"),
     "floating": ("x", "z", "theta", "vx", "vz", "omega"),
+    "fixed": (),
 }
 
 
@@ -145,12 +147,18 @@ def _joint_findings(at: Location, joint: Joint, names: Names) -> Iterator[Findin
         message = "a prismatic joint, and no other, has a direction"
         remedy = "add 'direction: [x, z]'" if joint.type == "prismatic" else "leave it out"
         yield Finding((*at, "direction"), message, remedy)
+    if joint.coordinate not in get_args(AngleReference):
+        remedy = suggestion(joint.coordinate, get_args(AngleReference))
+        yield Finding((*at, "coordinate"), f"unknown coordinate {joint.coordinate!r}", remedy)
+    elif joint.coordinate == "relative" and joint.type != "revolute":
+        message = "only a revolute joint has a coordinate to choose"
+        yield Finding((*at, "coordinate"), message, "leave it out")
     if joint.direction is not None:
         yield from _vector((*at, "direction"), joint.direction, names.parameters)
     for key, value in joint.initial.items():
         if key not in INITIAL[joint.type]:
             message = f"a {joint.type} joint has no initial {key!r}"
-            remedy = suggestion(key, INITIAL[joint.type])
+            remedy = suggestion(key, INITIAL[joint.type]) or "leave it out"
             yield Finding((*at, "initial", key), message, remedy)
         yield from _expressions((*at, "initial", key), value, names.parameters)
 
@@ -225,6 +233,9 @@ def _tree_findings(model: Any) -> Iterator[Finding]:
         elif name not in reached:
             remedy = "one body of this chain must have a joint with parent: ground"
             yield Finding(("bodies", name), f"body {name!r} is not connected to the ground", remedy)
+    if model.joints and all(joint.type == "fixed" for joint in model.joints.values()):
+        message = "nothing can move: every joint is fixed"
+        yield Finding(("joints",), message, "give at least one joint another type")
     if not model.bodies:
         yield Finding(("bodies",), "a model needs at least one body", "add one under 'bodies'")
 

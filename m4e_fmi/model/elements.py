@@ -23,7 +23,8 @@ GROUND = "ground"
 
 Quantity: TypeAlias = "float | str | Expression | sympy.Expr"
 Vector = tuple[Quantity, Quantity]
-JointType = Literal["revolute", "prismatic", "floating"]
+JointType = Literal["revolute", "prismatic", "floating", "fixed"]
+AngleReference = Literal["absolute", "relative"]
 
 
 def quantity(owner: object, name: str) -> Expression:
@@ -74,8 +75,11 @@ class Joint:
     `parent_to_joint` leads from the parent's centre of gravity (from the origin, for the ground) to
     the joint, `joint_to_child` from there to the child's centre of gravity [m]. `direction` of a
     prismatic joint is fixed in the parent; its length does not matter. A floating joint is to the
-    ground and has neither. `initial` gives start values: q, u (rad or m, per s) or, for a floating
-    joint, x, z, theta, vx, vz, omega.
+    ground and has neither. A fixed joint welds the child to its parent, or to the ground. `initial`
+    gives start values: q, u (rad or m, per s) or, for a floating joint, x, z, theta, vx, vz, omega.
+
+    The coordinate q of a revolute joint is the absolute angle of its child, or with `coordinate`
+    "relative" that angle less the parent's.
     """
 
     type: JointType
@@ -84,6 +88,7 @@ class Joint:
     parent_to_joint: Vector = (0.0, 0.0)
     joint_to_child: Vector = (0.0, 0.0)
     direction: Vector | None = None
+    coordinate: AngleReference = "absolute"
     initial: dict[str, Quantity] = field(default_factory=dict)
 
     vectors: ClassVar = ("parent_to_joint", "joint_to_child")

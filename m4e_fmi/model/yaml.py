@@ -14,6 +14,7 @@ from m4e_fmi.model.checks import Names, element_findings, whole_findings
 from m4e_fmi.model.elements import (
     GROUND,
     LOAD_TYPES,
+    AngleReference,
     Body,
     Joint,
     JointType,
@@ -53,6 +54,7 @@ class JointSection(Section):
     parent_to_joint: Vector = (0.0, 0.0)
     joint_to_child: Vector = (0.0, 0.0)
     direction: Vector | None = None
+    coordinate: AngleReference = "absolute"
     initial: dict[str, Quantity] = Field(default_factory=dict)
 
 

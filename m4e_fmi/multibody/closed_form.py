@@ -55,8 +55,7 @@ def mass_matrix(assembly: Assembly) -> Rows:
                 for coordinate, entry in _seen(assembly, i, P, L):
                     if not (own and coordinate > j) and not _is_zero(entry):
                         rows[j][coordinate] = rows[coordinate][j] = entry
-                rigid = tree.links[i].joint.type == "prismatic"
-                L = (L if rigid else 0) + moment(assembly.frames[i].reach, P)
+                L = (L if tree.links[i].follows else 0) + moment(assembly.frames[i].reach, P)
                 i, own = tree.links[i].parent, False
     if assembly.added_mass:
         _add_water(assembly, rows)
@@ -73,9 +72,13 @@ def _composites(assembly: Assembly) -> list[_Composite]:
         if link.parent >= 0:
             parent = result[link.parent]
             parent.second = parent.second + child.mass * dot(reach, reach)
-            if link.joint.type == "prismatic":
-                parent.first = added(parent.first, child.first)
-                parent.second = parent.second + (2 * dot(reach, child.first) + child.second)
+            if link.follows:
+                first = child.first
+                if not link.rigid:
+                    turned = assembly.frames[k].rotation(first)
+                    first = assembly.frames[link.parent].rotation.back(turned)
+                parent.first = added(parent.first, first)
+                parent.second = parent.second + (2 * dot(reach, first) + child.second)
             parent.first = added(parent.first, scaled(child.mass, reach))
             parent.mass = parent.mass + child.mass
     return result
@@ -84,6 +87,8 @@ def _composites(assembly: Assembly) -> list[_Composite]:
 def _momenta(assembly: Assembly, body: _Composite, k: int) -> list[tuple[int, Pair, Any]]:
     """For each coordinate of link k at unit rate: linear and angular momentum of what it moves."""
     link, frame = assembly.tree.links[k], assembly.frames[k]
+    if link.joint.type == "fixed":
+        return []
     lever = tilde(frame.rotation(body.first))
     if link.joint.type == "prismatic":
         (s,) = link.coordinates
@@ -132,8 +137,8 @@ def _outwards(assembly: Assembly, rates: Sequence[Any]) -> tuple[list[Pair], lis
         new = [rates[k] for k in link.coordinates]
         if link.joint.type == "prismatic":
             origin = added(origin, scaled(new[0], frame.direction))
-        else:
-            alpha = new[-1]
+        elif not link.rigid:
+            alpha = alpha + new[-1] if link.follows else new[-1]
         origins.append((new[0], new[1]) if link.joint.type == "floating" else origin)
         alphas.append(alpha)
     return origins, alphas
@@ -155,8 +160,7 @@ def _projected(assembly: Assembly, wrenches: list[list[Any]]) -> list[Any]:
         for coordinate, force in _seen(assembly, k, (x, z), turn):
             result[coordinate] = force + effort
         if link.parent >= 0:
-            rigid = link.joint.type == "prismatic"
-            _push(wrenches[link.parent], (x, z), frame.reach, turn if rigid else -effort)
+            _push(wrenches[link.parent], (x, z), frame.reach, turn if link.follows else -effort)
     return result
 
 

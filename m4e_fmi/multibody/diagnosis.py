@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -12,26 +14,32 @@ from m4e_fmi.multibody.closed_form import mass_matrix
 from m4e_fmi.multibody.recording import state_names
 from m4e_fmi.multibody.topology import Link, Topology, topology
 
-LARGEST_LOAD = 1e150
-"""Of a load [N, N·m]: what follows from it is squared, which ends at 1e308."""
+LARGEST = 1e150
+"""Of any number: what follows from it is squared, which ends at 1e308."""
 
 SINGULAR = 1e-14
 """Smallest over largest eigenvalue of a scaled mass matrix that rounding cannot have made."""
 
 
 def diagnosis(model: Model, values: Mapping[str, float], time: float) -> str:
-    """What is wrong at `time` [s] with a model whose variables have `values`; "" if nothing is seen.
+    """What is wrong with a model at `time` [s] and `values`; "" if nothing is seen.
 
     `values` has the parameters, the inputs that act, and the states, by their names in the program.
     """
+    for name, value in values.items():
+        if not abs(value) < LARGEST:
+            return f"{name} is {value:.3g}"
     tree = topology(model)
-    try:
-        assembly = assemble(model, tree, _scalars(model, tree, values, time))
-    except (ArithmeticError, ValueError) as error:
-        return f"a load or a quantity of the model cannot be computed: {error}"
+    scalars = _scalars(model, tree, values, time)
+    for name, load in model.loads.items():
+        try:
+            assemble(replace(model, loads={name: load}), tree, scalars)
+        except (ArithmeticError, ValueError) as error:
+            return f"load {name} cannot be computed: {error}"
+    assembly = assemble(model, tree, scalars)
     for link, wrench in zip(tree.links, assembly.wrenches, strict=True):
         largest = max(abs(part) for part in wrench)
-        if not largest < LARGEST_LOAD:
+        if not largest < LARGEST:
             return f"the load on body {link.body} is {largest:.3g} N or N·m"
     weak = _weak_link(assembly)
     if weak is None:
@@ -50,7 +58,7 @@ def _scalars(model: Model, tree: Topology, values: Mapping[str, float], time: fl
             q[k], u[k] = values.get(position, 0.0), values.get(velocity, 0.0)
     wet = range(1, 3 * len(wet_links(model, tree)) + 1)
 
-    def numbers(owner: str, *names: str) -> tuple[float, ...]:
+    def numbers(owner: str, *names: str) -> Any:
         return tuple(values.get(f"{owner}.{name}", 0.0) for name in names)
 
     return Scalars(

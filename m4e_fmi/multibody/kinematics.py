@@ -1,7 +1,8 @@
 """Positions and velocities of every body, over any scalar, at a cost that grows with their number.
 
 Every body has an origin, which is where its joint holds it: the hinge of a revolute body, the
-centre of gravity of any other. The motion of an origin follows from that of the parent's:
+centre of gravity of any other. A body's angle is its coordinate, or with a relative one the sum of
+that and its parent's. The motion of an origin follows from that of the parent's:
 
     v = v_parent + ω_parent tilde(reach) + ṡ direction
     a = a_parent + α_parent tilde(reach) + s̈ direction − inward
@@ -106,15 +107,18 @@ def _floating(link: Link, parent: Frame, q: Any, u: Any, values: Any) -> Frame:
 
 def _revolute(link: Link, parent: Frame, q: Any, u: Any, values: Values) -> Frame:
     (theta,) = link.coordinates
-    rotation = Rotation.by(q[theta])
+    angle, omega = q[theta], u[theta]
+    if link.follows:
+        angle, omega = parent.angle + angle, parent.omega + omega
+    rotation = Rotation.by(angle)
     local_arm = _evaluated(link, "joint_to_child", values)
     local_reach = added(parent.local_arm, _evaluated(link, "parent_to_joint", values))
     reach = parent.rotation(local_reach)
     return Frame(
         origin=added(parent.origin, reach),
         origin_velocity=parent.velocity_at(reach),
-        angle=q[theta],
-        omega=u[theta],
+        angle=angle,
+        omega=omega,
         rotation=rotation,
         turns=True,
         local_arm=local_arm,
@@ -125,6 +129,23 @@ def _revolute(link: Link, parent: Frame, q: Any, u: Any, values: Values) -> Fram
     )
 
 
+def _fixed(link: Link, parent: Frame, q: Any, u: Any, values: Values) -> Frame:
+    del q, u
+    local_reach = added(parent.local_arm, _offset(link, values))
+    reach = parent.rotation(local_reach)
+    return Frame(
+        origin=added(parent.origin, reach),
+        origin_velocity=parent.velocity_at(reach),
+        angle=parent.angle,
+        omega=parent.omega,
+        rotation=parent.rotation,
+        turns=parent.turns,
+        local_reach=local_reach,
+        reach=reach,
+        inward=_centripetal(parent, reach),
+    )
+
+
 def _prismatic(link: Link, parent: Frame, q: Any, u: Any, values: Values) -> Frame:
     (s,) = link.coordinates
     assert link.joint.direction is not None
@@ -132,10 +153,8 @@ def _prismatic(link: Link, parent: Frame, q: Any, u: Any, values: Values) -> Fra
     length = sqrt(dx * dx + dz * dz)
     local_direction = (dx / length, dz / length)
     direction = parent.rotation(local_direction)
-    fixed = added(
-        _evaluated(link, "parent_to_joint", values), _evaluated(link, "joint_to_child", values)
-    )
-    local_reach = added(added(parent.local_arm, fixed), scaled(q[s], local_direction))
+    fixed = added(parent.local_arm, _offset(link, values))
+    local_reach = added(fixed, scaled(q[s], local_direction))
     reach = parent.rotation(local_reach)
     coriolis = scaled(2 * parent.omega * u[s], tilde(direction)) if parent.turns else ZERO
     return Frame(
@@ -152,12 +171,18 @@ def _prismatic(link: Link, parent: Frame, q: Any, u: Any, values: Values) -> Fra
     )
 
 
-_FRAMES = {"floating": _floating, "revolute": _revolute, "prismatic": _prismatic}
+_FRAMES = {"floating": _floating, "revolute": _revolute, "prismatic": _prismatic, "fixed": _fixed}
 
 
 def _centripetal(parent: Frame, reach: Pair) -> Pair:
     """Acceleration towards the parent's origin of a point that turns with the parent."""
     return scaled(parent.omega * parent.omega, reach) if parent.turns else ZERO
+
+
+def _offset(link: Link, values: Values) -> Pair:
+    """From the parent's centre of gravity to the child's, where nothing has slid, in its axes."""
+    outer, inner = (_evaluated(link, end, values) for end in ("parent_to_joint", "joint_to_child"))
+    return added(outer, inner)
 
 
 def _evaluated(link: Link, field: str, values: Values) -> Pair:

@@ -28,6 +28,11 @@ class Rotation:
         x, z = vector
         return self.c * x + self.s * z, self.c * z - self.s * x
 
+    def back(self, vector: Pair) -> Pair:
+        """World axes → body axes."""
+        x, z = vector
+        return self.c * x - self.s * z, self.s * x + self.c * z
+
 
 def tilde(arm: Pair) -> Pair:
     """d(arm)/dθ of an arm that turns with a body: (x, z) → (z, −x)."""

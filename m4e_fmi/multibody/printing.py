@@ -45,7 +45,7 @@ def equations_text(equations: Equations, *, latex: bool = False) -> str:
 
 def _latex_names(equations: Equations) -> dict[Any, str]:
     """How coordinates and velocities are written: Theta_1 → \\theta_{1}, ThetaD_1 → \\dot{…}."""
-    letters = {"Theta": r"\theta", "S": "s", "X": "x", "Z": "z"}
+    letters = {"Theta": r"\theta", "Phi": r"\varphi", "S": "s", "X": "x", "Z": "z"}
     result = {}
     for q, u in zip(equations.q.flat(), equations.u.flat(), strict=True):
         letter, number = q.name.split("_")

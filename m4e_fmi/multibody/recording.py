@@ -15,7 +15,12 @@ from m4e_fmi.multibody.topology import Link, Topology, topology
 from m4e_fmi.program import Program, Recorder, Variable
 from m4e_fmi.units import parse_unit
 
-FLOATING_STATES = (("x", "vx", "m"), ("z", "vz", "m"), ("theta", "omega", "rad"))
+STATES = {
+    "revolute": (("q", "u", "rad"),),
+    "prismatic": (("q", "u", "m"),),
+    "floating": (("x", "vx", "m"), ("z", "vz", "m"), ("theta", "omega", "rad")),
+    "fixed": (),
+}
 DOF_UNITS = ("m", "m", "rad")
 LARGEST_CLOSED_FORM = 12
 """Number of coordinates up to which the closed form can need fewer operations."""
@@ -70,9 +75,9 @@ def recorded(
 
 def state_names(link: Link) -> list[tuple[str, str]]:
     """(coordinate, velocity) variable names of the states of a link."""
-    if link.joint.type == "floating":
-        return [(f"body.{link.body}.{p}", f"body.{link.body}.{v}") for p, v, _ in FLOATING_STATES]
-    return [(f"joint.{link.joint_name}.q", f"joint.{link.joint_name}.u")]
+    floating = link.joint.type == "floating"
+    owner = f"body.{link.body}" if floating else f"joint.{link.joint_name}"
+    return [(f"{owner}.{p}", f"{owner}.{v}") for p, v, _ in STATES[link.joint.type]]
 
 
 def _declared(recorder: Recorder, model: Model, tree: Topology) -> Scalars:
@@ -141,7 +146,7 @@ def _declared_inputs(recorder: Recorder, model: Model, tree: Topology) -> dict[s
             "Generalised force along the joint's coordinate",
         )
         for link in tree.links
-        if link.joint.type != "floating"
+        if link.joint.type in ("revolute", "prismatic")
     }
     return {"body_wrench": wrench, "point_force": points, "effort": efforts}
 
@@ -153,10 +158,7 @@ def _declared_states(
     q: list[Any] = [None] * len(tree.coordinate_names)
     u: list[Any] = list(q)
     for link in tree.links:
-        kind = link.joint.type
-        floating = kind == "floating"
-        keys = FLOATING_STATES if floating else (("q", "u", "m" if kind == "prismatic" else "rad"),)
-        pairs = zip(state_names(link), keys, link.coordinates, strict=True)
+        pairs = zip(state_names(link), STATES[link.joint.type], link.coordinates, strict=True)
         for (position, velocity), (key, rate_key, unit), k in pairs:
             initial = {
                 name: float(as_expression(link.joint.initial.get(name, 0.0)).evaluate(values))

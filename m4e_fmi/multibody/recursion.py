@@ -5,7 +5,8 @@ world axes. What hangs on a link is felt at its origin as H (a, α) − f, the w
 origin the acceleration a and the link the angular acceleration α. From the leaves inwards each
 joint's own acceleration is eliminated from it and the rest handed to the parent; from the ground
 outwards the accelerations follow. A hinge hands on a force only: the acceleration of an absolute
-angle is the body's own, so a chain of hinges hands on 2×2 matrices.
+angle is the body's own, so a chain of hinges hands on 2×2 matrices. A relative angle changes
+nothing but its own acceleration, which is the difference of two absolute ones.
 
 `factors` is what comes of H alone; `solve` takes it and the loads of a state, or a change of them:
 see `sensitivity`. Added mass must not couple bodies.
@@ -107,12 +108,13 @@ def factors(assembly: Assembly) -> Factors:
             eliminations[k] = [_slide(inertia, assembly.frames[k])]
         elif link.joint.type == "revolute":
             eliminations[k] = [_component(inertia, TURN)]
-        else:
+        elif link.joint.type == "floating":
             for c in (TURN, Z, X):
                 eliminations[k].append(_component(inertia, c))
                 _reduce(inertia, eliminations[k][-1])
         if link.parent >= 0:
-            _reduce(inertia, eliminations[k][-1])
+            for out in eliminations[k]:
+                _reduce(inertia, out)
             _hand_on(inertia, inertias[link.parent], assembly, k)
     return Factors(inertias, eliminations)
 
@@ -188,7 +190,7 @@ def _hand_on(inertia: Inertia, parent: Inertia, assembly: Assembly, k: int) -> N
     column = [moment(reach, (H[a][X], H[a][Z])) for a in (X, Z)]
     row = column if inertia.symmetric else [moment(reach, (H[X][b], H[Z][b])) for b in (X, Z)]
     turn = moment(reach, (column[X], column[Z]))
-    if link.joint.type == "prismatic":  # a slider turns with its parent, a hinge does not
+    if link.rigid:  # what turns with its parent hands on its turning, a hinge does not
         turn = turn + (moment(reach, (H[X][TURN], H[Z][TURN])) + H[TURN][TURN])
         turn = turn + moment(reach, (H[TURN][X], H[TURN][Z]))
         column = [column[a] + H[a][TURN] for a in (X, Z)]
@@ -234,7 +236,7 @@ def _push_on(
     parent[Z] = parent[Z] + force[Z]
     if assembly.frames[link.parent].turns:
         push = moment(assembly.frames[k].reach, (force[X], force[Z]))
-        if link.joint.type == "prismatic":
+        if link.rigid:
             push = push + (f[TURN] + dot((H[TURN][X], H[TURN][Z]), inward))
         else:
             push = push - effort
@@ -262,8 +264,10 @@ def _outwards(
             origin, alpha = (x, z), outs[0].value(free[k][0], (x, z))
             new = [x, z - loads.ground[1], alpha]
         elif link.joint.type == "revolute":
-            alpha = outs[0].value(free[k][0], origin)
-            new = [alpha]
+            parent_alpha, alpha = alpha, outs[0].value(free[k][0], origin)
+            new = [alpha - parent_alpha if link.follows else alpha]
+        elif link.joint.type == "fixed":
+            new = []
         else:
             new = [outs[0].value(free[k][0], (*origin, alpha))]
             origin = added(origin, scaled(new[0], assembly.frames[k].direction))

@@ -68,7 +68,7 @@ class Recursion:
         for k, link in enumerate(self.assembly.tree.links):
             slides = link.joint.type == "prismatic"
             s = solved.rates[link.coordinates[0]] if slides else 0
-            result += [*solved.origins[k], 0 if slides else solved.alphas[k], s]
+            result += [*solved.origins[k], 0 if link.rigid else solved.alphas[k], s]
         return result
 
     def balance(self) -> Sequence[Scalar]:

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 from m4e_fmi.model import GROUND, Model
 from m4e_fmi.model.elements import Joint
 
-COORDINATES = {"revolute": ("Theta",), "prismatic": ("S",), "floating": ("X", "Z", "Theta")}
+COORDINATES = {
+    "revolute": ("Theta",),
+    "prismatic": ("S",),
+    "floating": ("X", "Z", "Theta"),
+    "fixed": (),
+}
 
 
 @dataclass(frozen=True)
@@ -17,7 +22,8 @@ class Link:
 
     `number` counts bodies from 1, in the order of their distance from the ground; `parent` is the
     index of the parent's link, −1 for the ground. `coordinates` are the indices in q of the joint's
-    coordinates; `angle` is the index in q of the body's absolute angle, −1 if it never turns.
+    coordinates; `angles` are those of the coordinates whose sum is the body's absolute angle, none
+    if it never turns.
     """
 
     number: int
@@ -26,7 +32,17 @@ class Link:
     joint: Joint
     parent: int
     coordinates: tuple[int, ...]
-    angle: int
+    angles: tuple[int, ...]
+
+    @property
+    def rigid(self) -> bool:
+        """Whether the joint lets the body not turn against its parent."""
+        return self.joint.type in ("prismatic", "fixed")
+
+    @property
+    def follows(self) -> bool:
+        """Whether the coordinates that turn the parent turn this body, too."""
+        return self.rigid or self.joint.coordinate == "relative"
 
 
 @dataclass(frozen=True)
@@ -73,13 +89,15 @@ def topology(model: Model) -> Topology:
         joint = model.joints[holders[body]]
         parent = number_of.get(joint.parent, 0) - 1
         first = len(names)
-        names += [f"{letter}_{number}" for letter in COORDINATES[joint.type]]
+        relative = joint.coordinate == "relative"
+        letters = ("Phi",) if relative else COORDINATES[joint.type]
+        names += [f"{letter}_{number}" for letter in letters]
         coordinates = tuple(range(first, len(names)))
-        if joint.type == "prismatic":
-            angle = links[parent].angle if parent >= 0 else -1
-        else:
-            angle = coordinates[-1]
-        links.append(Link(number, body, holders[body], joint, parent, coordinates, angle))
+        link = Link(number, body, holders[body], joint, parent, coordinates, ())
+        angles = links[parent].angles if link.follows and parent >= 0 else ()
+        if not link.rigid:
+            angles = (*angles, coordinates[-1])
+        links.append(replace(link, angles=angles))
     return Topology(tuple(links), tuple(names))
 
 

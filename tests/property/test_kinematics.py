@@ -91,8 +91,12 @@ class Case:
             if joint.type == "floating":
                 x, z, theta = own
             elif joint.type == "revolute":
-                steps = (turned(theta, outer), turned(own[0], inner))
-                x, z, theta = _moved(x, steps, 0), _moved(z, steps, 1), own[0]
+                angle = own[0] + theta if joint.coordinate == "relative" else own[0]
+                steps = (turned(theta, outer), turned(angle, inner))
+                x, z, theta = _moved(x, steps, 0), _moved(z, steps, 1), angle
+            elif joint.type == "fixed":
+                steps = (turned(theta, outer), turned(theta, inner))
+                x, z = _moved(x, steps, 0), _moved(z, steps, 1)
             else:
                 assert joint.direction is not None
                 direction = np.array(_floats(joint.direction))
@@ -185,9 +189,12 @@ def cases(draw: st.DrawFn) -> Case:
             fields = {"parent_to_joint": draw(arm), "joint_to_child": draw(arm)}
         if kind == "prismatic":
             fields["direction"] = draw(arm.filter(lambda d: abs(d[0]) + abs(d[1]) > 0.1))
+        if kind == "revolute":
+            fields["coordinate"] = draw(st.sampled_from(["absolute", "relative"]))
         joints[f"j{k}"] = Joint(kind, name, parent, **fields)
         wet = draw(st.booleans())
         bodies[name] = Body(draw(numbers(0.5, 5)), draw(numbers(0.1, 5)), added_mass=wet)
+    assume(any(joint.type != "fixed" for joint in joints.values()))
     points = {name: Point(draw(st.sampled_from([*names, "ground"])), draw(arm)) for name in "ABC"}
     model = Model(
         name="random",
@@ -388,16 +395,16 @@ class _Wrench:
 
 
 def _efforts(case: Case) -> np.ndarray:
-    """τ: on the child's coordinate and, for an absolute angle, back on the parent's."""
+    """τ: on the child's coordinate and, for an absolute angle, back on what turns the parent."""
     total = np.zeros(len(case.q))
     for link in case.tree.links:
-        if link.joint.type == "floating":
+        if link.joint.type in ("floating", "fixed"):
             continue
         effort = case.inputs[f"joint.{link.joint_name}.effort"]
         total[link.coordinates[0]] += effort
-        if link.joint.type == "revolute" and link.parent >= 0:
-            back = case.tree.links[link.parent].angle
-            if back >= 0:
+        absolute = link.joint.coordinate == "absolute"
+        if link.joint.type == "revolute" and absolute and link.parent >= 0:
+            for back in case.tree.links[link.parent].angles:
                 total[back] -= effort
     return total
 

@@ -62,12 +62,13 @@ def random_tree(seed: int, *, size: int, wet: int = 0) -> Model:
         name = f"b{k}"
         parent = r.choice(["ground", *bodies, *list(bodies)[-3:]])
         bodies[name] = Body(between(0.5, 2), between(0.5, 2), added_mass=k in wet_bodies)
-        kind: Any = r.choice(["revolute", "revolute", "prismatic"])
+        kind: Any = r.choice(["revolute", "revolute", "prismatic", *["fixed"] * (k > 0)])
+        coordinate: Any = r.choice(["absolute", "relative"]) if kind == "revolute" else "absolute"
         if k in floating:
             joints[f"j{k}"] = Joint("floating", name)
             continue
         direction = pair() if kind == "prismatic" else None
-        joints[f"j{k}"] = Joint(kind, name, parent, pair(), pair(), direction)
+        joints[f"j{k}"] = Joint(kind, name, parent, pair(), pair(), direction, coordinate)
     points = {f"p{k}": Point(r.choice([*bodies, "ground"]), pair()) for k in range(4)}
     # far away, so that the distance of two points is never close to zero
     points["anchor"] = Point("ground", (30.0, 40.0))
@@ -107,7 +108,7 @@ class Reference:
         for link in self.tree.links:
             if link.joint.type == "floating":
                 names += [f"body.{link.body}.{suffix}" for suffix in floating]
-            else:
+            elif link.joint.type != "fixed":
                 names.append(f"joint.{link.joint_name}.{other}")
         return names
 
@@ -136,8 +137,10 @@ class Reference:
                 continue
             pose = result[link.parent] if link.parent >= 0 else (mpmath.mpf(0),) * 3
             hold = self.placed(pose, joint.parent_to_joint)
-            if joint.type == "revolute":
-                pose = (*hold, own[0])
+            if joint.type == "fixed":
+                pose = (*hold, pose[2])
+            elif joint.type == "revolute":
+                pose = (*hold, own[0] + (pose[2] if joint.coordinate == "relative" else 0))
             else:
                 dx, dz = map(self.number, joint.direction or ())
                 far = own[0] / mpmath.sqrt(dx * dx + dz * dz)
@@ -211,7 +214,7 @@ class Reference:
             total -= weight * rise(body, 1)
             for axis, name in enumerate(("force_x", "force_z", "moment_y")):
                 total += self.value(f"body.{body}.{name}") * rise(body, axis)
-            if link.joint.type != "floating":
+            if link.joint.type in ("revolute", "prismatic"):
                 effort = self.value(f"joint.{link.joint_name}.effort")
                 if link.joint.type == "revolute":
                     total += effort * (rise(body, 2) - rise(link.joint.parent, 2))

@@ -276,6 +276,24 @@ ELEMENT_CHECKS = {
         "a prismatic joint, and no other, has a direction",
         "leave it out",
     ),
+    "coordinate": (
+        ("type: revolute,", "type: revolute, coordinate: relativ,"),
+        "relativ",
+        "unknown coordinate 'relativ'",
+        "did you mean 'relative'?",
+    ),
+    "coordinate of a prismatic joint": (
+        ("type: prismatic,", "type: prismatic, coordinate: relative,"),
+        "coordinate: relative",
+        "only a revolute joint has a coordinate to choose",
+        "leave it out",
+    ),
+    "start value of a fixed joint": (
+        ("type: revolute, parent: trolley,", "type: fixed, initial: {q: 1}, parent: trolley,"),
+        "q: 1",
+        "a fixed joint has no initial 'q'",
+        "leave it out",
+    ),
     "direction": (
         ("direction: [1, 0]", "direction: [1, LL]"),
         "LL]",
@@ -378,6 +396,18 @@ def test_parameters_cannot_take_a_name_with_a_meaning(name: str) -> None:
 
 
 WHOLE_CHECKS = {
+    "nothing moves": (
+        [
+            (
+                "type: prismatic, child: trolley, direction: [1, 0], initial: {q: 2*L, u: -0.5}",
+                "type: fixed, child: trolley",
+            ),
+            ("type: revolute, parent", "type: fixed, parent"),
+        ],
+        "joints:",
+        "nothing can move: every joint is fixed",
+        "give at least one joint another type",
+    ),
     "child twice": (
         [("\npoints:", "  second: {type: revolute, child: beam}\n\npoints:")],
         "child: beam}",

@@ -7,7 +7,7 @@ import itertools
 import pytest
 
 from m4e_fmi.model import Body, Joint, Model
-from m4e_fmi.model.elements import JointType
+from m4e_fmi.model.elements import AngleReference, JointType
 from m4e_fmi.multibody import Topology, topology
 
 PARENTS = {
@@ -70,16 +70,44 @@ def test_coordinates_are_named_after_the_child_and_ordered_by_it() -> None:
 
 def test_a_body_turns_with_its_own_or_the_nearest_angle_above_it() -> None:
     tree = tree_of(list(PARENTS))
-    angles = {link.body: link.angle for link in tree.links}
-    names = {body: tree.coordinate_names[k] if k >= 0 else "never" for body, k in angles.items()}
+    names = {
+        link.body: " + ".join(tree.coordinate_names[k] for k in link.angles) for link in tree.links
+    }
     assert names == {
         "hull": "Theta_1",
         "arm": "Theta_3",
         "slide": "Theta_1",
         "flap": "Theta_6",
         "foot": "Theta_1",
-        "wall": "never",
-        "knob": "never",
+        "wall": "",
+        "knob": "",
+    }
+
+
+def test_relative_angles_are_summed_up_to_the_nearest_absolute_one() -> None:
+    def hinge(child: str, parent: str, coordinate: AngleReference) -> Joint:
+        return Joint("revolute", child, parent, coordinate=coordinate)
+
+    joints = {
+        "a": hinge("one", "ground", "relative"),
+        "b": hinge("two", "one", "relative"),
+        "c": Joint("fixed", "three", "two"),
+        "d": hinge("four", "three", "relative"),
+        "e": hinge("five", "four", "absolute"),
+        "f": Joint("fixed", "post"),
+    }
+    bodies = {name: Body(1.0, 1.0) for name in ("one", "two", "three", "four", "five", "post")}
+    tree = topology(Model(name="chain", bodies=bodies, joints=joints))
+    assert tree.coordinate_names == ("Phi_1", "Phi_3", "Phi_5", "Theta_6")
+    assert tree.velocity_names == ("PhiD_1", "PhiD_3", "PhiD_5", "ThetaD_6")
+    angles = {link.body: link.angles for link in tree.links}
+    assert angles == {
+        "one": (0,),
+        "post": (),
+        "two": (0, 1),
+        "three": (0, 1),
+        "four": (0, 1, 2),
+        "five": (3,),
     }
 
 

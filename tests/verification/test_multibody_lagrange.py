@@ -1,8 +1,7 @@
 """Accelerations of whole models against Lagrange's equation derived in the test.
 
 The derivations know positions only, written down by hand for each mechanism; see
-support/lagrange.py. Both sides are double precision and solve a mass matrix with a condition number
-below 1e4, so 1e-10 relative to the largest acceleration leaves two digits of room.
+support/lagrange.py.
 """
 
 from __future__ import annotations
@@ -10,9 +9,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import pytest
 import sympy as sp
-from support.lagrange import Mechanism, distance, turned
+from support.lagrange import TIME, Mechanism, compare, distance, forces, turned
 from support.programs import Evaluated
 
 from m4e_fmi.model import (
@@ -28,43 +26,6 @@ from m4e_fmi.model import (
     TorsionSpring,
 )
 from m4e_fmi.multibody import model_program
-
-RELATIVE = 1e-10
-STATES = 5
-TIME = sp.Symbol("time")
-
-
-def compare(
-    program: Evaluated, mechanism: Mechanism, states: list[str], inputs: dict[str, sp.Symbol]
-) -> None:
-    """Accelerations at random states and inputs; `states` are the coordinates' variable names."""
-    rng = np.random.default_rng(3)
-    velocities = [_velocity(name) for name in states]
-    parameters = {v.name: v.start for v in program.program.parameters}
-    for _ in range(STATES):
-        q = rng.uniform(-1.5, 1.5, len(states))
-        u = rng.uniform(-2.0, 2.0, len(states))
-        forces = rng.uniform(-5.0, 5.0, len(inputs))
-        t = rng.uniform(0.0, 10.0)
-        symbols = [*mechanism.q, *mechanism.u, *inputs.values(), TIME]
-        numbers = [*q, *u, *forces, t]
-        expected = mechanism.accelerations(dict(zip(symbols, numbers, strict=True)))
-        values = dict(zip([*states, *velocities, *inputs], numbers[:-1], strict=True))
-        rates = program.rates({**parameters, **values}, t=t)
-        assert [rates[name] for name in states] == list(u)
-        got = [rates[name] for name in velocities]
-        assert got == pytest.approx(expected, rel=0, abs=RELATIVE * abs(expected).max())
-
-
-def _velocity(coordinate: str) -> str:
-    if coordinate.startswith("joint."):
-        return coordinate.removesuffix(".q") + ".u"
-    path, _, axis = coordinate.rpartition(".")
-    return f"{path}.{'omega' if axis == 'theta' else 'v' + axis}"
-
-
-def forces(*names: str) -> dict[str, sp.Symbol]:
-    return {name: sp.Symbol(name) for name in names}
 
 
 def test_double_pendulum() -> None:
