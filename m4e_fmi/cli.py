@@ -86,18 +86,22 @@ def _add_simulate(commands: argparse._SubParsersAction) -> None:
     )
     _add_start_values(command, "NAME")
     _add_output_file(command)
+    command.add_argument("--no-plot", action="store_true", help="no picture beside the results")
     command.set_defaults(command=_simulate)
 
 
 def _simulate(options: argparse.Namespace) -> None:
-    from m4e_fmi.multibody import model_program
-    from m4e_fmi.report import progress_bar, simulation_summary, write_simulation
+    from m4e_fmi.report import (
+        plot_simulation,
+        progress_bar,
+        simulation_summary,
+        write_simulation,
+    )
     from m4e_fmi.simulate import simulate
 
-    program = model_program(options.model)
     with progress_bar(options.stop_time) as progress:
         result = simulate(
-            program,
+            options.model,
             stop_time=options.stop_time,
             output_interval=options.output_interval,
             start_values=_start_values(options),
@@ -105,7 +109,10 @@ def _simulate(options: argparse.Namespace) -> None:
             method=options.method,
             progress=progress,
         )
-    files = write_simulation(result, _output_file(options, program.name))
+    files = [_output_file(options, result.program.name)]
+    write_simulation(result, files[0])
+    if not options.no_plot:
+        files.append(plot_simulation(result, files[0].with_suffix(".png")))
     print(simulation_summary(result))
     _print_files(files)
 

@@ -218,6 +218,16 @@ class Engine:
         self.library.m4e_outputs(self.handle, t, x.ctypes.data, result.ctypes.data)
         return result
 
+    def outputs_over(self, times: Floats, states: Floats) -> Floats:
+        """The selected outputs at each of `times` [s] and rows of `states`, one row each."""
+        n, m = self.counts.states, len(self.selected)
+        x = vector(states, (len(times), n), "states")
+        result = np.empty((len(times), m))
+        at, to, evaluate = x.ctypes.data, result.ctypes.data, self.library.m4e_outputs
+        for k, t in enumerate(times.tolist()):
+            evaluate(self.handle, t, at + 8 * n * k, to + 8 * m * k)
+        return result
+
     def calculated(self) -> Floats:
         """The calculated parameters."""
         result = np.empty(self.counts.calculated)

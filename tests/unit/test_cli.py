@@ -150,7 +150,8 @@ def test_simulation_that_fails_is_exit_one(here, capsys):
     path.write_text(text, encoding="utf-8")
     assert main(["simulate", str(path)]) == 1
     error = capsys.readouterr().err
-    assert re.search(r"double_pendulum at t = 0 s: the state joint\.\w+\.u or its rate", error)
+    assert re.search(r"double_pendulum at t = 0 s: the state joint\.\w+\.u", error)
+    assert "load push cannot be computed: float division by zero" in error
     assert "Traceback" not in error
 
 
