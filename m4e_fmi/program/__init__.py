@@ -4,9 +4,9 @@ A `Program` is what travels through the product: named inputs, parameters, state
 with a unit and a description, and one tape of arithmetic that computes derivatives and outputs.
 A `Recorder` makes one by running an ordinary algorithm on recording scalars.
 
-This package is the bottom layer: it imports nothing else of m4e_fmi. Start reading in `tape`, then
-`program`; `derivatives` makes programs of programs; `python_form` and `symbolic_form` are the two
-forms a program is written out in.
+This package is the bottom layer: of m4e_fmi it imports `errors` only. Start reading in `tape`, then
+`program`; `derivatives` makes programs of programs; `python_form`, `symbolic_form` and
+`binary_form` are the forms a program is written out in.
 """
 
 from m4e_fmi.program.comparison import differences, listing

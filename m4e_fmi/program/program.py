@@ -9,8 +9,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import chain
+from pathlib import Path
 from typing import Protocol
 
+from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.program.tape import Scalar, Tape
 
 TIME = "time"
@@ -134,6 +136,34 @@ class Program:
         if unknown:
             raise KeyError(f"{self.name} has no parameter, input or state {', '.join(unknown)}")
         return replace(self, **groups)
+
+    def save(self, path: str | Path) -> None:
+        """Write the program to a file in its binary form: see `binary_form`.
+
+        What was read back is equal to what was saved, and runs to the same bits; only `solution` is
+        not kept. RunError if the file cannot be written.
+        """
+        from m4e_fmi.program.binary_form import encode
+
+        try:
+            Path(path).write_bytes(encode(self))
+        except OSError as error:
+            raise RunError(f"{path}: cannot be written: {error}") from error
+
+    @staticmethod
+    def load(path: str | Path) -> Program:
+        """The program in a file; InputError if there is none, or if it is damaged or foreign."""
+        from m4e_fmi.program.binary_form import decode
+
+        try:
+            data = Path(path).read_bytes()
+        except OSError as error:
+            raise InputError.single(f"{path}: cannot be read: {error.strerror}") from error
+        try:
+            return decode(data)[0]
+        except InputError as error:
+            problems = [replace(problem, file=str(path)) for problem in error.problems]
+            raise InputError(problems) from error
 
     def __str__(self) -> str:
         lines = [f"program {self.name}: {self.description}", self._size()]

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from m4e_fmi.errors import InputError, RunError
+from m4e_fmi.program.binary_form import Entry, encode
 from m4e_fmi.program.program import Program
-from m4e_fmi.runtime.bytecode import Entry, encode
 from m4e_fmi.runtime.compiler import CompilationError
 from m4e_fmi.runtime.kernel import kernel_source, load_kernel
 from m4e_fmi.runtime.library import (

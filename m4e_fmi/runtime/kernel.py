@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from m4e_fmi.runtime.bytecode import OPERATIONS
+from m4e_fmi.program.binary_form import OPERATIONS
 from m4e_fmi.runtime.compiler import VECTOR_FLAGS, cached_shared
 from m4e_fmi.runtime.library import Block, Counts
 
