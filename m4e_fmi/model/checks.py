@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator
 from numbers import Real
 from typing import TYPE_CHECKING, Any, get_args
 
@@ -14,20 +13,29 @@ from m4e_fmi.errors import suggestion
 from m4e_fmi.model.elements import (
     GROUND,
     AngleReference,
-    BodyForce,
     Joint,
     Parameter,
-    PointForce,
     parameter_values,
 )
-from m4e_fmi.model.expression import CONSTANTS, FUNCTIONS, ExpressionError, as_expression
+from m4e_fmi.model.expression import CONSTANTS, FUNCTIONS, as_expression
+from m4e_fmi.model.findings import (
+    TIME,
+    Finding,
+    Known,
+    Names,
+    expressions,
+    quantities,
+    reference,
+    vectors,
+)
+from m4e_fmi.model.load_checks import LoadChecks
+from m4e_fmi.model.table import Table, TableError
 from m4e_fmi.program.program import TIME as PROGRAM_TIME
 from m4e_fmi.units import parse_unit
 
 if TYPE_CHECKING:
     from m4e_fmi.model.model import Model
 
-TIME = "t"
 EQUATION_SYMBOL = re.compile(r"(Theta|Phi|S|X|Z)(D|DD)?_\d+|A_\d+_\d+")
 NAME = re.compile(r"[A-Za-z]\w*", re.ASCII)
 INITIAL = {
@@ -36,34 +44,6 @@ INITIAL = {
     "floating": ("x", "z", "theta", "vx", "vz", "omega"),
     "fixed": (),
 }
-
-
-@dataclass(frozen=True)
-class Finding:
-    """One thing wrong, and where in the model: keys from the top, as in the file."""
-
-    location: Location
-    message: str
-    remedy: str = ""
-
-
-@dataclass(frozen=True)
-class Names:
-    """What has been declared. A name can be declared although its element is not usable."""
-
-    bodies: frozenset[str]
-    points: frozenset[str]
-    parameters: frozenset[str]
-
-    @classmethod
-    def of(cls, model: Model | Mapping[str, Any]) -> Names:
-        """The names of a model, or of a model file's plain data."""
-        groups = []
-        for group in ("bodies", "points", "parameters"):
-            members = model.get(group) if isinstance(model, Mapping) else getattr(model, group)
-            known = map(str, members) if isinstance(members, Mapping) else ()
-            groups.append(frozenset(known))
-        return cls(*groups)
 
 
 def findings(model: Model) -> list[Finding]:
@@ -82,35 +62,48 @@ def element_findings(model: Any, names: Names) -> Iterator[Finding]:
 
     `model` needs the groups of a Model only; some of its elements may be missing.
     """
+    known = Known(names.parameters)
     yield from _name_findings(model)
-    yield from _expressions(("gravity",), model.gravity, names.parameters)
+    yield from expressions(("gravity",), model.gravity, known)
     for name, parameter in model.parameters.items():
         yield from _parameter_findings(("parameters", name), parameter)
     for name, body in model.bodies.items():
-        yield from _quantities(("bodies", name), body, names.parameters)
+        yield from quantities(("bodies", name), body, known)
     for name, joint in model.joints.items():
-        yield from _joint_findings(("joints", name), joint, names)
+        yield from _joint_findings(("joints", name), joint, names, known)
     for name, point in model.points.items():
-        yield from _reference(
-            ("points", name, "body"), point.body, names.bodies | {GROUND}, "bodies"
-        )
-        yield from _quantities(("points", name), point, names.parameters)
-    for name, load in model.loads.items():
-        yield from _load_findings(("loads", name), load, names)
+        at = ("points", name, "body")
+        yield from reference(at, point.body, names.bodies | {GROUND}, "bodies")
+        yield from quantities(("points", name), point, known)
+    for name, table in model.tables.items():
+        yield from _table_findings(("tables", name), table)
+    yield from LoadChecks(model, names).findings()
 
 
 def _parameter_findings(at: Location, parameter: Parameter) -> Iterator[Finding]:
     if not isinstance(parameter.value, Real) or not math.isfinite(parameter.value):
         message = f"expected a finite number, got {parameter.value!r}"
         yield Finding((*at, "value"), message)
+    yield from _unit_findings((*at, "unit"), parameter.unit)
+
+
+def _unit_findings(at: Location, unit: str) -> Iterator[Finding]:
     try:
-        parse_unit(parameter.unit)
+        parse_unit(unit)
     except ValueError as error:
-        yield Finding((*at, "unit"), str(error), "write it like N.s/m or kg.m2")
+        yield Finding(at, str(error), "write it like N.s/m or kg.m2")
+
+
+def _table_findings(at: Location, table: Table) -> Iterator[Finding]:
+    yield from _unit_findings((*at, "unit"), table.unit)
+    try:
+        table.check()
+    except TableError as error:
+        yield Finding(at, str(error), error.remedy)
 
 
 def _name_findings(model: Any) -> Iterator[Finding]:
-    for group in ("parameters", "bodies", "joints", "points", "loads"):
+    for group in ("parameters", "tables", "bodies", "joints", "points", "loads"):
         for name in getattr(model, group):
             if not NAME.fullmatch(name):
                 remedy = "use letters, digits and _, a letter first"
@@ -118,16 +111,21 @@ def _name_findings(model: Any) -> Iterator[Finding]:
     if GROUND in model.bodies:
         yield Finding(("bodies", GROUND), "'ground' is the name of the world", "rename this body")
     reserved = {TIME, PROGRAM_TIME, *CONSTANTS, *FUNCTIONS}
-    for name in model.parameters:
-        if name in reserved or EQUATION_SYMBOL.fullmatch(name):
-            message = f"{name!r} already has a meaning in expressions"
-            yield Finding(("parameters", name), message, "rename this parameter")
+    for group, noun in (("parameters", "parameter"), ("tables", "table")):
+        for name in getattr(model, group):
+            if name in reserved or EQUATION_SYMBOL.fullmatch(name):
+                message = f"{name!r} already has a meaning in expressions"
+                yield Finding((group, name), message, f"rename this {noun}")
+    for name in model.tables:
+        if name in model.parameters:
+            message = f"{name!r} is also a parameter"
+            yield Finding(("tables", name), message, "rename one of the two")
 
 
-def _joint_findings(at: Location, joint: Joint, names: Names) -> Iterator[Finding]:
-    yield from _reference((*at, "child"), joint.child, names.bodies, "bodies")
-    yield from _reference((*at, "parent"), joint.parent, names.bodies | {GROUND}, "bodies")
-    yield from _quantities(at, joint, names.parameters)
+def _joint_findings(at: Location, joint: Joint, names: Names, known: Known) -> Iterator[Finding]:
+    yield from reference((*at, "child"), joint.child, names.bodies, "bodies")
+    yield from reference((*at, "parent"), joint.parent, names.bodies | {GROUND}, "bodies")
+    yield from quantities(at, joint, known)
     if joint.type not in INITIAL:
         yield Finding(
             (*at, "type"), f"unknown type {joint.type!r}", suggestion(joint.type, INITIAL)
@@ -154,66 +152,13 @@ def _joint_findings(at: Location, joint: Joint, names: Names) -> Iterator[Findin
         message = "only a revolute joint has a coordinate to choose"
         yield Finding((*at, "coordinate"), message, "leave it out")
     if joint.direction is not None:
-        yield from _vector((*at, "direction"), joint.direction, names.parameters)
+        yield from vectors((*at, "direction"), joint.direction, known)
     for key, value in joint.initial.items():
         if key not in INITIAL[joint.type]:
             message = f"a {joint.type} joint has no initial {key!r}"
             remedy = suggestion(key, INITIAL[joint.type]) or "leave it out"
             yield Finding((*at, "initial", key), message, remedy)
-        yield from _expressions((*at, "initial", key), value, names.parameters)
-
-
-def _load_findings(at: Location, load: Any, names: Names) -> Iterator[Finding]:
-    known = names.parameters | {TIME}
-    if isinstance(load, BodyForce):
-        yield from _reference((*at, "body"), load.body, names.bodies, "bodies")
-    elif isinstance(load, PointForce):
-        yield from _reference((*at, "point"), load.point, names.points, "points")
-    else:
-        field = "points" if hasattr(load, "points") else "bodies"
-        known_ends = names.points if field == "points" else names.bodies | {GROUND}
-        ends = getattr(load, field)
-        if len(ends) != 2:
-            yield Finding((*at, field), f"expected two {field}, got {len(ends)}")
-            return
-        for index, end in enumerate(ends):
-            yield from _reference((*at, field, index), end, known_ends, field)
-        if ends[0] == ends[1]:
-            yield Finding((*at, field), f"both ends are {ends[0]!r}", f"name two {field}")
-    yield from _quantities(at, load, known)
-
-
-def _quantities(at: Location, element: Any, known: Iterable[str]) -> Iterator[Finding]:
-    for field in getattr(element, "scalars", ()):
-        yield from _expressions((*at, field), getattr(element, field), known)
-    for field in getattr(element, "vectors", ()):
-        yield from _vector((*at, field), getattr(element, field), known)
-
-
-def _vector(at: Location, value: Any, known: Iterable[str]) -> Iterator[Finding]:
-    if not isinstance(value, tuple | list) or len(value) != 2:
-        yield Finding(at, f"expected two entries, got {value!r}", "write it like (x, z)")
-        return
-    for index, entry in enumerate(value):
-        yield from _expressions((*at, index), entry, known)
-
-
-def _expressions(at: Location, value: Any, known: Iterable[str]) -> Iterator[Finding]:
-    try:
-        expression = as_expression(value)
-    except ExpressionError as error:
-        where = f" (column {error.column} of {value!r})" if error.column else ""
-        yield Finding(at, f"{error}{where}", "allowed: numbers, names, + - * / **, functions")
-        return
-    for name in sorted(expression.names() - set(known)):
-        remedy = suggestion(name, [*known, *CONSTANTS], "names")
-        yield Finding(at, f"{name!r} is not declared", remedy)
-
-
-def _reference(at: Location, name: str, known: Iterable[str], noun: str) -> Iterator[Finding]:
-    if name not in known:
-        singular = {"bodies": "body", "points": "point"}[noun]
-        yield Finding(at, f"unknown {singular} {name!r}", suggestion(name, known, noun))
+        yield from expressions((*at, "initial", key), value, known)
 
 
 def _tree_findings(model: Any) -> Iterator[Finding]:
@@ -260,8 +205,8 @@ def _value_findings(model: Any) -> Iterator[Finding]:
     computed: dict[Location, float] = {}
     for at, quantity in _all_quantities(model):
         expression = as_expression(quantity)
-        if TIME in expression.names():
-            continue
+        if not expression.names() <= values.keys():
+            continue  # depends on time or motion
         try:
             computed[at] = value = expression.evaluate(values)
         except (ArithmeticError, ValueError) as error:
@@ -269,9 +214,14 @@ def _value_findings(model: Any) -> Iterator[Finding]:
             continue
         if not math.isfinite(value):
             yield Finding(at, f"must be finite, got {value}")
-        elif at[0] == "bodies" and not value > 0:
+        elif at[-1] in getattr(_element(model, at), "positive", ()) and not value > 0:
             remedy = f"give a positive {at[-1]}"
             yield Finding(at, f"must be positive, got {value:.6g}", remedy)
+    for name in model.loads:
+        lower, upper = (computed.get(("loads", name, key)) for key in ("lower", "upper"))
+        if lower is not None and upper is not None and lower >= upper:
+            message = f"the lower limit {lower:.6g} is not below the upper one, {upper:.6g}"
+            yield Finding(("loads", name, "lower"), message, "exchange them")
     for name, joint in model.joints.items():
         at = ("joints", name, "direction")
         if joint.direction is not None and computed.get((*at, 0)) == computed.get((*at, 1)) == 0:
@@ -284,7 +234,8 @@ def _all_quantities(model: Any) -> Iterator[tuple[Location, Any]]:
     for group in ("bodies", "joints", "points", "loads"):
         for name, element in getattr(model, group).items():
             for field in getattr(element, "scalars", ()):
-                yield (group, name, field), getattr(element, field)
+                if getattr(element, field) is not None:
+                    yield (group, name, field), getattr(element, field)
             vectors = getattr(element, "vectors", ())
             if getattr(element, "direction", None) is not None:
                 vectors = (*vectors, "direction")
@@ -293,3 +244,8 @@ def _all_quantities(model: Any) -> Iterator[tuple[Location, Any]]:
                     yield (group, name, field, index), value
             for key, value in getattr(element, "initial", {}).items():
                 yield (group, name, "initial", key), value
+
+
+def _element(model: Any, at: Location) -> Any:
+    """The element to which the quantity at `at` belongs; None for gravity."""
+    return getattr(model, str(at[0]))[at[1]] if len(at) > 1 else None

@@ -1,4 +1,4 @@
-"""What a model is made of. Frozen; every quantity is a number or an expression in parameters.
+"""What moves in a model. Frozen; every quantity is a number or an expression in parameters.
 
 In Python an expression may also be one of SymPy.
 
@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, ClassVar, Literal, TypeAlias, get_args
+from typing import TYPE_CHECKING, ClassVar, Literal, TypeAlias
 
 from m4e_fmi.model.expression import Expression, Values, as_expression
 from m4e_fmi.units import parse_unit
@@ -66,6 +66,7 @@ class Body:
     added_mass: bool = False
 
     scalars: ClassVar = {"mass": "kg", "inertia": "kg.m2"}
+    positive: ClassVar = ("mass", "inertia")
 
 
 @dataclass(frozen=True)
@@ -103,80 +104,3 @@ class Point:
     description: str = ""
 
     vectors: ClassVar = ("at",)
-
-
-@dataclass(frozen=True)
-class TensionSpring:
-    """Force stiffness·(l − length) [N] along the line between two points; it pushes, too."""
-
-    points: tuple[str, str]
-    stiffness: Quantity
-    length: Quantity
-
-    type: ClassVar = "tension_spring"
-    scalars: ClassVar = {"stiffness": "N/m", "length": "m"}
-
-
-@dataclass(frozen=True)
-class TensionDamper:
-    """Force damping·dl/dt [N] along the line between two points, against its lengthening."""
-
-    points: tuple[str, str]
-    damping: Quantity
-
-    type: ClassVar = "tension_damper"
-    scalars: ClassVar = {"damping": "N.s/m"}
-
-
-@dataclass(frozen=True)
-class PointForce:
-    """A force (F_x, F_z) [N] in world axes at a point."""
-
-    point: str
-    force: Vector
-
-    type: ClassVar = "point_force"
-    vectors: ClassVar = ("force",)
-
-
-@dataclass(frozen=True)
-class BodyForce:
-    """A force (F_x, F_z) [N] in world axes at a centre of gravity, and a moment about +Y [N·m]."""
-
-    body: str
-    force: Vector = (0.0, 0.0)
-    moment: Quantity = 0.0
-
-    type: ClassVar = "body_force"
-    scalars: ClassVar = {"moment": "N.m"}
-    vectors: ClassVar = ("force",)
-
-
-@dataclass(frozen=True)
-class TorsionSpring:
-    """Moment stiffness·(θ₂ − θ₁ − angle) [N·m] on the first body, the opposite on the second.
-
-    θ are absolute angles about +Y, 0 for the ground; `angle` is θ₂ − θ₁ where the spring rests.
-    """
-
-    bodies: tuple[str, str]
-    stiffness: Quantity
-    angle: Quantity = 0.0
-
-    type: ClassVar = "torsion_spring"
-    scalars: ClassVar = {"stiffness": "N.m/rad", "angle": "rad"}
-
-
-@dataclass(frozen=True)
-class TorsionDamper:
-    """Moment damping·(ω₂ − ω₁) [N·m] on the first body, the opposite on the second."""
-
-    bodies: tuple[str, str]
-    damping: Quantity
-
-    type: ClassVar = "torsion_damper"
-    scalars: ClassVar = {"damping": "N.m.s/rad"}
-
-
-Load = TensionSpring | TensionDamper | TorsionSpring | TorsionDamper | PointForce | BodyForce
-LOAD_TYPES: dict[str, type[Load]] = {kind.type: kind for kind in get_args(Load)}

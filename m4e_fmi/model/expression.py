@@ -1,5 +1,7 @@
 """Expressions in input files: numbers, declared names, + − * / **, and a fixed list of functions.
 
+A name may have parts with dots in between, as variables of an FMU do.
+
 Text is parsed by the grammar below and nothing else; no user string is ever evaluated as Python.
 An `Expression` is then evaluated over any scalar: float, tape, SymPy.
 """
@@ -48,7 +50,7 @@ _GRAMMAR = r"""
     ?power: atom | atom "**" sign -> pow
     ?atom: NUMBER -> number | NAME "(" sum ("," sum)* ")" -> call | NAME -> name | "(" sum ")"
     NUMBER: /([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?/
-    NAME: /[A-Za-z_][A-Za-z0-9_]*/
+    NAME: /[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*/
     %ignore /[ \t]+/
 """
 _SIGNS = {"add": "+", "sub": "-", "mul": "*", "div": "/", "pow": "**"}
@@ -93,7 +95,7 @@ class Expression:
             return values.number(self.arguments[0])
         if self.kind == "name":
             name = self.arguments[0]
-            return values[name] if name in values else values.number(CONSTANTS[name])
+            return values.number(CONSTANTS[name]) if name in CONSTANTS else values[name]
         operands = [a.evaluate(values) for a in self.arguments]
         match self.kind:
             case "neg":

@@ -6,7 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from m4e_fmi.errors import InputError, Problem
-from m4e_fmi.model.elements import Body, Joint, Load, Parameter, Point, Quantity
+from m4e_fmi.model.elements import Body, Joint, Parameter, Point, Quantity
+from m4e_fmi.model.loads import Load
+from m4e_fmi.model.table import Table
 
 STANDARD_GRAVITY = 9.80665  # m/s², CGPM 1901
 
@@ -25,6 +27,7 @@ class Model:
     points: Mapping[str, Point] = field(default_factory=dict)
     loads: Mapping[str, Load] = field(default_factory=dict)
     parameters: Mapping[str, Parameter] = field(default_factory=dict)
+    tables: Mapping[str, Table] = field(default_factory=dict)
     gravity: Quantity = STANDARD_GRAVITY
     description: str = ""
 

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import operator
+from dataclasses import MISSING, fields
+from functools import reduce
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, StrictFloat
+from pydantic import BeforeValidator, Field, StrictFloat, create_model
 
 from m4e_fmi.document import Document, Section, rejected
 from m4e_fmi.errors import InputError
-from m4e_fmi.model.checks import Names, element_findings, whole_findings
+from m4e_fmi.model.checks import Finding, Names, element_findings, whole_findings
 from m4e_fmi.model.elements import (
     GROUND,
-    LOAD_TYPES,
     AngleReference,
     Body,
     Joint,
@@ -21,13 +23,19 @@ from m4e_fmi.model.elements import (
     Parameter,
     Point,
 )
+from m4e_fmi.model.loads import LOAD_TYPES, Axes
 from m4e_fmi.model.model import STANDARD_GRAVITY, Model
+from m4e_fmi.model.table import Table, TableError, read_columns
 
 
 def _number_or_text(value: Any) -> float | str:
     if isinstance(value, bool) or not isinstance(value, int | float | str):
         raise rejected(f"expected a number or an expression, got {value!r}")
     return value
+
+
+def _number_text_or_nothing(value: Any) -> float | str | None:
+    return None if value is None else _number_or_text(value)
 
 
 Quantity = Annotated[float | str, BeforeValidator(_number_or_text)]
@@ -64,54 +72,39 @@ class PointSection(Section):
     description: str = ""
 
 
-class TensionSpringSection(Section):
-    type: Literal["tension_spring"]
-    points: tuple[str, str]
-    stiffness: Quantity
-    length: Quantity
+class TableSection(Section):
+    times: list[StrictFloat] | None = None
+    values: list[StrictFloat] | None = None
+    file: str | None = None
+    columns: tuple[str, str] | None = None
+    unit: str = "1"
+    description: str = ""
 
 
-class TensionDamperSection(Section):
-    type: Literal["tension_damper"]
-    points: tuple[str, str]
-    damping: Quantity
+_FIELD_TYPES: dict[str, Any] = {
+    "Quantity": Quantity,
+    "Quantity | None": Annotated[float | str | None, BeforeValidator(_number_text_or_nothing)],
+    "Vector": Vector,
+    "Axes": Axes,
+    "str": str,
+    "tuple[str, str]": tuple[str, str],
+}
 
 
-class TorsionSpringSection(Section):
-    type: Literal["torsion_spring"]
-    bodies: tuple[str, str]
-    stiffness: Quantity
-    angle: Quantity = 0.0
+def _section(kind: Any) -> Any:
+    """The section of a file that gives the fields of a load."""
+    given: dict[str, Any] = {"type": (Literal[kind.type], ...)}
+    for field in fields(kind):
+        default = ... if field.default is MISSING else field.default
+        given[field.name] = (_FIELD_TYPES[str(field.type)], default)
+    return create_model(f"{kind.__name__}Section", __base__=Section, **given)
 
 
-class TorsionDamperSection(Section):
-    type: Literal["torsion_damper"]
-    bodies: tuple[str, str]
-    damping: Quantity
-
-
-class PointForceSection(Section):
-    type: Literal["point_force"]
-    point: str
-    force: Vector
-
-
-class BodyForceSection(Section):
-    type: Literal["body_force"]
-    body: str
-    force: Vector = (0.0, 0.0)
-    moment: Quantity = 0.0
-
-
-LoadSection = Annotated[
-    TensionSpringSection
-    | TensionDamperSection
-    | TorsionSpringSection
-    | TorsionDamperSection
-    | PointForceSection
-    | BodyForceSection,
-    Field(discriminator="type"),
-]
+if TYPE_CHECKING:
+    LoadSection = Section
+else:
+    sections = reduce(operator.or_, map(_section, LOAD_TYPES.values()))
+    LoadSection = Annotated[sections, Field(discriminator="type")]
 
 
 class ModelSection(Section):
@@ -121,6 +114,7 @@ class ModelSection(Section):
     description: str = ""
     gravity: Quantity = STANDARD_GRAVITY
     parameters: dict[str, ParameterSection] = Field(default_factory=dict)
+    tables: dict[str, TableSection] = Field(default_factory=dict)
     bodies: dict[str, BodySection] = Field(default_factory=dict)
     joints: dict[str, JointSection] = Field(default_factory=dict)
     points: dict[str, PointSection] = Field(default_factory=dict)
@@ -140,6 +134,9 @@ def model_of(document: Document) -> Model:
     names = Names.of(document.data)
     if section is not None:
         groups = _elements(section)
+        tables, unread = _tables(section, document.path.parent)
+        groups["tables"] = tables
+        problems += [document.problem(f.location, f.message, f.remedy) for f in unread]
         namespace = SimpleNamespace(gravity=section.gravity, **groups)
         found = list(element_findings(namespace, names))
         if not found and not problems:
@@ -161,8 +158,8 @@ def _elements(section: ModelSection) -> dict[str, Any]:
 
     loads = {}
     for name, member in section.loads.items():
-        fields = dict(member)
-        loads[name] = LOAD_TYPES[fields.pop("type")](**fields)
+        given = dict(member)
+        loads[name] = LOAD_TYPES[given.pop("type")](**given)
     return {
         "parameters": made(Parameter, section.parameters),
         "bodies": made(Body, section.bodies),
@@ -170,3 +167,27 @@ def _elements(section: ModelSection) -> dict[str, Any]:
         "points": made(Point, section.points),
         "loads": loads,
     }
+
+
+def _tables(section: ModelSection, folder: Path) -> tuple[dict[str, Table], list[Finding]]:
+    """The tables that can be read, their files from `folder`, and what is wrong with the others."""
+    tables: dict[str, Table] = {}
+    found: list[Finding] = []
+    for name, member in section.tables.items():
+        at = ("tables", name)
+        inline = member.times is not None and member.values is not None
+        partly = member.times is not None or member.values is not None
+        if inline == (member.file is not None) or (partly and not inline):
+            remedy = "give 'times' and 'values', or the 'file' of a table"
+            found.append(Finding(at, "expected numbers or a file", remedy))
+            continue
+        times, values = member.times or [], member.values or []
+        if member.file is not None:
+            try:
+                times, values = read_columns(folder / member.file, member.columns or ())
+            except TableError as error:
+                place = "columns" if "column '" in str(error) else "file"
+                found.append(Finding((*at, place), str(error), error.remedy))
+                continue
+        tables[name] = Table(tuple(times), tuple(values), member.unit, member.description)
+    return tables, found

@@ -15,16 +15,23 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from m4e_fmi.model import Model
+from m4e_fmi.model import Model, Table
 from m4e_fmi.model.elements import GROUND, quantity, vector
 from m4e_fmi.model.expression import Values
 from m4e_fmi.multibody.kinematics import GROUND_FRAME, Frame, Place, frames
-from m4e_fmi.multibody.loads import actions
+from m4e_fmi.multibody.loads import Acting, acting
+from m4e_fmi.multibody.motion import Lookup, Motion, State
 from m4e_fmi.multibody.planar import Pair, moment
 from m4e_fmi.multibody.topology import Topology
 
 Wrench = tuple[Any, Any, Any]
 Matrix = list[list[Any]]
+
+
+def at_time(name: str, table: Table, time: Any) -> Any:
+    """The value of a table at a time, computed from its rows."""
+    del name
+    return table.at(time)
 
 
 @dataclass(frozen=True)
@@ -33,7 +40,8 @@ class Scalars:
 
     `body_wrench[name]` = (F_x, F_z, M_y) at a centre of gravity, `point_force[name]` = (F_x, F_z),
     `effort[joint]`; what is absent is zero. `added_mass` has three rows (x, z, θ) and columns for
-    each body with added mass, in the order of their numbers. `number` makes a scalar of a constant.
+    each body with added mass, in the order of their numbers. `number` makes a scalar of a constant,
+    `table` of a table.
     """
 
     q: Sequence[Any]
@@ -45,6 +53,7 @@ class Scalars:
     effort: Mapping[str, Any]
     added_mass: Matrix
     number: Callable[[float], Any] = float
+    table: Lookup = at_time
 
 
 @dataclass(frozen=True)
@@ -53,7 +62,8 @@ class Assembly:
 
     `masses[k]` = (mass, inertia about the CG) of link k; `added_mass[i, j]` the 3×3 block by which
     link j's acceleration acts on link i; `wrenches[k]` = (F_x, F_z, M_y) on link k about its origin
-    (not its CG), gravity left out; `efforts[k]` of its joint.
+    (not its CG), gravity left out; `efforts[k]` of its joint. `loads` are the model's, by name, and
+    are part of the wrenches and efforts.
     """
 
     model: Model
@@ -67,6 +77,7 @@ class Assembly:
     added_mass: dict[tuple[int, int], Matrix]
     wrenches: list[list[Any]]
     efforts: list[Any]
+    loads: dict[str, Acting]
 
     def frame(self, body: str) -> Frame:
         return GROUND_FRAME if body == GROUND else self.frames[self.tree.index(body)]
@@ -95,24 +106,28 @@ def assemble(model: Model, tree: Topology, scalars: Scalars) -> Assembly:
         body = model.bodies[link.body]
         mass, inertia = quantity(body, "mass"), quantity(body, "inertia")
         masses.append((mass.evaluate(values), inertia.evaluate(values)))
-    assembly = Assembly(
+    moving = frames(tree, scalars.q, scalars.u, values)
+    state = State(model, tree, scalars.q, scalars.u, moving, points := {})
+    for name, point in model.points.items():
+        x, z = (part.evaluate(values) for part in vector(point, "at"))
+        points[name] = state.frame(point.body).place((x, z))
+    motion = Motion(values, state, scalars.table)
+    loads = {name: acting(load, motion) for name, load in model.loads.items()}
+    efforts = [scalars.effort.get(link.joint_name, 0) for link in tree.links]
+    return Assembly(
         model=model,
         tree=tree,
-        values=values,
+        values=motion,
         u=scalars.u,
-        frames=frames(tree, scalars.q, scalars.u, values),
-        points={},
+        frames=moving,
+        points=points,
         gravity=quantity(model, "gravity").evaluate(values),
         masses=masses,
         added_mass=_blocks(wet_links(model, tree), scalars.added_mass),
-        wrenches=[],
-        efforts=[scalars.effort.get(link.joint_name, 0) for link in tree.links],
+        wrenches=_wrenches(state, scalars, loads, efforts),
+        efforts=efforts,
+        loads=loads,
     )
-    for name, point in model.points.items():
-        x, z = (part.evaluate(values) for part in vector(point, "at"))
-        assembly.points[name] = assembly.frame(point.body).place((x, z))
-    assembly.wrenches.extend(_wrenches(assembly, scalars))
-    return assembly
 
 
 def wet_links(model: Model, tree: Topology) -> list[int]:
@@ -129,10 +144,15 @@ def _blocks(wet: list[int], matrix: Matrix) -> dict[tuple[int, int], Matrix]:
     }
 
 
-def _wrenches(assembly: Assembly, scalars: Scalars) -> list[list[Any]]:
-    """Sum (F_x, F_z, M_y) of loads and outside forces on each link, about its origin."""
-    index, links = assembly.tree.index, assembly.tree.links
-    total: list[list[Any]] = [[0, 0, 0] for _ in links]
+def _wrenches(
+    state: State, scalars: Scalars, loads: Mapping[str, Acting], efforts: list[Any]
+) -> list[list[Any]]:
+    """Sum (F_x, F_z, M_y) of loads and outside forces on each link, about its origin.
+
+    What loads do to joints is added to `efforts`.
+    """
+    index, model = state.tree.index, state.model
+    total: list[list[Any]] = [[0, 0, 0] for _ in state.tree.links]
 
     def push(body: str, force: Pair, arm: Pair, torque: Any = 0) -> None:
         if body != GROUND:  # the ground takes what it gets
@@ -142,15 +162,15 @@ def _wrenches(assembly: Assembly, scalars: Scalars) -> list[list[Any]]:
             wrench[2] = wrench[2] + (torque + moment(arm, force))
 
     for body, (x, z, torque) in scalars.body_wrench.items():
-        push(body, (x, z), assembly.frame(body).arm, torque)
+        push(body, (x, z), state.frame(body).arm, torque)
     for name, force in scalars.point_force.items():
-        push(assembly.model.points[name].body, force, assembly.points[name].arm)
-    for load in assembly.model.loads.values():
-        for action in actions(load, assembly.frame, assembly.points, assembly.values):
-            if action.point:
-                body = assembly.model.points[action.point].body
-                push(body, action.force, assembly.points[action.point].arm)
-            else:
-                arm = assembly.frame(action.body).arm
-                push(action.body, action.force, arm, action.moment)
+        push(model.points[name].body, force, state.points[name].arm)
+    for action in (action for load in loads.values() for action in load.actions):
+        if action.joint:
+            k = index(model.joints[action.joint].child)
+            efforts[k] = efforts[k] + action.effort
+        elif action.point:
+            push(model.points[action.point].body, action.force, state.points[action.point].arm)
+        else:
+            push(action.body, action.force, state.frame(action.body).arm, action.moment)
     return total

@@ -15,7 +15,7 @@ from typing import Any
 
 from m4e_fmi.multibody.assembly import Accelerations, Assembly
 from m4e_fmi.multibody.columns import Columns, columns
-from m4e_fmi.multibody.kinematics import ZERO
+from m4e_fmi.multibody.kinematics import ZERO, Frame
 from m4e_fmi.multibody.planar import Pair, added, dot, moment, scaled, subtracted, swung, tilde
 from m4e_fmi.program.tape import Scalar
 
@@ -35,11 +35,20 @@ class ClosedForm:
 
 @dataclass
 class _Composite:
-    """Mass of what hangs on a link, and its moments about the link's origin in body axes."""
+    """Mass of what hangs on a link, and its moments about the link's origin.
+
+    The first moment is `first` in body axes and `carried` in world axes, that of what turns with
+    the link and against it.
+    """
 
     mass: Any
     first: Pair
     second: Any
+    carried: Pair = ZERO
+
+    def turning(self, frame: Frame) -> Pair:
+        """The first moment in world axes."""
+        return added(frame.rotation(self.first), self.carried)
 
 
 def mass_matrix(assembly: Assembly) -> Rows:
@@ -73,12 +82,15 @@ def _composites(assembly: Assembly) -> list[_Composite]:
             parent = result[link.parent]
             parent.second = parent.second + child.mass * dot(reach, reach)
             if link.follows:
-                first = child.first
-                if not link.rigid:
-                    turned = assembly.frames[k].rotation(first)
-                    first = assembly.frames[link.parent].rotation.back(turned)
-                parent.first = added(parent.first, first)
-                parent.second = parent.second + (2 * dot(reach, first) + child.second)
+                carried = child.carried
+                if link.rigid:
+                    parent.first = added(parent.first, child.first)
+                    parent.second = parent.second + 2 * dot(reach, child.first)
+                else:
+                    carried = child.turning(assembly.frames[k])
+                parent.carried = added(parent.carried, carried)
+                offset = dot(assembly.frames[k].reach, carried)
+                parent.second = parent.second + (2 * offset + child.second)
             parent.first = added(parent.first, scaled(child.mass, reach))
             parent.mass = parent.mass + child.mass
     return result
@@ -89,7 +101,7 @@ def _momenta(assembly: Assembly, body: _Composite, k: int) -> list[tuple[int, Pa
     link, frame = assembly.tree.links[k], assembly.frames[k]
     if link.joint.type == "fixed":
         return []
-    lever = tilde(frame.rotation(body.first))
+    lever = tilde(body.turning(frame))
     if link.joint.type == "prismatic":
         (s,) = link.coordinates
         return [(s, scaled(body.mass, frame.direction), dot(lever, frame.direction))]

@@ -1,11 +1,10 @@
-"""Kinetic and potential energy of an assembled model, over any scalar."""
+"""Energies of an assembled model and the power of its loads, over any scalar."""
 
 from __future__ import annotations
 
 from typing import Any
 
 from m4e_fmi.multibody.assembly import Assembly
-from m4e_fmi.multibody.loads import potential
 from m4e_fmi.multibody.planar import dot
 
 
@@ -23,10 +22,24 @@ def kinetic_energy(assembly: Assembly) -> Any:
 
 
 def potential_energy(assembly: Assembly) -> Any:
-    """Potential energy [J] of gravity on the dry masses (zero at Z = 0) and of the springs."""
+    """Potential energy [J] of gravity on the dry masses (zero at Z = 0) and of the springs.
+
+    A spring counts if its quantities depend on parameters only, and a law if its integral is known:
+    see `loads`.
+    """
     total: Any = 0
     for (mass, _), frame in zip(assembly.masses, assembly.frames, strict=True):
         total = total + mass * assembly.gravity * frame.position[1]
-    for load in assembly.model.loads.values():
-        total = total + potential(load, assembly.frame, assembly.points, assembly.values)
+    for load in assembly.loads.values():
+        total = total + load.potential
     return total
+
+
+def load_powers(assembly: Assembly) -> dict[str, Any]:
+    """Power [W] by which each load changes the sum of kinetic and potential energy, by its name.
+
+    A load that has a potential and nothing else is left out. Together with the power of what acts
+    from outside these are d(energy)/dt.
+    """
+    powers = {name: load.power for name, load in assembly.loads.items()}
+    return {name: power for name, power in powers.items() if not isinstance(power, int)}

@@ -13,7 +13,7 @@ from m4e_fmi.model import Model
 from m4e_fmi.multibody.assembly import Assembly, Scalars, assemble
 from m4e_fmi.multibody.closed_form import forcing, mass_matrix
 from m4e_fmi.multibody.columns import Columns, column_rates, columns
-from m4e_fmi.multibody.energy import kinetic_energy, potential_energy
+from m4e_fmi.multibody.energy import kinetic_energy, load_powers, potential_energy
 from m4e_fmi.multibody.topology import topology
 
 if TYPE_CHECKING:
@@ -24,7 +24,8 @@ class Equations:
     """Symbolic equations of a model: mass_matrix · u̇ = forcing, with q̇ = u.
 
     Symbols are real: coordinates `Theta_k`, `S_k`, `X_k`, `Z_k` and velocities `ThetaD_k`, … of
-    body k, the time `t`, the model's parameters, `A_i_j` for added mass.
+    body k, the time `t`, the model's parameters, `A_i_j` for added mass. A table is an undefined
+    function of t by its name.
     """
 
     def __init__(self, model: Model) -> None:
@@ -62,6 +63,7 @@ class Equations:
             effort={},
             added_mass=[[symbol(f"A_{i + 1}_{j + 1}") for j in range(wet)] for i in range(wet)],
             number=exact,
+            table=lambda name, _, time: sympy.Function(name)(time),
         )
         return assemble(self.model, self.topology, scalars)
 
@@ -101,6 +103,13 @@ class Equations:
         import sympy
 
         return sympy.sympify(potential_energy(self.assembly))
+
+    @cached_property
+    def load_powers(self) -> dict[str, sympy.Expr]:
+        """Power [W] by which each load changes the total energy; pure springs are left out."""
+        import sympy
+
+        return {name: sympy.sympify(power) for name, power in load_powers(self.assembly).items()}
 
     @cached_property
     def positions(self) -> sympy.Matrix:

@@ -1,82 +1,141 @@
-"""Loads as forces on points, over any scalar, and their potentials."""
+"""What loads do: forces, moments, efforts, their power and their potential, over any scalar.
+
+A load that acts between two bodies resists the growth of a distance, of a twist or of a joint's
+coordinate; how much is a question of its kind, on what it acts one of where. A part of the
+resistance may have a potential; the power of all else changes the total energy.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 from m4e_fmi.model import (
+    BodyDrag,
     BodyForce,
+    JointEffort,
+    JointFriction,
+    JointStop,
+    PointDrag,
     PointForce,
+    TensionDamper,
     TensionSpring,
+    TensionStop,
     TorsionDamper,
     TorsionSpring,
 )
-from m4e_fmi.model.elements import Load, quantity, vector
-from m4e_fmi.model.expression import Values
-from m4e_fmi.multibody.kinematics import Frame, Place
-from m4e_fmi.multibody.planar import Pair, dot, scaled, subtracted
-from m4e_fmi.program import sqrt
+from m4e_fmi.model.antiderivative import potential
+from m4e_fmi.model.elements import parameter_values, quantity, vector
+from m4e_fmi.model.expression import Expression
+from m4e_fmi.model.loads import Load
+from m4e_fmi.multibody.kinematics import Place
+from m4e_fmi.multibody.motion import Motion
+from m4e_fmi.multibody.planar import Pair, dot, norm, scaled, subtracted
+from m4e_fmi.program import maximum, minimum, sqrt, tanh
 
 
 @dataclass(frozen=True)
 class Action:
-    """A force [N] in world axes at a named point, or at a body's CG with a moment [N·m]."""
+    """A force [N] in world axes at a named point, or at a body's CG with a moment [N·m].
 
-    force: Pair
+    Or the effort [N·m or N] of a joint, which acts on its child and back on its parent.
+    """
+
+    force: Pair = (0, 0)
     point: str = ""
     body: str = ""
     moment: Any = 0
+    joint: str = ""
+    effort: Any = 0
 
 
-Bodies = Callable[[str], Frame]
-"""The frame of a body by its name, ground included."""
+@dataclass(frozen=True)
+class Acting:
+    """What a load does in a state: `actions`; its `potential` energy [J], 0 if it has none.
+
+    `power` [W] is the rate at which it changes the total energy: that of its actions, less what
+    comes out of the potential. It is the integer 0 for a load that has a potential only.
+    """
+
+    actions: list[Action]
+    power: Any = 0
+    potential: Any = 0
 
 
-def actions(
-    load: Load, bodies: Bodies, points: Mapping[str, Place], values: Values
-) -> list[Action]:
-    """The forces that `load` exerts; `values` holds the parameters and the time t."""
-    if isinstance(load, BodyForce):
-        x, z = (part.evaluate(values) for part in vector(load, "force"))
-        return [Action((x, z), body=load.body, moment=quantity(load, "moment").evaluate(values))]
-    if isinstance(load, PointForce):
-        x, z = (part.evaluate(values) for part in vector(load, "force"))
-        return [Action((x, z), point=load.point)]
+@dataclass(frozen=True)
+class _Resistance:
+    """What resists the growth of a length or angle: all of it, and what of it has no potential."""
+
+    total: Any
+    lost: Any
+    potential: Any = 0
+
+
+def acting(load: Load, motion: Motion) -> Acting:
+    """What `load` does in a state."""
+    if isinstance(load, BodyForce | PointForce | BodyDrag | PointDrag):
+        return _applied(load, motion)
     if isinstance(load, TorsionSpring | TorsionDamper):
-        first, second = (bodies(name) for name in load.bodies)
-        if isinstance(load, TorsionSpring):
-            twist = second.angle - first.angle - quantity(load, "angle").evaluate(values)
-            torque = quantity(load, "stiffness").evaluate(values) * twist
-        else:
-            rate = second.omega - first.omega
-            torque = quantity(load, "damping").evaluate(values) * rate
-        ends = zip(load.bodies, (torque, -torque), strict=True)
-        return [Action((0, 0), body=body, moment=part) for body, part in ends]
-    start, end = (points[name] for name in load.points)
+        return _twisting(load, motion)
+    if isinstance(load, JointEffort | JointFriction | JointStop):
+        return _in_joint(load, motion)
+    return _along_line(load, motion)
+
+
+def _applied(load: BodyForce | PointForce | BodyDrag | PointDrag, motion: Motion) -> Acting:
+    """A force in world or body axes, or drag."""
+    at_body = isinstance(load, BodyForce | BodyDrag)
+    state = motion.state
+    body = load.body if at_body else state.model.points[load.point].body
+    frame = state.frame(body)
+    velocity = frame.velocity if at_body else state.points[load.point].velocity
+    torque: Any = 0
+    if isinstance(load, BodyDrag | PointDrag):
+        wind = subtracted(velocity, _pair(load, "flow", motion))
+        force = scaled(-_value(load, "coefficient", motion) * norm(wind), wind)
+        if isinstance(load, BodyDrag):
+            turning = abs(frame.omega) * frame.omega
+            torque = -_value(load, "moment_coefficient", motion) * turning
+    else:
+        force = _pair(load, "force", motion)
+        if load.axes == "body":
+            force = frame.rotation(force)
+        if isinstance(load, BodyForce):
+            torque = _value(load, "moment", motion)
+    power = dot(force, velocity)
+    if at_body:
+        return Acting([Action(force, body=body, moment=torque)], power + torque * frame.omega)
+    return Acting([Action(force, point=load.point)], power)
+
+
+def _along_line(load: TensionSpring | TensionDamper | TensionStop, motion: Motion) -> Acting:
+    start, end = (motion.state.points[name] for name in load.points)
     length, direction = _line(start, end)
-    if isinstance(load, TensionSpring):
-        stretch = length - quantity(load, "length").evaluate(values)
-        tension = quantity(load, "stiffness").evaluate(values) * stretch
-    else:
-        relative = subtracted(end.velocity, start.velocity)
-        tension = quantity(load, "damping").evaluate(values) * dot(relative, direction)
-    pull = scaled(tension, direction)
-    return [Action(pull, point=load.points[0]), Action(scaled(-1, pull), point=load.points[1])]
+    rate = dot(subtracted(end.velocity, start.velocity), direction)
+    found = _resistance(load, motion, length, rate)
+    pull = scaled(found.total, direction)
+    ends = zip(load.points, (pull, scaled(-1, pull)), strict=True)
+    return _resisting(found, rate, [Action(force, point=name) for name, force in ends])
 
 
-def potential(load: Load, bodies: Bodies, points: Mapping[str, Place], values: Values) -> Any:
-    """Potential energy [J] of a load: ½ k e² of a spring with extension or twist e, else 0."""
-    if isinstance(load, TensionSpring):
-        length, _ = _line(*(points[name] for name in load.points))
-        extension = length - quantity(load, "length").evaluate(values)
-    elif isinstance(load, TorsionSpring):
-        first, second = (bodies(name) for name in load.bodies)
-        extension = second.angle - first.angle - quantity(load, "angle").evaluate(values)
-    else:
-        return 0
-    return quantity(load, "stiffness").evaluate(values) * extension * extension / 2
+def _twisting(load: TorsionSpring | TorsionDamper, motion: Motion) -> Acting:
+    first, second = (motion.state.frame(name) for name in load.bodies)
+    rate = second.omega - first.omega
+    found = _resistance(load, motion, second.angle - first.angle, rate)
+    ends = zip(load.bodies, (found.total, -found.total), strict=True)
+    return _resisting(found, rate, [Action(body=name, moment=part) for name, part in ends])
+
+
+def _in_joint(load: JointEffort | JointFriction | JointStop, motion: Motion) -> Acting:
+    position, rate = motion.state.joint(load.joint)
+    found = _resistance(load, motion, position, rate)
+    return _resisting(found, rate, [Action(joint=load.joint, effort=-found.total)])
+
+
+def _resisting(found: _Resistance, rate: Any, actions: list[Action]) -> Acting:
+    lossless = isinstance(found.lost, int)
+    return Acting(actions, 0 if lossless else -(found.lost * rate), found.potential)
 
 
 def _line(start: Place, end: Place) -> tuple[Any, Pair]:
@@ -84,3 +143,106 @@ def _line(start: Place, end: Place) -> tuple[Any, Pair]:
     line = subtracted(end.position, start.position)
     length = sqrt(dot(line, line))
     return length, (line[0] / length, line[1] / length)
+
+
+def _resistance(load: Any, motion: Motion, s: Any, rate: Any) -> _Resistance:
+    """What `load` does against the growth of `s`."""
+    return _RESISTANCES[type(load)](load, motion, s, rate)
+
+
+def _spring(load: TensionSpring | TorsionSpring, motion: Motion, s: Any, rate: Any) -> _Resistance:
+    rest = "length" if isinstance(load, TensionSpring) else "angle"
+    extension = s - _value(load, rest, motion)
+    if load.law is not None:
+        return _by_law(load, motion, extension, rate)
+    stiffness = _value(load, "stiffness", motion)
+    force = stiffness * extension
+    if not _is_constant(load, motion):
+        return _Resistance(force, force)
+    return _Resistance(force, 0, force * extension / 2)
+
+
+def _by_law(load: TensionSpring | TorsionSpring, motion: Motion, e: Any, rate: Any) -> _Resistance:
+    law, (variable, speed) = quantity(load, "law"), load.law_variables
+    values = motion.with_(**{variable: e, speed: rate})
+    force = law.evaluate(values)
+    energy = None
+    if _is_constant(load, motion, allowed=variable):
+        energy = potential(law, variable, parameter_values(motion.state.model.parameters))
+    if energy is None:
+        return _Resistance(force, force)
+    return _Resistance(force, 0, energy.evaluate(values))
+
+
+def _damper(load: TensionDamper | TorsionDamper, motion: Motion, s: Any, rate: Any) -> _Resistance:
+    del s
+    if load.law is None:
+        force = _value(load, "damping", motion) * rate
+    else:
+        (speed,) = load.law_variables
+        force = quantity(load, "law").evaluate(motion.with_(**{speed: rate}))
+    return _Resistance(force, force)
+
+
+def _stop(load: TensionStop | JointStop, motion: Motion, s: Any, rate: Any) -> _Resistance:
+    """Nothing between the limits; beyond, stiffness and a damping that it bounds."""
+    stiffness, damping = (_value(load, name, motion) for name in ("stiffness", "damping"))
+    total, lost, energy = 0, 0, 0
+    for name, side in (("lower", -1), ("upper", 1)):
+        if getattr(load, name) is None:
+            continue
+        limit = _value(load, name, motion)
+        depth = maximum(0, s - limit if side > 0 else limit - s)
+        back = stiffness * depth
+        energy = energy + back * depth / 2
+        if quantity(load, "damping") != NOTHING:
+            more = minimum(maximum(damping * (rate if side > 0 else -rate), -back), back)
+            lost = lost + more if side > 0 else lost - more
+            back = back + more
+        total = total + back if side > 0 else total - back
+    if not _is_constant(load, motion):
+        return _Resistance(total, total)
+    return _Resistance(total, lost, energy)
+
+
+NOTHING = Expression("number", (0.0,))
+
+
+def _friction(load: JointFriction, motion: Motion, s: Any, rate: Any) -> _Resistance:
+    del s
+    force = _value(load, "effort", motion) * tanh(rate / _value(load, "velocity", motion))
+    return _Resistance(force, force)
+
+
+def _effort(load: JointEffort, motion: Motion, s: Any, rate: Any) -> _Resistance:
+    del s, rate
+    force = -_value(load, "effort", motion)
+    return _Resistance(force, force)
+
+
+_RESISTANCES: dict[type, Callable[[Any, Motion, Any, Any], _Resistance]] = {
+    TensionSpring: _spring,
+    TorsionSpring: _spring,
+    TensionDamper: _damper,
+    TorsionDamper: _damper,
+    TensionStop: _stop,
+    JointStop: _stop,
+    JointFriction: _friction,
+    JointEffort: _effort,
+}
+
+
+def _value(load: Any, name: str, motion: Motion) -> Any:
+    return quantity(load, name).evaluate(motion)
+
+
+def _pair(load: Any, name: str, motion: Motion) -> Pair:
+    x, z = (part.evaluate(motion) for part in vector(load, name))
+    return x, z
+
+
+def _is_constant(load: Any, motion: Motion, *, allowed: str = "") -> bool:
+    """Whether all scalars of the load depend on parameters only (a law also on what is allowed)."""
+    given = [name for name in load.scalars if getattr(load, name) is not None]
+    names = frozenset().union(*(quantity(load, name).names() for name in given))
+    return names <= {*motion.state.model.parameters, allowed}

@@ -38,6 +38,10 @@ def equations_text(equations: Equations, *, latex: bool = False) -> str:
     energies = (("T", equations.kinetic_energy), ("V", equations.potential_energy))
     lines += ["", "Kinetic and potential energy"]
     lines += [_line(letter, show(value), latex=latex) for letter, value in energies]
+    if equations.load_powers:
+        lines += ["", "Power of loads that changes T + V"]
+        powers = equations.load_powers.items()
+        lines += [_line(_power_name(name, latex=latex), show(p), latex=latex) for name, p in powers]
     if latex:
         lines = [line if line.startswith("\\[") else f"% {line}".rstrip() for line in lines]
     return "\n".join(lines)
@@ -63,6 +67,11 @@ def _entries(matrix: Any, letter: str, show: Callable[[Any], str], *, latex: boo
                 name = f"{letter}_{{{index}}}" if latex else f"{letter}[{index}]"
                 lines.append(_line(name, show(matrix[i, j]), latex=latex))
     return lines or ["  (all zero)"]
+
+
+def _power_name(load: str, *, latex: bool) -> str:
+    escaped = load.replace("_", r"\_")
+    return rf"P_{{\mathrm{{{escaped}}}}}" if latex else f"P[{load}]"
 
 
 def _line(name: str, value: str, *, latex: bool) -> str:

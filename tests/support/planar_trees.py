@@ -12,21 +12,9 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import mpmath
+from support.planar_loads import TABLES, displacement, random_loads, work
 
-from m4e_fmi.model import (
-    Body,
-    BodyForce,
-    Joint,
-    Model,
-    Parameter,
-    Point,
-    PointForce,
-    TensionDamper,
-    TensionSpring,
-    TorsionDamper,
-    TorsionSpring,
-)
-from m4e_fmi.model.elements import Load
+from m4e_fmi.model import Body, Joint, Model, Parameter, Point
 from m4e_fmi.multibody import Topology, topology
 
 STEP = mpmath.mpf(10) ** -28
@@ -34,7 +22,7 @@ STEP = mpmath.mpf(10) ** -28
 DIGITS = 140
 
 
-class _Numbers:
+class Numbers:
     """Random numbers as parameters of a model, so that nothing is folded in double precision."""
 
     def __init__(self, seed: int) -> None:
@@ -52,7 +40,7 @@ class _Numbers:
 
 def random_tree(seed: int, *, size: int, wet: int = 0) -> Model:
     """A tree of `size` bodies with all joints and loads, `wet` of them with added mass."""
-    numbers = _Numbers(seed)
+    numbers = Numbers(seed)
     r, pair, between = numbers.random, numbers.pair, numbers.between
     bodies: dict[str, Body] = {}
     joints: dict[str, Joint] = {}
@@ -72,22 +60,13 @@ def random_tree(seed: int, *, size: int, wet: int = 0) -> Model:
     points = {f"p{k}": Point(r.choice([*bodies, "ground"]), pair()) for k in range(4)}
     # far away, so that the distance of two points is never close to zero
     points["anchor"] = Point("ground", (30.0, 40.0))
-    first, second = (r.choice(list(bodies)) for _ in range(2))
-    ends = ("ground" if first == second else first, second)
-    loads: dict[str, Load] = {
-        "spring": TensionSpring(("anchor", "p0"), between(0.1, 1), between(48, 50)),
-        "damper": TensionDamper(("p1", "anchor"), between(0.1, 1)),
-        "twist": TorsionSpring(ends, between(0.1, 2), between(-1, 1)),
-        "brake": TorsionDamper(ends, between(0.1, 2)),
-        "push": PointForce("p2", pair()),
-        "lift": BodyForce(second, pair(), between(-1, 1)),
-    }
     return Model(
         name=f"tree{seed}",
         bodies=bodies,
         joints=joints,
         points=points,
-        loads=loads,
+        loads=random_loads(numbers, joints),
+        tables=TABLES,
         parameters=numbers.parameters,
         gravity=between(9, 10),
     )
@@ -100,7 +79,13 @@ class Reference:
         self.model = model
         self.tree: Topology = topology(model)
         self.given = values
+        bodies = [model.bodies[link.body] for link in self.tree.links]
+        self.wet = [k for k, body in enumerate(bodies) if body.added_mass]
         self.q = [mpmath.mpf(values[name]) for name in self._names(("x", "z", "theta"), "q")]
+        self.t = self.value("time")
+        self.parameters = {name: mpmath.mpf(p.value) for name, p in model.parameters.items()}
+        self._known_steps: dict[tuple[Any, ...], list[list[Any]]] = {}
+        self._known_poses: dict[tuple[Any, ...], list[tuple[Any, Any, Any]]] = {}
         self.u = [mpmath.mpf(values[name]) for name in self._names(("vx", "vz", "omega"), "u")]
 
     def _names(self, floating: tuple[str, ...], other: str) -> list[str]:
@@ -117,8 +102,8 @@ class Reference:
 
     def number(self, quantity: Any) -> Any:
         """A number of the model: a parameter's name or the number itself."""
-        named = self.model.parameters.get(quantity)
-        return mpmath.mpf(named.value if named else quantity)
+        named = self.parameters.get(quantity)
+        return mpmath.mpf(quantity) if named is None else named
 
     def placed(self, pose: Sequence[Any], at: Any) -> tuple[Any, Any]:
         """World position of the point `at` in the axes of a body: R = [[c, s], [−s, c]]."""
@@ -127,7 +112,13 @@ class Reference:
         return x + c * right + s * up, z - s * right + c * up
 
     def poses(self, q: list[Any]) -> list[tuple[Any, Any, Any]]:
-        """(x, z, θ) of every link."""
+        """(x, z, θ) of every link. The same few q are asked for again and again."""
+        key = tuple(q)
+        if key not in self._known_poses:
+            self._known_poses[key] = self._poses(q)
+        return self._known_poses[key]
+
+    def _poses(self, q: list[Any]) -> list[tuple[Any, Any, Any]]:
         result: list[tuple[Any, Any, Any]] = []
         for link in self.tree.links:
             joint = link.joint
@@ -158,10 +149,13 @@ class Reference:
 
     def slope(self, function: Callable[[list[Any]], Any], along: list[Any]) -> Any:
         """Derivative of a scalar function of q along a direction."""
-        ahead, behind = (
-            function([q + side * STEP * d for q, d in zip(self.q, along, strict=True)])
-            for side in (1, -1)
-        )
+        key = tuple(along)
+        if key not in self._known_steps:
+            self._known_steps[key] = [
+                [q + side * STEP * d for q, d in zip(self.q, along, strict=True)]
+                for side in (1, -1)
+            ]
+        ahead, behind = map(function, self._known_steps[key])
         return (ahead - behind) / (2 * STEP)
 
     def accelerations(self) -> list[Any]:
@@ -194,8 +188,7 @@ class Reference:
             body = self.model.bodies[link.body]
             for axis, entry in enumerate((body.mass, body.mass, body.inertia)):
                 result[3 * k + axis, 3 * k + axis] = self.number(entry)
-        wet = [k for k, link in enumerate(links) if self.model.bodies[link.body].added_mass]
-        rows = [3 * k + axis for k in wet for axis in range(3)]
+        rows = [3 * k + axis for k in self.wet for axis in range(3)]
         for i, row in enumerate(rows, start=1):
             for j, column in enumerate(rows, start=1):
                 result[row, column] += self.value(f"added_mass[{i},{j}]")
@@ -203,52 +196,25 @@ class Reference:
 
     def _work(self, unit: list[Any]) -> Any:
         """What all forces do along a unit change of one coordinate."""
+        total = self.input_work(unit)
+        for body in self.model.bodies:
+            weight = self.number(self.model.bodies[body].mass) * self.number(self.model.gravity)
+            total -= weight * self.slope(lambda q, b=body: self.pose(b, q)[1], unit)
+        return total + sum(work(self, load, unit) for load in self.model.loads.values())
 
-        def rise(body: str, axis: int) -> Any:
-            return self.slope(lambda q: self.pose(body, q)[axis], unit)
-
+    def input_work(self, along: list[Any]) -> Any:
+        """What the inputs do along a change of the coordinates; along u, their power."""
         total = mpmath.mpf(0)
         for link in self.tree.links:
             body = link.body
-            weight = self.number(self.model.bodies[body].mass) * self.number(self.model.gravity)
-            total -= weight * rise(body, 1)
             for axis, name in enumerate(("force_x", "force_z", "moment_y")):
-                total += self.value(f"body.{body}.{name}") * rise(body, axis)
+                rise = self.slope(lambda q, b=body, a=axis: self.pose(b, q)[a], along)
+                total += self.value(f"body.{body}.{name}") * rise
             if link.joint.type in ("revolute", "prismatic"):
                 effort = self.value(f"joint.{link.joint_name}.effort")
-                if link.joint.type == "revolute":
-                    total += effort * (rise(body, 2) - rise(link.joint.parent, 2))
-                else:
-                    total += effort * unit[link.coordinates[0]]
+                total += effort * self.slope(displacement(self, link.joint_name), along)
         for name in self.model.points:
             for axis, force in enumerate(("force_x", "force_z")):
-                given = self.value(f"point.{name}.{force}")
-                total += given * self.slope(lambda q, n=name, a=axis: self.point(n, q)[a], unit)
-        return total + sum(self._load(load, unit) for load in self.model.loads.values())
-
-    def _load(self, load: Any, unit: list[Any]) -> Any:
-        if isinstance(load, PointForce):
-            return sum(
-                self.number(load.force[a])
-                * self.slope(lambda q, a=a: self.point(load.point, q)[a], unit)
-                for a in (0, 1)
-            )
-        if isinstance(load, BodyForce):
-            parts = (*load.force, load.moment)
-            return sum(
-                self.number(parts[a]) * self.slope(lambda q, a=a: self.pose(load.body, q)[a], unit)
-                for a in (0, 1, 2)
-            )
-
-        def length(q: list[Any]) -> Any:
-            if isinstance(load, TorsionSpring | TorsionDamper):
-                return self.pose(load.bodies[1], q)[2] - self.pose(load.bodies[0], q)[2]
-            ends = [self.point(name, q) for name in load.points]
-            return mpmath.hypot(ends[1][0] - ends[0][0], ends[1][1] - ends[0][1])
-
-        if isinstance(load, TensionDamper | TorsionDamper):
-            pull = self.number(load.damping) * self.slope(length, self.u)
-        else:
-            rest = load.length if isinstance(load, TensionSpring) else load.angle
-            pull = self.number(load.stiffness) * (length(self.q) - self.number(rest))
-        return -pull * self.slope(length, unit)
+                rise = self.slope(lambda q, n=name, a=axis: self.point(n, q)[a], along)
+                total += self.value(f"point.{name}.{force}") * rise
+        return total

@@ -1,0 +1,108 @@
+"""What a check finds, and the checks that elements share: expressions, vectors, references."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from m4e_fmi.document import Location
+from m4e_fmi.errors import suggestion
+from m4e_fmi.model.expression import CONSTANTS, ExpressionError, as_expression
+
+if TYPE_CHECKING:
+    from m4e_fmi.model.model import Model
+
+TIME = "t"
+SINGULAR = {"bodies": "body", "points": "point", "joints": "joint"}
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing wrong, and where in the model: keys from the top, as in the file."""
+
+    location: Location
+    message: str
+    remedy: str = ""
+
+
+@dataclass(frozen=True)
+class Names:
+    """What has been declared. A name can be declared although its element is not usable."""
+
+    bodies: frozenset[str]
+    points: frozenset[str]
+    parameters: frozenset[str]
+    joints: frozenset[str]
+    tables: frozenset[str]
+
+    @classmethod
+    def of(cls, model: Model | Mapping[str, Any]) -> Names:
+        """The names of a model, or of a model file's plain data."""
+        groups = []
+        for group in cls.__dataclass_fields__:
+            members = model.get(group) if isinstance(model, Mapping) else getattr(model, group)
+            known = map(str, members) if isinstance(members, Mapping) else ()
+            groups.append(frozenset(known))
+        return cls(*groups)
+
+
+Complaint = tuple[str, str]
+"""A message and a remedy."""
+
+
+@dataclass(frozen=True)
+class Known:
+    """The names that an expression may use; `motion` judges those with dots, if it may use any."""
+
+    names: frozenset[str]
+    motion: Callable[[str], Complaint | None] | None = None
+
+    def complaint(self, name: str) -> Complaint | None:
+        """What is wrong with `name`; None if it is known."""
+        if name in self.names:
+            return None
+        if "." not in name:
+            remedy = suggestion(name, [*self.names, *CONSTANTS], "names")
+            return f"{name!r} is not declared", remedy
+        if self.motion is None:
+            return f"{name!r} is not known here", "only loads may depend on the motion"
+        return self.motion(name)
+
+
+def quantities(
+    at: Location, element: Any, known: Known, *, leaving_out: Collection[str] = ()
+) -> Iterator[Finding]:
+    """What is wrong with the numbers and expressions of an element; None is none."""
+    for field in getattr(element, "scalars", ()):
+        value = getattr(element, field)
+        if value is not None and field not in leaving_out:
+            yield from expressions((*at, field), value, known)
+    for field in getattr(element, "vectors", ()):
+        yield from vectors((*at, field), getattr(element, field), known)
+
+
+def vectors(at: Location, value: Any, known: Known) -> Iterator[Finding]:
+    if not isinstance(value, tuple | list) or len(value) != 2:
+        yield Finding(at, f"expected two entries, got {value!r}", "write it like (x, z)")
+        return
+    for index, entry in enumerate(value):
+        yield from expressions((*at, index), entry, known)
+
+
+def expressions(at: Location, value: Any, known: Known) -> Iterator[Finding]:
+    try:
+        expression = as_expression(value)
+    except ExpressionError as error:
+        where = f" (column {error.column} of {value!r})" if error.column else ""
+        yield Finding(at, f"{error}{where}", "allowed: numbers, names, + - * / **, functions")
+        return
+    for name in sorted(expression.names()):
+        complaint = known.complaint(name)
+        if complaint:
+            yield Finding(at, *complaint)
+
+
+def reference(at: Location, name: str, known: Iterable[str], noun: str) -> Iterator[Finding]:
+    if name not in known:
+        yield Finding(at, f"unknown {SINGULAR[noun]} {name!r}", suggestion(name, known, noun))

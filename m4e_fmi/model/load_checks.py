@@ -1,0 +1,123 @@
+"""What can be wrong with single loads."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, get_args
+
+from m4e_fmi.document import Location
+from m4e_fmi.errors import suggestion
+from m4e_fmi.model.elements import GROUND
+from m4e_fmi.model.findings import (
+    TIME,
+    Complaint,
+    Finding,
+    Known,
+    Names,
+    expressions,
+    quantities,
+    reference,
+)
+from m4e_fmi.model.loads import Axes
+
+MOTION = {
+    "body": ("x", "z", "theta", "vx", "vz", "omega"),
+    "point": ("x", "z", "vx", "vz"),
+    "joint": ("q", "u"),
+}
+"""Variables of the motion that a load may depend on."""
+MOVING = ("revolute", "prismatic")
+"""Types of joints with a coordinate of their own."""
+
+
+class LoadChecks:
+    """The checks of one model's loads; `model` needs its joints and loads only."""
+
+    def __init__(self, model: Any, names: Names) -> None:
+        self.model = model
+        self.names = names
+        plain = names.parameters | names.tables | {TIME}
+        self.known = Known(plain, self._motion_complaint)
+
+    def findings(self) -> Iterator[Finding]:
+        for name, load in self.model.loads.items():
+            at = ("loads", name)
+            yield from self._ends(at, load)
+            yield from self._choices(at, load)
+            yield from quantities(at, load, self.known, leaving_out=("law",))
+            yield from self._law(at, load)
+
+    def _motion_complaint(self, name: str) -> Complaint | None:
+        """What is wrong with a name like ``joint.hinge.q``."""
+        kind, _, rest = name.partition(".")
+        element, _, variable = rest.rpartition(".")
+        if kind not in MOTION or not element:
+            remedy = "the motion is joint.<name>.q, body.<name>.vx, point.<name>.z and the like"
+            return f"{name!r} is not declared", remedy
+        group = {"body": "bodies", "point": "points", "joint": "joints"}[kind]
+        declared = getattr(self.names, group)
+        if element not in declared:
+            return f"unknown {kind} {element!r} in {name!r}", suggestion(element, declared, group)
+        if variable not in MOTION[kind]:
+            return f"a {kind} has no {variable!r} here", suggestion(variable, MOTION[kind])
+        joint = self.model.joints.get(element)
+        if kind == "joint" and joint is not None and joint.type not in MOVING:
+            remedy = f"use the motion of its body: body.{joint.child}.x, theta, vx, …"
+            return f"{element!r} is a {joint.type} joint and has no {variable}", remedy
+        return None
+
+    def _ends(self, at: Location, load: Any) -> Iterator[Finding]:
+        """The bodies, points or joint on which a load acts."""
+        names = self.names
+        if hasattr(load, "body"):
+            yield from reference((*at, "body"), load.body, names.bodies, "bodies")
+        elif hasattr(load, "point"):
+            yield from reference((*at, "point"), load.point, names.points, "points")
+        elif hasattr(load, "joint"):
+            yield from reference((*at, "joint"), load.joint, names.joints, "joints")
+            joint = self.model.joints.get(load.joint)
+            if joint is not None and joint.type not in MOVING:
+                message = f"{load.joint!r} is a {joint.type} joint, on which no effort can act"
+                yield Finding((*at, "joint"), message, "name a revolute or prismatic joint")
+        else:
+            yield from self._pair(at, load, "points" if hasattr(load, "points") else "bodies")
+
+    def _pair(self, at: Location, load: Any, field: str) -> Iterator[Finding]:
+        known = self.names.points if field == "points" else self.names.bodies | {GROUND}
+        ends = getattr(load, field)
+        if len(ends) != 2:
+            yield Finding((*at, field), f"expected two {field}, got {len(ends)}")
+            return
+        for index, end in enumerate(ends):
+            yield from reference((*at, field, index), end, known, field)
+        if ends[0] == ends[1]:
+            yield Finding((*at, field), f"both ends are {ends[0]!r}", f"name two {field}")
+
+    def _choices(self, at: Location, load: Any) -> Iterator[Finding]:
+        """Fields that are missing or exclude each other."""
+        for field in getattr(load, "required", ()):
+            if getattr(load, field) is None:
+                yield Finding(at, f"missing key {field!r}", f"add '{field}: …' here")
+        either = getattr(load, "either", ())
+        given = [field for field in either if getattr(load, field) is not None]
+        if either and len(given) != 1:
+            message = f"expected one of {' and '.join(map(repr, either))}, got {len(given)}"
+            remedy = "a law is the whole force or moment" if given else f"add '{either[0]}: …' here"
+            yield Finding((*at, given[-1]) if given else at, message, remedy)
+        if hasattr(load, "upper") and load.lower is None and load.upper is None:
+            yield Finding(at, "a stop without a limit", "add 'lower: …' or 'upper: …' here")
+        axes = getattr(load, "axes", "world")
+        if axes not in get_args(Axes):
+            remedy = suggestion(str(axes), get_args(Axes))
+            yield Finding((*at, "axes"), f"unknown axes {axes!r}", remedy)
+
+    def _law(self, at: Location, load: Any) -> Iterator[Finding]:
+        if getattr(load, "law", None) is None:
+            return
+        variables = load.law_variables
+        known = Known(self.known.names | set(variables), self.known.motion)
+        yield from expressions((*at, "law"), load.law, known)
+        for name in sorted(self.names.parameters | self.names.tables):
+            if name in variables:
+                message = f"{name!r} is what the law depends on, and also a parameter or table"
+                yield Finding((*at, "law"), message, "rename the parameter or table")

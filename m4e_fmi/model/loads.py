@@ -1,0 +1,246 @@
+"""What acts in a model. Frozen; quantities are numbers or expressions.
+
+Unlike geometry and masses, loads may depend on the time `t`, on tables, and on the motion: an
+expression names variables as the FMU does, `joint.<name>.q` and `u`; `body.<name>.x`, `z`, `theta`,
+`vx`, `vz`, `omega`; `point.<name>.x`, `z`, `vx`, `vz`.
+
+`type` is a load's name in files. `scalars` and `vectors` are its quantities, the scalars with their
+units; one that is None is not used. Of the fields in `either`, one is given.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, Literal, get_args
+
+from m4e_fmi.model.elements import Quantity, Vector
+
+Axes = Literal["world", "body"]
+
+
+@dataclass(frozen=True)
+class TensionSpring:
+    """Tension stiffness·l [N] along the line between two points; it pushes, too.
+
+    The extension l is distance − length. A `law` in `l` and its rate `ld` [m/s] is the tension
+    itself.
+    """
+
+    points: tuple[str, str]
+    stiffness: Quantity | None = None
+    length: Quantity | None = None
+    law: Quantity | None = None
+
+    type: ClassVar = "tension_spring"
+    scalars: ClassVar = {"stiffness": "N/m", "length": "m", "law": "N"}
+    either: ClassVar = ("stiffness", "law")
+    required: ClassVar = ("length",)
+    law_variables: ClassVar = ("l", "ld")
+
+
+@dataclass(frozen=True)
+class TensionDamper:
+    """Tension damping·ld [N] along the line between two points, ld their speed apart [m/s].
+
+    A `law` in `ld` is the tension itself.
+    """
+
+    points: tuple[str, str]
+    damping: Quantity | None = None
+    law: Quantity | None = None
+
+    type: ClassVar = "tension_damper"
+    scalars: ClassVar = {"damping": "N.s/m", "law": "N"}
+    either: ClassVar = ("damping", "law")
+    law_variables: ClassVar = ("ld",)
+
+
+@dataclass(frozen=True)
+class TensionStop:
+    """Keeps the distance of two points above `lower` and below `upper` [m], or one of the two.
+
+    Beyond a limit by d the force back is stiffness·d + damping·ḋ, in which damping never exceeds
+    what stiffness does: it grows from zero at contact and never pulls back. (So does ElastoGap of
+    the Modelica Standard Library.) A slack rope is a stop with `upper` only.
+    """
+
+    points: tuple[str, str]
+    stiffness: Quantity
+    lower: Quantity | None = None
+    upper: Quantity | None = None
+    damping: Quantity = 0.0
+
+    type: ClassVar = "tension_stop"
+    scalars: ClassVar = {"stiffness": "N/m", "lower": "m", "upper": "m", "damping": "N.s/m"}
+    positive: ClassVar = ("stiffness",)
+
+
+@dataclass(frozen=True)
+class TorsionSpring:
+    """Moment stiffness·theta [N·m] on the first body, the opposite on the second.
+
+    The twist theta is θ₂ − θ₁ − angle with absolute angles about +Y, 0 for the ground; `angle` is
+    θ₂ − θ₁ where the spring rests. A `law` in `theta` and its rate `thetad` [rad/s] is the moment
+    itself.
+    """
+
+    bodies: tuple[str, str]
+    stiffness: Quantity | None = None
+    angle: Quantity = 0.0
+    law: Quantity | None = None
+
+    type: ClassVar = "torsion_spring"
+    scalars: ClassVar = {"stiffness": "N.m/rad", "angle": "rad", "law": "N.m"}
+    either: ClassVar = ("stiffness", "law")
+    law_variables: ClassVar = ("theta", "thetad")
+
+
+@dataclass(frozen=True)
+class TorsionDamper:
+    """Moment damping·thetad [N·m] on the first body, the opposite on the second.
+
+    thetad is ω₂ − ω₁ [rad/s]. A `law` in `thetad` is the moment itself.
+    """
+
+    bodies: tuple[str, str]
+    damping: Quantity | None = None
+    law: Quantity | None = None
+
+    type: ClassVar = "torsion_damper"
+    scalars: ClassVar = {"damping": "N.m.s/rad", "law": "N.m"}
+    either: ClassVar = ("damping", "law")
+    law_variables: ClassVar = ("thetad",)
+
+
+@dataclass(frozen=True)
+class PointForce:
+    """A force (F_x, F_z) [N] at a point, in world axes or in those of the point's body."""
+
+    point: str
+    force: Vector
+    axes: Axes = "world"
+
+    type: ClassVar = "point_force"
+    vectors: ClassVar = ("force",)
+
+
+@dataclass(frozen=True)
+class BodyForce:
+    """A force (F_x, F_z) [N] at a centre of gravity, and a moment about +Y [N·m].
+
+    The force is in world axes or in those of the body.
+    """
+
+    body: str
+    force: Vector = (0.0, 0.0)
+    moment: Quantity = 0.0
+    axes: Axes = "world"
+
+    type: ClassVar = "body_force"
+    scalars: ClassVar = {"moment": "N.m"}
+    vectors: ClassVar = ("force",)
+
+
+@dataclass(frozen=True)
+class PointDrag:
+    """Force −coefficient·|v|v [N] at a point, v its velocity against the `flow` (world axes, m/s).
+
+    The coefficient is ½ρC_d·area [kg/m].
+    """
+
+    point: str
+    coefficient: Quantity
+    flow: Vector = (0.0, 0.0)
+
+    type: ClassVar = "point_drag"
+    scalars: ClassVar = {"coefficient": "kg/m"}
+    vectors: ClassVar = ("flow",)
+
+
+@dataclass(frozen=True)
+class BodyDrag:
+    """Force −coefficient·|v|v [N] at a centre of gravity and moment −moment_coefficient·|ω|ω [N·m].
+
+    v is the velocity against the `flow` (world axes, m/s). The coefficient is ½ρC_d·area [kg/m].
+    """
+
+    body: str
+    coefficient: Quantity = 0.0
+    moment_coefficient: Quantity = 0.0
+    flow: Vector = (0.0, 0.0)
+
+    type: ClassVar = "body_drag"
+    scalars: ClassVar = {"coefficient": "kg/m", "moment_coefficient": "N.m.s2/rad2"}
+    vectors: ClassVar = ("flow",)
+
+
+@dataclass(frozen=True)
+class JointEffort:
+    """Moment [N·m] of a revolute or force [N] of a prismatic joint on its child.
+
+    The opposite acts on the parent.
+    """
+
+    joint: str
+    effort: Quantity
+
+    type: ClassVar = "joint_effort"
+    scalars: ClassVar = {"effort": "N.m or N"}
+
+
+@dataclass(frozen=True)
+class JointFriction:
+    """Coulomb friction, made smooth: effort −`effort`·tanh(rate/`velocity`) of a joint.
+
+    The rate is that of the child against the parent, whatever the joint's coordinate. `effort` is
+    the friction while it slides [N·m or N], reached to 76 % at `velocity` [rad/s or m/s].
+    """
+
+    joint: str
+    effort: Quantity
+    velocity: Quantity
+
+    type: ClassVar = "joint_friction"
+    scalars: ClassVar = {"effort": "N.m or N", "velocity": "rad/s or m/s"}
+    positive: ClassVar = ("velocity",)
+
+
+@dataclass(frozen=True)
+class JointStop:
+    """Keeps a joint above `lower` and below `upper` [rad or m], or one of the two.
+
+    What is limited is the child's angle or displacement against its parent, whatever the joint's
+    coordinate. The effort back is as in `TensionStop`.
+    """
+
+    joint: str
+    stiffness: Quantity
+    lower: Quantity | None = None
+    upper: Quantity | None = None
+    damping: Quantity = 0.0
+
+    type: ClassVar = "joint_stop"
+    scalars: ClassVar = {
+        "stiffness": "N.m/rad or N/m",
+        "lower": "rad or m",
+        "upper": "rad or m",
+        "damping": "N.m.s/rad or N.s/m",
+    }
+    positive: ClassVar = ("stiffness",)
+
+
+Load = (
+    TensionSpring
+    | TensionDamper
+    | TensionStop
+    | TorsionSpring
+    | TorsionDamper
+    | PointForce
+    | BodyForce
+    | PointDrag
+    | BodyDrag
+    | JointEffort
+    | JointFriction
+    | JointStop
+)
+LOAD_TYPES: dict[str, type[Load]] = {kind.type: kind for kind in get_args(Load)}

@@ -1,0 +1,121 @@
+"""Tables: something known at certain times, and linear in between."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from numbers import Real
+from pathlib import Path
+from typing import Any
+
+from m4e_fmi.errors import suggestion
+from m4e_fmi.program import maximum, minimum
+from m4e_fmi.units import parse_unit
+
+MOST_ROWS = 10_000
+LARGEST_FILE = 20_000_000
+"""Bytes that are read of one file; anything longer is no table of `MOST_ROWS` rows."""
+
+
+class TableError(ValueError):
+    """What is wrong with a table, and what to do."""
+
+    def __init__(self, message: str, remedy: str = "") -> None:
+        self.remedy = remedy
+        super().__init__(message)
+
+
+@dataclass(frozen=True)
+class Table:
+    """`values` in `unit` at `times` [s], linear in between, constant before and after.
+
+    In loads a table's name is its value at the time t, in SI units.
+    """
+
+    times: Sequence[float]
+    values: Sequence[float]
+    unit: str = "1"
+    description: str = ""
+
+    def at(self, time: Any, number: Callable[[float], Any] = float) -> Any:
+        """The value at `time` over any scalar, as a sum over the intervals: slope times the part
+        of the interval that has passed. Five operations for each interval.
+        """
+        factor = parse_unit(self.unit).factor
+        values = [factor * value for value in self.values]
+        total = number(values[0])
+        for k in range(1, len(values)):
+            start, end = self.times[k - 1], self.times[k]
+            rise = values[k] - values[k - 1]
+            if rise != 0:
+                passed = minimum(maximum(time, number(start)), number(end)) - number(start)
+                total = total + number(rise / (end - start)) * passed
+        return total
+
+    def check(self) -> None:
+        """TableError if there is no line through times and values."""
+        for name, column in (("times", self.times), ("values", self.values)):
+            for row, value in enumerate(column, start=1):
+                if not isinstance(value, Real) or not math.isfinite(value):
+                    message = f"row {row} of {name}: expected a finite number, got {value!r}"
+                    raise TableError(message)
+        if len(self.times) != len(self.values):
+            message = f"{len(self.times)} times, but {len(self.values)} values"
+            raise TableError(message, "give one value for each time")
+        if not 2 <= len(self.times) <= MOST_ROWS:
+            message = f"expected 2 to {MOST_ROWS} rows, got {len(self.times)}"
+            remedy = "every row costs time in each step: leave out rows on a straight line"
+            raise TableError(message, remedy)
+        for row in range(1, len(self.times)):
+            if not self.times[row] > self.times[row - 1]:
+                last, time = self.times[row - 1], self.times[row]
+                message = f"row {row + 1}: time {time} is not after {last}"
+                remedy = "times must ascend; write a jump as two rows a short time apart"
+                raise TableError(message, remedy)
+
+
+def read_columns(path: Path, columns: Sequence[str]) -> tuple[list[float], list[float]]:
+    """Two `columns` of a CSV file, by the names in its first line; the first two, if none is given.
+
+    TableError says what cannot be read, and where.
+    """
+    try:
+        if not path.is_file():
+            here = path.parent if path.parent.is_dir() else Path()
+            names = [other.name for other in here.glob("*.csv")]
+            raise TableError(f"there is no file {path.name!r} here", suggestion(path.name, names))
+        if path.stat().st_size > LARGEST_FILE:
+            raise TableError(f"{path.name} is longer than {LARGEST_FILE // 1_000_000} MB")
+        with path.open(encoding="utf-8-sig", newline="") as file:
+            return _columns(path.name, [row for row in csv.reader(file) if any(row)], columns)
+    except (OSError, ValueError, csv.Error) as error:
+        if isinstance(error, TableError):
+            raise
+        raise TableError(f"{path.name} cannot be read: {error}") from None
+
+
+def _columns(
+    name: str, rows: list[list[str]], columns: Sequence[str]
+) -> tuple[list[float], list[float]]:
+    header = [entry.strip() for entry in rows[0]] if rows else []
+    if len(header) < 2:
+        raise TableError(f"{name} has no two columns", "separate them by commas, names first")
+    places = [0, 1]
+    for k, column in enumerate(columns):
+        if column not in header:
+            remedy = suggestion(column, header, "columns")
+            raise TableError(f"{name} has no column {column!r}", remedy)
+        places[k] = header.index(column)
+    result: tuple[list[float], list[float]] = ([], [])
+    for line, row in enumerate(rows[1:], start=2):
+        for place, into in zip(places, result, strict=True):
+            try:
+                into.append(float(row[place]))
+            except (ValueError, IndexError):
+                got = repr(row[place]) if place < len(row) else "nothing"
+                message = f"{name}, row {line}: expected a number in column {header[place]!r}"
+                remedy = "the first row names the columns"
+                raise TableError(f"{message}, got {got}", remedy) from None
+    return result

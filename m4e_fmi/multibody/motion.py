@@ -1,0 +1,80 @@
+"""Scalars by name in a state: parameters, the time, tables, and how joints, bodies, points move.
+
+Loads are computed from these, over any scalar. The names are those of the FMU's variables.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from m4e_fmi.model import GROUND, Model, Table
+from m4e_fmi.model.expression import Values
+from m4e_fmi.multibody.kinematics import GROUND_FRAME, Frame, Place
+from m4e_fmi.multibody.topology import Topology
+
+Lookup = Callable[[str, Table, Any], Any]
+"""The value of a table by its name, itself, and the time."""
+
+
+@dataclass(frozen=True)
+class State:
+    """A model's q, u and what follows from them."""
+
+    model: Model
+    tree: Topology
+    q: Sequence[Any]
+    u: Sequence[Any]
+    frames: Sequence[Frame]
+    points: Mapping[str, Place]
+
+    def frame(self, body: str) -> Frame:
+        return GROUND_FRAME if body == GROUND else self.frames[self.tree.index(body)]
+
+    def joint(self, name: str) -> tuple[Any, Any]:
+        """Angle or displacement of a joint's child against its parent, and its rate."""
+        link = self.tree.links[self.tree.index(self.model.joints[name].child)]
+        (k,) = link.coordinates
+        if link.follows or link.parent < 0:
+            return self.q[k], self.u[k]
+        parent = self.frames[link.parent]
+        return self.q[k] - parent.angle, self.u[k] - parent.omega
+
+    def variable(self, name: str) -> Any:
+        """A variable of the motion: joint.<name>.q, body.<name>.vx, point.<name>.z, …"""
+        kind, element, variable = name.split(".")
+        if kind == "joint":
+            (k,) = self.tree.links[self.tree.index(self.model.joints[element].child)].coordinates
+            return {"q": self.q, "u": self.u}[variable][k]
+        if kind == "body" and variable in ("theta", "omega"):
+            frame = self.frame(element)
+            return frame.angle if variable == "theta" else frame.omega
+        place = self.points[element] if kind == "point" else self.frame(element)
+        vector = place.velocity if variable.startswith("v") else place.position
+        return vector["xz".index(variable[-1])]
+
+
+class Motion(Values):
+    """Values for the expressions of loads; variables of the motion are looked up when needed."""
+
+    def __init__(self, values: Values, state: State, lookup: Lookup) -> None:
+        super().__init__(values, number=values.number)
+        self.state = state
+        self.lookup = lookup
+
+    def __missing__(self, name: str) -> Any:
+        tables = self.state.model.tables
+        if name in tables:
+            value = self.lookup(name, tables[name], self["t"])
+        else:
+            value = self.state.variable(name)
+        self[name] = value
+        return value
+
+    def with_(self, **more: Any) -> Motion:
+        """The same with more names."""
+        other = copy.copy(self)
+        other.update(more)
+        return other

@@ -1,0 +1,399 @@
+"""Loads and tables: the same from YAML and Python, and everything that can be wrong with them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from m4e_fmi.document import Document
+from m4e_fmi.errors import InputError, Problem
+from m4e_fmi.model import (
+    Body,
+    BodyDrag,
+    BodyForce,
+    Joint,
+    JointEffort,
+    JointFriction,
+    JointStop,
+    Model,
+    Parameter,
+    Point,
+    PointDrag,
+    PointForce,
+    Table,
+    TensionDamper,
+    TensionSpring,
+    TensionStop,
+    TorsionDamper,
+    TorsionSpring,
+    load_model,
+)
+from m4e_fmi.model.yaml import model_of
+from m4e_fmi.multibody import model_program
+
+TEXT = """\
+name: flap
+parameters:
+  k: {value: 100, unit: N/m}
+  c: {value: 5, unit: kg/m}
+tables:
+  gust: {times: [0, 1, 2.5], values: [0, 0.4, 0], unit: kN, description: Wind}
+  wave: {file: wave.csv, columns: [time, height]}
+bodies:
+  hull: {mass: 5, inertia: 1}
+  flap: {mass: 2, inertia: 1}
+joints:
+  sea: {type: floating, child: hull}
+  hinge: {type: revolute, parent: hull, child: flap, joint_to_child: [0, -1], coordinate: relative}
+points:
+  tip: {body: flap, at: [0, -1]}
+  wall: {body: ground, at: [9, 0]}
+loads:
+  rope: {type: tension_spring, points: [tip, wall], length: 3, law: k*l + 2*ld}
+  valve: {type: tension_damper, points: [tip, wall], law: 3*abs(ld)*ld}
+  slack: {type: tension_stop, points: [tip, wall], stiffness: k, upper: 8}
+  coil: {type: torsion_spring, bodies: [hull, flap], law: sin(theta)}
+  oil: {type: torsion_damper, bodies: [hull, flap], law: tanh(thetad)}
+  blow: {type: point_force, point: tip, force: [gust, 0], axes: body}
+  lift: {type: body_force, body: hull, force: [0, -k*body.hull.z], moment: wave}
+  sail: {type: point_drag, point: tip, coefficient: c, flow: [point.tip.vx/2, 0]}
+  keel: {type: body_drag, body: hull, coefficient: c, moment_coefficient: 2}
+  motor: {type: joint_effort, joint: hinge, effort: -3*joint.hinge.u}
+  rub: {type: joint_friction, joint: hinge, effort: 2, velocity: 0.01}
+  end: {type: joint_stop, joint: hinge, stiffness: 90, lower: -pi/2, upper: pi/2, damping: 3}
+"""
+WAVE = "time, force, height\n0, 7, 1.5\n2, 8, -1.5\n\n5.5, 9, 0\n"
+
+
+def flap() -> Model:
+    ends, bodies = ("tip", "wall"), ("hull", "flap")
+    return Model(
+        name="flap",
+        parameters={"k": Parameter(100, "N/m"), "c": Parameter(5, "kg/m")},
+        tables={
+            "gust": Table((0.0, 1.0, 2.5), (0.0, 0.4, 0.0), "kN", "Wind"),
+            "wave": Table((0.0, 2.0, 5.5), (1.5, -1.5, 0.0)),
+        },
+        bodies={"hull": Body(5, 1), "flap": Body(2, 1)},
+        joints={
+            "sea": Joint("floating", "hull"),
+            "hinge": Joint(
+                "revolute", "flap", "hull", joint_to_child=(0, -1), coordinate="relative"
+            ),
+        },
+        points={"tip": Point("flap", (0, -1)), "wall": Point("ground", (9, 0))},
+        loads={
+            "rope": TensionSpring(ends, length=3, law="k*l + 2*ld"),
+            "valve": TensionDamper(ends, law="3*abs(ld)*ld"),
+            "slack": TensionStop(ends, "k", upper=8),
+            "coil": TorsionSpring(bodies, law="sin(theta)"),
+            "oil": TorsionDamper(bodies, law="tanh(thetad)"),
+            "blow": PointForce("tip", ("gust", 0), "body"),
+            "lift": BodyForce("hull", (0, "-k*body.hull.z"), "wave"),
+            "sail": PointDrag("tip", "c", ("point.tip.vx/2", 0)),
+            "keel": BodyDrag("hull", "c", 2),
+            "motor": JointEffort("hinge", "-3*joint.hinge.u"),
+            "rub": JointFriction("hinge", 2, 0.01),
+            "end": JointStop("hinge", 90, "-pi/2", "pi/2", 3),
+        },
+    )
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "wave.csv").write_text(WAVE)
+    return tmp_path
+
+
+def test_yaml_and_python_give_the_same(folder: Path) -> None:
+    path = folder / "flap.model.yaml"
+    path.write_text(TEXT)
+    assert load_model(path) == flap()
+    assert model_program(path) == model_program(flap())
+
+
+def test_quantities_may_be_expressions_of_sympy() -> None:
+    import sympy
+
+    k, extension, z = sympy.symbols("k l body.hull.z")
+    model = flap()
+    rope = TensionSpring(("tip", "wall"), length=3, law=k * extension + extension**3)
+    lift = BodyForce("hull", (0, -k * z), "wave")
+    text = TensionSpring(("tip", "wall"), length=3, law="k*l + l**3")
+    made, written = (
+        model_program(_with(model, rope=spring, lift=force))
+        for spring, force in ((rope, lift), (text, model.loads["lift"]))
+    )
+    values = {v.name: 0.1 * k for k, v in enumerate(made.states)}
+    from support.programs import Evaluated
+
+    assert Evaluated(made).rates(values) == pytest.approx(Evaluated(written).rates(values))
+
+
+def _with(model: Model, **loads: Any) -> Model:
+    fields = {name: getattr(model, name) for name in model.__dataclass_fields__}
+    return Model(**{**fields, "loads": {**model.loads, **loads}})
+
+
+def problems(text: str, folder: Path) -> list[Problem]:
+    with pytest.raises(InputError) as caught:
+        model_of(Document.parse(text, folder / "flap.model.yaml"))
+    return caught.value.problems
+
+
+CHECKS = {
+    "joint of an expression": (
+        ("joint.hinge.u", "joint.hinj.u"),
+        "effort: -3",
+        "unknown joint 'hinj' in 'joint.hinj.u'",
+        "did you mean 'hinge'?",
+    ),
+    "body of an expression": (
+        ("body.hull.z", "body.hul.z"),
+        "-k*body",
+        "unknown body 'hul' in 'body.hul.z'",
+        "did you mean 'hull'?",
+    ),
+    "variable of an expression": (
+        ("body.hull.z", "body.hull.az"),
+        "-k*body",
+        "a body has no 'az' here",
+        "did you mean 'z'?",
+    ),
+    "coordinate of a floating joint": (
+        ("joint.hinge.u", "joint.sea.u"),
+        "effort: -3",
+        "'sea' is a floating joint and has no u",
+        "use the motion of its body: body.hull.x, theta, vx, …",
+    ),
+    "a name with dots that means nothing": (
+        ("joint.hinge.u", "hinge.u"),
+        "effort: -3",
+        "'hinge.u' is not declared",
+        "the motion is joint.<name>.q, body.<name>.vx, point.<name>.z and the like",
+    ),
+    "motion in a mass": (
+        ("mass: 5", "mass: 5 + body.hull.z"),
+        "mass: 5",
+        "'body.hull.z' is not known here",
+        "only loads may depend on the motion",
+    ),
+    "variable of a law": (
+        ("3*abs(ld)*ld", "3*abs(l)*ld"),
+        "law: 3",
+        "'l' is not declared",
+        "did you mean 'ld'?",
+    ),
+    "variable of a law elsewhere": (
+        ("stiffness: k, upper", "stiffness: k*theta, upper"),
+        "stiffness: k*theta",
+        "'theta' is not declared",
+        "known names: c, gust, k, pi, t, wave",
+    ),
+    "parameter with the name of a variable": (
+        ("  k: {value", "  l: {value: 1, unit: m}\n  k: {value"),
+        "law: k*l",
+        "'l' is what the law depends on, and also a parameter or table",
+        "rename the parameter or table",
+    ),
+    "law and stiffness": (
+        ("law: sin(theta)", "law: sin(theta), stiffness: 3"),
+        "law: sin",
+        "expected one of 'stiffness' and 'law', got 2",
+        "a law is the whole force or moment",
+    ),
+    "neither law nor damping": (
+        (", law: tanh(thetad)", ""),
+        "oil:",
+        "expected one of 'damping' and 'law', got 0",
+        "add 'damping: …' here",
+    ),
+    "no length": (
+        ("length: 3, ", ""),
+        "rope:",
+        "missing key 'length'",
+        "add 'length: …' here",
+    ),
+    "grammar of a law": (
+        ("law: sin(theta)", "law: sin(theta"),
+        "law: sin",
+        "something is missing at the end (column 9 of 'sin(theta')",
+        "allowed: numbers, names, + - * / **, functions",
+    ),
+    "axes": (
+        ("axes: body", "axes: bodi"),
+        "bodi",
+        "unknown axes 'bodi'",
+        "did you mean 'body'?",
+    ),
+    "joint of a load": (
+        ("joint_stop, joint: hinge", "joint_stop, joint: hing"),
+        "joint: hing,",
+        "unknown joint 'hing'",
+        "did you mean 'hinge'?",
+    ),
+    "joint without an effort": (
+        ("joint_stop, joint: hinge", "joint_stop, joint: sea"),
+        "joint: sea",
+        "'sea' is a floating joint, on which no effort can act",
+        "name a revolute or prismatic joint",
+    ),
+    "stop without a limit": (
+        (", lower: -pi/2, upper: pi/2", ""),
+        "end:",
+        "a stop without a limit",
+        "add 'lower: …' or 'upper: …' here",
+    ),
+    "kind of load": (
+        ("type: joint_effort", "type: joint_moment"),
+        "type: joint_moment",
+        "unknown type 'joint_moment'",
+        "did you mean 'joint_effort'?",
+    ),
+    "limits": (
+        ("lower: -pi/2", "lower: pi/2"),
+        "lower: pi/2",
+        "the lower limit 1.5708 is not below the upper one, 1.5708",
+        "exchange them",
+    ),
+    "velocity of friction": (
+        ("velocity: 0.01", "velocity: 0"),
+        "velocity: 0",
+        "must be positive, got 0",
+        "give a positive velocity",
+    ),
+    "times that do not ascend": (
+        ("times: [0, 1, 2.5]", "times: [0, 1, 1]"),
+        "gust:",
+        "row 3: time 1.0 is not after 1.0",
+        "times must ascend; write a jump as two rows a short time apart",
+    ),
+    "times and values": (
+        ("values: [0, 0.4, 0]", "values: [0, 0.4]"),
+        "gust:",
+        "3 times, but 2 values",
+        "give one value for each time",
+    ),
+    "one row": (
+        ("times: [0, 1, 2.5], values: [0, 0.4, 0]", "times: [0], values: [0]"),
+        "gust:",
+        "expected 2 to 10000 rows, got 1",
+        "every row costs time in each step: leave out rows on a straight line",
+    ),
+    "value that is not finite": (
+        ("0.4", ".nan"),
+        "gust:",
+        "row 2 of values: expected a finite number, got nan",
+        "",
+    ),
+    "unit of a table": (
+        ("unit: kN,", "unit: kn2x,"),
+        "unit: kn2x",
+        "unit 'kn2x': 'kn2x' is not a unit",
+        "write it like N.s/m or kg.m2",
+    ),
+    "name of a table": (
+        ("gust: {times: [0, 1, 2.5]", "c: {times: [0, 1, 2.5]"),
+        "c: {times",
+        "'c' is also a parameter",
+        "rename one of the two",
+    ),
+    "neither numbers nor a file": (
+        ("file: wave.csv, columns: [time, height]", "unit: N"),
+        "wave:",
+        "expected numbers or a file",
+        "give 'times' and 'values', or the 'file' of a table",
+    ),
+    "file": (
+        ("file: wave.csv", "file: wav.csv"),
+        "file: wav",
+        "there is no file 'wav.csv' here",
+        "did you mean 'wave.csv'?",
+    ),
+    "column": (
+        ("columns: [time, height]", "columns: [time, hight]"),
+        "columns:",
+        "wave.csv has no column 'hight'",
+        "did you mean 'height'?",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("change", "place", "message", "remedy"), CHECKS.values(), ids=CHECKS)
+def test_checks(
+    change: tuple[str, str], place: str, message: str, remedy: str, folder: Path
+) -> None:
+    old, new = change
+    assert TEXT.count(old) == 1
+    found = problems(TEXT.replace(old, new), folder)
+    if old.startswith("gust:"):  # what used the name is reported, too
+        found = found[:1]
+    (problem,) = found
+    assert (problem.message, problem.remedy) == (message, remedy)
+    assert problem.source[problem.column - 1 :].startswith(place)
+
+
+@pytest.mark.parametrize(
+    ("content", "message", "remedy"),
+    [
+        ("", "wave.csv has no two columns", "separate them by commas, names first"),
+        ("time\n1\n2\n", "wave.csv has no two columns", "separate them by commas, names first"),
+        (
+            "time,height\n0,1\n1,x\n",
+            "wave.csv, row 3: expected a number in column 'height', got 'x'",
+            "the first row names the columns",
+        ),
+        (
+            "time,height\n0,1\n1\n",
+            "wave.csv, row 3: expected a number in column 'height', got nothing",
+            "the first row names the columns",
+        ),
+        ("time,height\n0,1\n", "expected 2 to 10000 rows, got 1", None),
+        ("time,height\n0,1\n1,inf\n", "row 2 of values: expected a finite number, got inf", ""),
+        (b"\xff\xfe\x00\x01", "wave.csv cannot be read: ", None),
+    ],
+)
+def test_files_of_tables(
+    content: str | bytes, message: str, remedy: str | None, folder: Path
+) -> None:
+    data = content.encode() if isinstance(content, str) else content
+    (folder / "wave.csv").write_bytes(data)
+    (problem,) = problems(TEXT, folder)
+    assert problem.message.startswith(message)
+    if remedy is not None:
+        assert problem.remedy == remedy
+    assert "wave" in problem.source
+
+
+def test_a_folder_is_no_table(folder: Path) -> None:
+    (folder / "wave.csv").unlink()
+    (folder / "wave.csv").mkdir()
+    (problem,) = problems(TEXT, folder)
+    assert problem.message == "there is no file 'wave.csv' here"
+
+
+def test_the_first_two_columns_are_the_default(folder: Path) -> None:
+    text = TEXT.replace(", columns: [time, height]", "")
+    (folder / "flap.model.yaml").write_text(text)
+    model = load_model(folder / "flap.model.yaml")
+    assert model.tables["wave"] == Table((0.0, 2.0, 5.5), (7.0, 8.0, 9.0))
+
+
+def test_python_models_get_the_checks_of_files() -> None:
+    wrong: Any = "bodi"
+    loads = {
+        "rope": TensionSpring(("tip", "wall"), 3.0),
+        "blow": PointForce("tip", (0, 0), wrong),
+        "coil": TorsionSpring(("hull", "flap")),
+    }
+    model = flap()
+    fields = {name: getattr(model, name) for name in model.__dataclass_fields__}
+    with pytest.raises(InputError) as caught:
+        Model(**{**fields, "loads": loads})
+    assert [problem.message for problem in caught.value.problems] == [
+        "loads.rope: missing key 'length'",
+        "loads.blow.axes: unknown axes 'bodi'",
+        "loads.coil: expected one of 'stiffness' and 'law', got 0",
+    ]
