@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 from m4e_fmi.model import Model
 from m4e_fmi.multibody.assembly import Assembly, Scalars, assemble
-from m4e_fmi.multibody.closed_form import forcing, mass_matrix
+from m4e_fmi.multibody.closed_form import forcing, mass_matrix, outwards
 from m4e_fmi.multibody.columns import Columns, column_rates, columns
 from m4e_fmi.multibody.energy import kinetic_energy, potential_energy
+from m4e_fmi.multibody.reactions import reactions
 from m4e_fmi.multibody.topology import topology
 
 if TYPE_CHECKING:
@@ -23,8 +24,9 @@ if TYPE_CHECKING:
 class Equations:
     """Symbolic equations of a model: mass_matrix · u̇ = forcing, with q̇ = u.
 
-    Symbols are real: coordinates `Theta_k`, `S_k`, `X_k`, `Z_k` and velocities `ThetaD_k`, … of
-    body k, the time `t`, the model's parameters, `A_i_j` for added mass.
+    Symbols are real: coordinates `Theta_k`, `S_k`, `X_k`, `Z_k`, velocities `ThetaD_k`, … and
+    accelerations `ThetaDD_k`, … of body k, the time `t`, the model's parameters, `A_i_j` for added
+    mass.
     """
 
     def __init__(self, model: Model) -> None:
@@ -40,6 +42,11 @@ class Equations:
     def u(self) -> sympy.Matrix:
         """Velocities, n×1."""
         return _symbols(self.topology.velocity_names)
+
+    @cached_property
+    def u_dot(self) -> sympy.Matrix:
+        """Accelerations, n×1: symbols, to write what depends on them."""
+        return _symbols(self.topology.acceleration_names)
 
     @cached_property
     def assembly(self) -> Assembly:
@@ -89,6 +96,15 @@ class Equations:
     def forcing(self) -> sympy.Matrix:
         """Bᵀ(g + g_g) − Bᵀ(𝓜 + A)Ḃu, n×1."""
         return _matrix([[entry] for entry in forcing(self.assembly)])
+
+    @cached_property
+    def reactions(self) -> dict[str, sympy.Matrix]:
+        """By joint, (F_x, F_z [N], M_y [N·m]) on its child, 3×1; see `reactions.Reaction`.
+
+        Functions of q, u and `u_dot`. A floating joint exerts nothing and is left out.
+        """
+        found = reactions(self.assembly, outwards(self.assembly, self.u_dot.flat()))
+        return {r.joint: _matrix([[r.force[0]], [r.force[1]], [r.moment]]) for r in found}
 
     @cached_property
     def kinetic_energy(self) -> sympy.Expr:

@@ -10,6 +10,7 @@ from m4e_fmi.model.elements import GROUND, as_expression, parameter_values
 from m4e_fmi.multibody.assembly import Accelerations, Assembly, Scalars, assemble, wet_links
 from m4e_fmi.multibody.closed_form import ClosedForm
 from m4e_fmi.multibody.energy import kinetic_energy, potential_energy
+from m4e_fmi.multibody.reactions import reactions
 from m4e_fmi.multibody.sensitivity import Recursion
 from m4e_fmi.multibody.topology import Link, Topology, topology
 from m4e_fmi.program import Program, Recorder, Variable
@@ -25,8 +26,8 @@ def model_program(model: Model | str | Path) -> Program:
     """The Program of a model, or of the model file at a path.
 
     Inputs: wrench of every body, force of every point, effort of every revolute and prismatic
-    joint. States: q and u. Outputs: motion of bodies and points, energies. Parameters: the model's,
-    and `added_mass[i,j]` of the bodies that have it.
+    joint. States: q and u. Outputs: motion of bodies and points, reactions of joints, energies.
+    Parameters: the model's, and `added_mass[i,j]` of the bodies that have it.
 
     Accelerations come from the recursion, or from the closed form where added mass couples bodies;
     of a model with few coordinates both are recorded and the one with fewer operations is taken.
@@ -58,6 +59,7 @@ def recorded(
             recorder.rate(velocity, solved.rates[k])
     _add_body_outputs(recorder, assembly, solved)
     _add_point_outputs(recorder, assembly, solved)
+    _add_reactions(recorder, assembly, solved)
     kinetic, potential = kinetic_energy(assembly), potential_energy(assembly)
     for name, value, text in (
         ("kinetic", kinetic, "Kinetic energy, added mass included"),
@@ -201,6 +203,16 @@ def _add_point_outputs(recorder: Recorder, assembly: Assembly, solved: Accelerat
             k = assembly.tree.index(body)
             acceleration = solved.of_point(assembly.frames[k], k, point.arm)
             _accelerations(recorder, f"point.{name}", "point", acceleration)
+
+
+def _add_reactions(recorder: Recorder, assembly: Assembly, solved: Accelerations) -> None:
+    for reaction in reactions(assembly, solved):
+        name = f"joint.{reaction.joint}"
+        for axis, value in zip("xz", reaction.force, strict=True):
+            text = f"Force of the joint on its child, world {axis.upper()}"
+            recorder.output(Variable(f"{name}.reaction_{axis}", "N", text), value)
+        text = "Moment of the joint on its child at the joint, about +Y"
+        recorder.output(Variable(f"{name}.reaction_moment", "N.m", text), reaction.moment)
 
 
 def _motion(recorder: Recorder, name: str, what: str, position: Any, velocity: Any) -> None:
