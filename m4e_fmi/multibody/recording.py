@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from m4e_fmi.model import Model, load_model
 from m4e_fmi.model.elements import GROUND, as_expression, parameter_values
@@ -49,14 +49,32 @@ def recorded(
 ) -> Program:
     """The Program of a model whose u̇ comes from `algorithm`."""
     recorder = Recorder(model.name, model.description or f"Multibody system {model.name}")
-    scalars = _declared(recorder, model, tree)
+    scalars = declared(recorder, model, tree)
     assembly = assemble(model, tree, scalars)
     solution = algorithm(assembly)
     solved = solution.accelerations
     for link in tree.links:
-        for (position, velocity), k in zip(_state_names(link), link.coordinates, strict=True):
+        for (position, velocity), k in zip(state_names(link), link.coordinates, strict=True):
             recorder.rate(position, scalars.u[k])
             recorder.rate(velocity, solved.rates[k])
+    add_outputs(recorder, assembly, solved)
+    return recorder.program(solution=solution if isinstance(solution, Recursion) else None)
+
+
+class Inputs(Protocol):
+    """What gives scalars for inputs: a recorder, or whoever has others."""
+
+    def input(self, variable: Variable) -> Any: ...
+
+
+class Outputs(Protocol):
+    """What takes outputs: a recorder, or whoever wants to read them."""
+
+    def output(self, variable: Variable, value: Any) -> None: ...
+
+
+def add_outputs(recorder: Outputs, assembly: Assembly, solved: Accelerations) -> None:
+    """All outputs of a model in motion, over any scalar."""
     _add_body_outputs(recorder, assembly, solved)
     _add_point_outputs(recorder, assembly, solved)
     _add_reactions(recorder, assembly, solved)
@@ -67,17 +85,17 @@ def recorded(
         ("total", kinetic + potential, "Kinetic and potential energy"),
     ):
         recorder.output(Variable(f"energy.{name}", "J", text), value)
-    return recorder.program(solution=solution if isinstance(solution, Recursion) else None)
 
 
-def _state_names(link: Link) -> list[tuple[str, str]]:
+def state_names(link: Link) -> list[tuple[str, str]]:
     """(coordinate, velocity) variable names of a link's states."""
     if link.joint.type == "floating":
         return [(f"body.{link.body}.{p}", f"body.{link.body}.{v}") for p, v, _ in FLOATING_STATES]
     return [(f"joint.{link.joint_name}.q", f"joint.{link.joint_name}.u")]
 
 
-def _declared(recorder: Recorder, model: Model, tree: Topology) -> Scalars:
+def declared(recorder: Recorder, model: Model, tree: Topology) -> Scalars:
+    """The parameters, inputs and states of a model, declared."""
     parameters: dict[str, Any] = {}
     for name, parameter in model.parameters.items():
         unit = parse_unit(parameter.unit)
@@ -91,7 +109,7 @@ def _declared(recorder: Recorder, model: Model, tree: Topology) -> Scalars:
             )
         )
     added_mass = _declared_added_mass(recorder, model, tree)
-    inputs = _declared_inputs(recorder, model, tree)
+    inputs = declared_inputs(recorder, model, tree)
     q, u = _declared_states(recorder, model, tree)
     return Scalars(q, u, recorder.time, parameters, added_mass=added_mass, **inputs)
 
@@ -116,7 +134,9 @@ def _declared_added_mass(recorder: Recorder, model: Model, tree: Topology) -> li
     return rows
 
 
-def _declared_inputs(recorder: Recorder, model: Model, tree: Topology) -> dict[str, Any]:
+def declared_inputs(recorder: Inputs, model: Model, tree: Topology) -> dict[str, Any]:
+    """What acts from outside, as fields of `Scalars`."""
+
     def force(name: str, unit: str, text: str) -> Any:
         return recorder.input(Variable(name, unit, text))
 
@@ -158,7 +178,7 @@ def _declared_states(
         kind = link.joint.type
         floating = kind == "floating"
         keys = FLOATING_STATES if floating else (("q", "u", "m" if kind == "prismatic" else "rad"),)
-        pairs = zip(_state_names(link), keys, link.coordinates, strict=True)
+        pairs = zip(state_names(link), keys, link.coordinates, strict=True)
         for (position, velocity), (key, rate_key, unit), k in pairs:
             initial = {
                 name: float(as_expression(link.joint.initial.get(name, 0.0)).evaluate(values))
@@ -180,7 +200,7 @@ def _declared_states(
     return q, u
 
 
-def _add_body_outputs(recorder: Recorder, assembly: Assembly, solved: Accelerations) -> None:
+def _add_body_outputs(recorder: Outputs, assembly: Assembly, solved: Accelerations) -> None:
     for k, (link, frame) in enumerate(zip(assembly.tree.links, assembly.frames, strict=True)):
         name = f"body.{link.body}"
         if link.joint.type != "floating":
@@ -195,7 +215,7 @@ def _add_body_outputs(recorder: Recorder, assembly: Assembly, solved: Accelerati
         recorder.output(variable, solved.alphas[k])
 
 
-def _add_point_outputs(recorder: Recorder, assembly: Assembly, solved: Accelerations) -> None:
+def _add_point_outputs(recorder: Outputs, assembly: Assembly, solved: Accelerations) -> None:
     for name, point in assembly.points.items():
         body = assembly.model.points[name].body
         if body != GROUND:
@@ -205,7 +225,7 @@ def _add_point_outputs(recorder: Recorder, assembly: Assembly, solved: Accelerat
             _accelerations(recorder, f"point.{name}", "point", acceleration)
 
 
-def _add_reactions(recorder: Recorder, assembly: Assembly, solved: Accelerations) -> None:
+def _add_reactions(recorder: Outputs, assembly: Assembly, solved: Accelerations) -> None:
     for reaction in reactions(assembly, solved):
         name = f"joint.{reaction.joint}"
         for axis, value in zip("xz", reaction.force, strict=True):
@@ -215,7 +235,7 @@ def _add_reactions(recorder: Recorder, assembly: Assembly, solved: Accelerations
         recorder.output(Variable(f"{name}.reaction_moment", "N.m", text), reaction.moment)
 
 
-def _motion(recorder: Recorder, name: str, what: str, position: Any, velocity: Any) -> None:
+def _motion(recorder: Outputs, name: str, what: str, position: Any, velocity: Any) -> None:
     for axis, value in zip("xz", position, strict=True):
         text = f"Position of the {what}, world {axis.upper()}"
         recorder.output(Variable(f"{name}.{axis}", "m", text), value)
@@ -225,7 +245,7 @@ def _motion(recorder: Recorder, name: str, what: str, position: Any, velocity: A
         recorder.output(variable, value)
 
 
-def _accelerations(recorder: Recorder, name: str, what: str, acceleration: Any) -> None:
+def _accelerations(recorder: Outputs, name: str, what: str, acceleration: Any) -> None:
     for axis, value in zip("xz", acceleration, strict=True):
         text = f"Acceleration of the {what}, world {axis.upper()}"
         variable = Variable(f"{name}.a{axis}", "m/s2", text, derivative_of=f"{name}.v{axis}")

@@ -69,7 +69,7 @@ def simulate(
         remedy = suggestion(method, METHODS, "methods")
         raise InputError.single(f"there is no method {method!r}", remedy)
     program = system if isinstance(system, Program) else model_program(system)
-    program = _started(program, start_values or {})
+    program = started(program, start_values or {})
     times = np.array(output_times(stop_time, output_interval))
     if method in RUNTIME_METHODS and library() is None:
         method = PYTHON
@@ -103,7 +103,8 @@ def output_times(stop_time: float, interval: float) -> list[float]:
     return [*times[:-1], stop_time]
 
 
-def _started(program: Program, values: Mapping[str, float]) -> Program:
+def started(program: Program, values: Mapping[str, float]) -> Program:
+    """`program` with other start values; InputError names what it does not have."""
     try:
         return program.with_start(dict(values))
     except KeyError as error:
