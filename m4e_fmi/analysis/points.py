@@ -126,6 +126,11 @@ class Matrix:
         return result
 
 
+def rate_unit(unit: str) -> str:
+    """The unit of the rate of something in `unit`: m → m/s → m/s2."""
+    return f"{unit}2" if unit.endswith("/s") else f"({unit})/s" if "/" in unit else f"{unit}/s"
+
+
 def observed(program: Program, names: Sequence[str]) -> Program:
     """`program` with these outputs only: outputs, states, or rates of states as ``der(name)``.
 
@@ -135,7 +140,7 @@ def observed(program: Program, names: Sequence[str]) -> Program:
     for v, rate in zip(program.states, program.rates, strict=True):
         known[v.name] = (v, program.tape.node(("symbol", v.name)))
         name = f"der({v.name})"
-        known[name] = (Variable(name, f"({v.unit})/s", f"Rate of {v.name}"), rate)
+        known[name] = (Variable(name, rate_unit(v.unit), f"Rate of {v.name}"), rate)
     known |= {v.name: (v, k) for v, k in zip(program.outputs, program.results, strict=True)}
     chosen = _chosen(known, names, f"{program.name} has no output or state")
     outputs, results = tuple(v for v, _ in chosen), tuple(k for _, k in chosen)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -82,9 +83,12 @@ class Sensitivities:
         chosen = observed(self.program, of)
         self.of = chosen.outputs
         self._slopes = Matrix(jacobian(chosen, "outputs", [*by, *self._moved]))
-        self._linearizer = Linearizer(self.program)
         if moving:
             self._pushes = Matrix(jacobian(self._balance.observed, "outputs", by))
+
+    @cached_property
+    def _linearizer(self) -> Linearizer:
+        return Linearizer(self.program)
 
     @property
     def _moved(self) -> list[str]:

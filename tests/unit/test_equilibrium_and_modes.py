@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from support.chains import hanging_chain
 
 from m4e_fmi.analysis import equilibrium, frequency_response, linearize, modes
 from m4e_fmi.errors import InputError, RunError
@@ -53,14 +54,47 @@ class TestEquilibrium:
     def test_a_start_far_away(self) -> None:
         """A pendulum held by an effort: sin θ = τ/(m g l); Newton alone would jump away."""
         effort = 0.9 * 2.0 * G * 0.5
-        point = equilibrium(pendulum(q=1.56), at={"joint.pin.effort": effort})
+        at = {"joint.pin.effort": effort}
+        point = equilibrium(pendulum(q=1.56), at=at, nearest=True)
         assert np.sin(point["joint.pin.q"]) == pytest.approx(0.9, rel=1e-12)
+        settled = equilibrium(pendulum(q=1.56), at=at)
+        assert settled["joint.pin.q"] == pytest.approx(np.arcsin(0.9), rel=1e-12)
 
-    def test_the_unstable_one_is_found_from_near_it(self) -> None:
-        point = equilibrium(pendulum(q=3.0))
+    @pytest.mark.parametrize("start", [0.1, 0.5 * np.pi, 3.0])
+    def test_a_pendulum_settles_below(self, start: float) -> None:
+        assert equilibrium(pendulum(q=start))["joint.pin.q"] == pytest.approx(0.0, abs=1e-14)
+
+    def test_the_unstable_one_is_the_nearest(self) -> None:
+        point = equilibrium(pendulum(q=3.0), nearest=True)
         assert point["joint.pin.q"] == pytest.approx(np.pi, rel=1e-14)
         assert not modes(linearize(pendulum(), at=point)).stable
         assert modes(linearize(pendulum())).stable
+        # a start that is an equilibrium is found as it is
+        assert equilibrium(pendulum(q=np.pi))["joint.pin.q"] == np.pi
+
+    @pytest.mark.parametrize("size", [2, 9, 30])
+    def test_a_chain_settles_hanging(self, size: int) -> None:
+        """From where it lies along X, and folded: no link stands."""
+        for angle in (0.5 * np.pi, 3.0):
+            at = {f"joint.j{k}.q": angle * (-1) ** k for k in range(size)}
+            found = equilibrium(hanging_chain(size), at=at)
+            turns = found.states[0::2] / (2 * np.pi)
+            assert turns == pytest.approx(np.round(turns), abs=1e-13)
+
+    def test_a_mass_on_a_line(self) -> None:
+        """100 t on a stiff line, held out level with the hook: l = l₀ + m g/k below it."""
+        model = Model(
+            name="moored",
+            gravity=G,
+            bodies={"stone": Body(1e5, 1e5)},
+            joints={"air": Joint("floating", "stone", initial={"x": 100.0})},
+            points={"hook": Point("ground", (0, 0)), "eye": Point("stone", (0, 0.01))},
+            loads={"line": TensionSpring(("hook", "eye"), 1e7, 100.5)},
+        )
+        found = equilibrium(model)
+        assert found["body.stone.x"] == pytest.approx(0.0, abs=1e-12)
+        assert found["body.stone.theta"] == pytest.approx(0.0, abs=1e-12)
+        assert found["body.stone.z"] == pytest.approx(-(100.5 + 1e5 * G / 1e7) - 0.01, rel=1e-13)
 
     def test_what_nothing_holds_stays_where_it_is(self) -> None:
         """A cart with a pendulum: the cart is at rest anywhere."""
@@ -75,10 +109,12 @@ class TestEquilibrium:
                 ),
             },
         )
-        point = equilibrium(model)
+        point = equilibrium(model, nearest=True)
         # the rates need no motion of the cart
         assert point["joint.rail.q"] == pytest.approx(7.0, abs=1e-12)
         assert point["joint.pin.q"] == pytest.approx(0.0, abs=1e-13)
+        # settling, the pendulum takes the cart along
+        assert equilibrium(model)["joint.rail.q"] == pytest.approx(6.9, abs=0.03)
 
     def test_a_falling_body_has_none(self) -> None:
         model = Model(
@@ -87,14 +123,15 @@ class TestEquilibrium:
             bodies={"stone": Body(1.0, 1.0)},
             joints={"air": Joint("floating", "stone")},
         )
-        with pytest.raises(RunError, match=r"nothing holds it there.*stone\.vz is -9\.81 m/s/s"):
+        with pytest.raises(RunError, match=r"nothing holds it there.*stone\.vz is -9\.81 m/s2"):
             equilibrium(model)
 
     def test_too_much_load(self) -> None:
         """τ > m g l: no angle balances it."""
-        with pytest.raises(RunError, match=r"no equilibrium was found.*joint\.pin\.u is") as lost:
-            equilibrium(pendulum(q=0.3), at={"joint.pin.effort": 12.0})
-        assert "start nearer" in lost.value.remedy
+        for nearest in (False, True):
+            with pytest.raises(RunError, match=r"no equilib.*joint\.pin\.u is") as lost:
+                equilibrium(pendulum(q=0.3), at={"joint.pin.effort": 12.0}, nearest=nearest)
+            assert "start nearer" in lost.value.remedy
 
     def test_states_without_velocity(self) -> None:
         r = Recorder("tank", "two tanks")

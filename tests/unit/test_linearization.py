@@ -145,6 +145,15 @@ def test_a_linearizer_goes_on() -> None:
         assert np.array_equal(first.B, second.B)
 
 
+def test_without_the_compiled_library(monkeypatch: pytest.MonkeyPatch) -> None:
+    compiled = linearize(cart(), at={"joint.pivot.q": 0.4, "joint.pivot.u": 1.0})
+    monkeypatch.setattr("m4e_fmi.analysis.points.library", lambda: None)
+    plain = linearize(cart(), at={"joint.pivot.q": 0.4, "joint.pivot.u": 1.0})
+    # the same operations in the same order; sin and cos of two libraries
+    assert pytest.approx(compiled.A, rel=1e-14) == plain.A
+    assert plain.values == pytest.approx(compiled.values, rel=1e-14)
+
+
 def test_to_control() -> None:
     linear = linearize(cart(), inputs=["joint.rail.effort"], outputs=["body.pole.x"])
     system = linear.to_control()
