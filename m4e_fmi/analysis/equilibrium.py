@@ -163,7 +163,7 @@ def _implicit_step(
 ) -> tuple[float, Floats]:
     """The span, shortened such that the step is no longer than LONGEST_STEP, and the step."""
     while True:
-        step: Floats = np.linalg.solve(np.eye(len(rates)) / span - slopes, rates)
+        step = np.asarray(np.linalg.solve(np.eye(len(rates)) / span - slopes, rates), dtype=float)
         length = float(np.max(np.abs(step) / sizes))
         if not length > LONGEST_STEP:
             return span, step
