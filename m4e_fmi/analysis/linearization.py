@@ -32,6 +32,7 @@ from m4e_fmi.analysis.points import (
     operating_point,
     program_and_model,
 )
+from m4e_fmi.errors import RunError
 from m4e_fmi.multibody import mass_matrix_program
 from m4e_fmi.program import Variable, jacobian, tangent
 
@@ -81,9 +82,13 @@ class Linearization:
     def to_control(self) -> control.StateSpace:
         """A, B, C, D for python-control, names with _ where they have a dot.
 
-        ImportError if python-control is missing: it comes with the extra `control`.
+        RunError if python-control is not installed.
         """
-        import control
+        try:
+            import control
+        except ImportError:
+            message = "python-control is not installed"
+            raise RunError(message, "pip install 'm4e_fmi[control]'") from None
 
         def names(variables: Sequence[Variable]) -> list[str]:
             return [v.name.replace(".", "_") for v in variables]

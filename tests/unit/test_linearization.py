@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import sys
 
 import control
 import numpy as np
@@ -12,7 +13,7 @@ from support.planar_trees import random_tree
 from support.programs import Evaluated
 
 from m4e_fmi.analysis import Linearizer, SymbolicLinearization, linearize
-from m4e_fmi.errors import InputError
+from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.model import Body, BodyForce, Joint, Model, Parameter, Point, TensionSpring
 from m4e_fmi.multibody import model_program
 from m4e_fmi.program import Program, Recorder, Variable
@@ -163,6 +164,12 @@ def test_to_control() -> None:
     assert system.output_labels == ["body_pole_x"]
     assert np.array_equal(system.A, linear.A)
     assert np.array_equal(system.D, linear.D)
+
+
+def test_to_control_without_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "control", None)
+    with pytest.raises(RunError, match=r"pip install 'm4e_fmi\[control\]'"):
+        linearize(cart()).to_control()
 
 
 @pytest.mark.parametrize(
