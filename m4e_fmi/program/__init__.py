@@ -5,12 +5,13 @@ with a unit and a description, and one tape of arithmetic that computes derivati
 A `Recorder` makes one by running an ordinary algorithm on recording scalars.
 
 This package is the bottom layer: of m4e_fmi it imports `errors` only. Start reading in `tape`, then
-`program`; `derivatives` makes programs of programs; `python_form`, `symbolic_form` and
-`binary_form` are the forms a program is written out in.
+`program`; `derivatives` and `feedback` make programs of programs; `python_form`, `symbolic_form`
+and `binary_form` are the forms a program is written out in.
 """
 
 from m4e_fmi.program.comparison import differences, listing
 from m4e_fmi.program.derivatives import Jacobian, jacobian, tangent
+from m4e_fmi.program.feedback import with_feedback
 from m4e_fmi.program.functions import (
     acos,
     asin,
@@ -57,4 +58,5 @@ __all__ = [
     "tan",
     "tangent",
     "tanh",
+    "with_feedback",
 ]

@@ -60,7 +60,8 @@ def simulate(
 ) -> Simulation:
     """Integrate from t = 0 to `stop_time` [s]; outputs at every `output_interval` and at the end.
 
-    `start_values` sets parameters, inputs and states by name (SI). `tolerance` is relative and
+    `start_values` sets parameters, inputs and states by name (SI); inputs of a model that are not
+    set are zero, and left out of its program. `tolerance` is relative and
     absolute, per step. `method` is one of the runtime's, dop853, rk45 or rodas (stiff), `python`
     (no compiled library, and what it is replaced by where there is none), or SciPy's by name, such
     as `scipy.RK45`. Output times are met exactly. Raises InputError for an unknown name or a bad
@@ -71,8 +72,9 @@ def simulate(
         raise InputError.single(f"there is no method {method!r}", remedy)
     if isinstance(system, str | Path):
         system = load_model(system)
-    program = system if isinstance(system, Program) else model_program(system)
-    program = _started(program, start_values or {})
+    given = start_values or {}
+    program = system if isinstance(system, Program) else model_program(system, inputs=given)
+    program = started(program, given)
     times = np.array(output_times(stop_time, output_interval))
     if method in RUNTIME_METHODS and library() is None:
         method = PYTHON
@@ -120,7 +122,8 @@ def output_times(stop_time: float, interval: float) -> list[float]:
     return [*times[:-1], stop_time]
 
 
-def _started(program: Program, values: Mapping[str, float]) -> Program:
+def started(program: Program, values: Mapping[str, float]) -> Program:
+    """`program` with other start values; InputError names what is unknown or not finite."""
     bad = [name for name, value in values.items() if not np.isfinite(value)]
     if bad:
         listed = ", ".join(f"{name} = {values[name]}" for name in bad)

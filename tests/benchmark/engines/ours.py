@@ -60,8 +60,8 @@ def _body(link: int) -> str:
 
 
 def program_of(system: System) -> Program:
-    """The system's program; its states are q and u of each link in turn."""
-    program = model_program(model_of(system))
+    """The system's program without inputs; its states are q and u of each link in turn."""
+    program = model_program(model_of(system), inputs=())
     names = [f"joint.joint{k}.{letter}" for k in range(system.size) for letter in "qu"]
     assert [v.name for v in program.states] == names
     return program
