@@ -179,7 +179,7 @@ class Engine:
             for name, which in BLOCKS.items()
         }
         source = kernel_source(blocks, self.counts, lanes=self.lanes)
-        wide = self.library.m4e_instruction_set().decode() if self.lanes > 1 else ""
+        wide = self.library.m4e_instruction_set().decode()
         try:
             self._kernels = kernels = load_kernel(source, wide) if source else None
         except (CompilationError, OSError):

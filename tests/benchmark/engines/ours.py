@@ -59,9 +59,9 @@ def _body(link: int) -> str:
     return elements.GROUND if link == GROUND else f"body{link}"
 
 
-def program_of(system: System) -> Program:
-    """The system's program without inputs; its states are q and u of each link in turn."""
-    program = model_program(model_of(system), inputs=())
+def program_of(system: System, *, inputs: tuple[str, ...] | None = ()) -> Program:
+    """The system's program; without inputs, or with all; its states are q and u of each link."""
+    program = model_program(model_of(system), inputs=inputs)
     names = [f"joint.joint{k}.{letter}" for k in range(system.size) for letter in "qu"]
     assert [v.name for v in program.states] == names
     return program
@@ -199,8 +199,9 @@ def derivative_batches(system: System, x: Floats) -> dict[str, Batch]:
     """Batches at x, all interpreted: the rates, their change along one direction, their Jacobian.
 
     The direction is one of all states; the Jacobian is u̇ by q and u, the entries that are not zero.
+    The program has its inputs, for it is in FMUs that derivatives are asked for.
     """
-    program = program_of(system)
+    program = program_of(system, inputs=None)
     states = [v.name for v in program.states]
     engine = engine_of(program, compiled=False)
     rates = address(engine.library, "m4e_rates")
