@@ -62,6 +62,7 @@ def _add_equations(commands: argparse._SubParsersAction) -> None:
     command = commands.add_parser("equations", help="print a model's equations of motion")
     command.add_argument("model", type=Path, help="a *.model.yaml file")
     command.add_argument("--latex", action="store_true", help="as LaTeX instead of text")
+    command.add_argument("--reactions", action="store_true", help="also what each joint carries")
     command.set_defaults(command=_equations)
 
 
@@ -69,7 +70,9 @@ def _equations(options: argparse.Namespace) -> None:
     from m4e_fmi.model import load_model
     from m4e_fmi.multibody import Equations
 
-    print(Equations(load_model(options.model)).text(latex=options.latex))
+    print(
+        Equations(load_model(options.model)).text(latex=options.latex, reactions=options.reactions)
+    )
 
 
 def _add_simulate(commands: argparse._SubParsersAction) -> None:

@@ -100,11 +100,8 @@ class Balance:
         return 1.0 + np.max(np.where(self._alike, values, 0.0), axis=1)
 
     def newton(self, point: OperatingPoint) -> Floats:
-        """`newton_matrix` at `point`; RunError if a derivative is not finite."""
-        try:
-            return newton_matrix(self.slopes(point), self.sizes(point))
-        except np.linalg.LinAlgError:
-            raise _lost(self, point, "something is not finite there") from None
+        """`newton_matrix` at `point`."""
+        return newton_matrix(self.slopes(point), self.sizes(point))
 
 
 def newton_matrix(slopes: Floats, sizes: Floats) -> Floats:

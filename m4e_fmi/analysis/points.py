@@ -11,7 +11,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from m4e_fmi.errors import InputError, suggestion
+from m4e_fmi.errors import InputError, RunError, suggestion
 from m4e_fmi.model import Model, load_model
 from m4e_fmi.multibody import model_program
 from m4e_fmi.program import Jacobian, Program, Variable
@@ -115,8 +115,17 @@ class Matrix:
         self._entries = Evaluation(derivatives.program)
 
     def at(self, point: OperatingPoint, *more: float) -> Floats:
-        """∂rows/∂columns at `point`."""
-        return self.filled(self._entries.at(point, *more))
+        """∂rows/∂columns at `point`; RunError if one is not finite there."""
+        matrix = self.filled(self._entries.at(point, *more))
+        if not np.isfinite(matrix).all():
+            row, column = np.argwhere(~np.isfinite(matrix))[0]
+            d = self.derivatives
+            message = (
+                f"{d.program.name}: the derivative of {d.rows[row]} by {d.columns[column]} "
+                f"is {matrix[row, column]} at t = {point.time:g} s"
+            )
+            raise RunError(message, "look for a singular configuration or a division by zero")
+        return matrix
 
     def filled(self, entries: Floats) -> Floats:
         """The dense matrix with these `entries`."""

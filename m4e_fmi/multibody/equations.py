@@ -166,11 +166,11 @@ class Equations:
                     result[3 * k + row, column] = entry
         return result
 
-    def text(self, *, latex: bool = False) -> str:
-        """The equations as a page of text, or of LaTeX."""
+    def text(self, *, latex: bool = False, reactions: bool = False) -> str:
+        """The equations as a page of text, or of LaTeX; with the joints' reactions if asked for."""
         from m4e_fmi.multibody.printing import equations_text
 
-        return equations_text(self, latex=latex)
+        return equations_text(self, latex=latex, reactions=reactions)
 
 
 class _Inputs:

@@ -1,13 +1,14 @@
 """Newton and Euler for every single body of random trees, cut free from its joints.
 
-The loads on a free body come from `Reference`: all joints replaced by floating ones, forces from
-virtual work in mpmath. What its joints exert are the program's outputs.
+The loads on a body are what they do, by virtual work in mpmath, when this body alone is moved. What
+its joints exert are the program's outputs.
 """
 
 from __future__ import annotations
 
 import random
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import mpmath
@@ -16,7 +17,7 @@ from support.planar_trees import DIGITS, Reference, random_tree
 from support.programs import Evaluated
 from support.tape_values import exact_values
 
-from m4e_fmi.model import Joint, Model
+from m4e_fmi.model import Model
 from m4e_fmi.multibody import topology
 from m4e_fmi.multibody.closed_form import ClosedForm
 from m4e_fmi.multibody.recording import recorded
@@ -24,7 +25,6 @@ from m4e_fmi.multibody.sensitivity import Recursion
 from m4e_fmi.program import Program
 
 ALGORITHMS = {"recursion": Recursion, "closed form": ClosedForm}
-MOTION = ("x", "z", "theta", "vx", "vz", "omega")
 WRENCH = ("reaction_x", "reaction_z", "reaction_moment")
 
 
@@ -39,32 +39,34 @@ def random_values(program: Program, seed: int) -> dict[str, float]:
     return values
 
 
-def free_bodies(model: Model) -> Model:
-    """`model` without its joints; bodies in the same numbers, so that added mass stays in place."""
-    order = [link.body for link in topology(model).links]
-    return Model(
-        name=model.name,
-        bodies={name: model.bodies[name] for name in order},
-        joints={f"free_{name}": Joint("floating", name) for name in order},
-        points=model.points,
-        loads=model.loads,
-        parameters=model.parameters,
-        gravity=model.gravity,
-    )
+class CutFree(Reference):
+    """Three more coordinates for each body move it alone; what acts at joints is left out."""
+
+    def __init__(self, model: Model, values: Mapping[str, Any]) -> None:
+        loads = {name: load for name, load in model.loads.items() if not hasattr(load, "joint")}
+        free = {name: value for name, value in values.items() if not name.endswith(".effort")}
+        super().__init__(replace(model, loads=loads), free)
+        self.size = len(self.q)
+        self.q += [mpmath.mpf(0)] * (3 * len(self.tree.links))
+        self.u += [mpmath.mpf(0)] * (3 * len(self.tree.links))
+
+    def poses(self, q: list[Any]) -> list[tuple[Any, Any, Any]]:
+        moved = [q[k : k + 3] for k in range(self.size, len(q), 3)]
+        pairs = zip(super().poses(q[: self.size]), moved, strict=True)
+        return [(x + dx, z + dz, theta + turn) for (x, z, theta), (dx, dz, turn) in pairs]
+
+    def load(self, row: int) -> Any:
+        """Force or moment on one body: the work along the row-th of the coordinates added."""
+        return self._work([mpmath.mpf(k == self.size + row) for k in range(len(self.q))])
 
 
-def residuals(model: Model, inputs: Mapping[str, Any], found: Mapping[str, Any]) -> list[Any]:
+def residuals(model: Model, values: Mapping[str, Any], found: Mapping[str, Any]) -> list[Any]:
     """(𝓜 + A)v̇ − loads − joints of every body, by the largest load on any."""
-    free = free_bodies(model)
-    order = [link.body for link in topology(free).links]
-    given = {f"body.{b}.{m}": found[f"body.{b}.{m}"] for b in order for m in MOTION}
-    reference = Reference(free, {**inputs, **given})
-    n = 3 * len(order)
-    loads = [reference._work([mpmath.mpf(i == j) for i in range(n)]) for j in range(n)]
+    reference = CutFree(model, values)
+    order = [link.body for link in reference.tree.links]
+    loads = [reference.load(row) for row in range(3 * len(order))]
     motion = mpmath.matrix([found[f"body.{b}.{a}"] for b in order for a in ("ax", "az", "alpha")])
-    rest = list(reference._inertia() * motion)
-    for k in range(n):
-        rest[k] -= loads[k]
+    rest = [a - b for a, b in zip(reference._inertia() * motion, loads, strict=True)]
     for name, joint in model.joints.items():
         if joint.type == "floating":
             continue
@@ -117,7 +119,7 @@ def test_joints_exert_along_their_freedom_what_drives_them() -> None:
     """The effort of a hinge is its moment, that of a slider its force along the direction."""
     sliders = hinges = 0
     for seed in range(6):
-        model = random_tree(seed, size=6)
+        model = replace(random_tree(seed, size=6), loads={})
         program = recorded(model, topology(model), Recursion)
         values = random_values(program, seed)
         found = outputs_of(program, values, exact=False)
@@ -126,10 +128,12 @@ def test_joints_exert_along_their_freedom_what_drives_them() -> None:
                 assert f"joint.{name}.reaction_x" not in found
                 continue
             x, z, turn = (found[f"joint.{name}.{part}"] for part in WRENCH)
-            effort = values[f"joint.{name}.effort"]
+            effort = values.get(f"joint.{name}.effort")
             if joint.type == "revolute":
                 hinges += 1
                 assert turn == effort
+                continue
+            if joint.type != "prismatic":
                 continue
             sliders += 1
             dx, dz = (model.parameters[str(part)].value for part in joint.direction or ())

@@ -208,6 +208,17 @@ def test_help_imports_nothing_heavy():
     assert len(done.stdout.splitlines()) < 30
 
 
+def test_reactions_in_symbols(capsys) -> None:
+    assert main(["equations", str(PENDULUM)]) == 0
+    assert "ThetaDD_1" not in capsys.readouterr().out
+    assert main(["equations", str(PENDULUM), "--reactions"]) == 0
+    text = capsys.readouterr().out
+    assert re.search(r"R\[elbow\]\.z = m\*\(.*ThetaDD_2.*981/100\) - 20\n", text)
+    assert "M[elbow].y = 0" in text
+    assert main(["equations", str(PENDULUM), "--reactions", "--latex"]) == 0
+    assert r"\[ R_{\mathrm{shoulder},x} = " in capsys.readouterr().out
+
+
 class TestLinearize:
     def test_the_paper_s_double_pendulum(self, capsys) -> None:
         assert main(["linearize", str(PENDULUM)]) == 0

@@ -210,6 +210,14 @@ class TestFrequencyResponse:
         assert found.of("joint.rail.u", "joint.rail.effort") == pytest.approx(1j * omega * expected)
         assert found.unit("joint.rail.q", "joint.rail.effort") == "(m)/(N)"
 
+    def test_the_same_as_python_control(self) -> None:
+        linear = linearize(two_masses(0.3), inputs=["push"], outputs=["b", "va"])
+        omega = np.linspace(0.5, 4.0, 8)
+        found = frequency_response(linear, omega)
+        assert found.values == pytest.approx(
+            np.moveaxis(linear.to_control()(1j * omega, squeeze=False), -1, 0), rel=1e-11
+        )
+
     def test_an_antiresonance(self) -> None:
         """The first mass stands still at the frequency of the second alone: √(4 + 1.5)."""
         linear = linearize(two_masses(), inputs=["push"], outputs=["a", "b"])

@@ -146,6 +146,22 @@ def test_a_linearizer_goes_on() -> None:
         assert np.array_equal(first.B, second.B)
 
 
+def test_a_derivative_that_is_not_finite() -> None:
+    """A spring between two points that coincide has no direction."""
+    model = Model(
+        name="stuck",
+        bodies={"cart": Body(1.0, 1.0)},
+        joints={"rail": Joint("prismatic", "cart", direction=(1, 0))},
+        points={"a": Point("ground", (0, 0)), "b": Point("cart", (0, 0))},
+        loads={"spring": TensionSpring(("a", "b"), 10.0, 1.0)},
+    )
+    with pytest.raises(
+        RunError, match=r"of der\(joint\.rail\.u\) by joint\.rail\.q is -?(nan|inf)"
+    ):
+        linearize(model)
+    assert np.isfinite(linearize(model, at={"joint.rail.q": 2.0}).A).all()
+
+
 def test_without_the_compiled_library(monkeypatch: pytest.MonkeyPatch) -> None:
     compiled = linearize(cart(), at={"joint.pivot.q": 0.4, "joint.pivot.u": 1.0})
     monkeypatch.setattr("m4e_fmi.analysis.points.library", lambda: None)

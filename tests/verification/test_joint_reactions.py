@@ -103,6 +103,26 @@ def test_a_telescope_hands_its_weight_on() -> None:
     assert reaction(found, "hinge")[:2] == pytest.approx((0.0, 7 * G), abs=1e-12)
 
 
+def test_a_weld_carries_a_bracket() -> None:
+    """An arm along X, welded to the wall at its end, and a pendulum that hangs still from its tip.
+
+    M_y = r_z F_x − r_x F_z: a weight at r_x > 0 turns by + r_x m g, which the wall holds back.
+    """
+    model = Model(
+        name="bracket",
+        gravity=G,
+        bodies={"arm": Body(3.0, 1.0), "bob": Body(2.0, 0.1)},
+        joints={
+            "weld": Joint("fixed", "arm", joint_to_child=(0.6, 0)),
+            "hook": Joint("revolute", "bob", "arm", (0.6, 0), (0, -0.5)),
+        },
+    )
+    found = outputs(model)
+    assert reaction(found, "hook") == pytest.approx((0.0, 2 * G, 0.0), abs=1e-13)
+    moment = -(0.6 * 3 + 1.2 * 2) * G
+    assert reaction(found, "weld") == pytest.approx((0.0, 5 * G, moment), abs=1e-13)
+
+
 def test_an_added_mass_is_felt_by_the_joint() -> None:
     """Pushed along X, a buoy on a vertical rail meets the water's coupling of heave and surge."""
     model = Model(
