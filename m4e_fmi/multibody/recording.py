@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Protocol
 
-from m4e_fmi.model import Model, load_model
+from m4e_fmi.model import Model, TensionSpring, TorsionSpring, load_model
 from m4e_fmi.model.elements import GROUND, as_expression, parameter_values
 from m4e_fmi.multibody.assembly import Accelerations, Assembly, Scalars, assemble, wet_links
 from m4e_fmi.multibody.closed_form import ClosedForm
@@ -269,6 +269,8 @@ def _add_point_outputs(recorder: Outputs, assembly: Assembly, solved: Accelerati
 def _add_load_outputs(recorder: Outputs, assembly: Assembly) -> None:
     for name, power in load_powers(assembly).items():
         text = "Power by which the load changes the total energy"
+        if isinstance(assembly.model.loads[name], TensionSpring | TorsionSpring):
+            text += ", in which it has no potential"
         recorder.output(Variable(f"load.{name}.power", "W", text, local=True), power)
 
 
