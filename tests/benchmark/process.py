@@ -20,9 +20,9 @@ import json, sys
 sys.path.insert(0, {tests!r})
 from benchmark import measure
 from benchmark.engines import ours
-from benchmark.engines.pym4e_worker import memory
+from benchmark.engines.pym4e_worker import memory, rest
 import m4e_fmi.runtime.engine
-before = memory()
+before = rest()
 engine = ours.integrator(measure.pendulum({n}), compiled=False)
 ours.integrate(engine, measure.times(), method="dop853")
 print(json.dumps(memory() - before))
