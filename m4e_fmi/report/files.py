@@ -25,5 +25,6 @@ def write_simulation(simulation: Simulation, path: Path) -> None:
         for name, variable in simulation.variables.items():
             columns.append(group.createVariable(name, "f8", ("time",)))
             columns[-1].setncatts({"units": variable.unit, "long_name": variable.description})
+        file.set_auto_maskandscale(False)  # nothing is missing, nothing is packed
         for name, column in zip(simulation.variables, columns, strict=True):
             column[:] = simulation.values[name]  # after all declarations: half the time
