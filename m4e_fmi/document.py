@@ -91,6 +91,9 @@ class Document:
             raise InputError.single(f"not valid YAML: {error}", "", str(path)) from None
         except RecursionError:
             raise InputError.single("nested too deeply", "", str(path)) from None
+        except TypeError:  # from the parser, for a key that is a mapping
+            message, remedy = "a key is not a plain word", "check braces, brackets and colons"
+            raise InputError.single(message, remedy, str(path)) from None
         if not isinstance(tree, CommentedMap):
             message = "expected 'key: value' lines at the top level"
             raise InputError.single(message, "", str(path))

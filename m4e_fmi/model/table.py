@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from numbers import Real
 from pathlib import Path
@@ -39,19 +39,21 @@ class Table:
     unit: str = "1"
     description: str = ""
 
-    def at(self, time: Any, number: Callable[[float], Any] = float) -> Any:
-        """The value at `time` over any scalar, as a sum over the intervals: slope times the part
-        of the interval that has passed. Five operations for each interval.
+    def at(self, time: Any) -> Any:
+        """The value at `time` over any scalar that knows min and max.
+
+        It is a sum over the intervals: slope times the part of the interval that has passed. Five
+        operations for each.
         """
         factor = parse_unit(self.unit).factor
         values = [factor * value for value in self.values]
-        total = number(values[0])
+        total: Any = values[0]
         for k in range(1, len(values)):
             start, end = self.times[k - 1], self.times[k]
             rise = values[k] - values[k - 1]
             if rise != 0:
-                passed = minimum(maximum(time, number(start)), number(end)) - number(start)
-                total = total + number(rise / (end - start)) * passed
+                passed = minimum(maximum(time, start), end) - start
+                total = total + rise / (end - start) * passed
         return total
 
     def check(self) -> None:

@@ -1,8 +1,8 @@
 """What loads do: forces, moments, efforts, their power and their potential, over any scalar.
 
-A load that acts between two bodies resists the growth of a distance, of a twist or of a joint's
-coordinate; how much is a question of its kind, on what it acts one of where. A part of the
-resistance may have a potential; the power of all else changes the total energy.
+A load between two bodies resists the growth of a distance, of a twist or of a joint's displacement:
+where it acts decides which, its kind how strongly. A part of the resistance may have a potential;
+the power of all else changes the total energy.
 """
 
 from __future__ import annotations

@@ -11,14 +11,15 @@ from typing import Any
 
 import mpmath
 import pytest
-from support.planar_loads import random_loads
+import sympy as sp
+from support.planar_loads import interpolated, random_loads
 from support.planar_trees import DIGITS, Numbers, Reference, random_tree
 from support.programs import Evaluated
 from support.tape_values import exact_values
 
 from m4e_fmi.model import Model
 from m4e_fmi.model.loads import LOAD_TYPES
-from m4e_fmi.multibody import topology
+from m4e_fmi.multibody import Equations, model_program, topology
 from m4e_fmi.multibody.closed_form import ClosedForm
 from m4e_fmi.multibody.recording import recorded
 from m4e_fmi.multibody.sensitivity import Recursion
@@ -29,13 +30,14 @@ BLOCKS, TREES = 10, 20
 
 
 def random_values(program: Program, seed: int) -> dict[str, float]:
-    """Random states, inputs and added mass: an unsymmetric one, but positive definite."""
+    """Random states, inputs, parameters and added mass: unsymmetric, but positive definite."""
     r = random.Random(seed)
     groups = (program.inputs, program.states)
     values = {v.name: r.uniform(-1, 1) for group in groups for v in group}
     values["time"] = r.uniform(-1.5, 3)
     for parameter in program.parameters:
         if not parameter.name.startswith("added_mass"):
+            values[parameter.name] = parameter.start * r.uniform(0.9, 1.1)
             continue
         i, j = parameter.name.removeprefix("added_mass[").removesuffix("]").split(",")
         values[parameter.name] = r.uniform(2, 3) if i == j else r.uniform(-0.1, 0.1)
@@ -107,6 +109,39 @@ def test_trees(block: int) -> None:
     for seed in range(TREES * block, TREES * (block + 1)):
         model = random_tree(seed, size=1 + seed % 12, wet=int(seed % 4 == 0))
         check(model, seed, [Recursion, ClosedForm])
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_what_people_read_is_what_runs(seed: int) -> None:
+    """Mass matrix, forcing, energy and powers of the symbolic equations, in 50 digits."""
+    model = random_tree(300 + seed, size=3)
+    equations = Equations(model)
+    values = random_values(program := model_program(model), seed)
+    values |= {v.name: 0.0 for v in program.inputs}
+    symbols = [*equations.q, *equations.u, sp.Symbol("t", real=True)]
+    symbols += [sp.Symbol(name, real=True) for name in model.parameters]
+    tables = {
+        name: lambda t, table=table: interpolated(table, t) for name, table in model.tables.items()
+    }
+    with mpmath.workdps(50):
+        states = [mpmath.mpf(values[v.name]) for v in program.states]
+        numbers = [*states[0::2], *states[1::2], mpmath.mpf(values["time"])]
+        numbers += [mpmath.mpf(values[name]) for name in model.parameters]
+
+        def evaluated(expression: Any) -> Any:
+            return sp.lambdify(symbols, expression, [tables, "mpmath"], cse=True)(*numbers)
+
+        forcing, mass_matrix = evaluated(equations.forcing), evaluated(equations.mass_matrix)
+        found = list(mpmath.lu_solve(mass_matrix, forcing))
+        found.append(evaluated(equations.kinetic_energy + equations.potential_energy))
+        found += [evaluated(power) for power in equations.load_powers.values()]
+        outputs = dict(zip((v.name for v in program.outputs), program.results, strict=True))
+        names = ["energy.total", *(f"load.{name}.power" for name in equations.load_powers)]
+        nodes = [*velocity_rates(program), *(outputs[name] for name in names)]
+        expected = exact_values(program, nodes, values)
+        for a, b in zip(found, expected, strict=True):
+            # numbers of a model are decimals there and doubles here
+            assert abs(a - b) < 1e-13 * (1 + abs(b))
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -83,7 +83,9 @@ class Reference:
         self.wet = [k for k, body in enumerate(bodies) if body.added_mass]
         self.q = [mpmath.mpf(values[name]) for name in self._names(("x", "z", "theta"), "q")]
         self.t = self.value("time")
-        self.parameters = {name: mpmath.mpf(p.value) for name, p in model.parameters.items()}
+        self.parameters = {
+            name: mpmath.mpf(values.get(name, p.value)) for name, p in model.parameters.items()
+        }
         self._known_steps: dict[tuple[Any, ...], list[list[Any]]] = {}
         self._known_poses: dict[tuple[Any, ...], list[tuple[Any, Any, Any]]] = {}
         self.u = [mpmath.mpf(values[name]) for name in self._names(("vx", "vz", "omega"), "u")]

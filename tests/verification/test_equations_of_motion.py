@@ -35,6 +35,15 @@ MECHANISMS = {
         "a": Joint("prismatic", "one", direction=(1, 0)),
         "b": Joint("revolute", "two", "one", (0, 1), (2, 0)),
     },
+    "relative double pendulum": {
+        "a": Joint("revolute", "one", joint_to_child=(0, -2)),
+        "b": Joint("revolute", "two", "one", (1, -3), (0, -1), coordinate="relative"),
+    },
+    "weld between hinges": {
+        "a": Joint("revolute", "one", joint_to_child=(1, -2)),
+        "b": Joint("fixed", "two", "one", (0, 1), (2, 0)),
+        "c": Joint("revolute", "three", "two", (1, 0), (1, 2), coordinate="relative"),
+    },
     "pendulum on a float": {
         "a": Joint("floating", "one"),
         "b": Joint("revolute", "two", "one", (0, 1), (2, -1)),
@@ -89,7 +98,7 @@ def test_mass_matrix_and_forcing_are_those_of_equation_5(name: str) -> None:
 
 
 @pytest.mark.parametrize("algorithm", ALGORITHMS)
-@pytest.mark.parametrize("name", list(MECHANISMS)[:3])
+@pytest.mark.parametrize("name", list(MECHANISMS)[:5])
 def test_what_runs_solves_them(name: str, algorithm: str) -> None:
     """M u̇ − f = 0 as an identity in q, u and the parameters."""
     e = Equations(mechanism(name))
