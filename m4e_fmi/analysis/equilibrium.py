@@ -46,6 +46,8 @@ SMALLEST_STEP = 1e-8
 """Fraction of a Newton step below which the search is given up."""
 ACCURACY = 1e-12
 """Relative size of the last Newton step; it converges quadratically, so the result is better."""
+ROUNDING = 1e-6
+"""The same, where rounding of the rates lets no step lead nearer."""
 REST = 1e-9
 """Rates that changes of all states by this much, compared as steps are, could cause are zero."""
 TINY = float(np.finfo(float).tiny)
@@ -127,6 +129,8 @@ def equilibrium(
     program, _ = program_and_model(system)
     balance = Balance(program)
     point = balance.at_rest(operating_point(program, at, time=time))
+    if not balance.unknowns:
+        return point
     return _found(balance, point if nearest else _settled(balance, point))
 
 
@@ -174,18 +178,22 @@ def _found(balance: Balance, point: OperatingPoint) -> OperatingPoint:
         rates, sizes = balance.rates(point), balance.sizes(point)
         newton = balance.newton(point)
         step = newton @ rates
-        if np.linalg.norm(step / sizes) <= ACCURACY:
-            point = balance.moved(point, step)
-            _check_rest(balance, point)
-            return point
-        point, damping = _nearer(balance, point, newton, step, min(1.0, 2 * damping))
+        size = np.linalg.norm(step / sizes)
+        if size <= ACCURACY:
+            return _at_rest(balance, balance.moved(point, step))
+        nearer = _nearer(balance, point, newton, step, min(1.0, 2 * damping))
+        if nearer is None and size <= ROUNDING:
+            return _at_rest(balance, point)
+        if nearer is None:
+            raise _lost(balance, point, "no step leads nearer")
+        point, damping = nearer
     raise _lost(balance, point, f"{MOST_STEPS} steps were taken")
 
 
 def _nearer(
     balance: Balance, point: OperatingPoint, newton: Floats, step: Floats, damping: float
-) -> tuple[OperatingPoint, float]:
-    """The end of the largest part of `step` that leads nearer, and that part."""
+) -> tuple[OperatingPoint, float] | None:
+    """The end of the largest part of `step` that leads nearer, and that part; None if none does."""
     sizes = balance.sizes(point)
     while damping >= SMALLEST_STEP:
         ahead = balance.moved(point, damping * step)
@@ -194,14 +202,15 @@ def _nearer(
         if np.linalg.norm(left / sizes) <= (1 - damping / 4) * np.linalg.norm(step / sizes):
             return ahead, damping
         damping /= 2
-    raise _lost(balance, point, "no step leads nearer")
+    return None
 
 
-def _check_rest(balance: Balance, point: OperatingPoint) -> None:
-    """RunError unless what is left of the rates is rounding."""
+def _at_rest(balance: Balance, point: OperatingPoint) -> OperatingPoint:
+    """`point`; RunError unless what is left of the rates is rounding."""
     allowed = REST * (1.0 + np.abs(balance.slopes(point)) @ balance.sizes(point))
     if not (np.abs(balance.rates(point)) <= allowed).all():
         raise _lost(balance, point, "nothing holds it there")
+    return point
 
 
 def _lost(balance: Balance, point: OperatingPoint, why: str) -> RunError:

@@ -19,6 +19,8 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from m4e_fmi.analysis.points import (
     At,
     Evaluation,
@@ -123,17 +125,17 @@ class Linearizer:
         pairs = motion(self.program)
         moving = [k for pair in zip(*pairs, strict=True) for k in pair]
         rest = [k for k in range(len(self.program.states)) if k not in set(moving)]
-        self.order = [*moving, *rest]
-        self.states = tuple(self.program.states[k] for k in self.order)
+        self.states = tuple(self.program.states[k] for k in (*moving, *rest))
         self.inputs = causes(self.program, inputs, states=False)
         names = [v.name for v in self.states]
-        chosen = observed(self.program, names if outputs is None else outputs)
-        self.outputs = chosen.outputs
+        wanted = names if outputs is None else list(outputs)
+        self.outputs = observed(self.program, wanted).outputs
+        rows = list(dict.fromkeys([*(f"der({name})" for name in names), *wanted]))
+        self._rows = [rows.index(name) for name in wanted]
+        everything = observed(self.program, rows)
+        self._values = Evaluation(everything)
         by = [*names, *(v.name for v in self.inputs)]
-        self._slopes = Matrix(jacobian(self.program, "rates", by))
-        self._output_slopes = Matrix(jacobian(chosen, "outputs", by))
-        self._rates = Evaluation(observed(self.program, [f"der({name})" for name in names]))
-        self._values = Evaluation(chosen)
+        self._slopes = Matrix(jacobian(everything, "outputs", by))
         self._changes: dict[tuple[str, ...], Evaluation] = {}
         self._mass = None if model is None else Evaluation(mass_matrix_program(model))
 
@@ -141,9 +143,8 @@ class Linearizer:
         """The linear equations about a point."""
         point = operating_point(self.program, at, time=time)
         n = len(self.states)
-        rates = self._slopes.at(point)[self.order]
-        outputs = self._output_slopes.at(point)
-        A, B = rates[:, :n], rates[:, n:]
+        values, slopes = self._values.at(point), self._slopes.at(point)
+        A, B = slopes[:n, :n], slopes[:n, n:]
         return Linearization(
             point=point,
             states=self.states,
@@ -151,10 +152,10 @@ class Linearizer:
             outputs=self.outputs,
             A=A,
             B=B,
-            C=outputs[:, :n],
-            D=outputs[:, n:],
-            rates=self._rates.at(point),
-            values=self._values.at(point),
+            C=slopes[self._rows, :n],
+            D=slopes[self._rows, n:],
+            rates=values[:n],
+            values=values[self._rows],
             mechanical=self._mechanical(point, A, B),
         )
 
@@ -163,16 +164,22 @@ class Linearizer:
 
         n×n. What `direction` does not name stands still.
         """
-        along = tuple(direction)
+        along, n = tuple(direction), len(self.states)
         slopes = self._slopes.derivatives
-        entries = self._changes.get(along)
-        if entries is None:
-            change = tangent(slopes.program, along)
-            n = len(self.states)  # the first outputs are changes of the rates
+        places = enumerate(zip(slopes.row_indices, slopes.column_indices, strict=True))
+        kept = {k: place for k, place in places if max(place) < n}
+        if along not in self._changes:
+            outputs = tuple(slopes.program.outputs[k] for k in kept)
+            results = tuple(slopes.program.results[k] for k in kept)
+            change = tangent(replace(slopes.program, outputs=outputs, results=results), along)
+            # before the entries of A come the rates
             change = replace(change, outputs=change.outputs[n:], results=change.results[n:])
-            entries = self._changes[along] = Evaluation(change)
-        changed = self._slopes.filled(entries.at(point, *direction.values()))
-        return changed[self.order, : len(self.states)]
+            self._changes[along] = Evaluation(change)
+        result = np.zeros((n, n))
+        entries = self._changes[along].at(point, *direction.values())
+        for place, entry in zip(kept.values(), entries, strict=True):
+            result[place] = entry
+        return result
 
     def _mechanical(self, point: OperatingPoint, A: Floats, B: Floats) -> Mechanical | None:
         if self._mass is None:

@@ -91,4 +91,6 @@ def modes(linear: Linearization) -> Modes:
 def _largest(columns: Complex) -> NDArray[np.intp]:
     """Row of the largest entry of each column; the first of those equal to rounding."""
     sizes = np.abs(columns)
-    return np.argmax(sizes >= (1 - SAME) * sizes.max(axis=0, initial=0.0), axis=0)
+    if not columns.size:
+        return np.zeros(columns.shape[1], dtype=np.intp)
+    return np.argmax(sizes >= (1 - SAME) * sizes.max(axis=0), axis=0)

@@ -108,31 +108,25 @@ class Evaluation:
 
 
 class Matrix:
-    """A matrix of exact derivatives, dense at operating points; inputs added by `more`."""
+    """A matrix of exact derivatives, dense at operating points."""
 
     def __init__(self, derivatives: Jacobian) -> None:
         self.derivatives = derivatives
         self._entries = Evaluation(derivatives.program)
 
-    def at(self, point: OperatingPoint, *more: float) -> Floats:
+    def at(self, point: OperatingPoint) -> Floats:
         """∂rows/∂columns at `point`; RunError if one is not finite there."""
-        matrix = self.filled(self._entries.at(point, *more))
+        d = self.derivatives
+        matrix = np.zeros((len(d.rows), len(d.columns)))
+        matrix[list(d.row_indices), list(d.column_indices)] = self._entries.at(point)
         if not np.isfinite(matrix).all():
             row, column = np.argwhere(~np.isfinite(matrix))[0]
-            d = self.derivatives
             message = (
                 f"{d.program.name}: the derivative of {d.rows[row]} by {d.columns[column]} "
                 f"is {matrix[row, column]} at t = {point.time:g} s"
             )
             raise RunError(message, "look for a singular configuration or a division by zero")
         return matrix
-
-    def filled(self, entries: Floats) -> Floats:
-        """The dense matrix with these `entries`."""
-        d = self.derivatives
-        result = np.zeros((len(d.rows), len(d.columns)))
-        result[list(d.row_indices), list(d.column_indices)] = entries
-        return result
 
 
 def rate_unit(unit: str) -> str:

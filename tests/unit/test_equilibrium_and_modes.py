@@ -145,6 +145,25 @@ class TestEquilibrium:
         assert point["a"] == pytest.approx(2.0 + 2.0**0.5, rel=1e-13)
 
 
+def test_rates_that_jump_by_rounding() -> None:
+    """x is seen in steps of 1.2e-10 only, and 0.3 is not among them."""
+    r = Recorder("coarse", "a rate with cancellation")
+    x = r.state(Variable("x", "m", "level", start=2.0))
+    r.rate("x", 0.3 - ((x + 1e6) - 1e6))
+    assert equilibrium(r.program())["x"] == pytest.approx(0.3, abs=2e-10)
+
+
+def test_a_program_without_states() -> None:
+    r = Recorder("gain", "a gain")
+    r.output(Variable("y", "1", "output"), 2.0 * r.input(Variable("u", "1", "input", start=3.0)))
+    program = r.program()
+    linear = linearize(program, at=equilibrium(program), inputs=["u"], outputs=["y"])
+    assert linear.D == 2.0
+    assert linear.values == 6.0
+    assert modes(linear).eigenvalues.size == 0
+    assert frequency_response(linear, 1.0).of("y", "u") == 2.0
+
+
 class TestModes:
     def test_damping_ratio(self) -> None:
         """m q̈ + c q̇ + k q = 0: ω = √(k/m), ζ = c/2√(k m)."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 import sys
+from typing import Any
 
 import control
 import numpy as np
@@ -105,6 +106,28 @@ def test_symbolic_and_numeric_are_equal() -> None:
     for name in "MCKF":
         found = np.array(getattr(symbolic.mechanical, name).subs(symbols), dtype=float)
         assert found == pytest.approx(getattr(linear.mechanical, name), rel=1e-12, abs=1e-12)
+
+
+@pytest.mark.parametrize("coordinate", ["absolute", "relative"])
+def test_efforts_are_generalised_forces(coordinate: Any) -> None:
+    """F of a joint's effort: on its coordinate, and if angles are absolute, off the parent's."""
+    half = (0.0, -0.4)
+    model = Model(
+        name="arm",
+        gravity=9.81,
+        bodies={name: Body(1.3, 0.2) for name in "abc"},
+        joints={
+            "a": Joint("revolute", "a", "ground", joint_to_child=half),
+            "b": Joint("revolute", "b", "a", half, half, coordinate=coordinate),
+            "c": Joint("revolute", "c", "b", half, half, coordinate=coordinate),
+        },
+    )
+    at = {"joint.a.q": 0.4, "joint.b.q": -0.7, "joint.c.u": 1.5}
+    linear = linearize(model, at=at, inputs=[f"joint.{name}.effort" for name in "abc"])
+    expected = np.eye(3) if coordinate == "relative" else np.eye(3) - np.eye(3, k=1)
+    assert linear.mechanical is not None
+    assert pytest.approx(expected, abs=1e-13) == linear.mechanical.F
+    assert pytest.approx(linear.mechanical.M.T, rel=1e-14) == linear.mechanical.M
 
 
 def test_without_inputs_the_outputs_are_the_states() -> None:
