@@ -51,6 +51,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_equations(commands)
     _add_draw(commands)
     _add_simulate(commands)
+    _add_linearize(commands)
     _add_build(commands)
     _add_info(commands)
     _add_validate(commands)
@@ -63,6 +64,7 @@ def _add_equations(commands: argparse._SubParsersAction) -> None:
     command = commands.add_parser("equations", help="print a model's equations of motion")
     command.add_argument("model", type=Path, help=MODEL_FILE)
     command.add_argument("--latex", action="store_true", help="as LaTeX instead of text")
+    command.add_argument("--reactions", action="store_true", help="also what each joint carries")
     command.set_defaults(command=_equations)
 
 
@@ -70,7 +72,9 @@ def _equations(options: argparse.Namespace) -> None:
     from m4e_fmi.model import load_model
     from m4e_fmi.multibody import Equations
 
-    print(Equations(load_model(options.model)).text(latex=options.latex))
+    print(
+        Equations(load_model(options.model)).text(latex=options.latex, reactions=options.reactions)
+    )
 
 
 def _add_draw(commands: argparse._SubParsersAction) -> None:
@@ -117,21 +121,26 @@ def _add_simulate(commands: argparse._SubParsersAction) -> None:
         metavar="FILE",
         help="write an animation (.html or .gif); default build/NAME.html",
     )
+    command.add_argument("--no-plot", action="store_true", help="no picture beside the results")
     command.set_defaults(command=_simulate)
 
 
 def _simulate(options: argparse.Namespace) -> None:
     from m4e_fmi.model import load_model
-    from m4e_fmi.multibody import model_program
-    from m4e_fmi.report import animate, progress_bar, simulation_summary, write_simulation
+    from m4e_fmi.report import (
+        animate,
+        plot_simulation,
+        progress_bar,
+        simulation_summary,
+        write_simulation,
+    )
     from m4e_fmi.simulate import simulate
 
     model = load_model(options.model)
-    program = model_program(model)
-    animation = _animation_file(options, program.name)
+    animation = _animation_file(options, model.name)
     with progress_bar(options.stop_time) as progress:
         result = simulate(
-            program,
+            model,
             stop_time=options.stop_time,
             output_interval=options.output_interval,
             start_values=_start_values(options),
@@ -139,7 +148,10 @@ def _simulate(options: argparse.Namespace) -> None:
             method=options.method,
             progress=progress,
         )
-    files = write_simulation(result, _output_file(options, program.name))
+    files = [_output_file(options, model.name)]
+    write_simulation(result, files[0])
+    if not options.no_plot:
+        files.append(plot_simulation(result, files[0].with_suffix(".png")))
     if animation:
         files.append(animate(model, result, animation))
     print(simulation_summary(result))
@@ -156,6 +168,65 @@ def _animation_file(options: argparse.Namespace, name: str) -> Path | None:
     path = options.animate if options.animate.name else default
     check_animation_path(path)
     return path
+
+
+def _add_linearize(commands: argparse._SubParsersAction) -> None:
+    command = commands.add_parser(
+        "linearize", help="equilibrium, frequencies and damping, state space of a model"
+    )
+    command.add_argument("model", type=Path, help=MODEL_FILE)
+    command.add_argument(
+        "--at",
+        choices=tuple(POINTS),
+        default="equilibrium",
+        help="where it settles from the start values (default), the equilibrium that is nearest "
+        "to them, stable or not, or these values themselves",
+    )
+    command.add_argument("--time", type=float, default=0.0, metavar="S", help="default 0 s")
+    for flag, text in (
+        ("--inputs", "inputs or parameters of B and D; default none"),
+        ("--outputs", "outputs or states of C and D; default all states"),
+    ):
+        command.add_argument(flag, nargs="+", metavar="NAME", help=text)
+    _add_start_values(command, "NAME")
+    command.add_argument("--json", action="store_true", help="print everything as JSON")
+    command.add_argument(
+        "--output-file", type=Path, metavar="FILE", help="write A, B, C, D, M, C, K here (JSON)"
+    )
+    command.set_defaults(command=_linearize)
+
+
+POINTS = {
+    "equilibrium": "equilibrium",
+    "nearest": "nearest equilibrium",
+    "start": "start values",
+}
+
+
+def _linearize(options: argparse.Namespace) -> None:
+    import json
+
+    from m4e_fmi.analysis import equilibrium, linearize, modes
+    from m4e_fmi.model import load_model
+    from m4e_fmi.report import linear_json, linear_text
+
+    model, at = load_model(options.model), _start_values(options)
+    if options.at != "start":
+        at = equilibrium(model, at=at, time=options.time, nearest=options.at == "nearest")
+    linear = linearize(
+        model, at=at, time=options.time, inputs=options.inputs or (), outputs=options.outputs
+    )
+    found = modes(linear)
+    if options.json:
+        print(json.dumps(linear_json(linear, found), indent=2))
+    else:
+        print(linear_text(linear, found, title=POINTS[options.at]))
+    if options.output_file:
+        options.output_file.parent.mkdir(parents=True, exist_ok=True)
+        text = json.dumps(linear_json(linear, found), indent=2)
+        options.output_file.write_text(text + "\n", encoding="utf-8")
+        if not options.json:
+            _print_files([options.output_file])
 
 
 def _add_build(commands: argparse._SubParsersAction) -> None:

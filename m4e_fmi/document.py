@@ -28,7 +28,7 @@ Location = tuple[str | int, ...]
 class Section(BaseModel):
     """Base of everything read from a file: unknown keys are errors, values do not change."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=False)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=False, defer_build=True)
 
 
 _MOST_PRUNINGS = 20

@@ -13,9 +13,9 @@ from m4e_fmi.cosim.connect import Bond, Link, Port, Wiring
 from m4e_fmi.cosim.description import Description, read_description
 from m4e_fmi.cosim.energy import BondEnergy
 from m4e_fmi.cosim.network import Network
-from m4e_fmi.cosim.results import Results, Series, load
 from m4e_fmi.cosim.run import Outcome, Prepared, prepare, run
 from m4e_fmi.cosim.system import Component, FmuFile, Kind, ModelFile, Simulation, System
+from m4e_fmi.results import Results, Series, load
 
 __all__ = [
     "Bond",

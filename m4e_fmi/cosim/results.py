@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Mapping
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -113,45 +112,3 @@ class _Group:
     def write(self, rows: slice, count: int) -> None:
         for variable, column in zip(self._variables, self._block.T, strict=True):
             variable[rows] = column[:count]
-
-
-@dataclass(frozen=True)
-class Series:
-    """One recorded variable: `values` over `Results.time`, its unit and what it is."""
-
-    name: str
-    unit: str
-    long_name: str
-    values: np.ndarray
-
-
-@dataclass(frozen=True)
-class Results:
-    """A results file in memory: `time` [s], `components[component][variable]`, the attributes."""
-
-    path: Path
-    time: np.ndarray
-    components: dict[str, dict[str, Series]]
-    attributes: dict[str, str]
-
-    def __getitem__(self, name: str) -> Series:
-        """The series ``component.variable``; KeyError if there is none."""
-        component, _, variable = name.partition(".")
-        return self.components[component][variable]
-
-
-def load(path: str | Path) -> Results:
-    """The results in a file that a run has written."""
-    from netCDF4 import Dataset
-
-    with Dataset(Path(path)) as file:
-        file.set_auto_mask(False)
-        components = {
-            component: {
-                name: Series(name, variable.units, variable.long_name, variable[:])
-                for name, variable in group.variables.items()
-            }
-            for component, group in file.groups.items()
-        }
-        attributes = {name: str(file.getncattr(name)) for name in file.ncattrs()}
-        return Results(Path(path), file["time"][:], components, attributes)

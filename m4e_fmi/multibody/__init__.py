@@ -7,7 +7,8 @@ One source runs over SymPy symbols (`Equations`, to read) and over a tape (`mode
 """
 
 from m4e_fmi.multibody.equations import Equations
+from m4e_fmi.multibody.mass import mass_matrix_program
 from m4e_fmi.multibody.recording import model_program
 from m4e_fmi.multibody.topology import Topology, topology
 
-__all__ = ["Equations", "Topology", "model_program", "topology"]
+__all__ = ["Equations", "Topology", "mass_matrix_program", "model_program", "topology"]

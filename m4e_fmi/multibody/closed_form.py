@@ -29,8 +29,7 @@ class ClosedForm:
     def __init__(self, assembly: Assembly) -> None:
         symmetric = not assembly.added_mass
         rates = solve(mass_matrix(assembly), forcing(assembly), symmetric=symmetric)
-        origins, alphas = _outwards(assembly, rates)
-        self.accelerations = Accelerations(rates, origins, alphas, 0)
+        self.accelerations = outwards(assembly, rates)
 
 
 @dataclass
@@ -123,7 +122,7 @@ def _seen(assembly: Assembly, i: int, P: Pair, L: Any) -> list[tuple[int, Any]]:
 def forcing(assembly: Assembly) -> list[Any]:
     """Bᵀ(g + g_g) − Bᵀ(𝓜 + A)Ḃu + τ."""
     tree = assembly.tree
-    origins, _ = _outwards(assembly, [0] * len(tree.coordinate_names))
+    origins = outwards(assembly, [0] * len(tree.coordinate_names)).origins
     wrenches = [list(wrench) for wrench in assembly.wrenches]
     bias = []
     for k, (mass, _) in enumerate(assembly.masses):
@@ -137,8 +136,8 @@ def forcing(assembly: Assembly) -> list[Any]:
     return _projected(assembly, wrenches)
 
 
-def _outwards(assembly: Assembly, rates: Sequence[Any]) -> tuple[list[Pair], list[Any]]:
-    """Accelerations of the origins, and angular accelerations, for u̇ = `rates`."""
+def outwards(assembly: Assembly, rates: Sequence[Any]) -> Accelerations:
+    """The accelerations of all links for u̇ = `rates`."""
     origins: list[Pair] = []
     alphas: list[Any] = []
     for link, frame in zip(assembly.tree.links, assembly.frames, strict=True):
@@ -153,7 +152,7 @@ def _outwards(assembly: Assembly, rates: Sequence[Any]) -> tuple[list[Pair], lis
             alpha = alpha + new[-1] if link.follows else new[-1]
         origins.append((new[0], new[1]) if link.joint.type == "floating" else origin)
         alphas.append(alpha)
-    return origins, alphas
+    return Accelerations(list(rates), origins, alphas, 0)
 
 
 def _push(wrench: list[Any], force: Pair, arm: Pair, torque: Any = 0) -> None:

@@ -6,15 +6,20 @@ Everything is computed when it is first asked for, and never simplified behind t
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+from m4e_fmi.errors import InputError, suggestion
 from m4e_fmi.model import Model
-from m4e_fmi.multibody.assembly import Assembly, Scalars, assemble
-from m4e_fmi.multibody.closed_form import forcing, mass_matrix
+from m4e_fmi.multibody.assembly import Accelerations, Assembly, Scalars, assemble
+from m4e_fmi.multibody.closed_form import forcing, mass_matrix, outwards
 from m4e_fmi.multibody.columns import Columns, column_rates, columns
 from m4e_fmi.multibody.energy import kinetic_energy, load_powers, potential_energy
+from m4e_fmi.multibody.reactions import reactions
+from m4e_fmi.multibody.recording import add_outputs, declared_inputs
 from m4e_fmi.multibody.topology import topology
+from m4e_fmi.program import Variable
 
 if TYPE_CHECKING:
     import sympy
@@ -23,13 +28,15 @@ if TYPE_CHECKING:
 class Equations:
     """Symbolic equations of a model: mass_matrix · u̇ = forcing, with q̇ = u.
 
-    Symbols are real: coordinates `Theta_k`, `S_k`, `X_k`, `Z_k` and velocities `ThetaD_k`, … of
-    body k, the time `t`, the model's parameters, `A_i_j` for added mass. A table is an undefined
-    function of t by its name.
+    Symbols are real: coordinates `Theta_k`, `S_k`, `X_k`, `Z_k`, velocities `ThetaD_k`, … and
+    accelerations `ThetaDD_k`, … of body k, the time `t`, the model's parameters, `A_i_j` for added
+    mass. A table is an undefined function of t by its name. `inputs` names inputs of the model's
+    program that act as well, as symbols of that name; InputError if it has no such input.
     """
 
-    def __init__(self, model: Model) -> None:
+    def __init__(self, model: Model, inputs: Sequence[str] = ()) -> None:
         self.model = model
+        self.inputs = tuple(inputs)
         self.topology = topology(model)
 
     @cached_property
@@ -41,6 +48,11 @@ class Equations:
     def u(self) -> sympy.Matrix:
         """Velocities, n×1."""
         return _symbols(self.topology.velocity_names)
+
+    @cached_property
+    def u_dot(self) -> sympy.Matrix:
+        """Accelerations, n×1: symbols, to write what depends on them."""
+        return _symbols(self.topology.acceleration_names)
 
     @cached_property
     def assembly(self) -> Assembly:
@@ -58,14 +70,21 @@ class Equations:
             u=self.u.flat(),
             time=symbol("t"),
             parameters={name: symbol(name) for name in self.model.parameters},
-            body_wrench={},
-            point_force={},
-            effort={},
+            **self._acting(),
             added_mass=[[symbol(f"A_{i + 1}_{j + 1}") for j in range(wet)] for i in range(wet)],
             number=exact,
             table=lambda name, _, time: sympy.Function(name)(time),
         )
         return assemble(self.model, self.topology, scalars)
+
+    def _acting(self) -> dict[str, Any]:
+        reader = _Inputs(self.inputs)
+        found = declared_inputs(reader, self.model, self.topology)
+        unknown = [name for name in self.inputs if name not in reader.known]
+        if unknown:
+            message = f"{self.model.name} has no input {', '.join(unknown)}"
+            raise InputError.single(message, suggestion(unknown[0], reader.known))
+        return found
 
     @cached_property
     def B(self) -> sympy.Matrix:
@@ -91,6 +110,26 @@ class Equations:
     def forcing(self) -> sympy.Matrix:
         """Bᵀ(g + g_g) − Bᵀ(𝓜 + A)Ḃu, n×1."""
         return _matrix([[entry] for entry in forcing(self.assembly)])
+
+    @cached_property
+    def reactions(self) -> dict[str, sympy.Matrix]:
+        """By joint, (F_x, F_z [N], M_y [N·m]) on its child, 3×1; see `reactions.Reaction`.
+
+        Functions of q, u and `u_dot`. A floating joint exerts nothing and is left out.
+        """
+        found = reactions(self.assembly, self._moving)
+        return {r.joint: _matrix([[r.force[0]], [r.force[1]], [r.moment]]) for r in found}
+
+    @cached_property
+    def _moving(self) -> Accelerations:
+        return outwards(self.assembly, self.u_dot.flat())
+
+    @cached_property
+    def outputs(self) -> dict[str, sympy.Expr]:
+        """Every output of the model's program by name, as a function of q, u and `u_dot`."""
+        reader = _Outputs()
+        add_outputs(reader, self.assembly, self._moving)
+        return reader.values
 
     @cached_property
     def kinetic_energy(self) -> sympy.Expr:
@@ -127,11 +166,37 @@ class Equations:
                     result[3 * k + row, column] = entry
         return result
 
-    def text(self, *, latex: bool = False) -> str:
-        """The equations as a page of text, or of LaTeX."""
+    def text(self, *, latex: bool = False, reactions: bool = False) -> str:
+        """The equations as a page of text, or of LaTeX; with the joints' reactions if asked for."""
         from m4e_fmi.multibody.printing import equations_text
 
-        return equations_text(self, latex=latex)
+        return equations_text(self, latex=latex, reactions=reactions)
+
+
+class _Inputs:
+    """Gives symbols for the `wanted` inputs of a model and zero for the others."""
+
+    def __init__(self, wanted: Sequence[str]) -> None:
+        self.wanted = wanted
+        self.known: list[str] = []
+
+    def input(self, variable: Variable) -> Any:
+        import sympy
+
+        self.known.append(variable.name)
+        return sympy.Symbol(variable.name, real=True) if variable.name in self.wanted else 0
+
+
+class _Outputs:
+    """Takes the outputs of a model as expressions."""
+
+    def __init__(self) -> None:
+        self.values: dict[str, sympy.Expr] = {}
+
+    def output(self, variable: Variable, value: Any) -> None:
+        import sympy
+
+        self.values[variable.name] = sympy.sympify(value)
 
 
 def _symbols(names: tuple[str, ...]) -> sympy.Matrix:

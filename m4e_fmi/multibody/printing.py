@@ -10,8 +10,11 @@ if TYPE_CHECKING:
     from m4e_fmi.multibody.equations import Equations
 
 
-def equations_text(equations: Equations, *, latex: bool = False) -> str:
-    """All of `equations`: coordinates, B, Ḃ, mass matrix, forcing, energies; zeros left out."""
+def equations_text(equations: Equations, *, latex: bool = False, reactions: bool = False) -> str:
+    """All of `equations`: coordinates, B, Ḃ, mass matrix, forcing, energies; zeros left out.
+
+    With `reactions` those of the joints as well, as functions of q, u and the accelerations.
+    """
     import sympy
 
     tree = equations.topology
@@ -42,6 +45,13 @@ def equations_text(equations: Equations, *, latex: bool = False) -> str:
         lines += ["", "Power of loads that changes T + V"]
         powers = equations.load_powers.items()
         lines += [_line(_power_name(name, latex=latex), show(p), latex=latex) for name, p in powers]
+    if reactions:
+        lines += ["", "Force (x, z) and moment (y) of each joint on its child, at the joint"]
+        for joint, wrench in equations.reactions.items():
+            for axis, entry in zip("xzy", wrench.flat(), strict=True):
+                lines.append(
+                    _line(_reaction_name(joint, axis, latex=latex), show(entry), latex=latex)
+                )
     if latex:
         lines = [line if line.startswith("\\[") else f"% {line}".rstrip() for line in lines]
     return "\n".join(lines)
@@ -51,10 +61,12 @@ def _latex_names(equations: Equations) -> dict[Any, str]:
     """How coordinates and velocities are written: Theta_1 → \\theta_{1}, ThetaD_1 → \\dot{…}."""
     letters = {"Theta": r"\theta", "Phi": r"\varphi", "S": "s", "X": "x", "Z": "z"}
     result = {}
-    for q, u in zip(equations.q.flat(), equations.u.flat(), strict=True):
+    rows = zip(equations.q.flat(), equations.u.flat(), equations.u_dot.flat(), strict=True)
+    for q, u, u_dot in rows:
         letter, number = q.name.split("_")
         result[q] = f"{letters[letter]}_{{{number}}}"
         result[u] = rf"\dot{{{letters[letter]}}}_{{{number}}}"
+        result[u_dot] = rf"\ddot{{{letters[letter]}}}_{{{number}}}"
     return result
 
 
@@ -72,6 +84,14 @@ def _entries(matrix: Any, letter: str, show: Callable[[Any], str], *, latex: boo
 def _power_name(load: str, *, latex: bool) -> str:
     escaped = load.replace("_", r"\_")
     return rf"P_{{\mathrm{{{escaped}}}}}" if latex else f"P[{load}]"
+
+
+def _reaction_name(joint: str, axis: str, *, latex: bool) -> str:
+    letter = "M" if axis == "y" else "R"
+    if not latex:
+        return f"{letter}[{joint}].{axis}"
+    escaped = joint.replace("_", r"\_")
+    return rf"{letter}_{{\mathrm{{{escaped}}},{axis}}}"
 
 
 def _line(name: str, value: str, *, latex: bool) -> str:

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import gc
+from collections.abc import Container, Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from m4e_fmi.model import Model, TensionSpring, TorsionSpring, load_model
 from m4e_fmi.model.elements import GROUND, as_expression, parameter_values
 from m4e_fmi.multibody.assembly import Accelerations, Assembly, Scalars, assemble, wet_links
 from m4e_fmi.multibody.closed_form import ClosedForm
 from m4e_fmi.multibody.energy import kinetic_energy, load_powers, potential_energy
+from m4e_fmi.multibody.reactions import reactions
 from m4e_fmi.multibody.sensitivity import Recursion
 from m4e_fmi.multibody.topology import Link, Topology, topology
 from m4e_fmi.program import Program, Recorder, Variable
@@ -26,11 +30,12 @@ LARGEST_CLOSED_FORM = 12
 """Number of coordinates up to which the closed form can need fewer operations."""
 
 
-def model_program(model: Model | str | Path) -> Program:
+def model_program(model: Model | str | Path, *, inputs: Container[str] | None = None) -> Program:
     """The Program of a model, or of the model file at a path.
 
     Inputs: wrench of every body, force of every point, effort of every revolute and prismatic
-    joint. States: q and u. Outputs: motion of bodies and points, power of the loads, energies.
+    joint; only those named in `inputs` unless that is None, the others are zero. States: q and u.
+    Outputs: motion of bodies and points, reactions of joints, power of the loads, energies.
     Parameters: the model's, and `added_mass[i,j]` of the bodies that have it.
 
     Accelerations come from the recursion, or from the closed form where added mass couples bodies;
@@ -39,31 +44,70 @@ def model_program(model: Model | str | Path) -> Program:
     if not isinstance(model, Model):
         model = load_model(model)
     tree = topology(model)
+    with _collection_paused():
+        return _shortest(model, tree, inputs)
+
+
+@contextmanager
+def _collection_paused() -> Iterator[None]:
+    """No search for garbage while many objects are made that stay: a quarter of the time."""
+    enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if enabled:
+            gc.enable()
+
+
+def _shortest(model: Model, tree: Topology, inputs: Container[str] | None) -> Program:
     if len(wet_links(model, tree)) > 1:
-        return recorded(model, tree, ClosedForm)
-    program = recorded(model, tree, Recursion)
+        return recorded(model, tree, ClosedForm, inputs)
+    program = recorded(model, tree, Recursion, inputs)
     if len(tree.coordinate_names) > LARGEST_CLOSED_FORM:
         return program
-    closed = recorded(model, tree, ClosedForm)
+    closed = recorded(model, tree, ClosedForm, inputs)
     return min(program, closed, key=lambda p: len(p.operations(p.rates)))
 
 
 def recorded(
-    model: Model, tree: Topology, algorithm: type[ClosedForm] | type[Recursion]
+    model: Model,
+    tree: Topology,
+    algorithm: type[ClosedForm] | type[Recursion],
+    inputs: Container[str] | None = None,
 ) -> Program:
-    """The Program of a model whose u̇ comes from `algorithm`."""
+    """The Program of a model whose u̇ comes from `algorithm`; `inputs` as for `model_program`."""
     recorder = Recorder(model.name, model.description or f"Multibody system {model.name}")
-    scalars = _declared(recorder, model, tree)
+    scalars = declared(recorder, model, tree, inputs)
     assembly = assemble(model, tree, scalars)
     solution = algorithm(assembly)
     solved = solution.accelerations
     for link in tree.links:
-        for (position, velocity), k in zip(_state_names(link), link.coordinates, strict=True):
+        for (position, velocity), k in zip(state_names(link), link.coordinates, strict=True):
             recorder.rate(position, scalars.u[k])
             recorder.rate(velocity, solved.rates[k])
+    add_outputs(recorder, assembly, solved)
+    return recorder.program(solution=solution if isinstance(solution, Recursion) else None)
+
+
+class Inputs(Protocol):
+    """What gives scalars for inputs: a recorder, or whoever has others."""
+
+    def input(self, variable: Variable) -> Any: ...
+
+
+class Outputs(Protocol):
+    """What takes outputs: a recorder, or whoever wants to read them."""
+
+    def output(self, variable: Variable, value: Any) -> None: ...
+
+
+def add_outputs(recorder: Outputs, assembly: Assembly, solved: Accelerations) -> None:
+    """All outputs of a model in motion, over any scalar."""
     _add_body_outputs(recorder, assembly, solved)
     _add_point_outputs(recorder, assembly, solved)
     _add_load_outputs(recorder, assembly)
+    _add_reactions(recorder, assembly, solved)
     kinetic, potential = kinetic_energy(assembly), potential_energy(assembly)
     for name, value, text in (
         ("kinetic", kinetic, "Kinetic energy, added mass included"),
@@ -71,17 +115,19 @@ def recorded(
         ("total", kinetic + potential, "Kinetic and potential energy"),
     ):
         recorder.output(Variable(f"energy.{name}", "J", text), value)
-    return recorder.program(solution=solution if isinstance(solution, Recursion) else None)
 
 
-def _state_names(link: Link) -> list[tuple[str, str]]:
-    """(coordinate, velocity) variable names of a link's states."""
+def state_names(link: Link) -> list[tuple[str, str]]:
+    """(coordinate, velocity) variable names of the states of a link."""
     floating = link.joint.type == "floating"
     owner = f"body.{link.body}" if floating else f"joint.{link.joint_name}"
     return [(f"{owner}.{p}", f"{owner}.{v}") for p, v, _ in STATES[link.joint.type]]
 
 
-def _declared(recorder: Recorder, model: Model, tree: Topology) -> Scalars:
+def declared(
+    recorder: Recorder, model: Model, tree: Topology, inputs: Container[str] | None = None
+) -> Scalars:
+    """The parameters, inputs and states of a model, declared."""
     parameters: dict[str, Any] = {}
     for name, parameter in model.parameters.items():
         unit = parse_unit(parameter.unit)
@@ -95,9 +141,9 @@ def _declared(recorder: Recorder, model: Model, tree: Topology) -> Scalars:
             )
         )
     added_mass = _declared_added_mass(recorder, model, tree)
-    inputs = _declared_inputs(recorder, model, tree)
+    acting = declared_inputs(recorder, model, tree, inputs)
     q, u = _declared_states(recorder, model, tree)
-    return Scalars(q, u, recorder.time, parameters, added_mass=added_mass, **inputs)
+    return Scalars(q, u, recorder.time, parameters, added_mass=added_mass, **acting)
 
 
 def _declared_added_mass(recorder: Recorder, model: Model, tree: Topology) -> list[list[Any]]:
@@ -120,9 +166,13 @@ def _declared_added_mass(recorder: Recorder, model: Model, tree: Topology) -> li
     return rows
 
 
-def _declared_inputs(recorder: Recorder, model: Model, tree: Topology) -> dict[str, Any]:
+def declared_inputs(
+    recorder: Inputs, model: Model, tree: Topology, chosen: Container[str] | None = None
+) -> dict[str, Any]:
+    """What acts from outside, as fields of `Scalars`; of the inputs those that are `chosen`."""
+
     def force(name: str, unit: str, text: str) -> Any:
-        return recorder.input(Variable(name, unit, text))
+        return recorder.input(Variable(name, unit, text)) if chosen is None or name in chosen else 0
 
     wrench = {
         link.body: (
@@ -149,7 +199,12 @@ def _declared_inputs(recorder: Recorder, model: Model, tree: Topology) -> dict[s
         for link in tree.links
         if link.joint.type in ("revolute", "prismatic")
     }
-    return {"body_wrench": wrench, "point_force": points, "effort": efforts}
+    groups = {"body_wrench": wrench, "point_force": points, "effort": efforts}
+    silent = (0, (0, 0), (0, 0, 0))
+    return {
+        group: {name: value for name, value in members.items() if value not in silent}
+        for group, members in groups.items()
+    }
 
 
 def _declared_states(
@@ -159,7 +214,7 @@ def _declared_states(
     q: list[Any] = [None] * len(tree.coordinate_names)
     u: list[Any] = list(q)
     for link in tree.links:
-        pairs = zip(_state_names(link), STATES[link.joint.type], link.coordinates, strict=True)
+        pairs = zip(state_names(link), STATES[link.joint.type], link.coordinates, strict=True)
         for (position, velocity), (key, rate_key, unit), k in pairs:
             initial = {
                 name: float(as_expression(link.joint.initial.get(name, 0.0)).evaluate(values))
@@ -167,13 +222,18 @@ def _declared_states(
             }
             symbol = tree.coordinate_names[k]
             q[k] = recorder.state(
-                Variable(position, unit, f"Coordinate {symbol}", start=initial[key])
+                Variable(
+                    position,
+                    unit,
+                    f"Coordinate {symbol} of body {link.body}",
+                    start=initial[key],
+                )
             )
             u[k] = recorder.state(
                 Variable(
                     velocity,
                     f"{unit}/s",
-                    f"Velocity {tree.velocity_names[k]}",
+                    f"Velocity {tree.velocity_names[k]} of body {link.body}",
                     start=initial[rate_key],
                     derivative_of=position,
                 )
@@ -181,7 +241,7 @@ def _declared_states(
     return q, u
 
 
-def _add_body_outputs(recorder: Recorder, assembly: Assembly, solved: Accelerations) -> None:
+def _add_body_outputs(recorder: Outputs, assembly: Assembly, solved: Accelerations) -> None:
     for k, (link, frame) in enumerate(zip(assembly.tree.links, assembly.frames, strict=True)):
         name = f"body.{link.body}"
         if link.joint.type != "floating":
@@ -196,7 +256,7 @@ def _add_body_outputs(recorder: Recorder, assembly: Assembly, solved: Accelerati
         recorder.output(variable, solved.alphas[k])
 
 
-def _add_point_outputs(recorder: Recorder, assembly: Assembly, solved: Accelerations) -> None:
+def _add_point_outputs(recorder: Outputs, assembly: Assembly, solved: Accelerations) -> None:
     for name, point in assembly.points.items():
         body = assembly.model.points[name].body
         if body != GROUND:
@@ -206,7 +266,7 @@ def _add_point_outputs(recorder: Recorder, assembly: Assembly, solved: Accelerat
             _accelerations(recorder, f"point.{name}", "point", acceleration)
 
 
-def _add_load_outputs(recorder: Recorder, assembly: Assembly) -> None:
+def _add_load_outputs(recorder: Outputs, assembly: Assembly) -> None:
     for name, power in load_powers(assembly).items():
         text = "Power by which the load changes the total energy"
         if isinstance(assembly.model.loads[name], TensionSpring | TorsionSpring):
@@ -214,7 +274,17 @@ def _add_load_outputs(recorder: Recorder, assembly: Assembly) -> None:
         recorder.output(Variable(f"load.{name}.power", "W", text, local=True), power)
 
 
-def _motion(recorder: Recorder, name: str, what: str, position: Any, velocity: Any) -> None:
+def _add_reactions(recorder: Outputs, assembly: Assembly, solved: Accelerations) -> None:
+    for reaction in reactions(assembly, solved):
+        name = f"joint.{reaction.joint}"
+        for axis, value in zip("xz", reaction.force, strict=True):
+            text = f"Force of the joint on its child, world {axis.upper()}"
+            recorder.output(Variable(f"{name}.reaction_{axis}", "N", text), value)
+        text = "Moment of the joint on its child at the joint, about +Y"
+        recorder.output(Variable(f"{name}.reaction_moment", "N.m", text), reaction.moment)
+
+
+def _motion(recorder: Outputs, name: str, what: str, position: Any, velocity: Any) -> None:
     for axis, value in zip("xz", position, strict=True):
         text = f"Position of the {what}, world {axis.upper()}"
         recorder.output(Variable(f"{name}.{axis}", "m", text), value)
@@ -224,7 +294,7 @@ def _motion(recorder: Recorder, name: str, what: str, position: Any, velocity: A
         recorder.output(variable, value)
 
 
-def _accelerations(recorder: Recorder, name: str, what: str, acceleration: Any) -> None:
+def _accelerations(recorder: Outputs, name: str, what: str, acceleration: Any) -> None:
     for axis, value in zip("xz", acceleration, strict=True):
         text = f"Acceleration of the {what}, world {axis.upper()}"
         variable = Variable(f"{name}.a{axis}", "m/s2", text, derivative_of=f"{name}.v{axis}")

@@ -255,8 +255,8 @@ def _outwards(
         origin, alpha = loads.ground, 0
         if link.parent >= 0:
             origin, alpha = origins[link.parent], alphas[link.parent]
-            origin = swung(origin, alpha, assembly.frames[k].reach)
-        origin = subtracted(origin, loads.inward[k])
+        # what is known before α comes first: this is where everything waits
+        origin = swung(subtracted(origin, loads.inward[k]), alpha, assembly.frames[k].reach)
         outs = factors.eliminations[k]
         if link.joint.type == "floating":
             x = outs[2].value(free[k][2], ())

@@ -13,7 +13,8 @@ loads, with the factors at hand.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -35,6 +36,9 @@ from m4e_fmi.program import Scalar
 
 NUMBERS = 19
 """Of each link in a balance: H, f, reach, direction, inward, effort."""
+
+DRIVES = 6
+"""Of each link in a drive: a wrench at its origin, an acceleration inward, an effort."""
 
 
 class Recursion:
@@ -92,32 +96,47 @@ class Recursion:
                 pulls[links[k].parent] = added(pulls[links[k].parent], pulls[k])
         return pulls
 
-    def response(self, change: Sequence[Scalar | int]) -> Sequence[Scalar | int]:
-        """Change of the unknowns for a `change` of the balance."""
+    def drive(self, change: Mapping[int, Scalar]) -> Mapping[int, Scalar]:
+        """The loads that are equivalent to a change: `DRIVES` of each link, and of the ground."""
         size = len(self.assembly.frames)
-        loads = Loads([], [], [], ground=(change[-2], change[-1]))
-        for k in range(size):
-            self._add(loads, k, change[NUMBERS * k : NUMBERS * (k + 1)])
-        everything = self._per_link(solve(self.assembly, self.factors, loads))
-        return [everything[k] for k in self._places]
+        drive: dict[int, Any] = defaultdict(int)
+        for k in sorted({place // NUMBERS for place in change}):
+            numbers = [change.get(place, 0) for place in range(NUMBERS * k, NUMBERS * (k + 1))]
+            if k < size:
+                self._add(drive, k, numbers)
+            else:
+                drive[DRIVES * size], drive[DRIVES * size + 1] = numbers[:2]
+        return {place: value for place, value in drive.items() if isinstance(value, Scalar)}
 
-    def _add(self, loads: Loads, k: int, change: Sequence[Any]) -> None:
-        """Add link `k` to the loads that are equivalent to a change."""
+    def _add(self, drive: dict[int, Any], k: int, change: Sequence[Any]) -> None:
+        """Add a change of link `k`."""
         link, solved = self.assembly.tree.links[k], self.accelerations
         H, f = [change[0:3], change[3:6], change[6:9]], change[9:12]
         reach, direction = (change[12], change[13]), (change[14], change[15])
         inward, effort = (change[16], change[17]), change[18]
         needed = _times(H, solved.origins[k], solved.alphas[k])
-        loads.wrenches.append([a - b for a, b in zip(f, needed, strict=True)])
         if reach != ZERO and link.parent >= 0:
-            parent = loads.wrenches[link.parent]
-            parent[TURN] = parent[TURN] + moment(reach, self._pulls[k])
+            drive[DRIVES * link.parent + TURN] += moment(reach, self._pulls[k])
             inward = swung(inward, -solved.alphas[link.parent], reach)
         if direction != ZERO:
             inward = subtracted(inward, scaled(solved.rates[link.coordinates[0]], direction))
             effort = effort + dot(direction, self._pulls[k])
-        loads.inward.append(inward)
-        loads.efforts.append(effort)
+        wrench = [a - b for a, b in zip(f, needed, strict=True)]
+        for place, value in enumerate((*wrench, *inward, effort), start=DRIVES * k):
+            drive[place] += value
+
+    def response(self, drive: Mapping[int, Scalar]) -> Sequence[Scalar | int]:
+        """Change of the unknowns for a drive."""
+        size = len(self.assembly.frames)
+        numbers = [drive.get(place, 0) for place in range(DRIVES * size + 2)]
+        loads = Loads([], [], [], ground=(numbers[-2], numbers[-1]))
+        for k in range(size):
+            *wrench, x, z, effort = numbers[DRIVES * k : DRIVES * (k + 1)]
+            loads.wrenches.append(wrench)
+            loads.inward.append((x, z))
+            loads.efforts.append(effort)
+        everything = self._per_link(solve(self.assembly, self.factors, loads))
+        return [everything[k] for k in self._places]
 
 
 def _times(H: Sequence[Sequence[Any]], a: Pair, alpha: Any) -> list[Any]:

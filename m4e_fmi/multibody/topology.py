@@ -56,6 +56,10 @@ class Topology:
     def velocity_names(self) -> tuple[str, ...]:
         return tuple(_rate_name(name) for name in self.coordinate_names)
 
+    @cached_property
+    def acceleration_names(self) -> tuple[str, ...]:
+        return tuple(_rate_name(name, "DD") for name in self.coordinate_names)
+
     def index(self, body: str) -> int:
         """Index of a body's link; −1 for the ground."""
         return self._indices.get(body, -1)
@@ -115,6 +119,6 @@ def _distances(model: Model) -> dict[str, int]:
     return distance
 
 
-def _rate_name(coordinate: str) -> str:
+def _rate_name(coordinate: str, mark: str = "D") -> str:
     letter, number = coordinate.split("_")
-    return f"{letter}D_{number}"
+    return f"{letter}{mark}_{number}"

@@ -4,13 +4,14 @@ A `Program` is what travels through the product: named inputs, parameters, state
 with a unit and a description, and one tape of arithmetic that computes derivatives and outputs.
 A `Recorder` makes one by running an ordinary algorithm on recording scalars.
 
-This package is the bottom layer: it imports nothing else of m4e_fmi. Start reading in `tape`, then
-`program`; `derivatives` makes programs of programs; `python_form` and `symbolic_form` are the two
-forms a program is written out in.
+This package is the bottom layer: of m4e_fmi it imports `errors` only. Start reading in `tape`, then
+`program`; `derivatives` and `feedback` make programs of programs; `python_form`, `symbolic_form`
+and `binary_form` are the forms a program is written out in.
 """
 
 from m4e_fmi.program.comparison import differences, listing
 from m4e_fmi.program.derivatives import Jacobian, jacobian, tangent
+from m4e_fmi.program.feedback import with_feedback
 from m4e_fmi.program.functions import (
     acos,
     asin,
@@ -27,10 +28,11 @@ from m4e_fmi.program.functions import (
     tan,
     tanh,
 )
-from m4e_fmi.program.program import Program, Recorder, Solution, Variable
+from m4e_fmi.program.program import TIME, Program, Recorder, Solution, Variable
 from m4e_fmi.program.tape import Scalar, Tape
 
 __all__ = [
+    "TIME",
     "Jacobian",
     "Program",
     "Recorder",
@@ -56,4 +58,5 @@ __all__ = [
     "tan",
     "tangent",
     "tanh",
+    "with_feedback",
 ]

@@ -10,13 +10,17 @@ equal. sqrt and the powers have none at 0 where it is infinite: a division by ze
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
 from m4e_fmi.program.functions import cos, log, sign, sin, sqrt
-from m4e_fmi.program.program import TIME, Program, Recorder, Variable
+from m4e_fmi.program.program import TIME, Program, Recorder, Solution, Variable
 from m4e_fmi.program.tape import Scalar, Tape
+
+FEW = 4
+"""Symbols whose partial derivatives are multiplied by a direction one by one, at most."""
 
 Slopes = dict[Any, Scalar]
 """Derivatives of one node by direction; what is absent is zero."""
@@ -130,15 +134,45 @@ def _around(program: Program, roots: Sequence[int], given: Mapping[int, Slopes])
     solution = program.solution
     if solution is None:
         return slopes(program.tape, roots, given)
-    balance = [s.index for s in solution.balance()]
-    changes = slopes(program.tape, balance, given)
     unknowns: dict[int, Slopes] = {s.index: {} for s in solution.unknowns}
-    for direction in dict.fromkeys(key for change in changes for key in change):
-        response = solution.response([change.get(direction, 0) for change in changes])
-        for unknown, slope in zip(solution.unknowns, response, strict=True):
+    for direction, drive in _drives(program.tape, solution, given).items():
+        for unknown, slope in zip(solution.unknowns, solution.response(drive), strict=True):
             if isinstance(slope, Scalar) and program.tape.value(slope.index) != 0.0:
                 unknowns[unknown.index][direction] = slope
     return slopes(program.tape, roots, {**unknowns, **given})
+
+
+def _drives(
+    tape: Tape, solution: Solution, given: Mapping[int, Slopes]
+) -> dict[Any, dict[int, Scalar]]:
+    """What each direction asks of the equations that were solved.
+
+    What depends on few symbols does so by its partial derivatives: turning a vector gives its
+    neighbour, so most of them are on the tape already.
+    """
+    balance = [s.index for s in solution.balance()]
+    symbols = {tape.operations[k][1]: k for k in given}
+    readers = {k: names & symbols.keys() for k, names in tape.symbols_of_each(balance).items()}
+    partials: dict[int, dict[int, Scalar]] = defaultdict(dict)
+    changes: dict[Any, dict[int, Scalar]] = defaultdict(dict)
+    one = tape.constant(1.0)
+    units: dict[int, Slopes] = {k: {k: one} for k in given}
+    few = [k for k in readers if len(readers[k]) <= FEW]
+    many = [k for k in readers if len(readers[k]) > FEW]
+    for found, nodes, seeds in ((partials, few, units), (changes, many, given)):
+        by_node = dict(zip(nodes, slopes(tape, nodes, seeds), strict=True))
+        for place, k in enumerate(balance):
+            for key, slope in by_node.get(k, {}).items():
+                found[key][place] = slope
+    drives = {direction: dict(solution.drive(change)) for direction, change in changes.items()}
+    for symbol, partial in partials.items():
+        drive = solution.drive(partial)
+        for direction, slope in given[symbol].items():
+            total = drives.setdefault(direction, {})
+            for place, value in drive.items():
+                more = value * slope
+                total[place] = total[place] + more if place in total else more
+    return drives
 
 
 def slopes(tape: Tape, roots: Sequence[int], given: Mapping[int, Slopes]) -> list[Slopes]:

@@ -5,12 +5,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import chain
+from pathlib import Path
 from typing import Protocol
 
+from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.program.tape import Scalar, Tape
 
 TIME = "time"
@@ -53,8 +55,12 @@ class Solution(Protocol):
         """What the unknowns depend on, none of them among it; recorded when asked for."""
         ...
 
-    def response(self, change: Sequence[Scalar | int]) -> Sequence[Scalar | int]:
-        """Change of the unknowns for a `change` of the balance; 0 where there is none."""
+    def drive(self, change: Mapping[int, Scalar]) -> Mapping[int, Scalar]:
+        """What a `change` of the balance, by place in it, asks of the equations: linear, local."""
+        ...
+
+    def response(self, drive: Mapping[int, Scalar]) -> Sequence[Scalar | int]:
+        """Change of the unknowns for a `drive`; 0 where there is none."""
         ...
 
 
@@ -130,6 +136,34 @@ class Program:
         if unknown:
             raise KeyError(f"{self.name} has no parameter, input or state {', '.join(unknown)}")
         return replace(self, **groups)
+
+    def save(self, path: str | Path) -> None:
+        """Write the program to a file in its binary form: see `binary_form`.
+
+        What was read back is equal to what was saved, and runs to the same bits; only `solution` is
+        not kept. RunError if the file cannot be written.
+        """
+        from m4e_fmi.program.binary_form import encode
+
+        try:
+            Path(path).write_bytes(encode(self))
+        except OSError as error:
+            raise RunError(f"{path}: cannot be written: {error}") from error
+
+    @staticmethod
+    def load(path: str | Path) -> Program:
+        """The program in a file; InputError if there is none, or if it is damaged or foreign."""
+        from m4e_fmi.program.binary_form import decode
+
+        try:
+            data = Path(path).read_bytes()
+        except OSError as error:
+            raise InputError.single(f"{path}: cannot be read: {error.strerror}") from error
+        try:
+            return decode(data)[0]
+        except InputError as error:
+            problems = [replace(problem, file=str(path)) for problem in error.problems]
+            raise InputError(problems) from error
 
     def __str__(self) -> str:
         lines = [f"program {self.name}: {self.description}", self._size()]

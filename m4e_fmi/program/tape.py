@@ -35,8 +35,9 @@ BINARY: dict[str, Callable[[float, float], float]] = {
     "max": max,
 }
 COMMUTATIVE = frozenset({"add", "mul"})
-FOLDING = frozenset({"constant", "neg"})
-"""Operations whose results may make a further operation unnecessary, or turn it into another."""
+PLAIN, CONSTANT, NEGATED = range(3)
+"""Kinds of scalars. A constant or negated one may make an operation unnecessary, or change it."""
+KINDS = {"constant": CONSTANT, "neg": NEGATED}
 LARGEST_UNROLLED_POWER = 8
 
 
@@ -71,8 +72,8 @@ class Tape:
         """The scalar of `operation`, which is appended unless it is there already."""
         scalar = self._scalars.get(operation)
         if scalar is None:
-            folds = operation[0] in FOLDING
-            scalar = self._scalars[operation] = Scalar(self, len(self.operations), folds)
+            kind = KINDS.get(operation[0], PLAIN)
+            scalar = self._scalars[operation] = Scalar(self, len(self.operations), kind)
             self.operations.append(operation)
         return scalar
 
@@ -108,14 +109,12 @@ class Tape:
 
     def unary(self, name: str, a: Scalar) -> Scalar:
         """The operation `name` of one scalar."""
-        if a.folds:
-            kind, operand = self.operations[a.index]
-            if kind == "constant":
-                result = _computed(UNARY[name], operand)
-                if result is not None:
-                    return self.constant(result)
-            elif name == "neg":
-                return self.scalar(operand)
+        if a.kind == CONSTANT:
+            result = _computed(UNARY[name], self.operations[a.index][1])
+            if result is not None:
+                return self.constant(result)
+        elif a.kind == NEGATED and name == "neg":
+            return self.scalar(self.operations[a.index][1])
         return self.recorded((name, a.index))
 
     def binary(self, name: str, a: Scalar, b: Scalar | float) -> Scalar:
@@ -124,7 +123,7 @@ class Tape:
             b = self.constant(b)
         elif b.tape is not self:
             raise ValueError("scalars of two tapes cannot be combined")
-        if a.folds or b.folds:
+        if a.kind or b.kind:
             folded = self._folded(name, a, b)
             if folded is not None:
                 return folded
@@ -135,7 +134,8 @@ class Tape:
 
     def _folded(self, name: str, a: Scalar, b: Scalar) -> Scalar | None:
         """What takes the place of an operation on a constant or a negated scalar, or None."""
-        x, y = self.value(a.index), self.value(b.index)
+        x = self.operations[a.index][1] if a.kind == CONSTANT else None
+        y = self.operations[b.index][1] if b.kind == CONSTANT else None
         if x is not None and y is not None:
             result = _computed(BINARY[name], x, y)
             return None if result is None else self.constant(result)
@@ -143,7 +143,9 @@ class Tape:
             neutral = self._with_constant(name, a, b, x, y)
             if neutral is not None:
                 return neutral
-        return self._with_negated(name, a, b)
+        if a.kind == NEGATED or b.kind == NEGATED:
+            return self._with_negated(name, a, b)
+        return None
 
     def _with_constant(
         self, name: str, a: Scalar, b: Scalar, x: float | None, y: float | None
@@ -180,12 +182,15 @@ class Tape:
                 return self.binary("add", a, minus_b)
             case "sub" if minus_a is not None:
                 return self.unary("neg", self.binary("add", minus_a, b))
+            case "mul" | "div" if minus_a is not None:
+                return self.unary("neg", self.binary(name, minus_a, b))
+            case "mul" | "div" if minus_b is not None:
+                return self.unary("neg", self.binary(name, a, minus_b))
         return None
 
     def _negated(self, a: Scalar) -> Scalar | None:
         """The scalar that `a` is the negative of, None if it is not recorded as one."""
-        operation = self.operations[a.index]
-        return self.scalar(operation[1]) if operation[0] == "neg" else None
+        return self.scalar(self.operations[a.index][1]) if a.kind == NEGATED else None
 
     def arguments(self, index: int) -> tuple[int, ...]:
         """Indices that node `index` is computed from."""
@@ -235,15 +240,15 @@ def _selected(names: list[str], bits: int) -> frozenset[str]:
 class Scalar:
     """One node of a tape with Python's arithmetic; combining two of one tape records.
 
-    A tape makes one Scalar for each of its nodes. `folds`: see `FOLDING`.
+    A tape makes one Scalar for each of its nodes.
     """
 
-    __slots__ = ("folds", "index", "tape")
+    __slots__ = ("index", "kind", "tape")
 
-    def __init__(self, tape: Tape, index: int, folds: bool) -> None:
+    def __init__(self, tape: Tape, index: int, kind: int) -> None:
         self.tape = tape
         self.index = index
-        self.folds = folds
+        self.kind = kind
 
     def record(self, name: str, *others: Scalar | float) -> Scalar:
         """Node of the operation `name` applied to this scalar (and one more, if binary)."""

@@ -9,6 +9,7 @@ from m4e_fmi.report.animation import animate, check_animation_path
 from m4e_fmi.report.figures import plot_run, plot_simulation
 from m4e_fmi.report.files import write_simulation
 from m4e_fmi.report.fmu_text import fmu_text
+from m4e_fmi.report.linear_text import linear_json, linear_text
 from m4e_fmi.report.motion import plot_modes, plot_phase
 from m4e_fmi.report.progress import progress_bar
 from m4e_fmi.report.schematic import draw_model, model_figure
@@ -20,6 +21,8 @@ __all__ = [
     "check_animation_path",
     "draw_model",
     "fmu_text",
+    "linear_json",
+    "linear_text",
     "model_figure",
     "model_tables",
     "plot_modes",

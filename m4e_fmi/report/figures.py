@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from m4e_fmi.cosim.results import Series, load
 from m4e_fmi.report.panels import Panel, panels
 from m4e_fmi.report.style import COLOURS
+from m4e_fmi.results import Series, load
 
 if TYPE_CHECKING:
     from m4e_fmi.simulate import Simulation

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from m4e_fmi.cosim.description import read_description
-
 ORDER = ("parameter", "calculatedParameter", "input", "output", "local", "independent")
 
 
 def fmu_text(path: Path) -> str:
     """Identity and variables of an FMU; for an output, the inputs it depends on directly."""
+    from m4e_fmi.cosim.description import read_description
+
     description = read_description(path)
     count = len(description.variables)
     lines = [f"{path.name}: {description.identifier}, FMI 2.0 co-simulation, {count} variables"]

@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
-from m4e_fmi.cosim.results import Series
+from m4e_fmi.results import Series
 
 MOST_LINES = 6
 

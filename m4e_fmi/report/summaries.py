@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from m4e_fmi.cosim.results import Results
 from m4e_fmi.report.panels import panels
+from m4e_fmi.results import Results
 
 if TYPE_CHECKING:
     from m4e_fmi.cosim import Outcome

@@ -1,9 +1,9 @@
 """What runs a program: the C library, and an integrator in plain Python where there is none.
 
-`src/` holds the library (start with `m4e.h`); `compiler` builds and `library` finds it; `bytecode`
-is the file form of a program, `engine` runs one, `kernel` writes a program's blocks in C,
-`integrator` cuts an integration into calls. `dormand_prince` uses the standard library only,
-because it also travels inside FMUs. This package may import `program` and `errors`.
+`src/` holds the library (start with `m4e.h`); `compiler` builds and `library` finds it; `engine`
+runs a program, `kernel` writes its blocks in C, `integrator` cuts an integration into calls.
+`dormand_prince` uses the standard library only, because it also travels inside FMUs. This package
+may import `program` and `errors`.
 """
 
 from m4e_fmi.runtime.dormand_prince import DormandPrince, IntegrationError

@@ -32,6 +32,13 @@ FLAGS = (
     *(() if sys.platform == "win32" else ("-fPIC",)),
 )
 
+VECTOR_FLAGS = {
+    "avx512": ("-mavx512f", "-mprefer-vector-width=512"),
+    "avx2": ("-mavx2",),
+    "": (),
+}
+"""By instruction set of the processor. None of them fuses operations: the bits are the same."""
+
 
 class CompilationError(Exception):
     """No compiler, or the compiler refused; the message says what it said."""
@@ -57,7 +64,7 @@ def cache_folder() -> Path:
     return Path(platformdirs.user_cache_dir("m4e_fmi", appauthor=False))
 
 
-def compile_shared(sources: Sequence[Path], target: Path) -> None:
+def compile_shared(sources: Sequence[Path], target: Path, *, flags: Sequence[str] = ()) -> None:
     """Compile C files into the shared library `target`, which appears whole or not at all.
 
     Raises CompilationError.
@@ -68,7 +75,7 @@ def compile_shared(sources: Sequence[Path], target: Path) -> None:
     target.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=target.parent) as folder:
         made = Path(folder) / target.name
-        arguments = [*command, *FLAGS, "-I", str(SOURCES), "-o", str(made)]
+        arguments = [*command, *FLAGS, *flags, "-I", str(SOURCES), "-o", str(made)]
         try:
             run = subprocess.run(
                 [*arguments, *map(str, sources), "-lm"], capture_output=True, text=True, check=False
@@ -80,12 +87,14 @@ def compile_shared(sources: Sequence[Path], target: Path) -> None:
         made.replace(target)
 
 
-def cached_shared(name: str, sources: Sequence[Path], text: str = "") -> Path:
+def cached_shared(
+    name: str, sources: Sequence[Path], text: str = "", *, flags: Sequence[str] = ()
+) -> Path:
     """Path of the library compiled from `sources`, or from `text`, compiled now unless it is kept.
 
     The name in the cache carries a hash of all that it is made from. Raises CompilationError.
     """
-    parts = [" ".join((compiler() or [""]) + list(FLAGS)), platform.machine(), text]
+    parts = [" ".join([*(compiler() or [""]), *FLAGS, *flags]), platform.machine(), text]
     parts += [sysconfig.get_platform()]
     parts += [path.read_text("utf-8") for path in sorted({*sources, *SOURCES.glob("*.h")})]
     digest = hashlib.sha256("\0".join(parts).encode()).hexdigest()[:20]
@@ -99,7 +108,7 @@ def cached_shared(name: str, sources: Sequence[Path], text: str = "") -> Path:
         with tempfile.TemporaryDirectory() as folder:
             source = Path(folder) / f"{name}.c"
             source.write_text(text, encoding="utf-8")
-            compile_shared([source], target)
+            compile_shared([source], target, flags=flags)
     except OSError as error:
         raise CompilationError(f"the cache cannot be written: {error}") from error
     return target

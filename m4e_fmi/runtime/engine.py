@@ -15,11 +15,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from m4e_fmi.errors import InputError, RunError
+from m4e_fmi.program.binary_form import Entry, encode
 from m4e_fmi.program.program import Program
-from m4e_fmi.runtime.bytecode import Entry, code_of, encode
 from m4e_fmi.runtime.compiler import CompilationError
-from m4e_fmi.runtime.kernel import Kernel, kernel_source, load_kernel
+from m4e_fmi.runtime.kernel import kernel_source, load_kernel
 from m4e_fmi.runtime.library import (
+    BLOCKS,
     LANES,
     METHODS,
     Counts,
@@ -141,7 +142,8 @@ class Engine:
         self.program = program
         self._jacobian = tuple(jacobian)
         self._watches = tuple(watches)
-        self._kernel: Kernel | None = None
+        self._kernels: ctypes.CDLL | None = None
+        self.lanes = lanes
         positions = {v.name: k for k, v in enumerate(program.outputs)}
         self.selected = [positions[n] for n in (positions if outputs is None else outputs)]
         self._read(encode(program, self._jacobian))
@@ -172,24 +174,27 @@ class Engine:
 
     def compile(self) -> bool:
         """Use compiled blocks from now on, as far as they pay; False where none can be had."""
-        n = self.counts
-        code = code_of(self.program, self._jacobian)
-        source = kernel_source(
-            code, inputs=n.inputs, parameters=n.parameters, outputs=self.selected
-        )
+        blocks = {
+            f"m4e_kernel_{name}": self.library.m4e_model_block(self.handle, which).contents
+            for name, which in BLOCKS.items()
+        }
+        source = kernel_source(blocks, self.counts, lanes=self.lanes)
+        wide = self.library.m4e_instruction_set().decode()
         try:
-            self._kernel = kernel = load_kernel(source) if source else None
+            self._kernels = kernels = load_kernel(source, wide) if source else None
         except (CompilationError, OSError):
             return False
-        if kernel is None:
+        if kernels is None:
             return False
-        self.library.m4e_model_attach(self.handle, kernel.rates, kernel.outputs, kernel.jacobian)
+        for name, block in blocks.items():
+            function = getattr(kernels, name, None)
+            block.kernel = ctypes.cast(function, ctypes.c_void_p) if function else None
         return True
 
     @property
     def instructions(self) -> int:
         """Instructions of one evaluation of the rates by the interpreter."""
-        return self.library.m4e_model_instructions(self.handle)
+        return self.library.m4e_model_block(self.handle, BLOCKS["rates"]).contents.length - 1
 
     def set_parameters(self, values: ArrayLike) -> None:
         p = vector(values, (self.counts.parameters,), "parameters")
@@ -211,6 +216,16 @@ class Engine:
         x = vector(x, (self.counts.states,), "states")
         result = np.empty(len(self.selected))
         self.library.m4e_outputs(self.handle, t, x.ctypes.data, result.ctypes.data)
+        return result
+
+    def outputs_over(self, times: Floats, states: Floats) -> Floats:
+        """The selected outputs at each of `times` [s] and rows of `states`, one row each."""
+        n, m = self.counts.states, len(self.selected)
+        x = vector(states, (len(times), n), "states")
+        result = np.empty((len(times), m))
+        at, to, evaluate = x.ctypes.data, result.ctypes.data, self.library.m4e_outputs
+        for k, t in enumerate(times.tolist()):
+            evaluate(self.handle, t, at + 8 * n * k, to + 8 * m * k)
         return result
 
     def calculated(self) -> Floats:
@@ -289,13 +304,17 @@ def ensemble(
     inputs: ArrayLike | None = None,
     outputs: Sequence[str] | None = None,
     control: Control | None = None,
+    compiled: bool = False,
 ) -> list[Run]:
     """Runs of one program from many parameter sets and start states (one row per run, SI).
 
     Eight runs at a time share one pass over the program; each keeps its own steps, so a run gives
-    the same bits as `Engine.simulate` alone. Explicit methods, no events.
+    the same bits as `Engine.simulate` alone. Explicit methods, no events. `compiled` takes seconds
+    the first time, and pays for long or many runs.
     """
     engine = Engine(program, outputs=outputs, lanes=LANES)
+    if compiled:
+        engine.compile()
     counts, at = engine.counts, _times(times)
     count = len(np.atleast_2d(np.asarray(states)))
     x = vector(states, (count, counts.states), "states")
@@ -338,7 +357,8 @@ def failure_text(program: Program, report: Report) -> str:
     """Why an integration ended as `report` says, in words; empty if it was done."""
     where = f"{program.name} at t = {report.time:.9g} s"
     known = 0 <= report.component < len(program.states)
-    name = program.states[report.component].name if known else ""
+    state = program.states[report.component] if known else None
+    name = f"{state.name} ({state.description})" if state else ""
     return {
         DONE: "",
         EVENT: f"{where}: a terminal event",

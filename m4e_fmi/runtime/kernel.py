@@ -1,189 +1,105 @@
-"""Compiled kernels: a program's blocks as straight-line C, compiled and kept by content.
+"""Compiled kernels: blocks of a model as straight-line C, compiled and kept by content.
 
-The C does the operations of the interpreter with the same sine and cosine, so results are the same
-bits. Worth it below about 5,000 operations: above, compile time grows faster than the code, and the
-code no longer fits the processor's cache.
+The C does the instructions of the interpreter in their order, with the same sine and cosine, so
+results are the same bits. Worth it below about 5,000 operations: above, compile time grows faster
+than the code, and the code no longer fits the processor's cache.
 """
 
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Sequence
-from dataclasses import dataclass
-from itertools import groupby
+from collections.abc import Mapping, Sequence
 
-from m4e_fmi.runtime.bytecode import (
-    CODES,
-    FIRST_BINARY,
-    FIRST_UNARY,
-    INPUT,
-    LITERAL,
-    OPERATIONS,
-    PARAMETER,
-    STATE,
-    TIME_NODE,
-    Code,
-)
-from m4e_fmi.runtime.compiler import cached_shared
+import numpy as np
+
+from m4e_fmi.program.binary_form import OPERATIONS
+from m4e_fmi.runtime.compiler import VECTOR_FLAGS, cached_shared
+from m4e_fmi.runtime.library import Block, Counts
 
 LARGEST = 5000
-_TRIGONOMETRIC = (CODES["sin"], CODES["cos"])
-_NOT_FINITE = {"inf": "INFINITY", "-inf": "-INFINITY", "nan": "NAN"}
-_FORMATS = {
-    "neg": "-{a}",
-    "abs": "fabs({a})",
-    "sign": "(double)(({a} > 0) - ({a} < 0))",
-    "add": "{a} + {b}",
-    "sub": "{a} - {b}",
-    "mul": "{a} * {b}",
-    "div": "{a} / {b}",
-    "min": "{b} < {a} ? {b} : {a}",
-    "max": "{b} > {a} ? {b} : {a}",
-}
+"""Instructions of a block that is compiled, at most."""
+
+_RING = ("{a} + {b}", "{a} - {b}", "{a} * {b}")
+_FUSED = tuple(
+    outer.format(inner=inner)
+    for outer in (
+        "({inner}) + {{c}}",
+        "({inner}) - {{c}}",
+        "({inner}) * {{c}}",
+        "{{c}} - ({inner})",
+    )
+    for inner in _RING
+)
+_WRITTEN = {"neg": "-{a}", "add": _RING[0], "sub": _RING[1], "mul": _RING[2], "div": "{a} / {b}"}
+_SINCOS = len(OPERATIONS) + len(_FUSED)
 
 
-@dataclass(frozen=True)
-class Kernel:
-    """Addresses of compiled blocks, None for those too large; `library` keeps them loaded."""
-
-    library: ctypes.CDLL
-    rates: int | None
-    outputs: int | None
-    jacobian: int | None
+def kernel_source(blocks: Mapping[str, Block], counts: Counts, *, lanes: int = 1) -> str:
+    """C source of the blocks that are not too large, functions of their names; "" if all are."""
+    writer = _Writer(counts)
+    small = {name: block for name, block in blocks.items() if 1 < block.length <= LARGEST}
+    functions = [writer.function(name, block) for name, block in small.items()]
+    return "\n".join([f'#define LANES {lanes}\n#include "kernel.h"', *functions] if small else [])
 
 
-def kernel_source(code: Code, *, inputs: int, parameters: int, outputs: Sequence[int]) -> str:
-    """C source of the blocks of `code` that are not too large; "" if all are.
-
-    `outputs` are the positions of the outputs wanted.
-    """
-    writer = _Writer(code, inputs, parameters)
-    blocks = {
-        "rates": code.rates,
-        "outputs": [code.results[k] for k in outputs],
-        "jacobian": [entry[2] for entry in code.jacobian],
-    }
-    functions = [writer.function(name, roots) for name, roots in blocks.items() if roots]
-    return '#include "elementary.h"\n' + "".join(functions) if any(functions) else ""
-
-
-def load_kernel(source: str) -> Kernel:
-    """`source` compiled, or taken from the cache. Raises CompilationError."""
-    loaded = ctypes.CDLL(str(cached_shared("kernel", [], source)))
-
-    def address(name: str) -> int | None:
-        function = getattr(loaded, f"m4e_kernel_{name}", None)
-        return ctypes.cast(function, ctypes.c_void_p).value if function else None
-
-    return Kernel(loaded, address("rates"), address("outputs"), address("jacobian"))
+def load_kernel(source: str, instruction_set: str = "") -> ctypes.CDLL:
+    """`source` compiled, or taken from the cache. Raises CompilationError, OSError."""
+    flags = VECTOR_FLAGS[instruction_set]
+    return ctypes.CDLL(str(cached_shared("kernel", [], source, flags=flags)))
 
 
 class _Writer:
-    def __init__(self, code: Code, inputs: int, parameters: int) -> None:
-        self.code = code
-        self.text = self._leaves(inputs)
-        for index, k in enumerate(_hoisted(code)):
-            self.text[k] = f"fixed[{inputs + parameters + index}]"
+    """C functions of one model's blocks: `text` says what a register is at present."""
 
-    def _leaves(self, inputs: int) -> dict[int, str]:
-        code = self.code
-        text = {}
-        for k, (kind, index) in enumerate(zip(code.operation, code.a, strict=True)):
-            if kind == LITERAL:
-                value = code.literals[index].hex()
-                text[k] = f"({_NOT_FINITE.get(value, value)})"
-            elif kind == TIME_NODE:
-                text[k] = "t"
-            elif kind == STATE:
-                text[k] = f"x[{index}]"
-            elif kind in (INPUT, PARAMETER):
-                text[k] = f"fixed[{index + (inputs if kind == PARAMETER else 0)}]"
-        return text
+    def __init__(self, counts: Counts) -> None:
+        self.fixed = 1 + counts.states
+        many = counts.inputs + counts.parameters + counts.hoisted + counts.literals
+        self.leaves = ["t[0]", *(f"x[{k}]" for k in range(counts.states))]
+        self.leaves += [f"fixed[{k}]" for k in range(many)]
 
-    def function(self, name: str, roots: Sequence[int]) -> str:
-        """C function of one block; "" if it is too large."""
-        nodes = self._needed(roots)
-        if len(nodes) > LARGEST:
-            return ""
-        lines = [
-            "",
-            '__attribute__((visibility("default")))',
-            f"void m4e_kernel_{name}(double t, const double *restrict x,",
-            "    const double *restrict fixed, double *restrict result);",
-            f"void m4e_kernel_{name}(double t, const double *restrict x,",
-            "    const double *restrict fixed, double *restrict result) {",
-            "    (void)t, (void)x, (void)fixed;",
-        ]
-        text = dict(self.text)
-        depth = self._depths(nodes)
-        for key, group in groupby(sorted(nodes, key=depth.__getitem__), key=depth.__getitem__):
-            members = list(group)
-            if key % 2 == 0:
-                lines += self._trigonometry(key, members, text)
+    def function(self, name: str, block: Block) -> str:
+        words = ctypes.cast(block.code, ctypes.POINTER(ctypes.c_uint32))
+        rows = np.ctypeslib.as_array(words, (block.length, 4)).tolist()
+        text = dict(enumerate(self.leaves))
+        lines = [f"\nM4E_KERNEL({name}) {{", "    M4E_ARGUMENTS"]
+        index = 0
+        while index < len(rows) - 1:  # the last one ends the block
+            code = rows[index][0]
+            if code & 255 == _SINCOS:
+                group = rows[index : index + (code >> 8)]
+                lines += self._trigonometry(index, group, text)
+                index += len(group)
                 continue
-            for k in members:
-                lines.append(f"    const double v{k} = {self._expression(k, text)};")
-                text[k] = f"v{k}"
-        lines += [f"    result[{i}] = {text[k]};" for i, k in enumerate(roots)]
+            lines.append(f"    const real v{index} = {self._expression(rows[index], text)};")
+            text[rows[index][1]] = f"v{index}"
+            index += 1
+        registers = np.ctypeslib.as_array(
+            ctypes.cast(block.result, ctypes.POINTER(ctypes.c_uint32)), (block.results,)
+        )
+        lines += [f"    result[{i}] = {text[r]};" for i, r in enumerate(registers.tolist())]
         return "\n".join([*lines, "}", ""])
 
-    def _needed(self, roots: Sequence[int]) -> list[int]:
-        code, needed = self.code, {k for k in roots if k not in self.text}
-        for k in range(max(needed, default=-1), -1, -1):
-            if k in needed:
-                arguments = (code.a[k], code.b[k])[: 2 if code.operation[k] >= FIRST_BINARY else 1]
-                needed.update(a for a in arguments if a not in self.text)
-        return sorted(needed)
-
-    def _depths(self, nodes: Sequence[int]) -> dict[int, int]:
-        """Even for sines and cosines, odd for what follows them: the order of execution."""
-        code, depth = self.code, {}
-        for k in nodes:
-            kind = code.operation[k]
-            deepest = depth.get(code.a[k], 1)
-            if kind >= FIRST_BINARY:
-                deepest = max(deepest, depth.get(code.b[k], 1))
-            depth[k] = (deepest | 1) + (kind in _TRIGONOMETRIC)
-        return depth
-
-    def _trigonometry(self, key: int, members: Sequence[int], text: dict[int, str]) -> list[str]:
-        """All sines and cosines of one depth, as vectors."""
-        code = self.code
-        arguments = dict.fromkeys(code.a[k] for k in members)
-        place = {k: index for index, k in enumerate(arguments)}
-        values = ", ".join(text[k] for k in arguments)
-        count = len(arguments)
-        for k in members:
-            letter = "s" if code.operation[k] == _TRIGONOMETRIC[0] else "c"
-            text[k] = f"{letter}{key}[{place[code.a[k]]}]"
+    def _trigonometry(
+        self, index: int, group: Sequence[Sequence[int]], text: dict[int, str]
+    ) -> list[str]:
+        """Consecutive sines and cosines, as vectors."""
+        values = ", ".join(text[a] for _, _, a, _ in group)
+        count = len(group)
+        for k, (_, cosine, _, sine) in enumerate(group):
+            text[sine], text[cosine] = f"s{index}[{k}]", f"c{index}[{k}]"
         return [
-            f"    const double a{key}[] = {{{values}}};",
-            f"    double s{key}[{count}], c{key}[{count}];",
-            f"    el_sincos_many({count}, a{key}, s{key}, c{key});",
+            f"    const real a{index}[] = {{{values}}};",
+            f"    real s{index}[{count}], c{index}[{count}];",
+            f"    el_sincos_many({count} * LANES, (const double *)a{index},",
+            f"                   (double *)s{index}, (double *)c{index});",
         ]
 
-    def _expression(self, k: int, text: dict[int, str]) -> str:
-        code = self.code
-        name = OPERATIONS[code.operation[k]]
-        a, b = text[code.a[k]], text.get(code.b[k], "")
-        if name in _FORMATS:
-            return _FORMATS[name].format(a=a, b=b)
-        return f"{name}({a}, {b})" if code.operation[k] >= FIRST_BINARY else f"{name}({a})"
-
-
-def _hoisted(code: Code) -> list[int]:
-    """Operations done once per change of a parameter, in the order of the library's registers."""
-    roots = [*code.rates, *code.results, *code.constants, *(e[2] for e in code.jacobian)]
-    read = set(roots)
-    fixed: list[bool] = []
-    for k, (kind, a, b) in enumerate(zip(code.operation, code.a, code.b, strict=True)):
-        if kind < FIRST_UNARY:
-            fixed.append(kind in (LITERAL, PARAMETER))
-            continue
-        fixed.append(fixed[a] and (kind < FIRST_BINARY or fixed[b]))
-        if not fixed[k]:
-            read.add(a)
-            if kind >= FIRST_BINARY:
-                read.add(b)
-    operations = enumerate(code.operation)
-    return [k for k, kind in operations if kind >= FIRST_UNARY and fixed[k] and k in read]
+    def _expression(self, row: Sequence[int], text: Mapping[int, str]) -> str:
+        code, _, a, b = row
+        kind = code & 255
+        names = {"a": text[a], "b": text[b], "c": text.get(code >> 8, "")}
+        if kind >= len(OPERATIONS):
+            return _FUSED[kind - len(OPERATIONS)].format(**names)
+        name = OPERATIONS[kind]
+        written = _WRITTEN.get(name, f"each_{name.upper()}({{a}}, {{b}})")
+        return written.format(**names)

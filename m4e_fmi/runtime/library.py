@@ -23,6 +23,7 @@ ABI = 1
 LANES = 8
 PACKAGED = Path(__file__).with_name(f"_m4e{SUFFIX}")
 METHODS = {"rk45": 0, "dop853": 1, "rodas": 2}
+BLOCKS = {"rates": 0, "outputs": 1, "derivatives": 2, "watched": 3}
 
 
 class Counts(ctypes.Structure):
@@ -80,6 +81,19 @@ class Events(ctypes.Structure):
     ]
 
 
+class Block(ctypes.Structure):
+    """`m4e_block` of m4e.h."""
+
+    _fields_ = [
+        ("code", c_void_p),
+        ("length", c_uint64),
+        ("result", c_void_p),
+        ("results", c_uint32),
+        ("registers", c_uint32),
+        ("kernel", c_void_p),
+    ]
+
+
 _DOUBLES = c_void_p  # address of a contiguous array
 _SIGNATURES: dict[str, tuple] = {
     "m4e_abi": (c_int,),
@@ -88,8 +102,7 @@ _SIGNATURES: dict[str, tuple] = {
     "m4e_program_counts": (None, c_void_p, POINTER(Counts)),
     "m4e_model_new": (c_void_p, c_void_p, c_uint32, c_uint32, c_void_p, c_uint32, c_void_p),
     "m4e_model_free": (None, c_void_p),
-    "m4e_model_attach": (None, c_void_p, c_void_p, c_void_p, c_void_p),
-    "m4e_model_instructions": (c_uint64, c_void_p),
+    "m4e_model_block": (POINTER(Block), c_void_p, c_int),
     "m4e_set_parameters": (None, c_void_p, _DOUBLES),
     "m4e_set_inputs": (None, c_void_p, _DOUBLES),
     "m4e_rates": (None, c_void_p, c_double, _DOUBLES, _DOUBLES),
@@ -110,6 +123,7 @@ _SIGNATURES: dict[str, tuple] = {
         c_int, c_void_p, POINTER(Options), c_size_t, _DOUBLES, _DOUBLES, _DOUBLES, c_size_t,
         _DOUBLES, _DOUBLES, _DOUBLES, POINTER(Report),
     ),
+    "m4e_instruction_set": (c_char_p,),
     "m4e_sin": (c_double, c_double),
     "m4e_cos": (c_double, c_double),
     "m4e_sincos_many": (None, c_size_t, _DOUBLES, _DOUBLES, _DOUBLES),

@@ -4,6 +4,6 @@
 values. Imports `program`, `runtime`, `multibody`. Start with `simulation`.
 """
 
-from m4e_fmi.simulate.simulation import Simulation, simulate
+from m4e_fmi.simulate.simulation import Simulation, simulate, started
 
-__all__ = ["Simulation", "simulate"]
+__all__ = ["Simulation", "simulate", "started"]

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import functools
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from m4e_fmi.errors import InputError, suggestion
-from m4e_fmi.model import Model
+from m4e_fmi.model import Model, load_model
 from m4e_fmi.multibody import model_program
 from m4e_fmi.program import Program, Variable
 from m4e_fmi.runtime.library import library
@@ -59,7 +60,8 @@ def simulate(
 ) -> Simulation:
     """Integrate from t = 0 to `stop_time` [s]; outputs at every `output_interval` and at the end.
 
-    `start_values` sets parameters, inputs and states by name (SI). `tolerance` is relative and
+    `start_values` sets parameters, inputs and states by name (SI); inputs of a model that are not
+    set are zero, and left out of its program. `tolerance` is relative and
     absolute, per step. `method` is one of the runtime's, dop853, rk45 or rodas (stiff), `python`
     (no compiled library, and what it is replaced by where there is none), or SciPy's by name, such
     as `scipy.RK45`. Output times are met exactly. Raises InputError for an unknown name or a bad
@@ -68,8 +70,11 @@ def simulate(
     if method not in METHODS:
         remedy = suggestion(method, METHODS, "methods")
         raise InputError.single(f"there is no method {method!r}", remedy)
-    program = system if isinstance(system, Program) else model_program(system)
-    program = _started(program, start_values or {})
+    if isinstance(system, str | Path):
+        system = load_model(system)
+    given = start_values or {}
+    program = system if isinstance(system, Program) else model_program(system, inputs=given)
+    program = started(program, given)
     times = np.array(output_times(stop_time, output_interval))
     if method in RUNTIME_METHODS and library() is None:
         method = PYTHON
@@ -78,7 +83,10 @@ def simulate(
     else:
         solver = solve_python if method == PYTHON else solve_scipy
     began = time.perf_counter()
-    rows, evaluations = solver(program, times, method.removeprefix(SCIPY), tolerance, progress)
+    explain = functools.partial(_explained, system, program)
+    rows, evaluations = solver(
+        program, times, method.removeprefix(SCIPY), tolerance, progress, explain
+    )
     variables = {v.name: v for v in (*program.states, *program.outputs)}
     return Simulation(
         program=program,
@@ -89,6 +97,17 @@ def simulate(
         evaluations=evaluations,
         wall_time=time.perf_counter() - began,
     )
+
+
+def _explained(system: Program | Model, program: Program, t: float, x: Sequence[float]) -> str:
+    """What is wrong with a model at time t [s] and states x; "" where nothing is seen."""
+    if isinstance(system, Program):
+        return ""
+    from m4e_fmi.multibody.diagnosis import diagnosis
+
+    values = {v.name: v.start for v in (*program.parameters, *program.inputs)}
+    values |= {v.name: value for v, value in zip(program.states, x, strict=True)}
+    return diagnosis(system, values, t)
 
 
 def output_times(stop_time: float, interval: float) -> list[float]:
@@ -103,7 +122,12 @@ def output_times(stop_time: float, interval: float) -> list[float]:
     return [*times[:-1], stop_time]
 
 
-def _started(program: Program, values: Mapping[str, float]) -> Program:
+def started(program: Program, values: Mapping[str, float]) -> Program:
+    """`program` with other start values; InputError names what is unknown or not finite."""
+    bad = [name for name, value in values.items() if not np.isfinite(value)]
+    if bad:
+        listed = ", ".join(f"{name} = {values[name]}" for name in bad)
+        raise InputError.single(f"start values must be finite numbers: {listed}")
     try:
         return program.with_start(dict(values))
     except KeyError as error:

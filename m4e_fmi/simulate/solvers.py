@@ -1,22 +1,24 @@
 """Ways to integrate a program: the C library, plain Python, SciPy.
 
 Each takes the program, the output times [s] (ascending, from the start), the method's name, the
-tolerance and a progress callable, and returns one row of states and outputs per time, and how often
-the rates were evaluated. RunError names the time and the cause of a failure.
+tolerance, a progress callable and one that says what is wrong at a time and state, and returns one
+row of states and outputs per time, and how often the rates were evaluated. RunError names the time
+and the cause of a failure.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from m4e_fmi.errors import RunError
-from m4e_fmi.program import Program
+from m4e_fmi.program import TIME, Program, jacobian
 from m4e_fmi.program.python_form import load_python
 from m4e_fmi.runtime import DormandPrince, IntegrationError
 
 Progress = Callable[[float], None] | None
+Explain = Callable[[float, Sequence[float]], str]
 Solution = tuple[np.ndarray, int]
 
 SCIPY_METHODS = ("RK45", "RK23", "DOP853", "Radau", "BDF", "LSODA")
@@ -25,33 +27,59 @@ REMEDY = "look for a division by zero, a singular configuration or values far ou
 
 
 def solve_compiled(
-    program: Program, times: np.ndarray, method: str, tolerance: float, progress: Progress
+    program: Program,
+    times: np.ndarray,
+    method: str,
+    tolerance: float,
+    progress: Progress,
+    explain: Explain,
 ) -> Solution:
-    """By the C library; cut into parts only where progress is asked for, which changes no bit."""
+    """By the C library; cut into parts only where progress is asked for, which changes no bit.
+
+    The stiff method has the exact Jacobian.
+    """
     from m4e_fmi.runtime.engine import Control, Engine, failure_text
     from m4e_fmi.runtime.integrator import Integrator
 
-    engine = Engine(program)
+    engine = Engine(program, jacobian=_exact_jacobian(program) if method == "rodas" else ())
     integrator = Integrator(engine, Control(method, rtol=tolerance, atol=tolerance))
     integrator.start(times[0], [v.start for v in program.states])
+    last = [v.start for v in program.states]
     rows = []
     for part in np.array_split(times, PARTS if progress else 1):
         if not part.size:
             continue
         states = integrator.advance(part, bound=times[-1])
+        last = states[-1] if len(states) else last
         if len(states) < part.size:
-            raise RunError(failure_text(program, integrator.report), REMEDY)
-        for t, x in zip(part, states, strict=True):
-            rows.append(np.concatenate([x, engine.outputs(t, x)]))
+            report = integrator.report
+            raise _failure(failure_text(program, report), explain(report.time, list(last)))
+        rows.append(np.hstack([states, engine.outputs_over(part, states)]))
         if progress:
             progress(part[-1])
-    table = np.array(rows)
+    table = np.concatenate(rows)
     _check_finite(program, times, table)
     return table, integrator.report.evaluations
 
 
+def _failure(text: str, why: str) -> RunError:
+    return RunError(f"{text}: {why}" if why else text, REMEDY)
+
+
+def _exact_jacobian(program: Program) -> list[tuple[int, int, int]]:
+    """(row, column, node) of the rates' derivatives by the states, and by time as last column."""
+    matrix = jacobian(program, by=[*(v.name for v in program.states), TIME])
+    places = zip(matrix.row_indices, matrix.column_indices, matrix.program.results, strict=True)
+    return list(places)
+
+
 def solve_python(
-    program: Program, times: np.ndarray, method: str, tolerance: float, progress: Progress
+    program: Program,
+    times: np.ndarray,
+    method: str,
+    tolerance: float,
+    progress: Progress,
+    explain: Explain,
 ) -> Solution:
     """By Dormand and Prince's pair on the program's Python form: what its Python FMU does."""
     del method
@@ -68,12 +96,17 @@ def solve_python(
                 progress(t)
     except (IntegrationError, ArithmeticError, ValueError) as error:
         message = f"{program.name}: the integration stopped after t = {t:.6g} s: {error}"
-        raise RunError(message, REMEDY) from error
+        raise _failure(message, explain(t, x)) from error
     return np.array(rows), integrator.evaluations
 
 
 def solve_scipy(
-    program: Program, times: np.ndarray, method: str, tolerance: float, progress: Progress
+    program: Program,
+    times: np.ndarray,
+    method: str,
+    tolerance: float,
+    progress: Progress,
+    explain: Explain,
 ) -> Solution:
     """By one of SciPy's `solve_ivp` methods on the program's Python form."""
     from scipy.integrate import solve_ivp
@@ -101,7 +134,8 @@ def solve_scipy(
         rows = [[*x, *outputs(t, x)] for t, x in zip(times.tolist(), states, strict=True)]
     except (ArithmeticError, ValueError) as error:
         message = f"{program.name}: SciPy's {method} failed: {error}"
-        raise RunError(message, REMEDY) from error
+        start = [v.start for v in program.states]
+        raise _failure(message, explain(times[0], start)) from error
     return np.array(rows), solution.nfev
 
 

@@ -51,19 +51,22 @@ def compiled(source: Path, options: Sequence[str], *, plus_plus: bool = False) -
         raise UnavailableError(f"{source.name} does not load: {error}") from error
 
 
-def native_batch(function: int, self: int | None, x: Floats, *, owner: object = None) -> Batch:
-    """Batch of a C function `void f(void *self, double t, const double *x, double *rates)`.
+def native_batch(
+    function: int, self: int | None, x: Floats, *, results: int = 0, owner: object = None
+) -> Batch:
+    """Batch of a C function `void f(void *self, double t, const double *x, double *result)`.
 
-    `function` and `self` are addresses, `owner` is what must live as long as they are used.
+    `function` and `self` are addresses, `owner` is what must live as long as they are used; the
+    result has as many numbers as x, or `results`.
     """
     loop = compiled(NATIVE / "loop.c", ["-O2"])
     loop.loop_seconds.restype = c_double
     loop.loop_seconds.argtypes = [c_void_p, c_void_p, c_void_p, c_void_p, c_long]
-    rates = np.empty_like(x)
+    result = np.empty(results or x.size)
     kept = (loop, owner)
 
     def batch(calls: int) -> float:
-        return kept[0].loop_seconds(function, self, x.ctypes.data, rates.ctypes.data, calls)
+        return kept[0].loop_seconds(function, self, x.ctypes.data, result.ctypes.data, calls)
 
     return batch
 

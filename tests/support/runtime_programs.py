@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from m4e_fmi.program import Program, Recorder, Variable, functions
+from m4e_fmi.program.binary_form import Entry
 from m4e_fmi.program.functions import cos, sin
 from m4e_fmi.program.tape import BINARY, UNARY
-from m4e_fmi.runtime.bytecode import Entry
 
 
 def chain(n: int) -> Program:

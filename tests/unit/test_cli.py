@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import re
 import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from m4e_fmi.cli import main
@@ -91,7 +93,9 @@ def test_unit_that_does_not_match(here, capsys):
     assert "line.end.force_x" in text
 
 
-@pytest.mark.parametrize("command", ["equations", "simulate", "build", "info", "run", "validate"])
+@pytest.mark.parametrize(
+    "command", ["equations", "simulate", "linearize", "build", "info", "run", "validate"]
+)
 @pytest.mark.usefixtures("here")
 def test_missing_file(capsys, command):
     assert "no such file" in refused(capsys, command, "nothing.yaml")
@@ -150,7 +154,8 @@ def test_simulation_that_fails_is_exit_one(here, capsys):
     path.write_text(text, encoding="utf-8")
     assert main(["simulate", str(path)]) == 1
     error = capsys.readouterr().err
-    assert re.search(r"double_pendulum at t = 0 s: the state joint\.\w+\.u or its rate", error)
+    assert re.search(r"double_pendulum at t = 0 s: the state joint\.\w+\.u", error)
+    assert "load push cannot be computed: float division by zero" in error
     assert "Traceback" not in error
 
 
@@ -201,3 +206,54 @@ def test_help_imports_nothing_heavy():
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stderr.strip() == "[]"
     assert len(done.stdout.splitlines()) < 30
+
+
+def test_reactions_in_symbols(capsys) -> None:
+    assert main(["equations", str(PENDULUM)]) == 0
+    assert "ThetaDD_1" not in capsys.readouterr().out
+    assert main(["equations", str(PENDULUM), "--reactions"]) == 0
+    text = capsys.readouterr().out
+    assert re.search(r"R\[elbow\]\.z = m\*\(.*ThetaDD_2.*981/100\) - 20\n", text)
+    assert "M[elbow].y = 0" in text
+    assert main(["equations", str(PENDULUM), "--reactions", "--latex"]) == 0
+    assert r"\[ R_{\mathrm{shoulder},x} = " in capsys.readouterr().out
+
+
+class TestLinearize:
+    def test_the_paper_s_double_pendulum(self, capsys) -> None:
+        assert main(["linearize", str(PENDULUM)]) == 0
+        text = capsys.readouterr().out
+        assert "double_pendulum: equilibrium, t = 0 s" in text
+        # the end of a long simulation, which settles there
+        assert re.search(r"joint\.shoulder\.q +-2\.2045", text)
+        assert "no motion grows" in text
+
+    def test_the_start_values_themselves(self, capsys) -> None:
+        arguments = ["--at", "start", "--start-value", "joint.shoulder.q", "0.5"]
+        assert main(["linearize", str(PENDULUM), *arguments]) == 0
+        text = capsys.readouterr().out
+        assert "double_pendulum: start values" in text
+        assert re.search(r"joint\.shoulder\.u +-0\.4 rad/s", text)
+
+    def test_json(self, here, capsys) -> None:
+        arguments = ["--inputs", "joint.elbow.effort", "--outputs", "point.tip.x", "--json"]
+        file = ["--output-file", "linear/pendulum.json"]
+        assert main(["linearize", str(PENDULUM), *arguments, *file]) == 0
+        printed = json.loads(capsys.readouterr().out)
+        assert printed == json.loads((here / "linear" / "pendulum.json").read_text())
+        assert [v["name"] for v in printed["outputs"]] == ["point.tip.x"]
+        shapes = {name: np.shape(printed[name]) for name in "ABCD"}
+        assert shapes == {"A": (4, 4), "B": (4, 1), "C": (1, 4), "D": (1, 1)}
+        assert np.shape(printed["mechanical"]["F"]) == (2, 1)
+        assert len(printed["modes"]) == 3
+        assert printed["stable"] is True
+
+    def test_no_equilibrium(self, here, capsys) -> None:
+        path = copied(here, FLEXIBLE / "mass.model.yaml")
+        assert main(["linearize", str(path)]) == 1
+        text = capsys.readouterr().err
+        assert "nothing holds it there; the rate of body.mass.vz is -9.80665 m/s2" in text
+
+    def test_unknown_output(self, capsys) -> None:
+        text = refused(capsys, "linearize", PENDULUM, "--outputs", "point.tip.alpha")
+        assert "no output or state point.tip.alpha" in text

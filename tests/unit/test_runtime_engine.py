@@ -126,14 +126,19 @@ def test_the_step_size_survives_a_restart() -> None:
     np.testing.assert_allclose(x, whole.states[-1], atol=1e-6)
 
 
+@pytest.mark.parametrize("compiled", [False, True])
 @pytest.mark.parametrize("method", ["rk45", "dop853"])
-def test_every_model_of_an_ensemble_is_the_single_run_to_the_bit(method: str) -> None:
+def test_every_model_of_an_ensemble_is_the_single_run_to_the_bit(
+    method: str, compiled: bool
+) -> None:
     program, times = every_operation(), np.linspace(0.0, 3.0, 31)
     count = 21  # more than two fillings of the lanes, the last one not full
     states = np.linspace(0.1, 0.9, count)[:, None]
     parameters = np.linspace(0.5, 30.0, count)[:, None]  # so that lanes end at different times
     control = Control(method, 1e-7, 1e-7)
-    runs = ensemble(program, times, parameters=parameters, states=states, control=control)
+    runs = ensemble(
+        program, times, parameters=parameters, states=states, control=control, compiled=compiled
+    )
     engine = Engine(program)
     for k, run in enumerate(runs):
         engine.set_parameters(parameters[k])

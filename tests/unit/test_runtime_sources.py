@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from support.runtime_programs import chain, every_operation, robertson
 
-from m4e_fmi.runtime.bytecode import encode
+from m4e_fmi.program.binary_form import encode
 from m4e_fmi.runtime.compiler import (
     FLAGS,
     SOURCES,

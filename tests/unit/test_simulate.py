@@ -9,6 +9,7 @@ import pytest
 
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.program import Program, Recorder, Variable, cos, sqrt
+from m4e_fmi.runtime.engine import Control, Engine
 from m4e_fmi.simulate import simulate
 from m4e_fmi.simulate.simulation import METHODS, output_times
 
@@ -80,3 +81,15 @@ def test_a_failure_is_told_with_its_time(method: str):
     r.rate("x", -1.0 + 0.0 * sqrt(x) + 1e-3 * sqrt(x) * cos(r.time))
     with pytest.raises(RunError, match="falling"):
         simulate(r.program(), stop_time=5.0, method=method)
+
+
+def test_the_stiff_method_has_the_exact_jacobian():
+    """Without it, every step would evaluate the rates once for each state and for the time."""
+    r = Recorder("relaxation", "y to cos t, fast")
+    y = r.state(Variable("y", "1", "follows"))
+    r.rate("y", 1e4 * (cos(r.time) - y))
+    result = simulate(r.program(), stop_time=10.0, method="rodas")
+    engine = Engine(result.program)
+    differences = engine.simulate(result.time, control=Control("rodas"))
+    assert result["y"][-1] == pytest.approx(np.cos(10.0 - 1e-4), abs=1e-7)
+    assert result.evaluations < differences.evaluations - differences.jacobians

@@ -1,8 +1,9 @@
 /* From nodes to instructions: which are needed, in what order, fused, in which registers.
 
    Order: by depth of sines and cosines (how many lie on the way from the leaves), those of one
-   depth first and together, so that they are computed as vectors; then the order of the nodes. An
-   addition, subtraction or product that only another such operation reads is fused into it.
+   depth first and together, so that they are computed as vectors; within a depth what the longest
+   chain of operations waits for comes first, so that the processor always has something to do
+   meanwhile; of what is equal in that, like operations together, which spares jumps. An addition, subtraction or product that only another such operation reads is fused into it.
    Registers are allotted by linear scan: one is free again after the last instruction that reads
    it. None of this changes a rounding. */
 #include <stdlib.h>
@@ -46,26 +47,91 @@ static void count_uses(planner *s, uint32_t count, const uint32_t *roots) {
     }
 }
 
-/* Counting sort by depth; `last` holds the depths and `where` the places meanwhile. */
-static void sort_by_depth(planner *s) {
+/* How many operations a result waits for after a node, at most. */
+static uint32_t heights(const planner *s, uint32_t *height) {
     const m4e_program *p = s->program;
-    uint32_t *key = s->last, *place = s->where, total = 0;
-    const uint32_t nodes = p->count.nodes;
-    for (uint32_t k = 0; k < nodes; ++k) {
-        key[k] = 1;
+    uint32_t most = 0;
+    for (uint32_t k = p->count.nodes; k-- > 0;) {
         if (s->uses[k] == 0) continue;
-        key[k] = key[p->a[k]] | 1;
-        if (p->op[k] >= FIRST_BINARY && key[p->b[k]] > key[k]) key[k] = key[p->b[k]] | 1;
-        if (is_trig(p->op[k])) key[k] += 1; /* even: before the odd ones of its depth */
-        ++place[key[k]];
+        const uint32_t operand[] = {p->a[k], p->op[k] >= FIRST_BINARY ? p->b[k] : p->a[k]};
+        for (int i = 0; i < 2; ++i)
+            if (height[k] >= height[operand[i]]) height[operand[i]] = height[k] + 1;
+        if (height[k] > most) most = height[k];
     }
-    for (uint32_t d = 0; d < 2 * nodes + 2; ++d) {
+    return most;
+}
+
+/* Even for sines and cosines, odd for what comes after them. */
+static void depths(const planner *s, uint32_t *depth) {
+    const m4e_program *p = s->program;
+    for (uint32_t k = 0; k < p->count.nodes; ++k) {
+        depth[k] = 1;
+        if (s->uses[k] == 0) continue;
+        depth[k] = depth[p->a[k]] | 1;
+        if (p->op[k] >= FIRST_BINARY && depth[p->b[k]] > depth[k]) depth[k] = depth[p->b[k]] | 1;
+        depth[k] += (uint32_t)is_trig(p->op[k]);
+    }
+}
+
+/* Stable counting sort of the needed nodes by their keys, all below `keys`. */
+static void sort(planner *s, const uint32_t *key, uint32_t keys, uint32_t *place,
+                 uint32_t *sorted) {
+    uint32_t total = 0;
+    memset(place, 0, keys * sizeof *place);
+    for (uint32_t i = 0; i < s->needed; ++i) ++place[key[s->order[i]]];
+    for (uint32_t d = 0; d < keys; ++d) {
         const uint32_t here = place[d];
         place[d] = total;
         total += here;
     }
-    for (uint32_t k = 0; k < nodes; ++k)
-        if (s->uses[k] > 0) s->order[place[key[k]]++] = k;
+    for (uint32_t i = 0; i < s->needed; ++i) sorted[place[key[s->order[i]]]++] = s->order[i];
+    memcpy(s->order, sorted, s->needed * sizeof *sorted);
+}
+
+/* An operand that only `k` reads, and which can be computed within its instruction. */
+static int fusible(const planner *s, uint32_t operand) {
+    return s->uses[operand] == 1 && !s->fused[operand] && ring(s->program->op[operand]) >= 0;
+}
+
+static void choose_fused(planner *s) {
+    const m4e_program *p = s->program;
+    for (uint32_t k = 0; k < p->count.nodes; ++k) {
+        if (s->uses[k] == 0 || ring(p->op[k]) < 0 || p->a[k] == p->b[k]) continue;
+        const uint32_t part = fusible(s, p->b[k]) ? p->b[k] : p->a[k];
+        if (!fusible(s, part)) continue;
+        s->fused[part] = 1;
+        s->fused[k] = 2;
+    }
+}
+
+/* Operation of the instruction for a node. */
+static uint32_t operation(const planner *s, uint32_t k) {
+    const m4e_program *p = s->program;
+    if (s->fused[k] != 2) return p->op[k];
+    const int second = s->fused[p->b[k]] == 1;
+    const int outer = p->op[k] == OP_SUB && second ? 3 : ring(p->op[k]);
+    return (uint32_t)(FIRST_FUSED + 3 * outer + ring(p->op[second ? p->b[k] : p->a[k]]));
+}
+
+/* By operation, then by what waits for a node, then by depth: the last sort decides first. */
+static int order(planner *s) {
+    const uint32_t nodes = s->program->count.nodes, room = 2 * nodes + OPS;
+    uint32_t *key = calloc(2 * (size_t)nodes + room, sizeof *key), count = 0;
+    if (!key) return 0;
+    uint32_t *sorted = key + nodes, *place = sorted + nodes;
+    for (uint32_t k = 0; k < nodes; ++k) {
+        key[k] = operation(s, k);
+        if (s->uses[k] > 0) s->order[count++] = k;
+    }
+    sort(s, key, OPS, place, sorted);
+    memset(key, 0, nodes * sizeof *key);
+    const uint32_t most = heights(s, key);
+    for (uint32_t k = 0; k < nodes; ++k) key[k] = most - key[k];
+    sort(s, key, most + 1, place, sorted);
+    depths(s, key);
+    sort(s, key, 2 * nodes + 2, place, sorted);
+    free(key);
+    return 1;
 }
 
 static instruction *append(planner *s, uint32_t code, uint32_t d, uint32_t a, uint32_t b) {
@@ -85,30 +151,11 @@ static void append_trig(planner *s, uint32_t k) {
     *(s->program->op[k] == OP_SIN ? &i->b : &i->d) = k;
 }
 
-/* An operand that only `k` reads, and which can be computed within its instruction. */
-static int fusible(const planner *s, uint32_t operand) {
-    return s->uses[operand] == 1 && !s->fused[operand] && ring(s->program->op[operand]) >= 0;
-}
-
-static void choose_fused(planner *s) {
-    const m4e_program *p = s->program;
-    for (uint32_t i = 0; i < s->needed; ++i) {
-        const uint32_t k = s->order[i];
-        if (ring(p->op[k]) < 0 || p->a[k] == p->b[k]) continue;
-        const uint32_t part = fusible(s, p->b[k]) ? p->b[k] : p->a[k];
-        if (!fusible(s, part)) continue;
-        s->fused[part] = 1;
-        s->fused[k] = 2;
-    }
-}
-
 static void append_fused(planner *s, uint32_t k) {
     const m4e_program *p = s->program;
     const int second = s->fused[p->b[k]] == 1;
     const uint32_t part = second ? p->b[k] : p->a[k], other = second ? p->a[k] : p->b[k];
-    const int outer = p->op[k] == OP_SUB && second ? 3 : ring(p->op[k]);
-    const int code = FIRST_FUSED + 3 * outer + ring(p->op[part]);
-    append(s, (uint32_t)code | other << 8, k, p->a[part], p->b[part]);
+    append(s, operation(s, k) | other << 8, k, p->a[part], p->b[part]);
 }
 
 static void emit(planner *s) {
@@ -185,6 +232,7 @@ block *m4e_block_new(const m4e_program *program, uint32_t count, const uint32_t 
     const size_t n = program->count.nodes + (size_t)1;
     planner s = {.program = program, .hoisting = hoisting};
     uint32_t *memory = calloc(5 * n, sizeof *memory);
+    int done = 0;
     s.fused = calloc(n, 1);
     s.out = calloc(1, sizeof *s.out);
     if (memory && s.fused && s.out) {
@@ -195,16 +243,16 @@ block *m4e_block_new(const m4e_program *program, uint32_t count, const uint32_t 
         s.out->result = malloc((count + (size_t)1) * sizeof *s.out->result);
         s.out->results = count;
         count_uses(&s, count, roots);
-        s.out->code = malloc((s.needed + (size_t)1) * sizeof *s.out->code);
-    }
-    if (!memory || !s.fused || !s.out || !s.out->result || !s.out->code) {
-        m4e_block_free(s.out);
-        s.out = NULL;
-    } else {
-        sort_by_depth(&s);
         choose_fused(&s);
+        s.out->code = malloc((s.needed + (size_t)1) * sizeof *s.out->code);
+        done = s.out->result && s.out->code && order(&s);
+    }
+    if (done) {
         emit(&s);
         allot(&s, count, roots);
+    } else {
+        m4e_block_free(s.out);
+        s.out = NULL;
     }
     free(memory);
     free(s.fused);

@@ -51,7 +51,7 @@ static int fill_lanes(m4e_integrator *s, ensemble *e, size_t *next) {
 }
 
 static void ensemble_outputs(m4e_model *m, ensemble *e) {
-    const size_t n = m->program->count.states, selected = m->outputs->results;
+    const size_t n = m->program->count.states, selected = m->blocks[M4E_OUTPUTS]->results;
     double *x = calloc((n + selected + 1) * M4E_LANES, sizeof *x), *y = x + n * M4E_LANES;
     for (size_t first = 0; selected > 0 && x && first < e->models; first += M4E_LANES) {
         const size_t left = e->models - first, lanes = left < M4E_LANES ? left : M4E_LANES;
@@ -63,7 +63,7 @@ static void ensemble_outputs(m4e_model *m, ensemble *e) {
             for (size_t l = 0; l < lanes; ++l)
                 for (size_t i = 0; i < n; ++i)
                     x[i * M4E_LANES + l] = e->states[((first + l) * e->count + k) * n + i];
-            m4e_evaluate(m, m->outputs, NULL, t, x, y);
+            m4e_evaluate(m, M4E_OUTPUTS, t, x, y);
             for (size_t l = 0; l < lanes; ++l)
                 for (size_t i = 0; k < e->reports[first + l].rows && i < selected; ++i)
                     e->outputs[((first + l) * e->count + k) * selected + i] = y[i * M4E_LANES + l];

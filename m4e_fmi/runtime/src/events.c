@@ -4,7 +4,7 @@
 #include "integrator.h"
 
 void m4e_watch(m4e_integrator *s, double t, const double *x, double *g) {
-    m4e_evaluate(s->model, s->model->watched, NULL, &t, x, g);
+    m4e_evaluate(s->model, M4E_WATCHED, &t, x, g);
 }
 
 static int crossed(double before, double after, int32_t direction) {

@@ -24,10 +24,10 @@ static double inverse_root(int root, double x) {
 }
 
 void m4e_stage(m4e_integrator *s, double c, const double *x, double *result) {
-    double t[M4E_LANES];
+    double t[M4E_LANES] = {0};
     m4e_model *m = s->model;
     for (uint32_t l = 0; l < m->lanes; ++l) t[l] = s->lanes[l].t + c * s->lanes[l].h;
-    m4e_evaluate(m, m->rates, m->rates_kernel, t, x, result);
+    m4e_evaluate(m, M4E_RATES, t, x, result);
 }
 
 double m4e_sum(const m4e_integrator *s, uint32_t l, const double *v, const double *x,

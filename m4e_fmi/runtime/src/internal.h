@@ -7,22 +7,7 @@
 
 #include "clones.h"
 #include "m4e.h"
-
-/* Operations on doubles a, b, c, as expressions; NaN and order of arguments as in Python's min, max
-   and sign. Positions are codes of the binary form: append only. */
-#define M4E_UNARY(X)                                                                              \
-    X(NEG, -a) X(ABS, fabs(a)) X(SIGN, (double)((a > 0) - (a < 0))) X(SQRT, sqrt(a))              \
-    X(EXP, exp(a)) X(LOG, log(a)) X(SIN, el_sin(a)) X(COS, el_cos(a)) X(TAN, tan(a))              \
-    X(ASIN, asin(a)) X(ACOS, acos(a)) X(ATAN, atan(a)) X(TANH, tanh(a))
-#define M4E_BINARY(X)                                                                             \
-    X(ADD, a + b) X(SUB, a - b) X(MUL, a * b) X(DIV, a / b) X(POW, pow(a, b))                     \
-    X(ATAN2, atan2(a, b)) X(MIN, b < a ? b : a) X(MAX, b > a ? b : a)
-/* Two operations in one instruction: the outer one in groups of three, the inner one within. */
-#define M4E_FUSED(X)                                                                              \
-    X(ADD_ADD, (a + b) + c) X(SUB_ADD, (a - b) + c) X(MUL_ADD, a * b + c)                         \
-    X(ADD_SUB, (a + b) - c) X(SUB_SUB, (a - b) - c) X(MUL_SUB, a * b - c)                         \
-    X(ADD_MUL, (a + b) * c) X(SUB_MUL, (a - b) * c) X(MUL_MUL, (a * b) * c)                       \
-    X(ADD_RSUB, c - (a + b)) X(SUB_RSUB, c - (a - b)) X(MUL_RSUB, c - a * b)
+#include "operations.h"
 
 #define M4E_NAME(name, expression) OP_##name,
 enum {
@@ -54,24 +39,15 @@ struct m4e_program {
 
 /* code = operation + 256 c (for OP_SINCOS c is the count of consecutive ones); result d;
    OP_SINCOS puts the sine of a into b and the cosine into d. */
-typedef struct {
-    uint32_t code, d, a, b;
-} instruction;
-
-typedef struct {
-    instruction *code;
-    uint64_t length;
-    uint32_t *result; /* registers */
-    uint32_t results, registers;
-} block;
+typedef m4e_instruction instruction;
+typedef m4e_block block;
 
 struct m4e_model {
     const m4e_program *program;
     uint32_t lanes;
     double *registers; /* [register][lane] */
     void *memory;
-    block *constants, *rates, *outputs, *watched, *jacobian;
-    m4e_kernel *rates_kernel, *outputs_kernel, *jacobian_kernel;
+    block *blocks[M4E_BLOCKS];
     double *entries; /* of the Jacobian */
 };
 
@@ -82,9 +58,8 @@ void m4e_block_free(block *b);
 void m4e_run(const instruction *code, double *registers);
 void m4e_run_lanes(const instruction *code, double *registers);
 
-/* Any block at (t, x): one time per lane, vectors as [component][lane]. */
-void m4e_evaluate(m4e_model *model, const block *b, m4e_kernel *kernel, const double *t,
-                  const double *x, double *result);
+/* A block at (t, x): one time per lane, vectors as [component][lane]. */
+void m4e_evaluate(m4e_model *model, int which, const double *t, const double *x, double *result);
 void m4e_compute_constants(m4e_model *model);
 
 #endif

@@ -25,12 +25,12 @@ static void run_sincos(const instruction *code, uint32_t count, double *r) {
 }
 
 #define M4E_AB const double a = r[code->a], b = r[code->b];
-#define M4E_STORE(expression) r[code->d] = (expression); ++code; M4E_DISPATCH
+#define M4E_STORE(name, expression) r[code->d] = (expression); M4E_NEXT(name)
 #define M4E_RUN1(name, expression) \
-    M4E_CASE(name) { const double a = r[code->a]; M4E_STORE(expression) }
-#define M4E_RUN2(name, expression) M4E_CASE(name) { M4E_AB M4E_STORE(expression) }
+    M4E_CASE(name) { const double a = r[code->a]; M4E_STORE(name, expression) }
+#define M4E_RUN2(name, expression) M4E_CASE(name) { M4E_AB M4E_STORE(name, expression) }
 #define M4E_RUN3(name, expression) \
-    M4E_CASE(name) { M4E_AB const double c = r[code->code >> 8]; M4E_STORE(expression) }
+    M4E_CASE(name) { M4E_AB const double c = r[code->code >> 8]; M4E_STORE(name, expression) }
 
 void m4e_run(const instruction *code, double *r) {
     M4E_RUN {

@@ -11,8 +11,7 @@
             const double a = as[l] values;                                                        \
             d[l] = (expression);                                                                  \
         }                                                                                         \
-        ++code;                                                                                   \
-        M4E_DISPATCH                                                                              \
+        M4E_NEXT(name)                                                                            \
     }
 #define M4E_B M4E_REGISTER(b, code->b)
 #define M4E_C M4E_REGISTER(c, code->code >> 8)
@@ -35,13 +34,22 @@
 #include "lanes.h"
 #endif
 
+const char *m4e_instruction_set(void) {
+#if defined(__GNUC__) && defined(__x86_64__)
+    if (__builtin_cpu_supports("avx512f")) return "avx512";
+    if (__builtin_cpu_supports("avx2")) return "avx2";
+#endif
+    return "";
+}
+
 void m4e_run_lanes(const instruction *code, double *r) {
 #if defined(__GNUC__) && defined(__x86_64__)
-    if (__builtin_cpu_supports("avx512f")) {
+    const char *set = m4e_instruction_set();
+    if (strcmp(set, "avx512") == 0) {
         run_avx512(code, r);
         return;
     }
-    if (__builtin_cpu_supports("avx2")) {
+    if (strcmp(set, "avx2") == 0) {
         run_avx2(code, r);
         return;
     }

@@ -76,8 +76,25 @@ typedef struct {
     double *time, *state;
 } m4e_events;
 
-/* A compiled block: `fixed` holds inputs, parameters and hoisted values, one after the other. */
-typedef void m4e_kernel(double t, const double *x, const double *fixed, double *result);
+/* A block: instructions that compute some results from registers, of which the first hold time,
+   states, inputs, parameters, hoisted values and literals. Operations and operands: internal.h. */
+typedef struct {
+    uint32_t code, d, a, b;
+} m4e_instruction;
+
+/* A block in compiled form. `fixed` is the register of the first input. Of a model of M4E_LANES
+   lanes every number is one of each lane, side by side. */
+typedef void m4e_kernel(const double *t, const double *x, const double *fixed, double *result);
+
+typedef struct {
+    m4e_instruction *code; /* the last one ends the block */
+    uint64_t length;
+    uint32_t *result; /* registers */
+    uint32_t results, registers;
+    m4e_kernel *kernel; /* runs instead of the instructions; NULL: none */
+} m4e_block;
+
+enum { M4E_RATES, M4E_OUTPUTS, M4E_DERIVATIVES, M4E_WATCHED, M4E_CONSTANTS, M4E_BLOCKS };
 
 M4E_API int m4e_abi(void);
 
@@ -94,10 +111,8 @@ M4E_API m4e_model *m4e_model_new(const m4e_program *program, uint32_t lanes, uin
                                  const uint32_t *outputs, uint32_t watched,
                                  const uint32_t *events);
 M4E_API void m4e_model_free(m4e_model *model);
-/* Compiled blocks to use instead of the interpreter (one lane only); NULL keeps the interpreter. */
-M4E_API void m4e_model_attach(m4e_model *model, m4e_kernel *rates, m4e_kernel *outputs,
-                              m4e_kernel *jacobian);
-M4E_API uint64_t m4e_model_instructions(const m4e_model *model); /* of the rates */
+/* Block of a model, for a writer of kernels, who puts `kernel` there; NULL if there is none. */
+M4E_API m4e_block *m4e_model_block(m4e_model *model, int which);
 
 /* One lane only. Parameters: one value each; then `calculated` may be read. */
 M4E_API void m4e_set_parameters(m4e_model *model, const double *p);
@@ -129,6 +144,9 @@ M4E_API int m4e_ensemble(m4e_model *model, const m4e_options *options, size_t mo
                          const double *p, const double *u, const double *x, size_t count,
                          const double *times, double *states, double *outputs,
                          m4e_report *reports);
+
+/* Of the processor, as far as vectors of lanes are concerned: "avx512", "avx2" or "". */
+M4E_API const char *m4e_instruction_set(void);
 
 M4E_API double m4e_sin(double x);
 M4E_API double m4e_cos(double x);

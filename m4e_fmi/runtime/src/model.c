@@ -3,10 +3,6 @@
 
 #include "internal.h"
 
-static uint32_t largest(uint32_t a, const block *b) {
-    return b && b->registers > a ? b->registers : a;
-}
-
 static block *plan_outputs(const m4e_program *p, uint32_t count, const uint32_t *outputs) {
     uint32_t *roots = malloc((count + (size_t)1) * sizeof *roots);
     block *b = NULL;
@@ -18,35 +14,32 @@ static block *plan_outputs(const m4e_program *p, uint32_t count, const uint32_t 
     return b;
 }
 
-static int plan(m4e_model *m) {
-    const m4e_program *p = m->program;
-    m->constants = m4e_block_new(p, p->count.hoisted, p->hoisted, 1);
-    m->rates = m4e_block_new(p, p->count.states, p->rates, 0);
-    m->jacobian = m4e_block_new(p, p->count.entries, p->derivatives, 0);
-    return m->constants && m->rates && m->outputs && m->watched && m->jacobian;
-}
-
 m4e_model *m4e_model_new(const m4e_program *program, uint32_t lanes, uint32_t selected,
                          const uint32_t *outputs, uint32_t watched, const uint32_t *events) {
+    const m4e_program *p = program;
     if (lanes != 1 && lanes != M4E_LANES) return NULL;
     m4e_model *m = calloc(1, sizeof *m);
     if (!m) return NULL;
     m->program = program;
     m->lanes = lanes;
-    m->outputs = plan_outputs(program, selected, outputs);
-    m->watched = plan_outputs(program, watched, events);
-    if (!plan(m)) goto failed;
-    uint32_t registers = largest(largest(0, m->constants), m->rates);
-    registers = largest(largest(registers, m->outputs), m->watched);
-    registers = largest(registers, m->jacobian);
-    m->entries = calloc(program->count.entries + (size_t)1, sizeof *m->entries);
+    m->blocks[M4E_RATES] = m4e_block_new(p, p->count.states, p->rates, 0);
+    m->blocks[M4E_OUTPUTS] = plan_outputs(p, selected, outputs);
+    m->blocks[M4E_DERIVATIVES] = m4e_block_new(p, p->count.entries, p->derivatives, 0);
+    m->blocks[M4E_WATCHED] = plan_outputs(p, watched, events);
+    m->blocks[M4E_CONSTANTS] = m4e_block_new(p, p->count.hoisted, p->hoisted, 1);
+    uint32_t registers = 0;
+    for (int i = 0; i < M4E_BLOCKS; ++i) {
+        if (!m->blocks[i]) goto failed;
+        if (m->blocks[i]->registers > registers) registers = m->blocks[i]->registers;
+    }
+    m->entries = calloc(p->count.entries + (size_t)1, sizeof *m->entries);
     m->memory = calloc(registers * (size_t)lanes + 8, sizeof *m->registers);
     if (!m->entries || !m->memory) goto failed;
     /* whole cache lines: one register of all lanes each */
     m->registers = (double *)(((uintptr_t)m->memory + 63) & ~(uintptr_t)63);
-    double *literal = m->registers + (program->unread - program->count.literals) * (size_t)lanes;
-    for (uint32_t i = 0; i < program->count.literals; ++i)
-        for (uint32_t l = 0; l < lanes; ++l) literal[i * (size_t)lanes + l] = program->literals[i];
+    double *literal = m->registers + (p->unread - p->count.literals) * (size_t)lanes;
+    for (uint32_t i = 0; i < p->count.literals; ++i)
+        for (uint32_t l = 0; l < lanes; ++l) literal[i * (size_t)lanes + l] = p->literals[i];
     m4e_compute_constants(m);
     return m;
 failed:
@@ -56,21 +49,15 @@ failed:
 
 void m4e_model_free(m4e_model *m) {
     if (!m) return;
-    block *blocks[] = {m->constants, m->rates, m->outputs, m->watched, m->jacobian};
-    for (int i = 0; i < 5; ++i) m4e_block_free(blocks[i]);
+    for (int i = 0; i < M4E_BLOCKS; ++i) m4e_block_free(m->blocks[i]);
     free(m->memory);
     free(m->entries);
     free(m);
 }
 
-void m4e_model_attach(m4e_model *m, m4e_kernel *rates, m4e_kernel *outputs,
-                      m4e_kernel *jacobian) {
-    m->rates_kernel = rates;
-    m->outputs_kernel = outputs;
-    m->jacobian_kernel = jacobian;
+block *m4e_model_block(m4e_model *m, int which) {
+    return which >= 0 && which < M4E_BLOCKS ? m->blocks[which] : NULL;
 }
-
-uint64_t m4e_model_instructions(const m4e_model *m) { return m->rates->length - 1; }
 
 static void run(m4e_model *m, const block *b) {
     if (m->lanes == 1)
@@ -79,14 +66,14 @@ static void run(m4e_model *m, const block *b) {
         m4e_run_lanes(b->code, m->registers);
 }
 
-void m4e_compute_constants(m4e_model *m) { run(m, m->constants); }
+void m4e_compute_constants(m4e_model *m) { run(m, m->blocks[M4E_CONSTANTS]); }
 
-void m4e_evaluate(m4e_model *m, const block *b, m4e_kernel *kernel, const double *t,
-                  const double *x, double *result) {
+void m4e_evaluate(m4e_model *m, int which, const double *t, const double *x, double *result) {
+    const block *b = m->blocks[which];
     const size_t lanes = m->lanes, states = m->program->count.states;
     double *r = m->registers;
-    if (kernel) {
-        kernel(*t, x, r + 1 + states, result);
+    if (b->kernel) {
+        b->kernel(t, x, r + (1 + states) * lanes, result);
         return;
     }
     memcpy(r, t, lanes * sizeof *r);
@@ -113,11 +100,11 @@ void m4e_set_parameters(m4e_model *m, const double *p) {
 }
 
 void m4e_rates(m4e_model *m, double t, const double *x, double *result) {
-    m4e_evaluate(m, m->rates, m->rates_kernel, &t, x, result);
+    m4e_evaluate(m, M4E_RATES, &t, x, result);
 }
 
 void m4e_outputs(m4e_model *m, double t, const double *x, double *result) {
-    m4e_evaluate(m, m->outputs, m->outputs_kernel, &t, x, result);
+    m4e_evaluate(m, M4E_OUTPUTS, &t, x, result);
 }
 
 void m4e_calculated(m4e_model *m, double *result) {
@@ -130,7 +117,7 @@ int m4e_jacobian(m4e_model *m, double t, const double *x, double *result) {
     const m4e_program *p = m->program;
     const size_t n = p->count.states;
     if (p->count.entries == 0) return 0;
-    m4e_evaluate(m, m->jacobian, m->jacobian_kernel, &t, x, m->entries);
+    m4e_evaluate(m, M4E_DERIVATIVES, &t, x, m->entries);
     memset(result, 0, n * (n + 1) * sizeof *result);
     for (uint32_t i = 0; i < p->count.entries; ++i)
         result[p->rows[i] * (n + 1) + p->columns[i]] = m->entries[i];

@@ -15,7 +15,8 @@ const method *m4e_method_of(const m4e_model *m, const m4e_options *o) {
 /* One piece of memory for all vectors; a stride that is no power of two spares the cache. */
 static int make_room(m4e_integrator *s) {
     const size_t numbers = s->n * s->model->lanes, groups = (numbers + M4E_LANES - 1) / M4E_LANES;
-    const size_t square = s->method == &m4e_rodas ? s->n + 1 : 0, g = s->model->watched->results;
+    const size_t square = s->method == &m4e_rodas ? s->n + 1 : 0;
+    const size_t g = s->model->blocks[M4E_WATCHED]->results;
     s->width = groups * M4E_LANES;
     double **vectors[4 + STAGES + DENSE] = {&s->x, &s->x_new, &s->work, &s->zero};
     for (int i = 0; i < STAGES; ++i) vectors[4 + i] = &s->k[i];
@@ -38,8 +39,8 @@ static int make_room(m4e_integrator *s) {
 
 m4e_integrator *m4e_integrator_new(m4e_model *model, const m4e_options *options,
                                    const m4e_events *events) {
-    const int sound = m4e_method_of(model, options) &&
-                      model->watched->results == (events ? events->count : 0);
+    const uint32_t watched = model->blocks[M4E_WATCHED]->results;
+    const int sound = m4e_method_of(model, options) && watched == (events ? events->count : 0);
     m4e_integrator *s = sound ? calloc(1, sizeof *s) : NULL;
     if (!s) return NULL;
     s->method = m4e_method_of(model, options);
@@ -124,7 +125,7 @@ int m4e_simulate(m4e_model *model, const m4e_options *options, const m4e_events 
     }
     m4e_start(s, times[0], x, 0.0);
     m4e_advance(s, times[count - 1], count, times, states, report);
-    const size_t n = s->n, selected = model->outputs->results;
+    const size_t n = s->n, selected = model->blocks[M4E_OUTPUTS]->results;
     for (size_t i = 0; selected > 0 && i < report->rows; ++i)
         m4e_outputs(model, times[i], states + i * n, outputs + i * selected);
     m4e_integrator_free(s);

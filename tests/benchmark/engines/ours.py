@@ -19,7 +19,7 @@ from benchmark.systems import GRAVITY, GROUND, System
 from benchmark.timing import cpu_seconds, python_batch
 from m4e_fmi import model as elements
 from m4e_fmi.multibody import model_program
-from m4e_fmi.program import Program
+from m4e_fmi.program import Program, jacobian, tangent
 from m4e_fmi.program.python_form import load_python
 
 if TYPE_CHECKING:
@@ -59,16 +59,16 @@ def _body(link: int) -> str:
     return elements.GROUND if link == GROUND else f"body{link}"
 
 
-def program_of(system: System) -> Program:
-    """The system's program; its states are q and u of each link in turn."""
-    program = model_program(model_of(system))
+def program_of(system: System, *, inputs: tuple[str, ...] | None = ()) -> Program:
+    """The system's program; without inputs, or with all; its states are q and u of each link."""
+    program = model_program(model_of(system), inputs=inputs)
     names = [f"joint.joint{k}.{letter}" for k in range(system.size) for letter in "qu"]
     assert [v.name for v in program.states] == names
     return program
 
 
-def engine_of(program: Program, *, compiled: bool, **options: object) -> Engine:
-    """The program in the C library. Raises UnavailableError."""
+def engine_of(program: Program, *, compiled: bool, outputs: Sequence[str] = ()) -> Engine:
+    """The program in the C library, with these outputs. Raises UnavailableError."""
     try:
         from m4e_fmi.runtime.engine import Engine
     except ImportError as error:
@@ -76,7 +76,7 @@ def engine_of(program: Program, *, compiled: bool, **options: object) -> Engine:
     from m4e_fmi.errors import RunError
 
     try:
-        engine = Engine(program, outputs=(), **options)  # type: ignore[arg-type]
+        engine = Engine(program, outputs=outputs)
     except RunError as error:
         raise UnavailableError(str(error)) from error
     if compiled and not engine.compile():
@@ -149,8 +149,9 @@ def integrator(system: System, *, compiled: bool, kernel: int | None = None) -> 
     """What `integrate` runs; `kernel` is the address of foreign rates for the same integrator."""
     engine = engine_of(program_of(system), compiled=compiled)
     if kernel is not None:
-        attach = engine.library.m4e_model_attach
-        attach(engine.handle, kernel, None, None)
+        from m4e_fmi.runtime.library import BLOCKS
+
+        engine.library.m4e_model_block(engine.handle, BLOCKS["rates"]).contents.kernel = kernel
     return engine
 
 
@@ -166,8 +167,11 @@ def integrate(engine: Engine, times: Floats, *, method: str) -> Integration:
     return Integration(seconds, run.evaluations, run.states)
 
 
-def ensemble_seconds(system: System, times: Floats, *, models: int) -> float:
-    """CPU time [s] per model of an ensemble with slightly different start states, RK45."""
+def ensemble_seconds(system: System, times: Floats, *, models: int, compiled: bool) -> float:
+    """CPU time [s] per model of an ensemble with slightly different start states, RK45.
+
+    Kernels are taken from the cache if they have been compiled once.
+    """
     try:
         from m4e_fmi.runtime.engine import Control, ensemble
     except ImportError as error:
@@ -186,12 +190,39 @@ def ensemble_seconds(system: System, times: Floats, *, models: int) -> float:
         inputs=inputs,
         outputs=(),
         control=Control("rk45", rtol=1e-8, atol=1e-8),
+        compiled=compiled,
     )
     return (cpu_seconds() - began) / models
 
 
 def derivative_batches(system: System, x: Floats) -> dict[str, Batch]:
-    """A batch of the rates at x, what derivatives are measured in."""
-    engine = engine_of(program_of(system), compiled=True)
-    function = address(engine.library, "m4e_rates")
-    return {"m4e_fmi right-hand side": native_batch(function, _value(engine.handle), x)}
+    """Batches at x, all interpreted: the rates, their change along one direction, their Jacobian.
+
+    The direction is one of all states; the Jacobian is u̇ by q and u, the entries that are not zero.
+    The program has its inputs, for it is in FMUs that derivatives are asked for.
+    """
+    program = program_of(system, inputs=None)
+    states = [v.name for v in program.states]
+    engine = engine_of(program, compiled=False)
+    rates = address(engine.library, "m4e_rates")
+    along = tangent(program, states)
+    changes = [f"d(der({name}))" for name in states]
+    matrix = jacobian(program, by=states)
+    entries = [
+        v.name
+        for v, row in zip(matrix.program.outputs, matrix.row_indices, strict=True)
+        if states[row].endswith(".u")
+    ]
+    return {
+        "m4e_fmi right-hand side": native_batch(rates, _value(engine.handle), x, owner=engine),
+        "m4e_fmi directional derivative": _outputs_batch(along, changes, x),
+        "m4e_fmi Jacobian": _outputs_batch(matrix.program, entries, x),
+    }
+
+
+def _outputs_batch(program: Program, names: list[str], x: Floats) -> Batch:
+    """A batch of some outputs of a program at states x, with every input 1."""
+    engine = engine_of(program, compiled=False, outputs=names)
+    engine.set_inputs(np.ones(len(program.inputs)))
+    function = address(engine.library, "m4e_outputs")
+    return native_batch(function, _value(engine.handle), x, results=len(names), owner=engine)

@@ -69,7 +69,7 @@ void mujoco_rates(void *self, double t, const double *x, double *rates) {
 void mujoco_select(void *self) { selected = self; }
 
 /* The selected peer as the rates of an integrator that knows no `self`. */
-void mujoco_kernel(double t, const double *x, const double *fixed, double *rates) {
+void mujoco_kernel(const double *t, const double *x, const double *fixed, double *rates) {
     (void)fixed;
-    mujoco_rates(selected, t, x, rates);
+    mujoco_rates(selected, *t, x, rates);
 }

@@ -182,7 +182,7 @@ void pinocchio_rates(void *self, double, const double *x, double *rates) {
 void pinocchio_select(void *self) { selected = static_cast<Peer *>(self); }
 
 // The selected peer as the rates of an integrator that knows no `self`.
-void pinocchio_kernel(double t, const double *x, const double *, double *rates) {
-    pinocchio_rates(selected, t, x, rates);
+void pinocchio_kernel(const double *t, const double *x, const double *, double *rates) {
+    pinocchio_rates(selected, *t, x, rates);
 }
 }

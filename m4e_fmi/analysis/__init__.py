@@ -1,0 +1,44 @@
+"""What follows from a system near a point of its motion: linear equations and sensitivities.
+
+`linearize` gives M, C, K and A, B, C, D from exact derivatives, `equilibrium` a point to do it at,
+`modes` and `frequency_response` what the linear equations say; `sensitivity` and its kin how
+outputs, eigenvalues and trajectories change with parameters. `Linearizer` and `Sensitivities` do it
+at many points of one system. May import everything up to `simulate`. Start with `points`, then
+`linearization`.
+"""
+
+from m4e_fmi.analysis.equilibrium import equilibrium
+from m4e_fmi.analysis.frequency import FrequencyResponse, frequency_response
+from m4e_fmi.analysis.linearization import Linearization, Linearizer, Mechanical, linearize
+from m4e_fmi.analysis.modes import Modes, modes
+from m4e_fmi.analysis.points import OperatingPoint
+from m4e_fmi.analysis.sensitivity import (
+    EigenvalueSensitivity,
+    Sensitivities,
+    Sensitivity,
+    eigenvalue_sensitivity,
+    sensitivity,
+)
+from m4e_fmi.analysis.symbolic import SymbolicLinearization
+from m4e_fmi.analysis.trajectory import TrajectorySensitivity, trajectory_sensitivity
+
+__all__ = [
+    "EigenvalueSensitivity",
+    "FrequencyResponse",
+    "Linearization",
+    "Linearizer",
+    "Mechanical",
+    "Modes",
+    "OperatingPoint",
+    "Sensitivities",
+    "Sensitivity",
+    "SymbolicLinearization",
+    "TrajectorySensitivity",
+    "eigenvalue_sensitivity",
+    "equilibrium",
+    "frequency_response",
+    "linearize",
+    "modes",
+    "sensitivity",
+    "trajectory_sensitivity",
+]

@@ -1,0 +1,225 @@
+"""Where a system stays at rest, found with exact derivatives.
+
+Velocities are zero; coordinates (and states that are no part of a motion) are sought such that
+every rate is zero: r(q) = q̈(q, q̇ = 0) = 0.
+
+First the start is followed to where it settles: along q' = r(q), on which the potential energy of a
+conservative system can only fall. Pseudo-transient continuation takes implicit steps along it that
+grow into Newton's as the rates fall: C. T. Kelley, D. E. Keyes, "Convergence analysis of
+pseudo-transient continuation", SIAM J. Numer. Anal. 35 (1998), pp. 508–523.
+
+Then, or at once for the nearest equilibrium, Newton's method. Its steps are shortened by the
+natural monotonicity test, which does not depend on units or on the scaling of the equations: P.
+Deuflhard, "Newton Methods for Nonlinear Problems" (Springer, 2004), section 3.3, algorithm
+NLEQ-ERR. Where nothing says how far to move, as along the sea for a body that floats freely, the
+shortest step is taken, that is none.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from m4e_fmi.analysis.points import (
+    At,
+    Evaluation,
+    Floats,
+    Matrix,
+    OperatingPoint,
+    System,
+    motion,
+    observed,
+    operating_point,
+    program_and_model,
+    rate_unit,
+)
+from m4e_fmi.errors import RunError
+from m4e_fmi.program import Program, jacobian
+
+MOST_STEPS = 500
+LONGEST_STEP = 0.3
+"""Of a settling system, as steps are compared."""
+CLOSE = 0.05
+"""Newton steps shorter than this are taken as they are where the system is stable …"""
+SETTLED = 1e-8
+"""… and shorter than this where it is not: there the start was an equilibrium."""
+SMALLEST_STEP = 1e-8
+"""Fraction of a Newton step below which the search is given up."""
+ACCURACY = 1e-12
+"""Relative size of the last Newton step; it converges quadratically, so the result is better."""
+ROUNDING = 1e-6
+"""The same, where rounding of the rates lets no step lead nearer."""
+REST = 1e-9
+"""Rates that changes of all states by this much, compared as steps are, could cause are zero."""
+TINY = float(np.finfo(float).tiny)
+RANK = 1e-12
+"""Singular values of the scaled Jacobian below this, relative to the largest, are zero."""
+REMEDY = (
+    "start nearer to the equilibrium, for instance at the end of a simulation with more damping"
+)
+
+
+class Balance:
+    """The rates that must be zero at rest, and their derivatives by what may move."""
+
+    def __init__(self, program: Program) -> None:
+        self.program = program
+        pairs = motion(program)
+        self.velocities = [v for _, v in pairs]
+        partner = dict(pairs)
+        moving = [k for k in range(len(program.states)) if k not in set(self.velocities)]
+        self.unknowns = moving
+        """States that are sought: coordinates, and what is no part of a motion."""
+        names = [program.states[partner.get(k, k)].name for k in moving]
+        self.equations = tuple(program.states[partner.get(k, k)] for k in moving)
+        self.observed = observed(program, [f"der({name})" for name in names])
+        """The program with the equations as outputs."""
+        units = np.array([program.states[k].unit for k in moving])
+        self._alike = (units[:, None] == units) & (units != "rad")
+        self._rates = Evaluation(self.observed)
+        by = [program.states[k].name for k in moving]
+        self._slopes = Matrix(jacobian(self.observed, "outputs", by))
+
+    def at_rest(self, point: OperatingPoint) -> OperatingPoint:
+        """`point` with all velocities zero."""
+        states = point.states.copy()
+        states[self.velocities] = 0.0
+        return point.with_states(states)
+
+    def moved(self, point: OperatingPoint, step: Floats) -> OperatingPoint:
+        states = point.states.copy()
+        states[self.unknowns] += step
+        return point.with_states(states)
+
+    def rates(self, point: OperatingPoint) -> Floats:
+        return self._rates.at(point)
+
+    def slopes(self, point: OperatingPoint) -> Floats:
+        return self._slopes.at(point)
+
+    def sizes(self, point: OperatingPoint) -> Floats:
+        """What changes are compared with: 1 rad; 1 + the largest unknown of the same unit."""
+        values = np.abs(point.states[self.unknowns])
+        return 1.0 + np.max(np.where(self._alike, values, 0.0), axis=1)
+
+    def newton(self, point: OperatingPoint) -> Floats:
+        """`newton_matrix` at `point`."""
+        return newton_matrix(self.slopes(point), self.sizes(point))
+
+
+def newton_matrix(slopes: Floats, sizes: Floats) -> Floats:
+    """N: to first order, N r is the shortest change of the unknowns that takes rates r to zero."""
+    # rows and columns are scaled, so that the rank does not depend on units
+    rows = np.linalg.norm(slopes * sizes, axis=1)
+    rows[rows == 0.0] = 1.0
+    inverse: Floats = np.linalg.pinv(slopes * sizes / rows[:, None], rcond=RANK)
+    return np.asarray(-(sizes[:, None] * inverse) / rows, dtype=np.float64)
+
+
+def equilibrium(
+    system: System, *, at: At = None, time: float | None = None, nearest: bool = False
+) -> OperatingPoint:
+    """The equilibrium found from the point `at`, with its inputs and parameters, at `time` [s].
+
+    `system` and `at` are as for `linearize`. It is the one in which a conservative system settles
+    from there if it is damped heavily, or with `nearest` the one that Newton's method finds, which
+    may be unstable; a start that is an equilibrium itself is found in either way. Eigenvalues say
+    what it is. Raises RunError if none is found, naming the joint that is furthest from rest,
+    InputError for an unknown name.
+    """
+    program, _ = program_and_model(system)
+    balance = Balance(program)
+    point = balance.at_rest(operating_point(program, at, time=time))
+    if not balance.unknowns:
+        return point
+    return _found(balance, point if nearest else _settled(balance, point))
+
+
+def _settled(balance: Balance, point: OperatingPoint) -> OperatingPoint:
+    """A point from which Newton's method leads to where `point` settles."""
+    rates = balance.rates(point)
+    span = LONGEST_STEP / max(np.max(np.abs(rates) / balance.sizes(point)), TINY)
+    for _ in range(MOST_STEPS):
+        newton, slopes, sizes = balance.newton(point), balance.slopes(point), balance.sizes(point)
+        growth = _growth(slopes)
+        near = SETTLED if growth > 0 else CLOSE
+        if np.max(np.abs(newton @ rates) / sizes) <= near:
+            return point
+        if growth > 0:  # longer steps would lead to where it is not stable, as Newton's do
+            span = 0.5 / growth
+        span, step = _implicit_step(rates, slopes, sizes, span)
+        before, point = np.linalg.norm(rates), balance.moved(point, step)
+        rates = balance.rates(point)
+        span *= min(10.0, max(0.1, float(before / max(np.linalg.norm(rates), TINY))))
+    raise _lost(balance, point, f"it has not settled after {MOST_STEPS} steps")
+
+
+def _growth(slopes: Floats) -> float:
+    """Fastest growth along q' = r(q): the largest real part of ∂r/∂q, 0 if that is rounding."""
+    growth = float(np.max(np.linalg.eigvals(slopes).real))
+    return growth if growth > RANK * np.linalg.norm(slopes) else 0.0
+
+
+def _implicit_step(
+    rates: Floats, slopes: Floats, sizes: Floats, span: float
+) -> tuple[float, Floats]:
+    """The span, shortened such that the step is no longer than LONGEST_STEP, and the step."""
+    while True:
+        step = np.asarray(np.linalg.solve(np.eye(len(rates)) / span - slopes, rates), dtype=float)
+        length = float(np.max(np.abs(step) / sizes))
+        if not length > LONGEST_STEP:
+            return span, step
+        span *= min(0.5, LONGEST_STEP / length)
+
+
+def _found(balance: Balance, point: OperatingPoint) -> OperatingPoint:
+    """Newton's method from `point`."""
+    damping = 1.0
+    for _ in range(MOST_STEPS):
+        rates, sizes = balance.rates(point), balance.sizes(point)
+        newton = balance.newton(point)
+        step = newton @ rates
+        size = np.linalg.norm(step / sizes)
+        if size <= ACCURACY:
+            return _at_rest(balance, balance.moved(point, step))
+        nearer = _nearer(balance, point, newton, step, min(1.0, 2 * damping))
+        if nearer is None and size <= ROUNDING:
+            return _at_rest(balance, point)
+        if nearer is None:
+            raise _lost(balance, point, "no step leads nearer")
+        point, damping = nearer
+    raise _lost(balance, point, f"{MOST_STEPS} steps were taken")
+
+
+def _nearer(
+    balance: Balance, point: OperatingPoint, newton: Floats, step: Floats, damping: float
+) -> tuple[OperatingPoint, float] | None:
+    """The end of the largest part of `step` that leads nearer, and that part; None if none does."""
+    sizes = balance.sizes(point)
+    while damping >= SMALLEST_STEP:
+        ahead = balance.moved(point, damping * step)
+        # the step that is left, as the old derivatives see it, has to be shorter
+        left = newton @ balance.rates(ahead)
+        if np.linalg.norm(left / sizes) <= (1 - damping / 4) * np.linalg.norm(step / sizes):
+            return ahead, damping
+        damping /= 2
+    return None
+
+
+def _at_rest(balance: Balance, point: OperatingPoint) -> OperatingPoint:
+    """`point`; RunError unless what is left of the rates is rounding."""
+    allowed = REST * (1.0 + np.abs(balance.slopes(point)) @ balance.sizes(point))
+    if not (np.abs(balance.rates(point)) <= allowed).all():
+        raise _lost(balance, point, "nothing holds it there")
+    return point
+
+
+def _lost(balance: Balance, point: OperatingPoint, why: str) -> RunError:
+    """What to say where the search ends without an equilibrium."""
+    rates = balance.rates(point)
+    k = int(np.argmax(np.where(np.isfinite(rates), np.abs(rates), np.inf)))
+    worst = balance.equations[k]
+    message = (
+        f"{point.program.name}: no equilibrium was found: {why}; "
+        f"the rate of {worst.name} is {rates[k]:.6g} {rate_unit(worst.unit)}"
+    )
+    return RunError(message, REMEDY)

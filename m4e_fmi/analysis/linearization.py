@@ -1,0 +1,207 @@
+"""Linear equations about an operating point, from exact derivatives.
+
+With x = (q, u, other states) a program ẋ = f(t, x, inputs), y = g(t, x, inputs) becomes
+
+    δẋ = A δx + B δinput,        δy = C δx + D δinput
+
+and a multibody system, whose mass matrix M is known,
+
+    M δq̈ + C δq̇ + K δq = F δinput
+
+with K = −M ∂q̈/∂q, C = −M ∂q̈/∂q̇, F = M ∂q̈/∂input. That is the derivative of M q̈ − f(t, q, q̇, input)
+itself, (∂M/∂q) q̈ included, so both forms are exact about any point: moving, accelerated, loaded.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from m4e_fmi.analysis.points import (
+    At,
+    Evaluation,
+    Floats,
+    Matrix,
+    OperatingPoint,
+    System,
+    causes,
+    motion,
+    observed,
+    operating_point,
+    program_and_model,
+)
+from m4e_fmi.errors import RunError
+from m4e_fmi.multibody import mass_matrix_program
+from m4e_fmi.program import Variable, jacobian, tangent
+
+if TYPE_CHECKING:
+    import control
+
+
+@dataclass(frozen=True)
+class Mechanical:
+    """M δq̈ + C δq̇ + K δq = F δinput: n×n, n×n, n×n, n×m, of the coordinates' generalised forces.
+
+    Arrays, or SymPy matrices. Rows of a revolute coordinate are in N·m, of any other in N.
+    """
+
+    M: Any
+    C: Any
+    K: Any
+    F: Any
+
+
+@dataclass(frozen=True)
+class Linearization:
+    """δẋ = A δx + B δinput, δy = C δx + D δinput about `point`.
+
+    `states` are in the order of x: coordinates, their velocities, other states. `rates` = ẋ and
+    `values` = y at the point itself, of which the equations give the change. `mechanical` is None
+    of a program that comes from no model.
+    """
+
+    point: OperatingPoint
+    states: tuple[Variable, ...]
+    inputs: tuple[Variable, ...]
+    outputs: tuple[Variable, ...]
+    A: Floats = field(repr=False)
+    B: Floats = field(repr=False)
+    C: Floats = field(repr=False)
+    D: Floats = field(repr=False)
+    rates: Floats = field(repr=False)
+    values: Floats = field(repr=False)
+    mechanical: Mechanical | None = field(repr=False)
+
+    @cached_property
+    def coordinates(self) -> tuple[Variable, ...]:
+        """The states that have a velocity among the states."""
+        return self.states[: len(motion(self.point.program))]
+
+    def to_control(self) -> control.StateSpace:
+        """A, B, C, D for python-control, names with _ where they have a dot.
+
+        RunError if python-control is not installed.
+        """
+        try:
+            import control
+        except ImportError:
+            message = "python-control is not installed"
+            raise RunError(message, "pip install 'm4e_fmi[control]'") from None
+
+        def names(variables: Sequence[Variable]) -> list[str]:
+            return [v.name.replace(".", "_") for v in variables]
+
+        return control.StateSpace(
+            self.A,
+            self.B,
+            self.C,
+            self.D,
+            states=names(self.states),
+            inputs=names(self.inputs),
+            outputs=names(self.outputs),
+            name=self.point.program.name,
+        )
+
+
+class Linearizer:
+    """Linearises one system wherever it is asked to; the derivatives are recorded once.
+
+    `inputs` names inputs or parameters of the system, `outputs` outputs or states; without them
+    there are no inputs, and the outputs are the states. InputError names what is unknown.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        *,
+        inputs: Sequence[str] = (),
+        outputs: Sequence[str] | None = None,
+    ) -> None:
+        self.program, model = program_and_model(system)
+        pairs = motion(self.program)
+        moving = [k for pair in zip(*pairs, strict=True) for k in pair]
+        rest = [k for k in range(len(self.program.states)) if k not in set(moving)]
+        self.states = tuple(self.program.states[k] for k in (*moving, *rest))
+        self.inputs = causes(self.program, inputs, states=False)
+        names = [v.name for v in self.states]
+        wanted = names if outputs is None else list(outputs)
+        self.outputs = observed(self.program, wanted).outputs
+        rows = list(dict.fromkeys([*(f"der({name})" for name in names), *wanted]))
+        self._rows = [rows.index(name) for name in wanted]
+        everything = observed(self.program, rows)
+        self._values = Evaluation(everything)
+        by = [*names, *(v.name for v in self.inputs)]
+        self._slopes = Matrix(jacobian(everything, "outputs", by))
+        self._changes: dict[tuple[str, ...], Evaluation] = {}
+        self._mass = None if model is None else Evaluation(mass_matrix_program(model))
+
+    def at(self, at: At = None, *, time: float | None = None) -> Linearization:
+        """The linear equations about a point."""
+        point = operating_point(self.program, at, time=time)
+        n = len(self.states)
+        values, slopes = self._values.at(point), self._slopes.at(point)
+        A, B = slopes[:n, :n], slopes[:n, n:]
+        return Linearization(
+            point=point,
+            states=self.states,
+            inputs=self.inputs,
+            outputs=self.outputs,
+            A=A,
+            B=B,
+            C=slopes[self._rows, :n],
+            D=slopes[self._rows, n:],
+            rates=values[:n],
+            values=values[self._rows],
+            mechanical=self._mechanical(point, A, B),
+        )
+
+    def change(self, point: OperatingPoint, direction: Mapping[str, float]) -> Floats:
+        """Derivative of A along a change of parameters, inputs, states: exact second derivatives.
+
+        n×n. What `direction` does not name stands still.
+        """
+        along, n = tuple(direction), len(self.states)
+        slopes = self._slopes.derivatives
+        places = enumerate(zip(slopes.row_indices, slopes.column_indices, strict=True))
+        kept = {k: place for k, place in places if max(place) < n}
+        if along not in self._changes:
+            outputs = tuple(slopes.program.outputs[k] for k in kept)
+            results = tuple(slopes.program.results[k] for k in kept)
+            change = tangent(replace(slopes.program, outputs=outputs, results=results), along)
+            # before the entries of A come the rates
+            change = replace(change, outputs=change.outputs[n:], results=change.results[n:])
+            self._changes[along] = Evaluation(change)
+        result = np.zeros((n, n))
+        entries = self._changes[along].at(point, *direction.values())
+        for place, entry in zip(kept.values(), entries, strict=True):
+            result[place] = entry
+        return result
+
+    def _mechanical(self, point: OperatingPoint, A: Floats, B: Floats) -> Mechanical | None:
+        if self._mass is None:
+            return None
+        n = len(self.states) // 2
+        M = self._mass.at(point).reshape(n, n)
+        return Mechanical(M, C=-M @ A[n:, n:], K=-M @ A[n:, :n], F=M @ B[n:])
+
+
+def linearize(
+    system: System,
+    *,
+    at: At = None,
+    time: float | None = None,
+    inputs: Sequence[str] = (),
+    outputs: Sequence[str] | None = None,
+) -> Linearization:
+    """The linear equations of a system about a point.
+
+    `system` is a Model, a model file or a Program. `at` has values of states, inputs and
+    parameters by name (SI; start values if absent), or is the result of `equilibrium`; `time` in s.
+    `inputs` names inputs or parameters, `outputs` outputs or states: none, and the states, if not
+    said. Raises InputError for an unknown name.
+    """
+    return Linearizer(system, inputs=inputs, outputs=outputs).at(at, time=time)

@@ -1,0 +1,96 @@
+"""Eigenvalues of linear equations: natural frequencies, damping ratios, mode shapes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from m4e_fmi.analysis.linearization import Linearization
+from m4e_fmi.program import Variable
+
+Complex = NDArray[np.complex128]
+
+NEGLIGIBLE = 1e-7
+"""Eigenvalues below this part of the largest are zero: double ones, of a body that nothing holds,
+are found to the square root of the rounding error only."""
+SAME = 1e-9
+"""Relative difference below which eigenvalues, or parts of a shape, count as equal when sorted."""
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Solutions v e^{λt} of δẋ = A δx, one of each conjugate pair (that with Im λ > 0).
+
+    In the order of |λ|; equal ones by their damping, then by where they move most. Column k of
+    `right` is v, with rows as `states`; of `left` the left eigenvector w, wᴴ v = 1.
+    """
+
+    states: tuple[Variable, ...]
+    coordinates: tuple[Variable, ...]
+    eigenvalues: Complex
+    right: Complex = field(repr=False)
+    left: Complex = field(repr=False)
+
+    @cached_property
+    def frequencies(self) -> NDArray[np.float64]:
+        """Natural frequencies |λ| [rad/s]; divided by 2π, in Hz."""
+        return np.abs(self.eigenvalues)
+
+    @cached_property
+    def damping_ratios(self) -> NDArray[np.float64]:
+        """−Re λ/|λ|: 0 undamped, 1 or −1 without oscillation; nan for λ = 0."""
+        with np.errstate(invalid="ignore"):
+            return -self.eigenvalues.real / self.frequencies
+
+    @cached_property
+    def shapes(self) -> Complex:
+        """Coordinates of each mode, one column each: rows of v, its largest entry (the first) 1."""
+        rows = self.right[: len(self.coordinates)]
+        return rows / rows[_largest(rows), np.arange(rows.shape[1])]
+
+    @property
+    def stable(self) -> bool:
+        """Whether no motion grows; eigenvalues within rounding of the imaginary axis do not."""
+        largest = np.max(self.frequencies, initial=0.0)
+        return bool((self.eigenvalues.real <= NEGLIGIBLE * largest).all())
+
+
+def modes(linear: Linearization) -> Modes:
+    """The modes of the linear equations."""
+    from scipy.linalg import eig
+
+    found = eig(linear.A, left=True, right=True)
+    values, left, right = (np.array(part, dtype=np.complex128) for part in found)
+    largest = np.max(np.abs(values), initial=0.0)
+    values[np.abs(values) <= NEGLIGIBLE * largest] = 0.0
+    kept = np.flatnonzero(values.imag >= 0)
+    scale = max(largest, np.finfo(float).tiny)
+    n = len(linear.coordinates)
+    where = _largest(right[:n] if n else right)
+    keys = [
+        (round(abs(values[k]) / scale / SAME), round(values[k].real / scale / SAME), where[k])
+        for k in kept
+    ]
+    order = kept[sorted(range(len(kept)), key=keys.__getitem__)]
+    right, left = right[:, order], left[:, order]
+    products = np.sum(left.conj() * right, axis=0)
+    # 0 of a defective eigenvalue: its left eigenvector has no use, and stays as long as it was
+    lengths = np.where(np.abs(products) > SAME, products, 1.0)
+    return Modes(
+        states=linear.states,
+        coordinates=linear.coordinates,
+        eigenvalues=values[order],
+        right=right,
+        left=left / lengths.conj(),
+    )
+
+
+def _largest(columns: Complex) -> NDArray[np.intp]:
+    """Row of the largest entry of each column; the first of those equal to rounding."""
+    sizes = np.abs(columns)
+    if not columns.size:
+        return np.zeros(columns.shape[1], dtype=np.intp)
+    return np.argmax(sizes >= (1 - SAME) * sizes.max(axis=0), axis=0)

@@ -1,0 +1,176 @@
+"""Operating points of a program, and what it computes there."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from m4e_fmi.errors import InputError, RunError, suggestion
+from m4e_fmi.model import Model, load_model
+from m4e_fmi.multibody import model_program
+from m4e_fmi.program import Jacobian, Program, Variable
+from m4e_fmi.program.python_form import load_python
+from m4e_fmi.runtime.library import library
+from m4e_fmi.simulate import started
+
+Floats = NDArray[np.float64]
+T = TypeVar("T")
+System = Program | Model | str | Path
+
+
+def program_and_model(system: System) -> tuple[Program, Model | None]:
+    """The program of a system, and its model if it is one."""
+    if isinstance(system, Program):
+        return system, None
+    model = system if isinstance(system, Model) else load_model(system)
+    return model_program(model), model
+
+
+@dataclass(frozen=True)
+class OperatingPoint:
+    """A state of a program: vectors in the order of its variables, SI; `time` [s]."""
+
+    program: Program = field(repr=False)
+    states: Floats
+    inputs: Floats
+    parameters: Floats
+    time: float = 0.0
+
+    @cached_property
+    def values(self) -> dict[str, float]:
+        """Every state, input and parameter by name."""
+        groups = (
+            (self.program.states, self.states),
+            (self.program.inputs, self.inputs),
+            (self.program.parameters, self.parameters),
+        )
+        return {
+            v.name: float(value)
+            for variables, vector in groups
+            for v, value in zip(variables, vector, strict=True)
+        }
+
+    def __getitem__(self, name: str) -> float:
+        return self.values[name]
+
+    def with_states(self, states: Floats) -> OperatingPoint:
+        return replace(self, states=states)
+
+
+At = OperatingPoint | Mapping[str, float] | None
+"""Where: values by name; what is not named has its start value."""
+
+
+def operating_point(
+    program: Program, at: At = None, *, time: float | None = None
+) -> OperatingPoint:
+    """The point of `program` with the values of `at`; InputError names what it does not have."""
+    if isinstance(at, OperatingPoint):
+        time = at.time if time is None else time
+        at = at.values
+    program = started(program, at or {})
+    groups = (program.states, program.inputs, program.parameters)
+    vectors = [np.array([v.start for v in group]) for group in groups]
+    return OperatingPoint(program, *vectors, time=time or 0.0)
+
+
+class Evaluation:
+    """The outputs of a program at operating points.
+
+    By the C library; in plain Python where there is none.
+    """
+
+    def __init__(self, program: Program) -> None:
+        from m4e_fmi.runtime.engine import Engine
+
+        self.program = program
+        compiled = library() is not None
+        self._engine = Engine(program) if compiled else None
+        self._form = None if compiled else load_python(program)
+
+    def at(self, point: OperatingPoint, *more: float) -> Floats:
+        """The outputs at `point`; `more` are values of inputs that only this program has."""
+        inputs = [*point.inputs, *more]
+        if self._engine is not None:
+            self._engine.set_parameters(point.parameters)
+            self._engine.set_inputs(inputs)
+            return self._engine.outputs(point.time, point.states)
+        assert self._form is not None
+        parameters, states = point.parameters.tolist(), point.states.tolist()
+        constants = self._form.constants(parameters)
+        return np.array(self._form.outputs(point.time, states, inputs, parameters, constants))
+
+
+class Matrix:
+    """A matrix of exact derivatives, dense at operating points."""
+
+    def __init__(self, derivatives: Jacobian) -> None:
+        self.derivatives = derivatives
+        self._entries = Evaluation(derivatives.program)
+
+    def at(self, point: OperatingPoint) -> Floats:
+        """∂rows/∂columns at `point`; RunError if one is not finite there."""
+        d = self.derivatives
+        matrix = np.zeros((len(d.rows), len(d.columns)))
+        matrix[list(d.row_indices), list(d.column_indices)] = self._entries.at(point)
+        if not np.isfinite(matrix).all():
+            row, column = np.argwhere(~np.isfinite(matrix))[0]
+            message = (
+                f"{d.program.name}: the derivative of {d.rows[row]} by {d.columns[column]} "
+                f"is {matrix[row, column]} at t = {point.time:g} s"
+            )
+            raise RunError(message, "look for a singular configuration or a division by zero")
+        return matrix
+
+
+def rate_unit(unit: str) -> str:
+    """The unit of the rate of something in `unit`: m → m/s → m/s2."""
+    return f"{unit}2" if unit.endswith("/s") else f"({unit})/s" if "/" in unit else f"{unit}/s"
+
+
+def observed(program: Program, names: Sequence[str]) -> Program:
+    """`program` with these outputs only: outputs, states, or rates of states as ``der(name)``.
+
+    InputError names what it does not have.
+    """
+    known: dict[str, tuple[Variable, int]] = {}
+    for v, rate in zip(program.states, program.rates, strict=True):
+        known[v.name] = (v, program.tape.node(("symbol", v.name)))
+        name = f"der({v.name})"
+        known[name] = (Variable(name, rate_unit(v.unit), f"Rate of {v.name}"), rate)
+    known |= {v.name: (v, k) for v, k in zip(program.outputs, program.results, strict=True)}
+    chosen = _chosen(known, names, f"{program.name} has no output or state")
+    outputs, results = tuple(v for v, _ in chosen), tuple(k for _, k in chosen)
+    return replace(program, outputs=outputs, results=results)
+
+
+def causes(program: Program, names: Sequence[str], *, states: bool) -> tuple[Variable, ...]:
+    """Inputs, parameters, and with `states` states by name; InputError names what is unknown."""
+    groups = [program.inputs, program.parameters, *([program.states] if states else [])]
+    known = {v.name: v for group in groups for v in group}
+    what = "input, parameter or state" if states else "input or parameter"
+    return tuple(_chosen(known, names, f"{program.name} has no {what}"))
+
+
+def _chosen(known: Mapping[str, T], names: Sequence[str], complaint: str) -> list[T]:
+    """The members with these names; InputError with all that are unknown."""
+    unknown = [name for name in names if name not in known]
+    if unknown:
+        raise InputError.single(f"{complaint} {', '.join(unknown)}", suggestion(unknown[0], known))
+    return [known[name] for name in names]
+
+
+def motion(program: Program) -> list[tuple[int, int]]:
+    """Positions of the states that are (coordinate, its velocity), in the order of coordinates."""
+    place = {v.name: k for k, v in enumerate(program.states)}
+    return sorted(
+        (place[v.derivative_of], k)
+        for k, v in enumerate(program.states)
+        if v.derivative_of in place
+    )

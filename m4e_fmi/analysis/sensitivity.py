@@ -1,0 +1,157 @@
+"""Exact sensitivities at a point: of outputs, rates and eigenvalues, by parameters.
+
+A point that is an equilibrium moves with the parameters: rates r(q, p) = 0 give
+dq/dp = −(∂r/∂q)⁻¹ ∂r/∂p, and what depends on q follows. An eigenvalue with eigenvectors v, w,
+wᴴ v = 1, changes by wᴴ (dA/dp) v: P. Lancaster, "On eigenvalues of matrices dependent on a
+parameter", Numerische Mathematik 6 (1964), pp. 377–387.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from m4e_fmi.analysis.equilibrium import Balance
+from m4e_fmi.analysis.linearization import Linearizer
+from m4e_fmi.analysis.modes import Modes, modes
+from m4e_fmi.analysis.points import (
+    At,
+    Floats,
+    Matrix,
+    OperatingPoint,
+    System,
+    causes,
+    observed,
+    operating_point,
+    program_and_model,
+)
+from m4e_fmi.program import Variable, jacobian
+
+REPEATED = 1e-6
+"""Relative distance below which eigenvalues count as one, whose derivatives are not defined."""
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """d of[i] / d by[j] = values[i, j], in the unit of the one by that of the other."""
+
+    of: tuple[Variable, ...]
+    by: tuple[Variable, ...]
+    values: Floats = field(repr=False)
+
+    def __getitem__(self, names: tuple[str, str]) -> float:
+        """By the names (of, by)."""
+        row = [v.name for v in self.of].index(names[0])
+        return float(self.values[row, [v.name for v in self.by].index(names[1])])
+
+
+@dataclass(frozen=True)
+class EigenvalueSensitivity:
+    """dλ_k / d by[j] = values[k, j]; nan for eigenvalues that are equal or zero."""
+
+    modes: Modes
+    by: tuple[Variable, ...]
+    values: NDArray[np.complex128] = field(repr=False)
+
+    @property
+    def frequencies(self) -> Floats:
+        """d|λ_k| / d by[j] [rad/s by the unit of by]."""
+        eigenvalues = self.modes.eigenvalues[:, None]
+        with np.errstate(invalid="ignore"):
+            return (eigenvalues.conj() * self.values).real / np.abs(eigenvalues)
+
+
+class Sensitivities:
+    """Sensitivities of one system wherever they are asked for; derivatives are recorded once.
+
+    `of` names outputs, states, or rates of states as ``der(name)``; `by` parameters, inputs or
+    states. With `moving` every point has to be an equilibrium, as `equilibrium` finds them, and
+    moves with what it is derived by; `by` cannot name states then. InputError for unknown names.
+    """
+
+    def __init__(
+        self, system: System, *, of: Sequence[str] = (), by: Sequence[str], moving: bool = False
+    ) -> None:
+        self.program, _ = program_and_model(system)
+        self.by = causes(self.program, by, states=not moving)
+        self.moving = moving
+        self._balance = Balance(self.program)
+        chosen = observed(self.program, of)
+        self.of = chosen.outputs
+        self._slopes = Matrix(jacobian(chosen, "outputs", [*by, *self._moved]))
+        if moving:
+            self._pushes = Matrix(jacobian(self._balance.observed, "outputs", by))
+
+    @cached_property
+    def _linearizer(self) -> Linearizer:
+        return Linearizer(self.program)
+
+    @property
+    def _moved(self) -> list[str]:
+        """The states that move with the equilibrium."""
+        return [self.program.states[k].name for k in self._balance.unknowns] if self.moving else []
+
+    def at(self, at: At = None, *, time: float | None = None) -> Sensitivity:
+        """Of `of` by `by` at a point."""
+        point = operating_point(self.program, at, time=time)
+        slopes = self._slopes.at(point)
+        n = len(self.by)
+        return Sensitivity(self.of, self.by, slopes[:, :n] + slopes[:, n:] @ self._shift(point))
+
+    def of_eigenvalues(self, at: At = None, *, time: float | None = None) -> EigenvalueSensitivity:
+        """Of the eigenvalues of A at a point; by dA/dp, exact second derivatives."""
+        point = operating_point(self.program, at, time=time)
+        found = modes(self._linearizer.at(point))
+        names = [v.name for v in self.by]
+        shift = self._shift(point)
+        columns = []
+        for j, unit in enumerate(np.eye(len(names))):
+            direction = dict(zip([*names, *self._moved], [*unit, *shift[:, j]], strict=True))
+            change = self._linearizer.change(point, direction)
+            columns.append(np.einsum("ik,ij,jk->k", found.left.conj(), change, found.right))
+        values = np.array(columns).T.reshape(len(found.eigenvalues), len(names))
+        values[_repeated(found)] = np.nan
+        return EigenvalueSensitivity(found, self.by, values)
+
+    def _shift(self, point: OperatingPoint) -> Floats:
+        """How the equilibrium moves: one row for each state of `_moved`."""
+        if not self.moving:
+            return np.zeros((0, len(self.by)))
+        return self._balance.newton(point) @ self._pushes.at(point)
+
+
+def _repeated(found: Modes) -> NDArray[np.bool_]:
+    """Which eigenvalues are zero, or equal to another."""
+    values = found.eigenvalues
+    everything = np.concatenate([values, values.conj()[values.imag > 0]])
+    near = np.abs(values[:, None] - everything) <= REPEATED * np.max(found.frequencies, initial=0.0)
+    return (near.sum(axis=1) > 1) | (values == 0)
+
+
+def sensitivity(
+    system: System,
+    *,
+    of: Sequence[str],
+    by: Sequence[str],
+    at: At = None,
+    time: float | None = None,
+    moving: bool = False,
+) -> Sensitivity:
+    """d of / d by of a system at a point; see `Sensitivities`."""
+    return Sensitivities(system, of=of, by=by, moving=moving).at(at, time=time)
+
+
+def eigenvalue_sensitivity(
+    system: System,
+    *,
+    by: Sequence[str],
+    at: At = None,
+    time: float | None = None,
+    moving: bool = False,
+) -> EigenvalueSensitivity:
+    """d λ / d by of a system linearised about a point; see `Sensitivities`."""
+    return Sensitivities(system, by=by, moving=moving).of_eigenvalues(at, time=time)

@@ -1,0 +1,108 @@
+"""Linear equations as SymPy expressions, for small models."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+from m4e_fmi.analysis.linearization import Mechanical
+from m4e_fmi.errors import InputError, suggestion
+from m4e_fmi.model import Model
+from m4e_fmi.multibody import Equations
+from m4e_fmi.multibody.recording import state_names
+
+if TYPE_CHECKING:
+    import sympy
+
+
+class SymbolicLinearization:
+    """M δq̈ + C δq̇ + K δq = F δinput and A, B, C, D of a model, for any point.
+
+    The matrices are functions of the symbols of `equations`: coordinates, velocities, parameters,
+    the chosen inputs, and where the system accelerates at the point, `equations.u_dot`. States are
+    (q, u). `inputs` and `outputs` are as for `linearize`, parameters apart. Everything is computed
+    when it is asked for and never simplified; InputError for an unknown name.
+    """
+
+    def __init__(
+        self, model: Model, *, inputs: Sequence[str] = (), outputs: Sequence[str] | None = None
+    ) -> None:
+        self.equations = Equations(model, inputs)
+        self._outputs = outputs
+
+    @cached_property
+    def mechanical(self) -> Mechanical:
+        """M, C, K, F: derivatives of M(q) q̈ − f(t, q, q̇, input)."""
+        e = self.equations
+        rest = e.mass_matrix * e.u_dot - e.forcing
+        F = -rest.jacobian(self._inputs) if self._inputs else _empty(rest.rows, 0)
+        return Mechanical(e.mass_matrix, rest.jacobian(e.u), rest.jacobian(e.q), F)
+
+    @cached_property
+    def A(self) -> sympy.Matrix:
+        """2n×2n."""
+        import sympy
+
+        n = len(self.equations.q)
+        upper = sympy.zeros(n, n).row_join(sympy.eye(n))
+        return upper.col_join(self._accelerations)
+
+    @cached_property
+    def B(self) -> sympy.Matrix:
+        """2n×m."""
+        return _empty(len(self.equations.q), len(self._inputs)).col_join(self._forced)
+
+    @cached_property
+    def C(self) -> sympy.Matrix:
+        """Rows of the outputs, 2n columns."""
+        e = self.equations
+        return self._y.jacobian([*e.q, *e.u]) + self._y.jacobian(e.u_dot) * self._accelerations
+
+    @cached_property
+    def D(self) -> sympy.Matrix:
+        """Rows of the outputs, m columns."""
+        direct = self._y.jacobian(self._inputs) if self._inputs else _empty(self._y.rows, 0)
+        return direct + self._y.jacobian(self.equations.u_dot) * self._forced
+
+    @cached_property
+    def _inputs(self) -> list[Any]:
+        import sympy
+
+        return [sympy.Symbol(name, real=True) for name in self.equations.inputs]
+
+    @cached_property
+    def _accelerations(self) -> sympy.Matrix:
+        """∂q̈/∂(q, q̇)."""
+        m = self.mechanical
+        return m.M.LUsolve(-m.K.row_join(m.C))
+
+    @cached_property
+    def _forced(self) -> sympy.Matrix:
+        """∂q̈/∂input."""
+        m = self.mechanical
+        return m.M.LUsolve(m.F) if self._inputs else m.F
+
+    @cached_property
+    def _y(self) -> sympy.Matrix:
+        """The outputs as functions of q, u, u̇ and inputs."""
+        import sympy
+
+        e = self.equations
+        pairs = [pair for link in e.topology.links for pair in state_names(link)]
+        states = [name for half in zip(*pairs, strict=True) for name in half]
+        known = dict(zip(states, [*e.q, *e.u], strict=True))
+        names = list(known) if self._outputs is None else self._outputs
+        if not set(names) <= set(known):
+            known |= e.outputs
+        unknown = [name for name in names if name not in known]
+        if unknown:
+            message = f"{e.model.name} has no output or state {', '.join(unknown)}"
+            raise InputError.single(message, suggestion(unknown[0], known))
+        return sympy.Matrix([known[name] for name in names])
+
+
+def _empty(rows: int, columns: int) -> sympy.Matrix:
+    import sympy
+
+    return sympy.zeros(rows, columns)

@@ -1,0 +1,103 @@
+"""Why a model's equations have no finite solution in some state, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from m4e_fmi.model import GROUND, Model
+from m4e_fmi.multibody.assembly import Assembly, Scalars, assemble, wet_links
+from m4e_fmi.multibody.closed_form import mass_matrix
+from m4e_fmi.multibody.recording import state_names
+from m4e_fmi.multibody.topology import Link, Topology, topology
+
+LARGEST = 1e150
+"""Of any number: what follows from it is squared, which ends at 1e308."""
+
+SINGULAR = 1e-14
+"""Smallest over largest eigenvalue of a scaled mass matrix that rounding cannot have made."""
+
+
+def diagnosis(model: Model, values: Mapping[str, float], time: float) -> str:
+    """What is wrong with a model at `time` [s] and `values`; "" if nothing is seen.
+
+    `values` has the parameters, the inputs that act, and the states, by their names in the program.
+    """
+    for name, value in values.items():
+        if not abs(value) < LARGEST:
+            return f"{name} is {value:.3g}"
+    tree = topology(model)
+    scalars = _scalars(model, tree, values, time)
+    for name, load in model.loads.items():
+        try:
+            assemble(replace(model, loads={name: load}), tree, scalars)
+        except (ArithmeticError, ValueError) as error:
+            return f"load {name} cannot be computed: {error}"
+    assembly = assemble(model, tree, scalars)
+    for link, wrench in zip(tree.links, assembly.wrenches, strict=True):
+        largest = max(abs(part) for part in wrench)
+        if not largest < LARGEST:
+            return f"the load on body {link.body} is {largest:.3g} N or N·m"
+    weak = _weak_link(assembly)
+    if weak is None:
+        return ""
+    return (
+        f"the mass matrix is singular: nothing resists a motion of body {weak.body} in joint "
+        f"{weak.joint_name}"
+    )
+
+
+def _scalars(model: Model, tree: Topology, values: Mapping[str, float], time: float) -> Scalars:
+    """Numbers to assemble with; what `values` does not have is zero."""
+    q, u = ([0.0] * len(tree.coordinate_names) for _ in range(2))
+    for link in tree.links:
+        for (position, velocity), k in zip(state_names(link), link.coordinates, strict=True):
+            q[k], u[k] = values.get(position, 0.0), values.get(velocity, 0.0)
+    wet = range(1, 3 * len(wet_links(model, tree)) + 1)
+
+    def numbers(owner: str, *names: str) -> Any:
+        return tuple(values.get(f"{owner}.{name}", 0.0) for name in names)
+
+    return Scalars(
+        q,
+        u,
+        time,
+        {name: values.get(name, 0.0) for name in model.parameters},
+        body_wrench={
+            link.body: numbers(f"body.{link.body}", "force_x", "force_z", "moment_y")
+            for link in tree.links
+        },
+        point_force={
+            name: numbers(f"point.{name}", "force_x", "force_z")
+            for name, point in model.points.items()
+            if point.body != GROUND
+        },
+        effort={
+            link.joint_name: values.get(f"joint.{link.joint_name}.effort", 0.0)
+            for link in tree.links
+        },
+        added_mass=[[values.get(f"added_mass[{i},{j}]", 0.0) for j in wet] for i in wet],
+    )
+
+
+def _weak_link(assembly: Assembly) -> Link | None:
+    """The link whose coordinate the mass matrix resists least, if it is singular."""
+    size = len(assembly.tree.coordinate_names)
+    M = np.zeros((size, size))
+    for j, row in enumerate(mass_matrix(assembly)):
+        for k, entry in row.items():
+            M[j, k] = entry
+    if not np.isfinite(M).all():
+        return None
+    diagonal = np.diag(M)
+    weakest = int(np.argmin(diagonal))
+    if diagonal[weakest] > 0:
+        scale = 1 / np.sqrt(diagonal)
+        eigenvalues, vectors = np.linalg.eigh(scale[:, None] * (M + M.T) / 2 * scale)
+        if eigenvalues[0] > SINGULAR * eigenvalues[-1]:
+            return None
+        weakest = int(np.argmax(np.abs(scale * vectors[:, 0])))
+    return next(link for link in assembly.tree.links if weakest in link.coordinates)

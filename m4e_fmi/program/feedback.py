@@ -1,0 +1,63 @@
+"""A program whose inputs follow a law: feedback, prescribed forces."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from m4e_fmi.program.program import TIME, Program, Recorder
+from m4e_fmi.program.tape import Scalar
+
+Law = Callable[[Mapping[str, Scalar]], Scalar | float]
+"""What an input is, as a function of states, parameters, other inputs and `time` by name."""
+
+
+def with_feedback(program: Program, laws: Mapping[str, Law]) -> Program:
+    """`program` with the inputs named by `laws` replaced by what these record.
+
+    Such an input becomes an output of the same name. KeyError for an input that is not there, or if
+    a law asks for a name that is not.
+
+    >>> brake = with_feedback(program, {"joint.wheel.effort": lambda x: -2.0 * x["joint.wheel.u"]})
+    """
+    known = {v.name for v in program.inputs}
+    unknown = sorted(set(laws) - known)
+    if unknown:
+        raise KeyError(f"{program.name} has no input {', '.join(unknown)}")
+    recorder = Recorder(program.name, program.description)
+    scalars = {TIME: recorder.time}
+    scalars |= {v.name: recorder.parameter(v) for v in program.parameters}
+    scalars |= {v.name: recorder.input(v) for v in program.inputs if v.name not in laws}
+    scalars |= {v.name: recorder.state(v) for v in program.states}
+    given = {name: _scalar(recorder, law(scalars)) for name, law in laws.items()}
+    copied = _copied(program, recorder, {**scalars, **given})
+    for v, rate in zip(program.states, program.rates, strict=True):
+        recorder.rate(v.name, copied[rate])
+    for v, result in zip(program.outputs, program.results, strict=True):
+        recorder.output(v, copied[result])
+    for v, constant in zip(program.calculated, program.constants, strict=True):
+        recorder.calculate(v, copied[constant])
+    for v in program.inputs:
+        if v.name in laws:
+            recorder.output(v, given[v.name])
+    return recorder.program()
+
+
+def _scalar(recorder: Recorder, value: Scalar | float) -> Scalar:
+    return value if isinstance(value, Scalar) else recorder.tape.constant(value)
+
+
+def _copied(
+    program: Program, recorder: Recorder, symbols: Mapping[str, Scalar]
+) -> dict[int, Scalar]:
+    """What takes the place of each node that `program` needs."""
+    copied: dict[int, Scalar] = {}
+    for k in program.tape.reachable([*program.rates, *program.results, *program.constants]):
+        kind, *arguments = program.tape.operations[k]
+        if kind == "constant":
+            copied[k] = recorder.tape.constant(arguments[0])
+        elif kind == "symbol":
+            copied[k] = symbols[arguments[0]]
+        else:
+            first, *others = (copied[a] for a in arguments)
+            copied[k] = first.record(kind, *others)
+    return copied

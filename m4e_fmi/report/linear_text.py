@@ -1,0 +1,86 @@
+"""Linear equations and their modes, as text and as JSON."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from m4e_fmi.analysis import Linearization, Modes
+    from m4e_fmi.program import Variable
+
+
+def linear_text(linear: Linearization, modes: Modes, *, title: str) -> str:
+    """The point, and a table of its modes; `title` says what point it is."""
+    point = linear.point
+    lines = [f"{point.program.name}: {title}, t = {point.time:g} s"]
+    lines += [
+        f"  {v.name:<32} {value: .9g} {v.unit}"
+        for v, value in _values(linear.states, point.values)
+        if v in linear.coordinates or value
+    ]
+    lines += [
+        "",
+        f"  {'mode':>4} {'frequency':>12} {'period':>12} {'damping':>9}   eigenvalue [1/s]",
+        f"  {'':>4} {'[Hz]':>12} {'[s]':>12} {'ratio':>9}",
+    ]
+    for k, eigenvalue in enumerate(modes.eigenvalues, start=1):
+        hertz = abs(eigenvalue) / (2 * np.pi)
+        period = f"{1 / hertz:12.6g}" if hertz else f"{'–':>12}"
+        ratio = modes.damping_ratios[k - 1]
+        shown = f"{ratio:9.5f}" if np.isfinite(ratio) else f"{'–':>9}"
+        lines.append(f"  {k:>4} {hertz:12.6g} {period} {shown}   {_complex(eigenvalue)}")
+    lines += ["", "no motion grows" if modes.stable else "UNSTABLE: a motion grows"]
+    return "\n".join(lines)
+
+
+def linear_json(linear: Linearization, modes: Modes) -> dict[str, Any]:
+    """Everything as numbers, lists and texts; complex numbers as (real, imaginary), nan as null."""
+    point, mechanical = linear.point, linear.mechanical
+    result: dict[str, Any] = {
+        "model": point.program.name,
+        "time": point.time,
+        "point": point.values,
+        "rates": linear.rates.tolist(),
+        "stable": modes.stable,
+        "modes": [
+            {
+                "eigenvalue": [value.real, value.imag],
+                "frequency_hz": abs(value) / (2 * np.pi),
+                "damping_ratio": ratio if np.isfinite(ratio) else None,
+                "shape": {
+                    v.name: [entry.real, entry.imag]
+                    for v, entry in zip(modes.coordinates, shape, strict=True)
+                },
+            }
+            for value, ratio, shape in zip(
+                modes.eigenvalues.tolist(),
+                modes.damping_ratios.tolist(),
+                modes.shapes.T.tolist(),
+                strict=True,
+            )
+        ],
+    }
+    for name in ("states", "inputs", "outputs"):
+        group: tuple[Variable, ...] = getattr(linear, name)
+        result[name] = [{"name": v.name, "unit": v.unit} for v in group]
+    result |= {name: getattr(linear, name).tolist() for name in "ABCD"}
+    if mechanical is not None:
+        names = ("M", "C", "K", "F")
+        result["mechanical"] = {name: getattr(mechanical, name).tolist() for name in names}
+    return result
+
+
+def _values(
+    variables: Iterable[Variable], values: dict[str, float]
+) -> Iterable[tuple[Variable, float]]:
+    return ((v, values[v.name]) for v in variables)
+
+
+def _complex(value: complex) -> str:
+    if value.imag == 0:
+        return f"{value.real:.6g}"
+    return f"{value.real:.6g} ± {value.imag:.6g}i"

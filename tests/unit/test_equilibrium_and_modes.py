@@ -1,0 +1,263 @@
+"""Equilibria, eigenvalues and frequency responses of systems that can be solved by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support.chains import hanging_chain
+
+from m4e_fmi.analysis import equilibrium, frequency_response, linearize, modes
+from m4e_fmi.errors import InputError, RunError
+from m4e_fmi.model import Body, Joint, Model, Point, TensionDamper, TensionSpring
+from m4e_fmi.program import Program, Recorder, Variable
+
+G = 9.81
+
+
+def hung(*, damping: float = 0.0, stiffness: float = 200.0) -> Model:
+    """2 kg on a vertical rail, on a spring of 1 m from the ceiling at Z = 0."""
+    return Model(
+        name="hung",
+        gravity=G,
+        bodies={"mass": Body(2.0, 1.0)},
+        joints={"rail": Joint("prismatic", "mass", direction=(0, -1), initial={"q": 1.3})},
+        points={"hook": Point("ground", (0, 0)), "eye": Point("mass", (0, 0))},
+        loads={
+            "spring": TensionSpring(("hook", "eye"), stiffness, 1.0),
+            "damper": TensionDamper(("hook", "eye"), damping),
+        },
+    )
+
+
+def pendulum(q: float = 0.0) -> Model:
+    return Model(
+        name="pendulum",
+        gravity=G,
+        bodies={"rod": Body(2.0, 0.3)},
+        joints={"pin": Joint("revolute", "rod", joint_to_child=(0, -0.5), initial={"q": q})},
+    )
+
+
+class TestEquilibrium:
+    def test_a_mass_on_a_spring(self) -> None:
+        point = equilibrium(hung(), at={"joint.rail.u": 4.0})
+        assert point["joint.rail.q"] == pytest.approx(1.0 + 2 * G / 200.0, rel=1e-14)
+        assert point["joint.rail.u"] == 0.0
+
+    def test_inputs_and_parameters_count(self) -> None:
+        point = equilibrium(hung(), at={"joint.rail.effort": 50.0})
+        assert point["joint.rail.q"] == pytest.approx(1.0 + (2 * G + 50.0) / 200.0, rel=1e-14)
+        linear = linearize(hung(), at=point)
+        assert linear.point["joint.rail.effort"] == 50.0
+        assert linear.rates == pytest.approx([0.0, 0.0], abs=1e-12)
+
+    def test_a_start_far_away(self) -> None:
+        """A pendulum held by an effort: sin θ = τ/(m g l); Newton alone would jump away."""
+        effort = 0.9 * 2.0 * G * 0.5
+        at = {"joint.pin.effort": effort}
+        point = equilibrium(pendulum(q=1.56), at=at, nearest=True)
+        assert np.sin(point["joint.pin.q"]) == pytest.approx(0.9, rel=1e-12)
+        settled = equilibrium(pendulum(q=1.56), at=at)
+        assert settled["joint.pin.q"] == pytest.approx(np.arcsin(0.9), rel=1e-12)
+
+    @pytest.mark.parametrize("start", [0.1, 0.5 * np.pi, 3.0])
+    def test_a_pendulum_settles_below(self, start: float) -> None:
+        assert equilibrium(pendulum(q=start))["joint.pin.q"] == pytest.approx(0.0, abs=1e-14)
+
+    def test_the_unstable_one_is_the_nearest(self) -> None:
+        point = equilibrium(pendulum(q=3.0), nearest=True)
+        assert point["joint.pin.q"] == pytest.approx(np.pi, rel=1e-14)
+        assert not modes(linearize(pendulum(), at=point)).stable
+        assert modes(linearize(pendulum())).stable
+        # a start that is an equilibrium is found as it is
+        assert equilibrium(pendulum(q=np.pi))["joint.pin.q"] == np.pi
+
+    @pytest.mark.parametrize("size", [2, 9, 30])
+    def test_a_chain_settles_hanging(self, size: int) -> None:
+        """From where it lies along X, and folded: no link stands."""
+        for angle in (0.5 * np.pi, 3.0):
+            at = {f"joint.j{k}.q": angle * (-1) ** k for k in range(size)}
+            found = equilibrium(hanging_chain(size), at=at)
+            turns = found.states[0::2] / (2 * np.pi)
+            assert turns == pytest.approx(np.round(turns), abs=1e-13)
+
+    def test_a_mass_on_a_line(self) -> None:
+        """100 t on a stiff line, held out level with the hook: l = l₀ + m g/k below it."""
+        model = Model(
+            name="moored",
+            gravity=G,
+            bodies={"stone": Body(1e5, 1e5)},
+            joints={"air": Joint("floating", "stone", initial={"x": 100.0})},
+            points={"hook": Point("ground", (0, 0)), "eye": Point("stone", (0, 0.01))},
+            loads={"line": TensionSpring(("hook", "eye"), 1e7, 100.5)},
+        )
+        found = equilibrium(model)
+        assert found["body.stone.x"] == pytest.approx(0.0, abs=1e-12)
+        assert found["body.stone.theta"] == pytest.approx(0.0, abs=1e-12)
+        assert found["body.stone.z"] == pytest.approx(-(100.5 + 1e5 * G / 1e7) - 0.01, rel=1e-13)
+
+    def test_what_nothing_holds_stays_where_it_is(self) -> None:
+        """A cart with a pendulum: the cart is at rest anywhere."""
+        model = Model(
+            name="cart",
+            gravity=G,
+            bodies={"cart": Body(1.0, 1.0), "rod": Body(1.0, 0.1)},
+            joints={
+                "rail": Joint("prismatic", "cart", direction=(1, 0), initial={"q": 7.0}),
+                "pin": Joint(
+                    "revolute", "rod", "cart", joint_to_child=(0, -0.5), initial={"q": 0.4}
+                ),
+            },
+        )
+        point = equilibrium(model, nearest=True)
+        # the rates need no motion of the cart
+        assert point["joint.rail.q"] == pytest.approx(7.0, abs=1e-12)
+        assert point["joint.pin.q"] == pytest.approx(0.0, abs=1e-13)
+        # settling, the pendulum takes the cart along
+        assert equilibrium(model)["joint.rail.q"] == pytest.approx(6.9, abs=0.03)
+
+    def test_a_falling_body_has_none(self) -> None:
+        model = Model(
+            name="stone",
+            gravity=G,
+            bodies={"stone": Body(1.0, 1.0)},
+            joints={"air": Joint("floating", "stone")},
+        )
+        with pytest.raises(RunError, match=r"nothing holds it there.*stone\.vz is -9\.81 m/s2"):
+            equilibrium(model)
+
+    def test_too_much_load(self) -> None:
+        """τ > m g l: no angle balances it."""
+        for nearest in (False, True):
+            with pytest.raises(RunError, match=r"no equilib.*joint\.pin\.u is") as lost:
+                equilibrium(pendulum(q=0.3), at={"joint.pin.effort": 12.0}, nearest=nearest)
+            assert "start nearer" in lost.value.remedy
+
+    def test_states_without_velocity(self) -> None:
+        r = Recorder("tank", "two tanks")
+        flow = r.input(Variable("flow", "m3/s", "inflow", start=2.0))
+        a = r.state(Variable("a", "m", "level", start=1.0))
+        b = r.state(Variable("b", "m", "level", start=1.0))
+        r.rate("a", flow - (a - b))
+        r.rate("b", (a - b) - b * b)
+        point = equilibrium(r.program())
+        assert point["b"] == pytest.approx(2.0**0.5, rel=1e-13)
+        assert point["a"] == pytest.approx(2.0 + 2.0**0.5, rel=1e-13)
+
+
+def test_rates_that_jump_by_rounding() -> None:
+    """x is seen in steps of 1.2e-10 only, and 0.3 is not among them."""
+    r = Recorder("coarse", "a rate with cancellation")
+    x = r.state(Variable("x", "m", "level", start=2.0))
+    r.rate("x", 0.3 - ((x + 1e6) - 1e6))
+    assert equilibrium(r.program())["x"] == pytest.approx(0.3, abs=2e-10)
+
+
+def test_a_program_without_states() -> None:
+    r = Recorder("gain", "a gain")
+    r.output(Variable("y", "1", "output"), 2.0 * r.input(Variable("u", "1", "input", start=3.0)))
+    program = r.program()
+    linear = linearize(program, at=equilibrium(program), inputs=["u"], outputs=["y"])
+    assert linear.D == 2.0
+    assert linear.values == 6.0
+    assert modes(linear).eigenvalues.size == 0
+    assert frequency_response(linear, 1.0).of("y", "u") == 2.0
+
+
+class TestModes:
+    def test_damping_ratio(self) -> None:
+        """m q̈ + c q̇ + k q = 0: ω = √(k/m), ζ = c/2√(k m)."""
+        point = equilibrium(hung(damping=4.0))
+        found = modes(linearize(hung(damping=4.0), at=point))
+        assert found.frequencies == pytest.approx([10.0], rel=1e-13)
+        assert found.damping_ratios == pytest.approx([4.0 / (2 * np.sqrt(400.0))], rel=1e-12)
+        assert found.eigenvalues.imag > 0
+        assert found.shapes == pytest.approx(np.array([[1.0]]))
+
+    def test_more_than_critical_damping(self) -> None:
+        """Two real eigenvalues, each listed: λ = (−c ± √(c² − 4 k m))/2m."""
+        found = modes(linearize(hung(damping=50.0), at={"joint.rail.q": 1.0 + 2 * G / 200.0}))
+        root = np.sqrt(50.0**2 - 4 * 400.0)
+        expected = [(-50.0 + root) / 4, (-50.0 - root) / 4]
+        assert found.eigenvalues == pytest.approx(expected, rel=1e-12)
+        assert found.damping_ratios == pytest.approx([1.0, 1.0])
+
+    def test_order_and_shapes(self) -> None:
+        """Two equal masses between walls, springs k, κ, k: in phase first, then against."""
+        found = modes(linearize(two_masses()))
+        assert found.frequencies == pytest.approx([2.0, np.sqrt(4.0 + 2 * 1.5)], rel=1e-13)
+        assert found.shapes == pytest.approx(np.array([[1.0, 1.0], [1.0, -1.0]]), abs=1e-12)
+        assert np.abs(found.left.conj().T @ found.right) == pytest.approx(np.eye(2), abs=1e-12)
+
+    def test_a_free_body_has_zero_eigenvalues(self) -> None:
+        model = Model(
+            name="free",
+            gravity=0.0,
+            bodies={"body": Body(1.0, 1.0)},
+            joints={"air": Joint("floating", "body")},
+        )
+        found = modes(linearize(model))
+        assert np.array_equal(found.eigenvalues, np.zeros(6))
+        assert np.isnan(found.damping_ratios).all()
+        assert found.stable
+
+
+def two_masses(damping: float = 0.0) -> Program:
+    r = Recorder("two", "two masses of 1 kg")
+    push = r.input(Variable("push", "N", "force on the first"))
+    a, b = (r.state(Variable(n, "m", "position")) for n in "ab")
+    va, vb = (r.state(Variable(f"v{n}", "m/s", "v", derivative_of=n)) for n in "ab")
+    between = 1.5 * (b - a)
+    r.rate("a", va)
+    r.rate("b", vb)
+    r.rate("va", push - 4.0 * a - damping * va + between)
+    r.rate("vb", -4.0 * b - damping * vb - between)
+    return r.program()
+
+
+class TestFrequencyResponse:
+    def test_one_mass(self) -> None:
+        """1/(k − m ω² + iωc): with e^{+iωt} the motion lags."""
+        linear = linearize(hung(damping=4.0), at=equilibrium(hung()), inputs=["joint.rail.effort"])
+        omega = np.array([0.0, 5.0, 10.0, 20.0])
+        found = frequency_response(linear, omega)
+        expected = 1 / (200.0 - 2 * omega**2 + 4j * omega)
+        assert found.values.shape == (4, 2, 1)
+        response = found.of("joint.rail.q", "joint.rail.effort")
+        assert response == pytest.approx(expected, rel=1e-12)
+        assert (response.imag <= 0).all()
+        assert found.of("joint.rail.u", "joint.rail.effort") == pytest.approx(1j * omega * expected)
+        assert found.unit("joint.rail.q", "joint.rail.effort") == "(m)/(N)"
+
+    def test_the_same_as_python_control(self) -> None:
+        linear = linearize(two_masses(0.3), inputs=["push"], outputs=["b", "va"])
+        omega = np.linspace(0.5, 4.0, 8)
+        found = frequency_response(linear, omega)
+        assert found.values == pytest.approx(
+            np.moveaxis(linear.to_control()(1j * omega, squeeze=False), -1, 0), rel=1e-11
+        )
+
+    def test_an_antiresonance(self) -> None:
+        """The first mass stands still at the frequency of the second alone: √(4 + 1.5)."""
+        linear = linearize(two_masses(), inputs=["push"], outputs=["a", "b"])
+        found = frequency_response(linear, [np.sqrt(5.5)])
+        assert abs(found.of("a", "push")[0]) < 1e-14
+        assert found.of("b", "push") == pytest.approx(-1 / 1.5, rel=1e-12)
+
+    def test_an_undamped_resonance(self) -> None:
+        """A free mass at ω = 0, which is one of its natural frequencies to the last bit."""
+        r = Recorder("free", "a free mass of 1 kg")
+        push = r.input(Variable("push", "N", "force"))
+        r.state(Variable("x", "m", "position"))
+        v = r.state(Variable("v", "m/s", "velocity", derivative_of="x"))
+        r.rate("x", v)
+        r.rate("v", push)
+        linear = linearize(r.program(), inputs=["push"])
+        assert frequency_response(linear, 2.0).of("x", "push") == pytest.approx(-0.25)
+        with pytest.raises(RunError, match="undamped natural frequency"):
+            frequency_response(linear, [1.0, 0.0])
+
+    def test_unknown_names(self) -> None:
+        found = frequency_response(linearize(two_masses(), inputs=["push"]), 1.0)
+        with pytest.raises(InputError, match="there is no pull here"):
+            found.of("a", "pull")

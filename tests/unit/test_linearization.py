@@ -1,0 +1,232 @@
+"""Linear equations: against difference quotients of the program, names, what is refused."""
+
+from __future__ import annotations
+
+import random
+import sys
+from typing import Any
+
+import control
+import numpy as np
+import pytest
+import sympy as sp
+from support.planar_trees import random_tree
+from support.programs import Evaluated
+
+from m4e_fmi.analysis import Linearizer, SymbolicLinearization, linearize
+from m4e_fmi.errors import InputError, RunError
+from m4e_fmi.model import Body, BodyForce, Joint, Model, Parameter, Point, TensionSpring
+from m4e_fmi.multibody import model_program
+from m4e_fmi.program import Program, Recorder, Variable
+
+STEP = 1e-6
+QUOTIENT = 1e-8
+"""Of central differences with STEP in doubles: STEP² and 1e-16/STEP, times values up to 1e2."""
+
+
+def random_values(program: Program, seed: int) -> dict[str, float]:
+    r = random.Random(seed)
+    values = {v.name: r.uniform(-1, 1) for v in (*program.inputs, *program.states)}
+    for v in program.parameters:
+        if v.name.startswith("added_mass"):
+            i, j = v.name.removeprefix("added_mass[").removesuffix("]").split(",")
+            values[v.name] = r.uniform(2, 3) if i == j else r.uniform(-0.1, 0.1)
+    return values
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_state_space_of_trees(seed: int) -> None:
+    """A, B, C, D in motion, under load, about a point that accelerates."""
+    program = model_program(random_tree(seed, size=4, wet=seed % 2))
+    values = random_values(program, seed)
+    inputs = [program.inputs[0].name, program.inputs[-1].name, program.parameters[0].name]
+    outputs = [program.outputs[k].name for k in (0, 7, -1)] + [program.states[1].name]
+    linear = linearize(program, at=values, inputs=inputs, outputs=outputs)
+    evaluated = Evaluated(program)
+    states = [v.name for v in linear.states]
+
+    def everything(values: dict[str, float]) -> np.ndarray:
+        found = {**values, **evaluated.outputs(values)}
+        rates = evaluated.rates(values)
+        return np.array([*(rates[n] for n in states), *(found[n] for n in outputs)])
+
+    given = {v.name: v.start for v in program.parameters} | values
+    found = np.block([[linear.A, linear.B], [linear.C, linear.D]])
+    for j, name in enumerate([*states, *inputs]):
+        ahead, behind = (everything({**given, name: given[name] + side * STEP}) for side in (1, -1))
+        quotient = (ahead - behind) / (2 * STEP)
+        assert found[:, j] == pytest.approx(quotient, rel=1e-6, abs=QUOTIENT * 1e2)
+    assert np.concatenate([linear.rates, linear.values]) == pytest.approx(
+        everything(given), rel=1e-12
+    )
+
+
+def cart(**initial: float) -> Model:
+    """A cart on a rail with a pole on it; a spring from the tip to the ground."""
+    return Model(
+        name="cart_pole",
+        gravity=9.81,
+        parameters={"m": Parameter(0.4, "kg"), "k": Parameter(3.0, "N/m")},
+        bodies={"cart": Body(1.5, 1.0), "pole": Body("m", 0.05)},
+        joints={
+            "rail": Joint("prismatic", "cart", direction=(1, 0)),
+            "pivot": Joint(
+                "revolute", "pole", "cart", joint_to_child=(0, 0.4), initial={"q": 0.3, **initial}
+            ),
+        },
+        points={"tip": Point("pole", (0, 0.4)), "wall": Point("ground", (2.0, 1.0))},
+        loads={
+            "spring": TensionSpring(("tip", "wall"), "k", 1.2),
+            "wind": BodyForce("pole", ("0.1*m", 0)),
+        },
+    )
+
+
+def test_symbolic_and_numeric_are_equal() -> None:
+    """Of one model, everywhere: also where it moves and accelerates."""
+    inputs = ["joint.rail.effort", "point.tip.force_z"]
+    outputs = ["body.pole.x", "joint.pivot.u", "joint.pivot.reaction_z", "body.pole.az"]
+    values = {
+        "joint.rail.q": 0.2, "joint.rail.u": -0.7, "joint.pivot.q": 0.5, "joint.pivot.u": 1.1,
+        "joint.rail.effort": 2.0, "point.tip.force_z": -1.0,
+    }  # fmt: skip
+    model = cart()
+    linear = linearize(model, at=values, inputs=inputs, outputs=outputs)
+    symbolic = SymbolicLinearization(model, inputs=inputs, outputs=outputs)
+    e = symbolic.equations
+    n = len(linear.coordinates)
+    symbols = dict(zip([*e.q, *e.u], [values[v.name] for v in linear.states], strict=True))
+    symbols |= dict(zip(e.u_dot.flat(), linear.rates[n:], strict=True))
+    symbols |= {sp.Symbol(name, real=True): values[name] for name in inputs}
+    symbols |= {sp.Symbol(k, real=True): p.value for k, p in model.parameters.items()}
+    for name in "ABCD":
+        found = np.array(getattr(symbolic, name).subs(symbols), dtype=float)
+        assert found == pytest.approx(getattr(linear, name), rel=1e-12, abs=1e-12)
+    assert linear.mechanical is not None
+    for name in "MCKF":
+        found = np.array(getattr(symbolic.mechanical, name).subs(symbols), dtype=float)
+        assert found == pytest.approx(getattr(linear.mechanical, name), rel=1e-12, abs=1e-12)
+
+
+@pytest.mark.parametrize("coordinate", ["absolute", "relative"])
+def test_efforts_are_generalised_forces(coordinate: Any) -> None:
+    """F of a joint's effort: on its coordinate, and if angles are absolute, off the parent's."""
+    half = (0.0, -0.4)
+    model = Model(
+        name="arm",
+        gravity=9.81,
+        bodies={name: Body(1.3, 0.2) for name in "abc"},
+        joints={
+            "a": Joint("revolute", "a", "ground", joint_to_child=half),
+            "b": Joint("revolute", "b", "a", half, half, coordinate=coordinate),
+            "c": Joint("revolute", "c", "b", half, half, coordinate=coordinate),
+        },
+    )
+    at = {"joint.a.q": 0.4, "joint.b.q": -0.7, "joint.c.u": 1.5}
+    linear = linearize(model, at=at, inputs=[f"joint.{name}.effort" for name in "abc"])
+    expected = np.eye(3) if coordinate == "relative" else np.eye(3) - np.eye(3, k=1)
+    assert linear.mechanical is not None
+    assert pytest.approx(expected, abs=1e-13) == linear.mechanical.F
+    assert pytest.approx(linear.mechanical.M.T, rel=1e-14) == linear.mechanical.M
+
+
+def test_without_inputs_the_outputs_are_the_states() -> None:
+    linear = linearize(cart())
+    names = ["joint.rail.q", "joint.pivot.q", "joint.rail.u", "joint.pivot.u"]
+    assert [v.name for v in linear.states] == names
+    assert [v.name for v in linear.coordinates] == names[:2]
+    assert linear.B.shape == (4, 0)
+    assert linear.D.shape == (4, 0)
+    assert np.array_equal(linear.C, np.eye(4))
+    symbolic = SymbolicLinearization(cart())
+    assert sp.eye(4) == symbolic.C
+    assert symbolic.B.shape == symbolic.D.shape == (4, 0)
+
+
+def test_other_states_come_last() -> None:
+    r = Recorder("actuator", "a mass behind a slow actuator")
+    command = r.input(Variable("command", "N", "command"))
+    force = r.state(Variable("force", "N", "force"))
+    x = r.state(Variable("x", "m", "position"))
+    v = r.state(Variable("v", "m/s", "velocity", derivative_of="x"))
+    r.rate("force", (command - force) / 0.5)
+    r.rate("x", v)
+    r.rate("v", force - 4.0 * x)
+    linear = linearize(r.program(), inputs=["command"])
+    assert [v.name for v in linear.states] == ["x", "v", "force"]
+    assert np.array_equal(linear.A, [[0, 1, 0], [-4, 0, 1], [0, 0, -2]])
+    assert np.array_equal(linear.B, [[0], [0], [2]])
+    assert linear.mechanical is None
+
+
+def test_a_linearizer_goes_on() -> None:
+    linearizer = Linearizer(cart(), inputs=["joint.rail.effort"])
+    for q in (0.0, 0.4):
+        at = {"joint.pivot.q": q, "m": 0.7}
+        first = linearizer.at(at)
+        second = linearize(cart(), at=at, inputs=["joint.rail.effort"])
+        assert np.array_equal(first.A, second.A)
+        assert np.array_equal(first.B, second.B)
+
+
+def test_a_derivative_that_is_not_finite() -> None:
+    """A spring between two points that coincide has no direction."""
+    model = Model(
+        name="stuck",
+        bodies={"cart": Body(1.0, 1.0)},
+        joints={"rail": Joint("prismatic", "cart", direction=(1, 0))},
+        points={"a": Point("ground", (0, 0)), "b": Point("cart", (0, 0))},
+        loads={"spring": TensionSpring(("a", "b"), 10.0, 1.0)},
+    )
+    with pytest.raises(
+        RunError, match=r"of der\(joint\.rail\.u\) by joint\.rail\.q is -?(nan|inf)"
+    ):
+        linearize(model)
+    assert np.isfinite(linearize(model, at={"joint.rail.q": 2.0}).A).all()
+
+
+def test_without_the_compiled_library(monkeypatch: pytest.MonkeyPatch) -> None:
+    compiled = linearize(cart(), at={"joint.pivot.q": 0.4, "joint.pivot.u": 1.0})
+    monkeypatch.setattr("m4e_fmi.analysis.points.library", lambda: None)
+    plain = linearize(cart(), at={"joint.pivot.q": 0.4, "joint.pivot.u": 1.0})
+    # the same operations in the same order; sin and cos of two libraries
+    assert pytest.approx(compiled.A, rel=1e-14) == plain.A
+    assert plain.values == pytest.approx(compiled.values, rel=1e-14)
+
+
+def test_to_control() -> None:
+    linear = linearize(cart(), inputs=["joint.rail.effort"], outputs=["body.pole.x"])
+    system = linear.to_control()
+    assert isinstance(system, control.StateSpace)
+    assert system.state_labels == [v.name.replace(".", "_") for v in linear.states]
+    assert system.input_labels == ["joint_rail_effort"]
+    assert system.output_labels == ["body_pole_x"]
+    assert np.array_equal(system.A, linear.A)
+    assert np.array_equal(system.D, linear.D)
+
+
+def test_to_control_without_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "control", None)
+    with pytest.raises(RunError, match=r"pip install 'm4e_fmi\[control\]'"):
+        linearize(cart()).to_control()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"inputs": ["joint.rail.efort"]}, "no input or parameter joint.rail.efort"),
+        ({"outputs": ["body.pole.y"]}, "no output or state body.pole.y"),
+        ({"at": {"joint.pivot.qq": 0.0}}, "no parameter, input or state joint.pivot.qq"),
+    ],
+)
+def test_unknown_names(arguments: dict, message: str) -> None:
+    with pytest.raises(InputError, match=f"cart_pole has {message}") as refused:
+        linearize(cart(), **arguments)
+    assert "did you mean" in str(refused.value)
+
+
+def test_unknown_names_in_symbols() -> None:
+    with pytest.raises(InputError, match="no input joint"):
+        SymbolicLinearization(cart(), inputs=["joint.rail.efort"]).mechanical  # noqa: B018
+    with pytest.raises(InputError, match="no output or state body"):
+        SymbolicLinearization(cart(), outputs=["body.pole.y"]).C  # noqa: B018
