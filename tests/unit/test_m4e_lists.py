@@ -293,6 +293,8 @@ WRONG = {
         put("ic", 3, value="x +"), r"ic\[3\]: something is missing at the end", "allowed"),
     "symbol without a value": (
         put("BodyDataNum", value=[]), r"joint_to_child_cg\[1\]\[1\]: 'L' is not declared", ""),
+    "symbols that are no list": (
+        put("BodyDataSym", value=3), "BodyDataSym: expected a list, got 3", "give a list"),
     "value that is no number": (
         put("BodyDataNum", value=["x"]), r"BodyDataNum\[0\]: expected a finite number", ""),
     "power of another language": (

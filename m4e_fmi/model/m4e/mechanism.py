@@ -51,8 +51,12 @@ class Mechanism(Lists):
     def _symbols(self, extra: Mapping[str, Parameter | float]) -> Iterator[tuple[str, Parameter]]:
         """Symbols with values; the time is none of them."""
         for names_key, values_key in SYMBOLS:
-            names = self.lists.get(names_key) or []
-            values = self.lists.get(values_key) or []
+            names, values = (
+                self.list_of(key, "give a list, empty if there are none")
+                if key in self.lists
+                else []
+                for key in (names_key, values_key)
+            )
             if len(names) != len(values):
                 message = f"{len(names)} symbols in {names_key}, {len(values)} values"
                 self.say((values_key,), message, "give one value for each symbol, in their order")
