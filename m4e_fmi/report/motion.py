@@ -82,7 +82,8 @@ def plot_modes(
     shown = scene(model, program)
     size = shown.size(shown.start[None])
     low, high = _window(shown, size)
-    figure, axes = _grid(columns.shape[1], *(3.4 * (high - low) / (high - low).max() + (0.1, 0.4)))
+    width, height = 3.4 * (high - low) / (high - low).max()
+    figure, axes = _grid(columns.shape[1], max(1.6, width), height + 0.4)
     for k, axis in enumerate(axes):
         shape = columns[:, k] * np.exp(-1j * np.angle(columns[np.argmax(np.abs(columns[:, k])), k]))
         moved = _moved(shown, program, coordinates, np.real(shape), size)
@@ -166,5 +167,5 @@ def _grid(count: int, width: float, height: float) -> tuple[Any, list[Any]]:
 def _saved(figure: Any, title: str, picture: Path) -> Path:
     figure.suptitle(title, x=0.01, ha="left", fontsize=11, fontweight="bold", color=INK)
     picture.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(picture, dpi=DOTS_PER_INCH)
+    figure.savefig(picture, dpi=DOTS_PER_INCH, bbox_inches="tight", pad_inches=0.1)
     return picture
