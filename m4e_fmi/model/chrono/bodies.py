@@ -181,7 +181,7 @@ class Mechanism:
             identifier(body.name),
             identifier(branch.parent) if branch.parent != GROUND else GROUND,
             parent.local(joining.location),
-            tuple(-c for c in pose.local(joining.location)),  # type: ignore[arg-type]
+            tuple(0.0 - c for c in pose.local(joining.location)),  # type: ignore[arg-type]
             direction,
             initial=initial,
         )

@@ -164,11 +164,12 @@ class Loads:
             message = f"the axis {list(motor.axis)} is not along Y"
             self.places.say(motor, message, ("axis",), "turn the model so that it moves in X–Z")
             return
-        name, sense = identifier(motor.name), math.copysign(1.0, motor.axis[1])
-        for suffix, body, factor in (("", motor.body1, sense), ("_back", motor.body2, -sense)):
-            if self.mechanism.holder(body) != GROUND:
-                moment = times(factor, effort)
-                self.loads[name + suffix] = BodyForce(self._name(body), moment=moment)
+        sense = math.copysign(1.0, motor.axis[1])
+        ends = [(motor.body1, sense), (motor.body2, -sense)]
+        moving = [(b, factor) for b, factor in ends if self.mechanism.holder(b) != GROUND]
+        for suffix, (body, factor) in zip(("", "_back"), moving, strict=False):
+            name = identifier(motor.name) + suffix
+            self.loads[name] = BodyForce(self._name(body), moment=times(factor, effort))
 
     def _thrust(self, motor: MotorSection, effort: Quantity) -> None:
         """A force without a guide, from the ground."""
@@ -257,7 +258,9 @@ def function_text(function: FunctionSection, *, degrees: bool) -> Quantity | Non
         case "CONSTANT":
             return function.value
         case "POLYNOMIAL" | "POLY":
-            terms = [f"{c!r}*t**{k}" for k, c in enumerate(function.coefficients or []) if c and k]
+            powers = ["", "*t", *(f"*t**{k}" for k in range(2, len(function.coefficients or [])))]
+            pairs = zip(function.coefficients or [], powers, strict=False)
+            terms = [f"{c!r}{power}" for c, power in pairs if c and power]
             constant = (function.coefficients or [0.0])[0]
             return " + ".join([repr(constant), *terms]) if terms else constant
         case "SINE":
