@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from m4e_fmi.analysis.points import At, operating_point
 from m4e_fmi.errors import InputError, suggestion
 from m4e_fmi.model import Model
 from m4e_fmi.multibody import model_program
@@ -59,16 +60,17 @@ def plot_modes(
     picture: Path,
     *,
     titles: Sequence[str] = (),
-    at: Mapping[str, float] | None = None,
+    at: At = None,
 ) -> Path:
     """Draw mode shapes of `model` to `picture`: at rest in grey, and moved one way and the other.
 
     Column k of `shapes`, (n, modes), holds the coordinates of mode k in the order of the Program's
-    states, real or complex (its phase now and a quarter of a period later). `at` gives values of
-    states to move from, the start values else. Amplitudes are scaled to be seen. InputError for
+    states, real or complex (its phase now and a quarter of a period later). `at` is where to
+    move from, the start values if it is not given. Amplitudes are scaled to be seen. InputError for
     shapes of another size.
     """
-    program = model_program(model).with_start(dict(at or {}))
+    program = model_program(model)
+    program = program.with_start(operating_point(program, at).values)
     coordinates = [v for v in program.states if v.derivative_of is None]
     columns = np.atleast_2d(np.asarray(shapes))
     if columns.shape[0] != len(coordinates):
@@ -80,7 +82,8 @@ def plot_modes(
     shown = scene(model, program)
     size = shown.size(shown.start[None])
     low, high = _window(shown, size)
-    figure, axes = _grid(columns.shape[1], *(3.4 * (high - low) / (high - low).max() + (0.1, 0.4)))
+    width, height = 3.4 * (high - low) / (high - low).max()
+    figure, axes = _grid(columns.shape[1], max(1.6, width), height + 0.4)
     for k, axis in enumerate(axes):
         shape = columns[:, k] * np.exp(-1j * np.angle(columns[np.argmax(np.abs(columns[:, k])), k]))
         moved = _moved(shown, program, coordinates, np.real(shape), size)
@@ -164,5 +167,5 @@ def _grid(count: int, width: float, height: float) -> tuple[Any, list[Any]]:
 def _saved(figure: Any, title: str, picture: Path) -> Path:
     figure.suptitle(title, x=0.01, ha="left", fontsize=11, fontweight="bold", color=INK)
     picture.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(picture, dpi=DOTS_PER_INCH)
+    figure.savefig(picture, dpi=DOTS_PER_INCH, bbox_inches="tight", pad_inches=0.1)
     return picture

@@ -256,6 +256,8 @@ class _Numbers:
         """Forces and moments, in the direction that they have when they are first not zero."""
         found = []
         for name, load in self.model.loads.items():
+            if hasattr(load, "effort") and not hasattr(load, "velocity"):
+                found.append(self._effort(name, load, start))
             if not hasattr(load, "force"):
                 continue
             if hasattr(load, "point"):
@@ -272,6 +274,16 @@ class _Numbers:
             if any(self.number(moment, default=1.0, time=t) for t in (0.0, 0.37, 1.1)):
                 found.append(Push(name, at, None))
         return found
+
+    def _effort(self, name: str, load: Any, start: np.ndarray) -> Push:
+        """A joint's effort on its child: along the direction of a slide, or a moment."""
+        mark = next(mark for mark in self.joints() if mark.name == load.joint)
+        if mark.direction is None:
+            return Push(name, mark.child, None)
+        turn = start[mark.parent.body, 2] if mark.parent.body >= 0 else 0.0
+        x, z = turned(mark.direction, turn)
+        sign = -1.0 if self.number(load.effort, default=1.0) < 0 else 1.0
+        return Push(name, mark.child, (float(sign * x), float(sign * z)))
 
     def _direction(self, force: Sequence[Any]) -> Pair | None:
         for time in (0.0, 0.37, 1.1):

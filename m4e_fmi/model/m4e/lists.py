@@ -63,9 +63,12 @@ def model_from_lists(
 
 
 def model_of_lists(document: Document) -> Model:
-    """The Model of a file with the paper's lists; InputError with problems placed in the file."""
+    """The Model of a file with the paper's lists; InputError with problems placed in the file.
+
+    Its name is the file's, if none is given.
+    """
     data = dict(document.data)
-    name = data.pop("name", "m4e")
+    name = data.pop("name", document.path.name.partition(".")[0])
     description = data.pop("description", "")
     mechanism = Mechanism({key: data[key] for key in KEYS if key in data}, {})
     _report_unknown(mechanism, data)
