@@ -9,6 +9,7 @@ import os
 import sys
 import time
 from collections.abc import Callable
+from typing import Any
 
 for _variable in ("OMP", "OPENBLAS", "MKL"):  # before NumPy is loaded, here and in children
     os.environ[f"{_variable}_NUM_THREADS"] = "1"
@@ -39,7 +40,7 @@ def main() -> None:
             missing.append(text)
             print(f"  not measured: {text}")
 
-    def step(title: str, work: Callable[[], object]) -> object:
+    def step(title: str, work: Callable[[], Any]) -> Any:
         print(f"{time.perf_counter() - began:6.0f} s  {title}", flush=True)
         try:
             return work()
@@ -52,23 +53,24 @@ def main() -> None:
         for engine in contestants:
             if engine.name.startswith(("pyM4E", "SymPy")):
                 engine.largest = 60
+    compared = {
+        n: step(
+            f"right-hand side, n = {n}", lambda n=n: measure.compared(pendulum(n), contestants, log)
+        )
+        for n in sizes
+    }
     symbolic = [n for n in SYMBOLIC_SIZES if n <= 20 or not options.quick]
     pym4e_sizes = (1, 10, 60) if options.full else (1, 10)
     result = {
         "when": datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d"),
         "machine": process.machine(),
         "versions": versions(),
-        "right_hand_side": {
-            str(n): step(
-                f"right-hand side, n = {n}",
-                lambda n=n: measure.right_hand_sides(pendulum(n), contestants, log),
-            )
-            for n in sizes
-        },
+        "right_hand_side": {str(n): one.seconds for n, one in compared.items()},
         "tree": step(
             "right-hand side, random tree",
-            lambda: measure.right_hand_sides(tree(), contestants, log),
+            lambda: measure.compared(tree(), contestants, log).seconds,
         ),
+        "spiderfloat": step("SpiderFLOAT", measure.spiderfloats),
         "integration": {
             str(n): step(
                 f"30 s, n = {n}",
@@ -76,13 +78,11 @@ def main() -> None:
             )
             for n in (1, 10, middle)
         },
-        "preparation": step(
-            "model to program", lambda: measure.preparations(symbolic, log, full=options.full)
-        ),
+        "preparation": step("model to program", lambda: measure.preparations(symbolic, compared)),
         "middle": middle,
         "derivatives": step("derivatives", lambda: measure.derivatives(middle, log)),
         "ensemble": step("ensemble", lambda: measure.ensembles(middle, log)),
-        "accuracy": step("accuracy", lambda: measure.accuracy(middle, contestants)),
+        "accuracy": compared[middle].error,
         "memory": step("memory", lambda: process.memory(middle)),
         "process": step("whole process", lambda: process.whole_process(middle)),
         "missing": missing,
