@@ -216,7 +216,7 @@ class Mechanism:
         """The pose with its velocities; reports those that the joint does not allow."""
         parent = self.poses[branch.parent]
         local = body.initial_angular_velocity or (0.0, 0.0, 0.0)
-        wx, omega, wz = rotated(self._turn(body), local)
+        wx, omega, wz = rotated(pose.axes, local)
         if max(abs(wx), abs(wz)) > SMALL:
             message = "the body would leave the X–Z plane: it turns about X or Z, too"
             self.places.say(body, message, ("initial_angular_velocity",), "only the part about Y")
@@ -241,9 +241,6 @@ class Mechanism:
             message = f"the joint makes its velocity [{x:.6g}, 0, {z:.6g}] m/s"
             self.places.say(body, message, ("initial_linear_velocity",), "leave it out")
         return Pose(pose.place, pose.angle, pose.axes, (x, z), omega)
-
-    def _turn(self, body: BodySection) -> Quaternion:
-        return self._axes(body) or (1.0, 0.0, 0.0, 0.0)
 
     @staticmethod
     def _carried(body: Pose, parent: Pose, point: Sequence[float]) -> Pair:
