@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from m4e_fmi.model.chrono.names import Places, identifier
+from m4e_fmi.model.chrono.names import Places, fresh, identifier
 from m4e_fmi.model.chrono.rotation import (
     Pair,
     Quaternion,
@@ -57,7 +57,6 @@ class Mechanism:
 
     def __init__(self, model: ModelSection, places: Places) -> None:
         self.model, self.places = model, places
-        self.fixed = {body.name for body in model.bodies if body.fixed}
         self.moving = {body.name: body for body in model.bodies if not body.fixed}
         self.poses: dict[str, Pose] = {GROUND: Pose()}
         self.plane: float | None = None
@@ -112,7 +111,8 @@ class Mechanism:
             self._report_loop(edge)
         result: dict[str, Joint] = {}
         for branch in self.branches:
-            name = identifier(branch.joining.name if branch.joining else f"{branch.child}_free")
+            said = branch.joining.name if branch.joining else f"{branch.child}_free"
+            name = fresh(identifier(said), result)
             joint = self._joint(branch)
             if joint is not None:
                 self.joint_of[branch.child] = name
@@ -149,6 +149,7 @@ class Mechanism:
         body, parent = self.moving[branch.child], self.poses[branch.parent]
         axes = self._axes(body)
         if axes is None:
+            self.poses[branch.child] = Pose()
             return None
         turn = quaternion(body.orientation, degrees=self.model.angle_degrees)
         offset = rotated(turn, body.com.location)
