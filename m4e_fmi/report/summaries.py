@@ -59,7 +59,7 @@ def _extremes(results: Results) -> list[str]:
 
 
 def simulation_summary(simulation: Simulation) -> str:
-    """Steps, time and final state of an in-process simulation."""
+    """Steps, time, final state, events and energy balance of an in-process simulation."""
     factor = simulation.time[-1] / simulation.wall_time
     lines = [
         f"{simulation.program.name}: {simulation.time[-1]:g} s in {simulation.wall_time:.2f} s "
@@ -70,7 +70,20 @@ def simulation_summary(simulation: Simulation) -> str:
         f"  {state.name:<32} {simulation[state.name][-1]: .9g} {state.unit}"
         for state in simulation.program.states
     ]
-    energy = simulation.values.get("energy.total")
-    if energy is not None:
-        lines.append(f"total energy {energy[0]:.6g} J at the start, {energy[-1]:.6g} J at the end")
-    return "\n".join(lines)
+    if simulation.events:
+        lines.append("events:")
+        lines += [f"  {event.name:<32} {event.time: .9g} s" for event in simulation.events]
+    return "\n".join([*lines, *_energy(simulation)])
+
+
+def _energy(simulation: Simulation) -> list[str]:
+    """Energy at both ends, what each load and the inputs did to it, and how well that adds up."""
+    audit = simulation.energy
+    if audit is None:
+        return []
+    total = simulation["energy.total"]
+    works = {name: work for name, work in simulation.values.items() if name.endswith(".work")}
+    lines = [f"total energy {total[0]:.6g} J at the start, {total[-1]:.6g} J at the end"]
+    lines += [f"  {name:<32} {work[-1]: .6g} J" for name, work in works.items()]
+    percent = 100 * audit.relative
+    return [*lines, f"energy balance closes to {percent:.1e} % of {audit.scale:.6g} J"]
