@@ -59,21 +59,25 @@ def _extremes(results: Results) -> list[str]:
 
 
 def simulation_summary(simulation: Simulation) -> str:
-    """Steps, time, final state, events and energy balance of an in-process simulation."""
+    """Steps and time, energy balance, events and final state of an in-process simulation."""
     factor = simulation.time[-1] / simulation.wall_time
     lines = [
         f"{simulation.program.name}: {simulation.time[-1]:g} s in {simulation.wall_time:.2f} s "
         f"({factor:.0f} × real time), {simulation.method}, {simulation.evaluations} evaluations",
-        "state at the end:",
+        *_energy(simulation),
     ]
+    if simulation.events:
+        lines.append("changes of sign:")
+        lines += [
+            f"  {event.name:<32} {event.time: .9g} s{', the end' if event.terminal else ''}"
+            for event in simulation.events
+        ]
+    lines.append("state at the end:")
     lines += [
         f"  {state.name:<32} {simulation[state.name][-1]: .9g} {state.unit}"
         for state in simulation.program.states
     ]
-    if simulation.events:
-        lines.append("events:")
-        lines += [f"  {event.name:<32} {event.time: .9g} s" for event in simulation.events]
-    return "\n".join([*lines, *_energy(simulation)])
+    return "\n".join(lines)
 
 
 def _energy(simulation: Simulation) -> list[str]:

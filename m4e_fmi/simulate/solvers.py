@@ -204,7 +204,7 @@ def solve_scipy(task: Task) -> Solved:
     return Solved(np.array(at), np.array(rows), solution.nfev, events)
 
 
-def _event_functions(task: Task) -> list[Callable[[float, np.ndarray], float]] | None:
+def _event_functions(task: Task) -> list[Callable[[float, Sequence[float]], float]] | None:
     """SciPy's event functions of the watches."""
     program = task.program
     places = {v.name: k for k, v in enumerate(program.outputs)}
@@ -214,8 +214,8 @@ def _event_functions(task: Task) -> list[Callable[[float, np.ndarray], float]] |
         alone = replace(program, outputs=(program.outputs[k],), results=(program.results[k],))
         _, outputs = _functions(alone)
 
-        def event(t: float, x: np.ndarray, outputs: Callable = outputs) -> float:
-            return outputs(t, x.tolist())[0]
+        def event(t: float, x: Sequence[float], outputs: Callable = outputs) -> float:
+            return outputs(t, list(x))[0]
 
         event.__dict__.update(terminal=watch.terminal, direction=watch.direction)
         functions.append(event)
