@@ -182,6 +182,9 @@ class Document:
         if kind == "missing" and isinstance(relative[-1], int):
             what = f"{relative[-2]}: too few entries, got {len(self._at(location))}"
             return self.problem(location, what)
+        if kind == "too_long":
+            count = f"expected {context['max_length']}, got {len(item['input'])}"
+            return self.problem(location, f"{relative[-1]}: too many entries, {count}")
         if kind == "missing":
             what = f"missing key {str(relative[-1])!r}"
             return self.problem(location, what, f"add '{relative[-1]}: …' here")
