@@ -248,7 +248,7 @@ def _plain(node: Any, location: Location, places: dict[Location, tuple]) -> Any:
     if isinstance(node, CommentedSeq):
         items = []
         for index, value in enumerate(node):
-            line, column = node.lc.item(index)
+            line, column = node.lc.item(index) or (node.lc.line, node.lc.col)  # none after a tag
             width = 1 if isinstance(value, CommentedMap | CommentedSeq) else len(str(value))
             places[(*location, index)] = (line + 1, column + 1, width)
             items.append(_plain(value, (*location, index), places))
