@@ -9,7 +9,7 @@ from __future__ import annotations
 import ctypes
 import weakref
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -148,9 +148,10 @@ class Engine:
         self.watches = tuple(watches)
         self._kernels: ctypes.CDLL | None = None
         self.lanes = lanes
-        positions = {v.name: k for k, v in enumerate(program.outputs)}
+        needed = _with_outputs(program, outputs, self.watches)
+        positions = {v.name: k for k, v in enumerate(needed.outputs)}
         self.selected = [positions[n] for n in (positions if outputs is None else outputs)]
-        self._read(encode(program, self._jacobian))
+        self._read(encode(needed, self._jacobian))
         watched = [positions[w.name] for w in self.watches]
         self.handle = found.m4e_model_new(
             self._program, lanes, *self._indices(self.selected), *self._indices(watched)
@@ -297,6 +298,20 @@ class Engine:
             accepted=report.accepted,
             rejected=report.rejected,
         )
+
+
+def _with_outputs(
+    program: Program, outputs: Sequence[str] | None, watches: Sequence[Watch]
+) -> Program:
+    """The program with the outputs that are asked for or watched; with all if `outputs` is None."""
+    if outputs is None:
+        return program
+    wanted = {*outputs, *(w.name for w in watches)}
+    pairs = zip(program.outputs, program.results, strict=True)
+    kept = [(v, node) for v, node in pairs if v.name in wanted]
+    return replace(
+        program, outputs=tuple(v for v, _ in kept), results=tuple(node for _, node in kept)
+    )
 
 
 def ensemble(
