@@ -70,6 +70,11 @@ def check(seed: int, folder: Path) -> bool:
     return True
 
 
+@pytest.mark.verifies(
+    "damaged model files give a message or a model",
+    analytic="no other outcome",
+    tolerance="identical",
+)
 @pytest.mark.parametrize("block", range(4))
 def test_damaged_files(block: int, tmp_path: Path) -> None:
     (tmp_path / "wave.csv").write_text(WAVE)

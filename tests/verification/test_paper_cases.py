@@ -61,6 +61,11 @@ def motion_of(values: Any, bodies: int) -> np.ndarray:
     return np.column_stack(columns)
 
 
+@pytest.mark.verifies(
+    "seven systems of the paper, its error by Eq. (10), rtol = atol = 1e-10",
+    independent="maximal coordinates with Lagrange multipliers at 1e-13",
+    tolerance="1e-7",
+)
 @pytest.mark.parametrize("name", STOP)
 def test_trajectories(name: str) -> None:
     times, expected = reference(name)
@@ -88,6 +93,11 @@ def test_the_example_is_the_system_of_the_lists(name: str) -> None:
         assert rates[0] == pytest.approx(rates[1], rel=1e-11, abs=1e-11)
 
 
+@pytest.mark.verifies(
+    "error over tolerance, those of table 9",
+    analytic="proportional under error control by step",
+    tolerance="0.1 of slope 1",
+)
 @pytest.mark.parametrize("method", ["rk45", "dop853"])
 def test_convergence_over_the_tolerances_of_table_9(method: str) -> None:
     """With error control by step, the global error is proportional to the tolerance: slope 1.
@@ -113,6 +123,11 @@ def test_convergence_over_the_tolerances_of_table_9(method: str) -> None:
     assert slope == pytest.approx(1.0, abs=0.1)
 
 
+@pytest.mark.verifies(
+    "periods of the spring pendulum over 80 s",
+    published="Sabet and Diaz-Flores Caminero, tables 11 and 12, in truth",
+    tolerance="1e-4 s",
+)
 def test_periods_of_the_flexible_pendulum() -> None:
     """Tables 11 and 12 over 80 s."""
     pendulum = model("flexible_pendulum")
@@ -160,6 +175,11 @@ def chain(links: int = 4) -> dict[str, Any]:
     }
 
 
+@pytest.mark.verifies(
+    "accelerations of chains, cart and SpiderFLOAT",
+    independent="SymPy's KanesMethod",
+    tolerance="1e-10",
+)
 @pytest.mark.parametrize("name", ["chain", "cart", "spiderfloat"])
 def test_accelerations_are_those_of_sympys_kane(name: str) -> None:
     given = chain() if name == "chain" else lists(name)

@@ -1,0 +1,74 @@
+"""How the documentation is built: `make docs`, then open build/docs/index.html.
+
+Pages are Markdown (MyST). What the pages in PAGES_THAT_RUN show is run before they are read, with
+its pictures in the ignored folder generated/; scripts of examples/ become pages there, too.
+"""
+
+import shutil
+import sys
+from pathlib import Path
+
+DOCS = Path(__file__).parent
+ROOT = DOCS.parent
+sys.path.insert(0, str(DOCS))
+
+from doc_tools.api_text import rest_of_docstring  # noqa: E402
+from doc_tools.run_page import run_page  # noqa: E402
+from doc_tools.script_page import write_script_page  # noqa: E402
+
+import m4e_fmi  # noqa: E402
+
+PAGES_THAT_RUN = ("tutorial", "input", "parameters")
+SCRIPTS = ("double_pendulum", "cart_pole", "tuned_mass_damper")
+GENERATED = DOCS / "generated"
+
+project = "m4e_fmi"
+author = "The m4e_fmi developers"
+project_copyright = "2026, the m4e_fmi developers"
+version = release = m4e_fmi.__version__
+
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
+    "sphinx.ext.mathjax",
+]
+exclude_patterns = ["doc_tools", "generated/pages"]
+suppress_warnings = ["ref.python"]  # two packages have a Simulation; both are linked
+
+myst_enable_extensions = ["dollarmath", "amsmath", "colon_fence", "deflist"]
+myst_heading_anchors = 3
+default_role = "code"
+
+autodoc_member_order = "bysource"
+autodoc_typehints = "signature"
+autodoc_typehints_format = "short"
+autodoc_default_options = {"members": True, "show-inheritance": False}
+python_maximum_signature_line_length = 88
+add_module_names = False
+
+html_theme = "furo"
+html_title = "m4e_fmi"
+html_extra_path = ["generated/pages/tutorial/build/double_pendulum.html"]
+html_static_path = ["static"]
+html_css_files = ["m4e_fmi.css"]
+html_copy_source = False
+html_theme_options = {
+    "light_css_variables": {"color-brand-primary": "#1f5f8b", "color-brand-content": "#1f5f8b"},
+    "dark_css_variables": {"color-brand-primary": "#7fb6d9", "color-brand-content": "#7fb6d9"},
+}
+
+
+def generate(*_: object) -> None:
+    """Run the pages and the scripts."""
+    shutil.rmtree(GENERATED, ignore_errors=True)
+    for name in PAGES_THAT_RUN:
+        run_page(DOCS / f"{name}.md", GENERATED / "pages" / name)
+    for name in SCRIPTS:
+        write_script_page(ROOT / "examples" / name / f"{name}.py", GENERATED / "examples")
+
+
+def setup(app):
+    """Called by Sphinx."""
+    app.connect("config-inited", generate)  # before Sphinx looks for the files
+    app.connect("autodoc-process-docstring", rest_of_docstring)
