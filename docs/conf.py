@@ -30,8 +30,7 @@ version = release = m4e_fmi.__version__
 extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
-    "sphinx.ext.napoleon",
-    "sphinx.ext.mathjax",
+    "doc_tools.math",
 ]
 exclude_patterns = ["doc_tools", "generated/pages"]
 suppress_warnings = ["ref.python"]  # two packages have a Simulation; both are linked
@@ -43,11 +42,12 @@ default_role = "code"
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 autodoc_typehints_format = "short"
-autodoc_default_options = {"members": True, "show-inheritance": False}
+autodoc_default_options = {"members": True}
 python_maximum_signature_line_length = 88
 add_module_names = False
 
 html_theme = "furo"
+html_math_renderer = "mathml"
 html_title = "m4e_fmi"
 html_extra_path = ["generated/pages/tutorial/build/double_pendulum.html"]
 html_static_path = ["static"]

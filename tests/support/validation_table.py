@@ -5,9 +5,9 @@ A test, or a class of tests, says so in a marker:
     @pytest.mark.verifies("periods over 80 s", published="paper, table 11", tolerance="1e-4")
 
 with one of `analytic`, `published` (a citation) and `independent` (another code or formulation) as
-its source. The tolerance is "identical", or starts with a number that the test contains, or one of
-the support modules that it imports: who loosens a test has to change the marker. Markers are read
-from the sources, so their arguments are literal.
+its source. The tolerance is "identical", or a number that the test contains, or one of the support
+modules that it imports ("1e-8 rad", "order 2 ± 0.1"): who loosens a test has to change the marker.
+Markers are read from the sources, so their arguments are literal.
 
 `pytest --update tests/unit/test_validation_table.py` writes the page anew.
 """
@@ -27,8 +27,9 @@ SOURCES = {
     "published": "published",
     "independent": "independent code",
 }
+SPELLING = {"cosim": "co-simulation", "lagrange": "by Lagrange", "paper": "the paper's"}
 IDENTICAL = "identical"
-NUMBER = re.compile(r"\d+(\.\d+)?(e-?\d+)?")
+TOLERANCE = re.compile(r"(?:.* ± )?(\d+(?:\.\d+)?(?:e-?\d+)?)")
 HEAD = """\
 # Validation
 
@@ -66,8 +67,9 @@ class Module:
 
     @property
     def title(self) -> str:
-        words = self.path.stem.removeprefix("test_").replace("_", " ")
-        return words[0].upper() + words[1:]
+        words = self.path.stem.removeprefix("test_").split("_")
+        text = " ".join(SPELLING.get(word, word) for word in words)
+        return text[0].upper() + text[1:]
 
 
 def modules(folder: Path) -> list[Module]:
@@ -127,8 +129,8 @@ def _claim(call: ast.Call, numbers: set[float]) -> Claim:
 
 
 def _is_asserted(tolerance: str, numbers: set[float]) -> bool:
-    number = NUMBER.match(tolerance)
-    return bool(number) and float(number[0]) in numbers
+    number = TOLERANCE.match(tolerance)
+    return bool(number) and float(number[1]) in numbers
 
 
 def _numbers(tree: ast.Module) -> set[float]:

@@ -104,7 +104,7 @@ def _vertex(times: np.ndarray, values: np.ndarray, k: int) -> float:
 
 
 @pytest.mark.verifies(
-    "order of its coupling", analytic="exact nonlinear equation", tolerance="0.1 of order 2"
+    "order of its coupling", analytic="exact nonlinear equation", tolerance="order 2 ± 0.1"
 )
 def test_second_order_against_the_exact_equation(tmp_path):
     errors = []

@@ -74,9 +74,7 @@ def _errors(method: str, step: float, times: np.ndarray) -> float:
     return float(np.abs(run.states - solution).max())
 
 
-@pytest.mark.verifies(
-    "order of all methods", analytic="exact solution", tolerance="0.4 of the order"
-)
+@pytest.mark.verifies("order of all methods", analytic="exact solution", tolerance="order ± 0.4")
 @pytest.mark.parametrize("method", ORDERS)
 def test_order_of_the_steps(method: str) -> None:
     end = np.array([0.0, 4.0])
