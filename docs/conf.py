@@ -12,7 +12,7 @@ DOCS = Path(__file__).parent
 ROOT = DOCS.parent
 sys.path.insert(0, str(DOCS))
 
-from doc_tools.api_text import rest_of_docstring  # noqa: E402
+from doc_tools.api_text import plain_docstring  # noqa: E402
 from doc_tools.run_page import run_page  # noqa: E402
 from doc_tools.script_page import write_script_page  # noqa: E402
 
@@ -71,4 +71,4 @@ def generate(*_: object) -> None:
 def setup(app):
     """Called by Sphinx."""
     app.connect("config-inited", generate)  # before Sphinx looks for the files
-    app.connect("autodoc-process-docstring", rest_of_docstring)
+    app.connect("autodoc-process-docstring", plain_docstring)

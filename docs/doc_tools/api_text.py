@@ -10,9 +10,10 @@ import re
 
 CODE = re.compile(r"(`+[^`]+`+)")
 MARKS = re.compile(r"([|*_])")
+EXAMPLE = (">>> ", "... ")
 
 
-def rest_of_docstring(
+def plain_docstring(
     _app: object, _what: str, _name: str, _object: object, _options: object, lines: list[str]
 ) -> None:
     """Sphinx's hook `autodoc-process-docstring`: change the lines in place."""
@@ -20,7 +21,16 @@ def rest_of_docstring(
 
 
 def escaped(line: str) -> str:
-    """The line with marks outside of backticks taken as they are."""
+    """The line with marks outside of backticks taken as they are; examples stay.
+
+    Names in backticks may be part of a word: `Variable`s.
+    """
+    if line.lstrip().startswith(EXAMPLE):
+        return line
     parts = CODE.split(line)
-    parts[::2] = [MARKS.sub(r"\\\1", part) for part in parts[::2]]
+    texts = [MARKS.sub(r"\\\1", text) for text in parts[::2]]
+    for k in range(1, len(texts)):
+        if texts[k][:1].isalnum():
+            texts[k] = "\\ " + texts[k]
+    parts[::2] = texts
     return "".join(parts)

@@ -26,7 +26,6 @@ from typing import Any
 
 from m4e_fmi import cli
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
 FENCE = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 FILE = re.compile(r"# (\S+\.yaml)\n")
 LENIENT = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
@@ -52,12 +51,12 @@ def blocks(page: str) -> Iterator[Block]:
 
 
 def run_page(page: Path, folder: Path) -> None:
-    """Run what `page` shows in `folder`, made anew with a copy of examples/ in it.
+    """Run what `page` shows in `folder`, which is made anew.
 
     Raises PageError where something else comes out, with both texts.
     """
     shutil.rmtree(folder, ignore_errors=True)
-    shutil.copytree(EXAMPLES, folder / "examples", ignore=shutil.ignore_patterns("build", "__*"))
+    folder.mkdir(parents=True)
     names: dict[str, Any] = {"__name__": page.stem}
     shown = list(blocks(page.read_text(encoding="utf-8")))
     with contextlib.chdir(folder):

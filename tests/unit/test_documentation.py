@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from doc_tools.api_text import escaped
 from doc_tools.run_page import PageError, run_page
 from doc_tools.script_page import script_text, write_script_page
 
@@ -100,3 +101,15 @@ def test_a_script_becomes_a_page(tmp_path: Path) -> None:
     written = (tmp_path / "pages" / "example.md").read_text(encoding="utf-8")
     assert written.startswith("# A title\n")
     assert "```text\nfound 42\n```" in written
+
+
+@pytest.mark.parametrize(
+    ("line", "expected"),
+    [
+        ("the drag c |v| v of `c_d`", r"the drag c \|v\| v of `c_d`"),
+        ("each tuple of `Variable`s, g_c", r"each tuple of `Variable`\ s, g\_c"),
+        ("    >>> x = 2 * y", "    >>> x = 2 * y"),
+    ],
+)
+def test_docstrings_are_plain_text(line: str, expected: str) -> None:
+    assert escaped(line) == expected
