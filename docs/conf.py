@@ -15,11 +15,18 @@ sys.path.insert(0, str(DOCS))
 from doc_tools.api_text import plain_docstring  # noqa: E402
 from doc_tools.run_page import run_page  # noqa: E402
 from doc_tools.script_page import write_script_page  # noqa: E402
+from sphinx.application import Sphinx  # noqa: E402
+from sphinx.config import Config  # noqa: E402
 
 import m4e_fmi  # noqa: E402
 
 PAGES_THAT_RUN = ("tutorial", "input", "parameters")
-SCRIPTS = ("double_pendulum", "cart_pole", "tuned_mass_damper")
+SCRIPTS = (
+    "double_pendulum/double_pendulum.py",
+    "paper_cases/spiderfloat_lists.py",
+    "cart_pole/cart_pole.py",
+    "tuned_mass_damper/tuned_mass_damper.py",
+)
 GENERATED = DOCS / "generated"
 
 project = "m4e_fmi"
@@ -49,7 +56,6 @@ add_module_names = False
 html_theme = "furo"
 html_math_renderer = "mathml"
 html_title = "m4e_fmi"
-html_extra_path = ["generated/pages/tutorial/build/double_pendulum.html"]
 html_static_path = ["static"]
 html_css_files = ["m4e_fmi.css"]
 html_copy_source = False
@@ -59,16 +65,17 @@ html_theme_options = {
 }
 
 
-def generate(*_: object) -> None:
-    """Run the pages and the scripts."""
+def generate(_: Sphinx, config: Config) -> None:
+    """Run the pages and the scripts; animations go to the root of the site."""
     shutil.rmtree(GENERATED, ignore_errors=True)
     for name in PAGES_THAT_RUN:
         run_page(DOCS / f"{name}.md", GENERATED / "pages" / name)
     for name in SCRIPTS:
-        write_script_page(ROOT / "examples" / name / f"{name}.py", GENERATED / "examples")
+        write_script_page(ROOT / "examples" / name, GENERATED / "examples")
+    config.html_extra_path = [str(p.relative_to(DOCS)) for p in GENERATED.rglob("*.html")]
 
 
-def setup(app):
+def setup(app: Sphinx) -> None:
     """Called by Sphinx."""
     app.connect("config-inited", generate)  # before Sphinx looks for the files
     app.connect("autodoc-process-docstring", plain_docstring)

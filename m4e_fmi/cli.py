@@ -111,6 +111,11 @@ def _add_simulate(commands: argparse._SubParsersAction) -> None:
         default="dop853",
         help="dop853 (default), rk45, rodas (stiff), python, or SciPy's, as scipy.RK45",
     )
+    for flag, text in (
+        ("--event", "tell when this output or state changes sign, as load.STOP.gap at contact"),
+        ("--stop-at", "end when this output or state changes sign"),
+    ):
+        command.add_argument(flag, action="append", default=[], metavar="NAME", help=text)
     _add_start_values(command, "NAME")
     _add_output_file(command)
     command.add_argument(
@@ -134,10 +139,12 @@ def _simulate(options: argparse.Namespace) -> None:
         simulation_summary,
         write_simulation,
     )
-    from m4e_fmi.simulate import simulate
+    from m4e_fmi.simulate import Watch, simulate
 
     model = load_model(options.model)
     animation = _animation_file(options, model.name)
+    events = [Watch(name) for name in options.event]
+    events += [Watch(name, terminal=True) for name in options.stop_at]
     with progress_bar(options.stop_time) as progress:
         result = simulate(
             model,
@@ -146,6 +153,7 @@ def _simulate(options: argparse.Namespace) -> None:
             start_values=_start_values(options),
             tolerance=options.tolerance,
             method=options.method,
+            events=events,
             progress=progress,
         )
     files = [_output_file(options, model.name)]

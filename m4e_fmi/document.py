@@ -182,6 +182,9 @@ class Document:
         if kind == "missing" and isinstance(relative[-1], int):
             what = f"{relative[-2]}: too few entries, got {len(self._at(location))}"
             return self.problem(location, what)
+        if kind == "too_long":
+            count = f"expected {context['max_length']}, got {len(item['input'])}"
+            return self.problem(location, f"{relative[-1]}: too many entries, {count}")
         if kind == "missing":
             what = f"missing key {str(relative[-1])!r}"
             return self.problem(location, what, f"add '{relative[-1]}: …' here")
@@ -245,7 +248,7 @@ def _plain(node: Any, location: Location, places: dict[Location, tuple]) -> Any:
     if isinstance(node, CommentedSeq):
         items = []
         for index, value in enumerate(node):
-            line, column = node.lc.item(index)
+            line, column = node.lc.item(index) or (node.lc.line, node.lc.col)  # none after a tag
             width = 1 if isinstance(value, CommentedMap | CommentedSeq) else len(str(value))
             places[(*location, index)] = (line + 1, column + 1, width)
             items.append(_plain(value, (*location, index), places))

@@ -69,6 +69,6 @@ def suggestion(word: str, known: Iterable[str], noun: str = "") -> str:
     if near:
         return f"did you mean {near[0]!r}?"
     if not names:
-        return f"there is no {noun} yet" if noun else ""
+        return f"there are no {noun} yet" if noun else ""
     shown = ", ".join(names[:12]) + (", …" if len(names) > 12 else "")
     return f"known {noun}: {shown}" if noun else f"known: {shown}"

@@ -18,4 +18,6 @@ def c_fmu(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    parser.addoption("--update", action="store_true", help="write reference series anew")
+    parser.addoption(
+        "--update", action="store_true", help="write reference series and golden files anew"
+    )

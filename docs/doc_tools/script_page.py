@@ -9,6 +9,7 @@ import runpy
 import shutil
 from pathlib import Path
 
+ANIMATION = '<iframe class="animation" src="../../{name}" title="{title}"></iframe>\n'
 CELL = re.compile(r"^# %%(?: \[(markdown)\])?\n", re.MULTILINE)
 
 
@@ -30,7 +31,8 @@ def script_text(script: str) -> str:
 def write_script_page(script: Path, folder: Path) -> None:
     """Write `folder`/NAME.md from `script`, NAME.py, and run it there as the main program.
 
-    What it prints ends the page, with the pictures that it draws in its folder build/.
+    What it prints ends the page, with the pictures and animations that it leaves in its folder
+    build/. Pages of animations are expected two folders above that of the page.
     """
     work = folder / script.stem
     shutil.rmtree(work, ignore_errors=True)
@@ -38,11 +40,15 @@ def write_script_page(script: Path, folder: Path) -> None:
     printed = io.StringIO()
     with contextlib.chdir(work), contextlib.redirect_stdout(printed):
         runpy.run_path(str(script), run_name="__main__")
-    pictures = [
-        f"![{path.stem}]({path.relative_to(folder)})\n" for path in sorted(work.rglob("*.png"))
-    ]
     place = f"This is `examples/{script.parent.name}/{script.name}`."
     title, _, rest = script_text(script.read_text(encoding="utf-8")).partition("\n")
-    result = ["## What it prints and draws\n", f"```text\n{printed.getvalue()}```\n", *pictures]
+    pictures = sorted(path.relative_to(folder) for path in work.rglob("*.png"))
+    animations = sorted(work.rglob("*.html"))
+    result = [
+        "## What it prints and draws\n",
+        f"```text\n{printed.getvalue()}```\n",
+        *(f"![{path.stem}]({path})\n" for path in pictures),
+        *(ANIMATION.format(name=path.name, title=path.stem) for path in animations),
+    ]
     page = "\n".join([title, "", place, rest, *result])
     (folder / f"{script.stem}.md").write_text(page, encoding="utf-8")

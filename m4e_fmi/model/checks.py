@@ -142,8 +142,10 @@ def _joint_findings(at: Location, joint: Joint, names: Names, known: Known) -> I
                     (*at, field), message, "give the start position under 'initial': x, z"
                 )
     if (joint.type == "prismatic") != (joint.direction is not None):
-        message = "a prismatic joint, and no other, has a direction"
-        remedy = "add 'direction: [x, z]'" if joint.type == "prismatic" else "leave it out"
+        if joint.type == "prismatic":
+            message, remedy = "a prismatic joint needs a direction", "add 'direction: [x, z]'"
+        else:
+            message, remedy = "only a prismatic joint has a direction", "leave it out"
         yield Finding((*at, "direction"), message, remedy)
     if joint.coordinate not in get_args(AngleReference):
         remedy = suggestion(joint.coordinate, get_args(AngleReference))

@@ -62,6 +62,8 @@ class Known:
         """What is wrong with `name`; None if it is known."""
         if name in self.names:
             return None
+        if name == "t":
+            return "'t' is not known here", "only loads may depend on the time"
         if "." not in name:
             remedy = suggestion(name, [*self.names, *CONSTANTS], "names")
             return f"{name!r} is not declared", remedy

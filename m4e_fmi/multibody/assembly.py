@@ -68,7 +68,8 @@ class Assembly:
 
     model: Model
     tree: Topology
-    values: Values
+    scalars: Scalars
+    values: Motion
     u: Sequence[Any]
     frames: list[Frame]
     points: dict[str, Place]
@@ -117,6 +118,7 @@ def assemble(model: Model, tree: Topology, scalars: Scalars) -> Assembly:
     return Assembly(
         model=model,
         tree=tree,
+        scalars=scalars,
         values=motion,
         u=scalars.u,
         frames=moving,

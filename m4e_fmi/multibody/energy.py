@@ -35,6 +35,21 @@ def potential_energy(assembly: Assembly) -> Any:
     return total
 
 
+def input_power(assembly: Assembly) -> Any:
+    """Power [W] of what acts from outside; the integer 0 if nothing does."""
+    total: Any = 0
+    outside = assembly.scalars
+    for body, (x, z, torque) in outside.body_wrench.items():
+        frame = assembly.frame(body)
+        total = total + (dot((x, z), frame.velocity) + torque * frame.omega)
+    for name, force in outside.point_force.items():
+        total = total + dot(force, assembly.points[name].velocity)
+    for joint, effort in outside.effort.items():
+        _, rate = assembly.values.state.joint(joint)
+        total = total + effort * rate
+    return total
+
+
 def load_powers(assembly: Assembly) -> dict[str, Any]:
     """Power [W] by which each load changes the sum of kinetic and potential energy, by its name.
 

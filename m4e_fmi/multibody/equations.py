@@ -136,21 +136,22 @@ class Equations:
         """½ vᵀ(𝓜 + A)v [J]."""
         import sympy
 
-        return sympy.sympify(kinetic_energy(self.assembly))
+        return sympy.sympify(kinetic_energy(self.assembly), strict=True)
 
     @cached_property
     def potential_energy(self) -> sympy.Expr:
         """Of gravity (zero at Z = 0) and of springs that have one [J]."""
         import sympy
 
-        return sympy.sympify(potential_energy(self.assembly))
+        return sympy.sympify(potential_energy(self.assembly), strict=True)
 
     @cached_property
     def load_powers(self) -> dict[str, sympy.Expr]:
         """Power [W] by which each load changes the total energy; pure springs are left out."""
         import sympy
 
-        return {name: sympy.sympify(power) for name, power in load_powers(self.assembly).items()}
+        powers = load_powers(self.assembly)
+        return {name: sympy.sympify(power, strict=True) for name, power in powers.items()}
 
     @cached_property
     def positions(self) -> sympy.Matrix:
@@ -198,7 +199,7 @@ class _Outputs:
     def output(self, variable: Variable, value: Any) -> None:
         import sympy
 
-        self.values[variable.name] = sympy.sympify(value)
+        self.values[variable.name] = sympy.sympify(value, strict=True)
 
 
 def _symbols(names: tuple[str, ...]) -> sympy.Matrix:

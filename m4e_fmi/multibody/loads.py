@@ -55,12 +55,14 @@ class Acting:
     """What a load does in a state: `actions`; its `potential` energy [J], 0 if it has none.
 
     `power` [W] is the rate at which it changes the total energy: that of its actions, less what
-    comes out of the potential. It is the integer 0 for a load that has a potential only.
+    comes out of the potential. It is the integer 0 for a load that has a potential only. `gap` [m
+    or rad] is how far a stop's nearer limit is, negative beyond it; None of other loads.
     """
 
     actions: list[Action]
     power: Any = 0
     potential: Any = 0
+    gap: Any = None
 
 
 @dataclass(frozen=True)
@@ -70,6 +72,7 @@ class _Resistance:
     total: Any
     lost: Any
     potential: Any = 0
+    gap: Any = None
 
 
 def acting(load: Load, motion: Motion) -> Acting:
@@ -135,7 +138,8 @@ def _in_joint(load: JointEffort | JointFriction | JointStop, motion: Motion) -> 
 
 def _resisting(found: _Resistance, rate: Any, actions: list[Action]) -> Acting:
     lossless = isinstance(found.lost, int)
-    return Acting(actions, 0 if lossless else -(found.lost * rate), found.potential)
+    power = 0 if lossless else -(found.lost * rate)
+    return Acting(actions, power, found.potential, found.gap)
 
 
 def _line(start: Place, end: Place) -> tuple[Any, Pair]:
@@ -187,11 +191,13 @@ def _damper(load: TensionDamper | TorsionDamper, motion: Motion, s: Any, rate: A
 def _stop(load: TensionStop | JointStop, motion: Motion, s: Any, rate: Any) -> _Resistance:
     """Nothing between the limits; beyond, stiffness and a damping that it bounds."""
     stiffness, damping = (_value(load, name, motion) for name in ("stiffness", "damping"))
-    total, lost, energy = 0, 0, 0
+    total, lost, energy, gap = 0, 0, 0, None
     for name, side in (("lower", -1), ("upper", 1)):
         if getattr(load, name) is None:
             continue
         limit = _value(load, name, motion)
+        room = limit - s if side > 0 else s - limit
+        gap = room if gap is None else minimum(gap, room)
         depth = maximum(0, s - limit if side > 0 else limit - s)
         back = stiffness * depth
         energy = energy + back * depth / 2
@@ -201,8 +207,8 @@ def _stop(load: TensionStop | JointStop, motion: Motion, s: Any, rate: Any) -> _
             back = back + more
         total = total + back if side > 0 else total - back
     if not _is_constant(load, motion):
-        return _Resistance(total, total)
-    return _Resistance(total, lost, energy)
+        return _Resistance(total, total, gap=gap)
+    return _Resistance(total, lost, energy, gap)
 
 
 NOTHING = Expression("number", (0.0,))

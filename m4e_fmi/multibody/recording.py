@@ -8,11 +8,16 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Protocol
 
-from m4e_fmi.model import Model, TensionSpring, TorsionSpring, load_model
+from m4e_fmi.model import JointStop, Model, TensionSpring, TorsionSpring, load_model
 from m4e_fmi.model.elements import GROUND, as_expression, parameter_values
 from m4e_fmi.multibody.assembly import Accelerations, Assembly, Scalars, assemble, wet_links
 from m4e_fmi.multibody.closed_form import ClosedForm
-from m4e_fmi.multibody.energy import kinetic_energy, load_powers, potential_energy
+from m4e_fmi.multibody.energy import (
+    input_power,
+    kinetic_energy,
+    load_powers,
+    potential_energy,
+)
 from m4e_fmi.multibody.reactions import reactions
 from m4e_fmi.multibody.sensitivity import Recursion
 from m4e_fmi.multibody.topology import Link, Topology, topology
@@ -274,6 +279,21 @@ def _add_load_outputs(recorder: Outputs, assembly: Assembly) -> None:
         if isinstance(assembly.model.loads[name], TensionSpring | TorsionSpring):
             text += ", in which it has no potential"
         recorder.output(Variable(f"load.{name}.power", "W", text, local=True), power)
+    for name, load in assembly.loads.items():
+        if load.gap is not None:
+            unit = "rad" if _turns(assembly, name) else "m"
+            text = "How far the nearer limit of the stop is; negative in contact"
+            recorder.output(Variable(f"load.{name}.gap", unit, text, local=True), load.gap)
+    power = input_power(assembly)
+    if not isinstance(power, int):
+        text = "Power of all forces, moments and efforts from outside"
+        recorder.output(Variable("inputs.power", "W", text, local=True), power)
+
+
+def _turns(assembly: Assembly, name: str) -> bool:
+    """Whether a stop limits an angle."""
+    stop, joints = assembly.model.loads[name], assembly.model.joints
+    return isinstance(stop, JointStop) and joints[stop.joint].type == "revolute"
 
 
 def _add_reactions(recorder: Outputs, assembly: Assembly, solved: Accelerations) -> None:

@@ -101,7 +101,7 @@ class Scene:
         thickness = radius * max(0.6, 0.88 ** (self.depths[body] - 1))
         joint = self.joints[body]
         if joint.type == "prismatic" and joint.direction:
-            blocks = [symbols.box(at, 2.6 * radius, 2 * radius, joint.direction)
+            blocks = [symbols.box(at, 3.6 * radius, 2.4 * radius, joint.direction)
                       for at in self.attachments[body]]  # fmt: skip
             return symbols.convex_hull(np.vstack(blocks))
         return symbols.rounded_hull(self.attachments[body], thickness)

@@ -122,6 +122,7 @@ class Drawing:
     def _ground(self) -> None:
         for line in ground_lines(self.scene, self.poses[None], self.size):
             self._line(line, GREY, 1.0, zorder=1)
+            self.labels.avoid(line)
 
     def _bodies(self) -> None:
         for k, name in enumerate(self.scene.bodies):

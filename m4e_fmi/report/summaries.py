@@ -59,18 +59,35 @@ def _extremes(results: Results) -> list[str]:
 
 
 def simulation_summary(simulation: Simulation) -> str:
-    """Steps, time and final state of an in-process simulation."""
+    """Steps and time, energy balance, events and final state of an in-process simulation."""
     factor = simulation.time[-1] / simulation.wall_time
     lines = [
         f"{simulation.program.name}: {simulation.time[-1]:g} s in {simulation.wall_time:.2f} s "
         f"({factor:.0f} × real time), {simulation.method}, {simulation.evaluations} evaluations",
-        "state at the end:",
+        *_energy(simulation),
     ]
+    if simulation.events:
+        lines.append("changes of sign:")
+        lines += [
+            f"  {event.name:<32} {event.time: .9g} s{', the end' if event.terminal else ''}"
+            for event in simulation.events
+        ]
+    lines.append("state at the end:")
     lines += [
         f"  {state.name:<32} {simulation[state.name][-1]: .9g} {state.unit}"
         for state in simulation.program.states
     ]
-    energy = simulation.values.get("energy.total")
-    if energy is not None:
-        lines.append(f"total energy {energy[0]:.6g} J at the start, {energy[-1]:.6g} J at the end")
     return "\n".join(lines)
+
+
+def _energy(simulation: Simulation) -> list[str]:
+    """Energy at both ends, what each load and the inputs did to it, and how well that adds up."""
+    audit = simulation.energy
+    if audit is None:
+        return []
+    total = simulation["energy.total"]
+    works = {name: work for name, work in simulation.values.items() if name.endswith(".work")}
+    lines = [f"total energy {total[0]:.6g} J at the start, {total[-1]:.6g} J at the end"]
+    lines += [f"  {name:<32} {work[-1]: .6g} J" for name, work in works.items()]
+    percent = 100 * audit.relative
+    return [*lines, f"energy balance closes to {percent:.1e} % of {audit.scale:.6g} J"]

@@ -43,7 +43,9 @@ UNLIMITED = 2**64 - 1
 class Control:
     """How to integrate: the method's name (rk45, dop853, rodas) and its limits.
 
-    The local error per step is at most atol + rtol·|x| in the RMS norm; `max_step` in seconds.
+    The local error per step is at most atol + rtol·|x| in the RMS norm; `max_step` in seconds. The
+    last `quadratures` states, on which no rate may depend, are left out of that norm: they are
+    integrated with the others and change no bit of them.
     """
 
     method: str = "dop853"
@@ -51,6 +53,7 @@ class Control:
     atol: float = 1e-8
     max_step: float = np.inf
     max_steps: int = 10_000_000
+    quadratures: int = 0
 
 
 @dataclass(frozen=True)
@@ -114,8 +117,9 @@ def options_of(control: Control) -> Options:
     if not control.max_step > 0:
         raise InputError.single(f"max_step must be positive, got {control.max_step}")
     return Options(
-        METHODS[control.method], control.rtol, control.atol, control.max_step, control.max_steps
-    )
+        METHODS[control.method], control.rtol, control.atol, control.max_step, control.max_steps,
+        control.quadratures,
+    )  # fmt: skip
 
 
 class Engine:
@@ -141,13 +145,13 @@ class Engine:
         self.library = found
         self.program = program
         self._jacobian = tuple(jacobian)
-        self._watches = tuple(watches)
+        self.watches = tuple(watches)
         self._kernels: ctypes.CDLL | None = None
         self.lanes = lanes
         positions = {v.name: k for k, v in enumerate(program.outputs)}
         self.selected = [positions[n] for n in (positions if outputs is None else outputs)]
         self._read(encode(program, self._jacobian))
-        watched = [positions[w.name] for w in self._watches]
+        watched = [positions[w.name] for w in self.watches]
         self.handle = found.m4e_model_new(
             self._program, lanes, *self._indices(self.selected), *self._indices(watched)
         )
@@ -264,7 +268,7 @@ class Engine:
         start = [v.start for v in self.program.states] if states is None else states
         x = vector(start, (n,), "states")
         options = options_of(control or Control())
-        record = _EventRecord(self._watches, n, most_events)
+        record = EventRecord(self.watches, n, most_events)
         rows, results = np.full((at.size, n), np.nan), np.full((at.size, m), np.nan)
         report = Report()
         self.library.m4e_simulate(
@@ -274,7 +278,7 @@ class Engine:
         return self._run(report, at, rows, results, record)
 
     def _run(
-        self, report: Report, at: Floats, rows: Floats, results: Floats, record: _EventRecord
+        self, report: Report, at: Floats, rows: Floats, results: Floats, record: EventRecord
     ) -> Run:
         reached, events = report.rows, report.events
         return Run(
@@ -333,11 +337,11 @@ def ensemble(
     )  # fmt: skip
     if status != DONE:
         raise RunError(f"{program.name}: no memory for an ensemble of {count} runs")
-    record = _EventRecord((), counts.states, 0)
+    record = EventRecord((), counts.states, 0)
     return [engine._run(reports[k], at, rows[k], results[k], record) for k in range(count)]
 
 
-class _EventRecord:
+class EventRecord:
     """Room for events, and the structure that points to it."""
 
     def __init__(self, watches: Sequence[Watch], states: int, most: int) -> None:

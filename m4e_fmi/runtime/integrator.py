@@ -9,7 +9,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from m4e_fmi.errors import InputError
-from m4e_fmi.runtime.engine import Control, Engine, Floats, Report, options_of, vector
+from m4e_fmi.runtime.engine import (
+    Control,
+    Engine,
+    EventRecord,
+    Floats,
+    Report,
+    options_of,
+    vector,
+)
 
 
 class Integrator:
@@ -17,14 +25,19 @@ class Integrator:
 
     Cutting one integration into calls of `advance` with the same `bound` changes no bit. After a
     change of inputs, parameters or states call `start` again, with `report.step` as the first step.
+    `record` has the events of the engine's watches, `report.events` of them, up to `most_events`.
     """
 
-    def __init__(self, engine: Engine, control: Control | None = None) -> None:
+    def __init__(
+        self, engine: Engine, control: Control | None = None, *, most_events: int = 1000
+    ) -> None:
         self.engine = engine
         lib = engine.library
-        self._handle = lib.m4e_integrator_new(engine.handle, options_of(control or Control()), None)
+        self.record = EventRecord(engine.watches, engine.counts.states, most_events)
+        options = options_of(control or Control())
+        self._handle = lib.m4e_integrator_new(engine.handle, options, self.record.events)
         if not self._handle:
-            raise InputError.single(f"{engine.program.name}: an engine with watches, or no memory")
+            raise InputError.single(f"{engine.program.name}: options that are not sound")
         self._finalizer = weakref.finalize(self, lib.m4e_integrator_free, self._handle)
         self.report = Report()
 

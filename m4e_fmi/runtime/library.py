@@ -19,7 +19,7 @@ from pathlib import Path
 
 from m4e_fmi.runtime.compiler import SOURCES, SUFFIX, CompilationError, cached_shared
 
-ABI = 1
+ABI = 2
 LANES = 8
 PACKAGED = Path(__file__).with_name(f"_m4e{SUFFIX}")
 METHODS = {"rk45": 0, "dop853": 1, "rodas": 2}
@@ -47,6 +47,7 @@ class Options(ctypes.Structure):
         ("atol", c_double),
         ("max_step", c_double),
         ("max_steps", c_uint64),
+        ("quadratures", c_uint64),
     ]
 
 

@@ -1,9 +1,12 @@
 """Simulating one program in this process.
 
 `simulate` integrates a Program (or a Model, or a model file) with its inputs held at their start
-values. Imports `program`, `runtime`, `multibody`. Start with `simulation`.
+values, and audits its energy. Imports `program`, `runtime`, `multibody`. Start with `simulation`,
+then `audit`.
 """
 
-from m4e_fmi.simulate.simulation import Simulation, simulate, started
+from m4e_fmi.runtime.engine import Watch
+from m4e_fmi.simulate.audit import EnergyAudit
+from m4e_fmi.simulate.simulation import Event, Simulation, simulate, started
 
-__all__ = ["Simulation", "simulate", "started"]
+__all__ = ["EnergyAudit", "Event", "Simulation", "Watch", "simulate", "started"]

@@ -5,7 +5,8 @@ from __future__ import annotations
 import functools
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -14,9 +15,12 @@ from m4e_fmi.errors import InputError, suggestion
 from m4e_fmi.model import Model, load_model
 from m4e_fmi.multibody import model_program
 from m4e_fmi.program import Program, Variable
+from m4e_fmi.runtime.engine import Watch
 from m4e_fmi.runtime.library import library
+from m4e_fmi.simulate.audit import EnergyAudit, energy_audit, with_works
 from m4e_fmi.simulate.solvers import (
     SCIPY_METHODS,
+    Task,
     solve_compiled,
     solve_python,
     solve_scipy,
@@ -30,10 +34,21 @@ METHODS = (*RUNTIME_METHODS, PYTHON, *(f"{SCIPY}{name}" for name in SCIPY_METHOD
 
 
 @dataclass(frozen=True)
+class Event:
+    """The variable `name` changed sign at `time` [s], the program's states being `states`."""
+
+    name: str
+    time: float
+    states: np.ndarray
+    terminal: bool
+
+
+@dataclass(frozen=True)
 class Simulation:
     """What a simulation gave: `time` [s], and per variable (states, outputs) its values over time.
 
-    Values are in the unit of their variable, arrays of the length of `time`.
+    Values are in the unit of their variable, arrays of the length of `time`. `load.<name>.work` and
+    `inputs.work` [J] are the integrals of the powers. `events` are in the order of time.
     """
 
     program: Program
@@ -43,9 +58,15 @@ class Simulation:
     variables: dict[str, Variable]
     evaluations: int
     wall_time: float
+    events: tuple[Event, ...] = ()
 
     def __getitem__(self, name: str) -> np.ndarray:
         return self.values[name]
+
+    @cached_property
+    def energy(self) -> EnergyAudit | None:
+        """Whether the energy balance closes; None of a program that has no total energy."""
+        return energy_audit(self.values)
 
 
 def simulate(
@@ -56,6 +77,7 @@ def simulate(
     start_values: Mapping[str, float] | None = None,
     tolerance: float = 1e-8,
     method: str = RUNTIME_METHODS[0],
+    events: Sequence[Watch] = (),
     progress: Progress | None = None,
 ) -> Simulation:
     """Integrate from t = 0 to `stop_time` [s]; outputs at every `output_interval` and at the end.
@@ -64,8 +86,11 @@ def simulate(
     set are zero, and left out of its program. `tolerance` is relative and
     absolute, per step. `method` is one of the runtime's, dop853, rk45 or rodas (stiff), `python`
     (no compiled library, and what it is replaced by where there is none), or SciPy's by name, such
-    as `scipy.RK45`. Output times are met exactly. Raises InputError for an unknown name or a bad
-    time, RunError if the integration fails, naming time and cause.
+    as `scipy.RK45`. Output times are met exactly, and steps end at the kinks of a model's tables.
+
+    `events` name outputs or states whose changes of sign are found, such as `load.<stop>.gap`; a
+    terminal one ends the simulation, with a last row at its time. Raises InputError for an unknown
+    name or a bad time, RunError if the integration fails, naming time and cause.
     """
     if method not in METHODS:
         remedy = suggestion(method, METHODS, "methods")
@@ -84,29 +109,78 @@ def simulate(
         solver = solve_python if method == PYTHON else solve_scipy
     began = time.perf_counter()
     explain = functools.partial(_explained, system, program)
-    rows, evaluations = solver(
-        program, times, method.removeprefix(SCIPY), tolerance, progress, explain
+    audited, works = with_works(program)
+    watched, watches = _watched(audited, events)
+    solved = solver(
+        Task(
+            program=watched,
+            times=times,
+            method=method.removeprefix(SCIPY),
+            tolerance=tolerance,
+            quadratures=works,
+            watches=watches,
+            kinks=_kinks(system, stop_time),
+            progress=progress,
+            explain=explain,
+        )
     )
-    variables = {v.name: v for v in (*program.states, *program.outputs)}
+    variables = {v.name: v for v in (*audited.states, *audited.outputs)}
+    columns = solved.table.T[: len(variables)]  # without what is there to be watched only
+    count = len(program.states)
     return Simulation(
         program=program,
         method=method,
-        time=times,
-        values=dict(zip(variables, rows.T, strict=True)),
+        time=solved.times,
+        values=dict(zip(variables, columns, strict=True)),
         variables=variables,
-        evaluations=evaluations,
+        evaluations=solved.evaluations,
         wall_time=time.perf_counter() - began,
+        events=tuple(
+            Event(events[k].name, t, states[:count], events[k].terminal)
+            for t, k, states in solved.events
+        ),
     )
 
 
+def _kinks(system: Program | Model, stop_time: float) -> list[float]:
+    """The times between 0 and `stop_time` [s] at which a table of a model has a kink."""
+    if isinstance(system, Program):
+        return []
+    times = {time for table in system.tables.values() for time in table.kinks}
+    return sorted(time for time in times if 0 < time < stop_time)
+
+
+def _watched(program: Program, events: Sequence[Watch]) -> tuple[Program, tuple[Watch, ...]]:
+    """The program with outputs that are the states to be watched, and the watches of outputs."""
+    outputs = {v.name for v in program.outputs}
+    states = {v.name: v for v in program.states}
+    more: dict[str, Variable] = {}
+    for name in (watch.name for watch in events):
+        if name not in outputs and name not in states:
+            names = [*outputs, *states]
+            raise InputError.single(
+                f"{program.name} has no output or state {name!r}", suggestion(name, names)
+            )
+        if name not in outputs:
+            more[name] = replace(states[name], name=f"watched.{name}")
+    nodes = [program.tape.symbol(name).index for name in more]
+    watched = replace(
+        program,
+        outputs=(*program.outputs, *more.values()),
+        results=(*program.results, *nodes),
+    )
+    new = {name: variable.name for name, variable in more.items()}
+    return watched, tuple(replace(w, name=new.get(w.name, w.name)) for w in events)
+
+
 def _explained(system: Program | Model, program: Program, t: float, x: Sequence[float]) -> str:
-    """What is wrong with a model at time t [s] and states x; "" where nothing is seen."""
+    """What is wrong with a model at time t [s] and states x, works after them; "" if nothing is."""
     if isinstance(system, Program):
         return ""
     from m4e_fmi.multibody.diagnosis import diagnosis
 
     values = {v.name: v.start for v in (*program.parameters, *program.inputs)}
-    values |= {v.name: value for v, value in zip(program.states, x, strict=True)}
+    values |= {v.name: value for v, value in zip(program.states, x, strict=False)}
     return diagnosis(system, values, t)
 
 

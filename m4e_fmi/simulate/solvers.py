@@ -1,65 +1,119 @@
 """Ways to integrate a program: the C library, plain Python, SciPy.
 
-Each takes the program, the output times [s] (ascending, from the start), the method's name, the
-tolerance, a progress callable and one that says what is wrong at a time and state, and returns one
-row of states and outputs per time, and how often the rates were evaluated. RunError names the time
-and the cause of a failure.
+Each takes a `Task` and returns what is `Solved`. RunError names the time and cause of a failure.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from m4e_fmi.errors import RunError
+from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.program import TIME, Program, jacobian
 from m4e_fmi.program.python_form import load_python
 from m4e_fmi.runtime import DormandPrince, IntegrationError
+from m4e_fmi.runtime.engine import EVENT, Control, Engine, Watch, failure_text
+from m4e_fmi.runtime.integrator import Integrator
 
 Progress = Callable[[float], None] | None
 Explain = Callable[[float, Sequence[float]], str]
-Solution = tuple[np.ndarray, int]
 
 SCIPY_METHODS = ("RK45", "RK23", "DOP853", "Radau", "BDF", "LSODA")
 PARTS = 100  # into which a run is cut to tell its progress
 REMEDY = "look for a division by zero, a singular configuration or values far out of scale"
 
 
-def solve_compiled(
-    program: Program,
-    times: np.ndarray,
-    method: str,
-    tolerance: float,
-    progress: Progress,
-    explain: Explain,
-) -> Solution:
+@dataclass(frozen=True)
+class Task:
+    """What is to be integrated, and how.
+
+    `times` [s] ascend from the start. The last `quadratures` states do not govern the steps.
+    `watches` name outputs of the program. At `kinks` [s], which ascend, rates change their slopes:
+    methods other than SciPy's make no step across them. `explain` says what is wrong at a time and
+    states.
+    """
+
+    program: Program
+    times: np.ndarray
+    method: str
+    tolerance: float
+    quadratures: int
+    watches: tuple[Watch, ...]
+    kinks: Sequence[float]
+    progress: Progress
+    explain: Explain
+
+    @property
+    def start(self) -> list[float]:
+        return [v.start for v in self.program.states]
+
+
+@dataclass(frozen=True)
+class Solved:
+    """`table` has a row of states and outputs per entry of `times` [s].
+
+    `events` are (time [s], position in the watches, states), in the order of time; after a terminal
+    one comes nothing but a row at its time. `evaluations` counts those of the rates.
+    """
+
+    times: np.ndarray
+    table: np.ndarray
+    evaluations: int
+    events: list[tuple[float, int, np.ndarray]]
+
+
+def solve_compiled(task: Task) -> Solved:
     """By the C library; cut into parts only where progress is asked for, which changes no bit.
 
     The stiff method has the exact Jacobian.
     """
-    from m4e_fmi.runtime.engine import Control, Engine, failure_text
-    from m4e_fmi.runtime.integrator import Integrator
+    program, times = task.program, task.times
+    stiff = task.method == "rodas"
+    jacobian_ = _exact_jacobian(program) if stiff else ()
+    engine = Engine(program, jacobian=jacobian_, watches=task.watches)
+    limits = Control(
+        task.method, rtol=task.tolerance, atol=task.tolerance, quadratures=task.quadratures
+    )
+    integrator = Integrator(engine, limits)
+    integrator.start(times[0], task.start)
+    record, last, states, reached = integrator.record, task.start, [], []
+    for part, bound, wanted in _parts(task):
+        rows = integrator.advance(part, bound=bound)
+        report = integrator.report
+        if wanted:
+            states.append(rows)
+            reached.append(part[: len(rows)])
+        last = rows[-1] if len(rows) else last
+        if report.status == EVENT:
+            states.append(record.state[report.events - 1 : report.events])
+            reached.append(record.time[report.events - 1 : report.events])
+            break
+        if len(rows) < part.size:
+            raise _failure(failure_text(program, report), task.explain(report.time, list(last)))
+        if task.progress:
+            task.progress(part[-1])
+    at, x, count = np.concatenate(reached), np.concatenate(states), integrator.report.events
+    table = np.hstack([x, engine.outputs_over(at, x)])
+    _check_finite(program, at, table)
+    found = zip(record.time[:count], record.index[:count], record.state[:count], strict=True)
+    events = [(float(t), int(k), state) for t, k, state in found]
+    return Solved(at, table, integrator.report.evaluations, events)
 
-    engine = Engine(program, jacobian=_exact_jacobian(program) if method == "rodas" else ())
-    integrator = Integrator(engine, Control(method, rtol=tolerance, atol=tolerance))
-    integrator.start(times[0], [v.start for v in program.states])
-    last = [v.start for v in program.states]
-    rows = []
-    for part in np.array_split(times, PARTS if progress else 1):
-        if not part.size:
-            continue
-        states = integrator.advance(part, bound=times[-1])
-        last = states[-1] if len(states) else last
-        if len(states) < part.size:
-            report = integrator.report
-            raise _failure(failure_text(program, report), explain(report.time, list(last)))
-        rows.append(np.hstack([states, engine.outputs_over(part, states)]))
-        if progress:
-            progress(part[-1])
-    table = np.concatenate(rows)
-    _check_finite(program, times, table)
-    return table, integrator.report.evaluations
+
+def _parts(task: Task) -> Iterator[tuple[np.ndarray, float, bool]]:
+    """Times to go to, the time beyond which no step may go, and if they are output times."""
+    times, first = task.times, 0
+    for end in [*task.kinks, times[-1]]:
+        last = int(np.searchsorted(times, end, side="right"))
+        inner = times[first:last]
+        count = math.ceil(PARTS * len(inner) / len(times)) if task.progress else 1
+        yield from ((part, end, True) for part in np.array_split(inner, max(1, count)) if part.size)
+        if not inner.size or inner[-1] < end:
+            yield np.array([end]), end, False
+        first = last
 
 
 def _failure(text: str, why: str) -> RunError:
@@ -73,70 +127,99 @@ def _exact_jacobian(program: Program) -> list[tuple[int, int, int]]:
     return list(places)
 
 
-def solve_python(
-    program: Program,
-    times: np.ndarray,
-    method: str,
-    tolerance: float,
-    progress: Progress,
-    explain: Explain,
-) -> Solution:
-    """By Dormand and Prince's pair on the program's Python form: what its Python FMU does."""
-    del method
-    rates, outputs = _functions(program)
-    integrator = DormandPrince(rates, tolerance=tolerance)
-    x = [v.start for v in program.states]
-    t, rows = times[0], []
+def solve_python(task: Task) -> Solved:
+    """By Dormand and Prince's pair on the program's Python form: what its Python FMU does.
+
+    It has no dense output, hence no events.
+    """
+    if task.watches:
+        remedy = "take another, such as scipy.RK45; the runtime's methods need a C compiler once"
+        raise InputError.single("the method python finds no events", remedy)
+    rates, outputs = _functions(task.program)
+    integrator = DormandPrince(rates, tolerance=task.tolerance, quadratures=task.quadratures)
+    x, t, rows, wanted = task.start, task.times[0], [], set(task.times.tolist())
     try:
-        for target in times.tolist():
+        for target in sorted({*wanted, *task.kinks}):
             x = integrator.advance(t, x, target)
             t = target
+            if t not in wanted:
+                continue
             rows.append([*x, *outputs(t, x)])
-            if progress:
-                progress(t)
+            if task.progress:
+                task.progress(t)
     except (IntegrationError, ArithmeticError, ValueError) as error:
-        message = f"{program.name}: the integration stopped after t = {t:.6g} s: {error}"
-        raise _failure(message, explain(t, x)) from error
-    return np.array(rows), integrator.evaluations
+        message = f"{task.program.name}: the integration stopped after t = {t:.6g} s: {error}"
+        raise _failure(message, task.explain(t, x)) from error
+    return Solved(task.times, np.array(rows), integrator.evaluations, [])
 
 
-def solve_scipy(
-    program: Program,
-    times: np.ndarray,
-    method: str,
-    tolerance: float,
-    progress: Progress,
-    explain: Explain,
-) -> Solution:
-    """By one of SciPy's `solve_ivp` methods on the program's Python form."""
+def solve_scipy(task: Task) -> Solved:
+    """By one of SciPy's `solve_ivp` methods on the program's Python form.
+
+    A tolerance of infinity keeps the quadratures from governing the steps, and smaller ones of the
+    others that they count in SciPy's mean.
+    """
     from scipy.integrate import solve_ivp
 
+    program, times = task.program, task.times
     rates, outputs = _functions(program)
+    governing = len(program.states) - task.quadratures
+    tolerance = task.tolerance * math.sqrt(governing / len(program.states))
 
     def told(t: float, x: np.ndarray) -> list[float]:
-        if progress:
-            progress(t)
+        if task.progress:
+            task.progress(t)
         return rates(t, x.tolist())
 
     try:
         solution = solve_ivp(
             told,
             (times[0], times[-1]),
-            [v.start for v in program.states],
-            method=method,
+            task.start,
+            method=task.method,
             t_eval=times,
             rtol=tolerance,
-            atol=tolerance,
+            atol=[tolerance] * governing + [np.inf] * task.quadratures,
+            events=_event_functions(task),
         )
         if not solution.success:
             raise ArithmeticError(solution.message)
-        states = solution.y.T.tolist()
-        rows = [[*x, *outputs(t, x)] for t, x in zip(times.tolist(), states, strict=True)]
+        events = sorted(
+            (
+                (float(t), k, x)
+                for k, (at, states) in enumerate(
+                    zip(solution.t_events or (), solution.y_events or (), strict=True)
+                )
+                for t, x in zip(at, states, strict=True)
+            ),
+            key=lambda event: event[0],
+        )
+        at, states = solution.t.tolist(), solution.y.T.tolist()
+        if solution.status == 1:  # a terminal event
+            at, states = [*at, events[-1][0]], [*states, events[-1][2].tolist()]
+        rows = [[*x, *outputs(t, x)] for t, x in zip(at, states, strict=True)]
     except (ArithmeticError, ValueError) as error:
-        message = f"{program.name}: SciPy's {method} failed: {error}"
-        start = [v.start for v in program.states]
-        raise _failure(message, explain(times[0], start)) from error
-    return np.array(rows), solution.nfev
+        message = f"{program.name}: SciPy's {task.method} failed: {error}"
+        raise _failure(message, task.explain(times[0], task.start)) from error
+    return Solved(np.array(at), np.array(rows), solution.nfev, events)
+
+
+def _event_functions(task: Task) -> list[Callable[[float, Sequence[float]], float]] | None:
+    """SciPy's event functions of the watches."""
+    program = task.program
+    places = {v.name: k for k, v in enumerate(program.outputs)}
+    functions = []
+    for watch in task.watches:
+        k = places[watch.name]
+        alone = replace(program, outputs=(program.outputs[k],), results=(program.results[k],))
+        _, outputs = _functions(alone)
+
+        def event(t: float, x: Sequence[float], outputs: Callable = outputs) -> float:
+            return outputs(t, list(x))[0]
+
+        event.__dict__.update(terminal=watch.terminal, direction=watch.direction)
+        functions.append(event)
+    return functions or None
 
 
 def _functions(program: Program) -> tuple[Callable, Callable]:

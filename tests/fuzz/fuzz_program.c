@@ -32,7 +32,7 @@ static void run(const m4e_program *program, const m4e_counts *n) {
         m4e_set_inputs(one, p + 2 * (size_t)n->parameters);
         m4e_jacobian(one, 0.0, x, x + 2 * states);
         for (int method = M4E_RK45; method <= M4E_RODAS; ++method) {
-            const m4e_options options = {method, 1e-3, 1e-3, INFINITY, 5};
+            const m4e_options options = {method, 1e-3, 1e-3, INFINITY, 5, 0};
             m4e_simulate(one, &options, NULL, x, 3, times, rows, y, &report);
             if (method != M4E_RODAS)
                 m4e_ensemble(many, &options, 2, p, p + 2 * (size_t)n->parameters, x, 3, times, rows,

@@ -1,6 +1,7 @@
-"""Model files with random damage: a message or a model that runs, never a traceback.
+"""Model files with random damage: a message or a model that runs, never a traceback, never code.
 
-`python -m property.test_mutated_models 10000` from the folder tests tries more of them.
+10,000 small files, and some of a long one. `python -m property.test_mutated_models 100000` from the
+folder tests tries more of the long one.
 """
 
 from __future__ import annotations
@@ -18,9 +19,34 @@ from m4e_fmi.errors import InputError
 from m4e_fmi.model.yaml import model_of
 from m4e_fmi.multibody import model_program
 
-TOKENS = re.findall(r"\w+|\W", TEXT)
-WORDS = [
-    *sorted(set(TOKENS)),
+SOUND = (
+    """\
+name: pendulum
+parameters: {L: {value: 80, unit: cm}}
+bodies: {a: {mass: 2, inertia: L**2/6}}
+joints:
+  j: {type: revolute, child: a, joint_to_child: [0, -L/2], initial: {q: pi/6}}
+loads:
+  f: {type: joint_friction, joint: j, effort: 0.1, velocity: 0.01}
+""",
+    """\
+name: slider
+gravity: 0
+bodies:
+  a: {mass: 1, inertia: 1, added_mass: true}
+  b: {mass: 1, inertia: 1}
+joints:
+  j: {type: prismatic, child: a, direction: [1, 0]}
+  k: {type: floating, child: b, initial: {x: 2}}
+points: {tip: {body: a, at: [0, 1]}, end: {body: b, at: [0, 0]}}
+loads:
+  s: {type: tension_spring, points: [tip, end], law: 3*l + l**3, length: 1}
+""",
+)
+GOLDEN = Path(__file__).parents[1] / "golden" / "model_errors"
+WRONG = tuple(path.read_text("utf-8") for path in sorted(GOLDEN.glob("*.model.yaml")))
+EXECUTED = "executed"
+WORDS = (
     *(
         "1e999",
         "1/0",
@@ -39,35 +65,49 @@ WORDS = [
         "!!",
     ),
     *("law", "l", "theta", "t", "abs(l)", "(l+1)**4", "max(", "joint.hinge.q", "__class__"),
-]
+    *(f"open('{EXECUTED}', 'w')", f"!!python/object/apply:open ['{EXECUTED}', 'w']"),
+)
 
 
-def damaged(seed: int) -> str:
-    """The example with one to three of its words changed, doubled, left out or exchanged."""
+def words_of(text: str) -> list[str]:
+    return re.findall(r"\w+|\W", text) or [""]
+
+
+def damaged(seed: int, texts: tuple[str, ...]) -> str:
+    """One of `texts` with one to three of its words changed, doubled, left out or exchanged."""
     r = random.Random(seed)
-    tokens = list(TOKENS)
+    words = words_of(r.choice(texts))
+    others = [*sorted({*words}), *WORDS]
     for _ in range(r.choice([1, 1, 2, 3])):
-        i, j = r.randrange(len(tokens)), r.randrange(len(tokens))
+        i, j = r.randrange(len(words)), r.randrange(len(words))
         match r.randrange(5):
             case 0 | 1:
-                tokens[i] = r.choice(WORDS)
+                words[i] = r.choice(others)
             case 2:
-                tokens.insert(i, r.choice(WORDS))
-            case 3:
-                del tokens[i]
+                words.insert(i, r.choice(others))
+            case 3 if len(words) > 1:
+                del words[i]
             case _:
-                tokens[i], tokens[j] = tokens[j], tokens[i]
-    return "".join(tokens)
+                words[i], words[j] = words[j], words[i]
+    return "".join(words)
 
 
-def check(seed: int, folder: Path) -> bool:
+def check(seed: int, folder: Path, *texts: str) -> bool:
     """Whether the damaged file still says a model. Any other error than ours is raised."""
     try:
-        model = model_of(Document.parse(damaged(seed), folder / "flap.model.yaml"))
+        model = model_of(Document.parse(damaged(seed, texts), folder / "flap.model.yaml"))
     except InputError:
         return False
     assert model_program(model).states
     return True
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The working directory, with what the long file names."""
+    (tmp_path / "wave.csv").write_text(WAVE)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
 
 
 @pytest.mark.verifies(
@@ -76,10 +116,19 @@ def check(seed: int, folder: Path) -> bool:
     tolerance="identical",
 )
 @pytest.mark.parametrize("block", range(4))
-def test_damaged_files(block: int, tmp_path: Path) -> None:
-    (tmp_path / "wave.csv").write_text(WAVE)
-    models = sum(check(seed, tmp_path) for seed in range(100 * block, 100 * (block + 1)))
+def test_damaged_files(block: int, folder: Path) -> None:
+    models = sum(check(seed, folder, TEXT) for seed in range(100 * block, 100 * (block + 1)))
     assert 0 < models < 50
+    assert not (folder / EXECUTED).exists()
+
+
+@pytest.mark.parametrize("block", range(10))
+def test_damaged_small_files(block: int, folder: Path) -> None:
+    """Half of them were wrong before."""
+    texts = (*SOUND * 45, *WRONG)
+    models = sum(check(seed, folder, *texts) for seed in range(1000 * block, 1000 * (block + 1)))
+    assert 10 < models < 300
+    assert not (folder / EXECUTED).exists()
 
 
 if __name__ == "__main__":
@@ -88,4 +137,4 @@ if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as name:
         (Path(name) / "wave.csv").write_text(WAVE)
         count = int(sys.argv[1])
-        print(sum(check(seed, Path(name)) for seed in range(count)), "models of", count, "files")
+        print(sum(check(seed, Path(name), TEXT) for seed in range(count)), "models of", count)

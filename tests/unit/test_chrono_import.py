@@ -293,6 +293,34 @@ class TestStructure:
         data["model"]["joints"][0]["body2"] = "2nd rod (steel)"
         assert list(loaded(tmp_path, data).bodies) == ["n2nd_rod_steel"]
 
+    def test_kinds_have_names_of_their_own(self, tmp_path: Path) -> None:
+        """Every element named "a": all of them are there."""
+        data = slider()
+        ends = {"name": "a", "body1": "ground", "body2": "rod"}
+        data["model"]["tsdas"] = [
+            {**ends, "point1": [1, 0, 0], "point2": [0, 0, 0], "spring_coefficient": 1,
+             "damping_coefficient": 2, "free_length": 1}
+        ]  # fmt: skip
+        data["model"]["rsdas"] = [{**ends, "axis": [0, 1, 0], "damping_coefficient": 3}]
+        function = {"type": "DATA", "data": [[0, 1], [1, 2]]}
+        data["model"]["body_loads"] = [
+            {"name": "a", "type": "FORCE", "body": "rod", "load": [1, 0, 0],
+             "modulation_function": function}
+        ]  # fmt: skip
+        data["model"]["joints"][0]["name"] = "a"
+        data["model"]["bodies"].append(
+            {"name": "b", "location": [2, 0, 0], "mass": 1, "inertia": {"moments": [1, 1, 1]}}
+        )
+        data["model"]["motors"] = [
+            {"name": "a", "type": "LINEAR", "body1": "b", "body2": "rod", "location": [2, 0, 0],
+             "axis": [0, 0, 1], "actuation_type": "FORCE", "actuation_function": function}
+        ]  # fmt: skip
+        model = loaded(tmp_path, data)
+        assert list(model.joints) == ["a", "a_2"]
+        assert list(model.loads) == ["a", "a_damper", "a_2", "a_3", "a_4"]
+        assert list(model.tables) == ["a", "a_2"]
+        assert list(model.points) == ["a_1", "a_2", "a"]
+
 
 def put(*path: Any, value: Any) -> Callable[[Data], None]:
     def change(data: Data) -> None:
@@ -341,6 +369,9 @@ REFUSED = {
              "'new' closes a loop", "cut the loop"),
     "motor of a speed": (added("motors", **{**MOTOR, "actuation_type": "SPEED"}),
                          "a motor that prescribes the speed", "actuation_type: FORCE"),
+    "guide that lets turn": (
+        added("motors", **{**MOTOR, "guide": "spherical"}),
+        "a guide that lets its body turn", "PRISMATIC"),
     "motor between moving bodies": (
         lambda data: (
             data["model"]["bodies"].append(
@@ -404,6 +435,14 @@ REFUSED = {
     "mass of nothing": (put(*ROD, "mass", value=0), "bodies.rod.mass: must be positive", ""),
     "no orientation": (put(*ROD, "orientation", value=[0, 0, 0, 0]),
                        "a quaternion of length zero", r"\[1, 0, 0, 0\]"),
+    "no orientation of a parent": (
+        lambda data: (
+            put(*ROD, "orientation", value=[0, 0, 0, 0])(data),
+            data["model"]["bodies"].append(
+                {"name": "tip", "location": [0, 0, -2], "mass": 1,
+                 "inertia": {"moments": [1, 1, 1]}}),
+            added("joints", type="LOCK", body1="rod", body2="tip", location=[0, 0, -2])(data)),
+        "a quaternion of length zero", r"\[1, 0, 0, 0\]"),
     "two numbers": (put(*ROD, "location", value=[0, 1]), "too few entries", ""),
     "unknown body": (put("joints", 0, "body2", value="rd"), "unknown body 'rd'", "'rod'"),
     "misspelled key": (put(*ROD, "locaton", value=[0, 0, 0]), "unknown key 'locaton'", "location"),

@@ -168,6 +168,20 @@ def test_equations_as_text_and_latex(capsys):
     assert all(line.startswith(("%", r"\[")) for line in lines)
 
 
+@pytest.mark.usefixtures("here")
+def test_simulate_tells_events_and_where_the_energy_went(capsys):
+    arguments = ["simulate", str(PENDULUM), "--stop-time", "5", "--no-plot"]
+    assert main([*arguments, "--event", "body.lower.x", "--stop-at", "joint.elbow.u"]) == 0
+    text = capsys.readouterr().out
+    assert re.search(r"load\.elbow_damper\.work +-\d", text)
+    ((percent, joule),) = re.findall(r"energy balance closes to (\S+) % of (\S+) J", text)
+    assert 0 < float(percent) < 1e-4  # tolerance 1e-8 in some hundred steps
+    assert float(joule) > 100
+    (end,) = re.findall(r"joint\.elbow\.u +(\S+) s, the end", text)
+    assert f"double_pendulum: {float(end):g} s in" in text
+    assert "did you mean 'body.lower.x'" in refused(capsys, *arguments, "--event", "body.lower.xx")
+
+
 def test_build_validate_info_simulate(here, capsys):
     assert main(["build", str(PENDULUM)]) == 0
     assert main(["validate", "build/double_pendulum.fmu"]) == 0

@@ -29,10 +29,13 @@ def test_it_is_built_without_a_warning(tmp_path: Path) -> None:
     ]
     built = subprocess.run([*command, DOCS, tmp_path / "html"], capture_output=True, text=True)
     assert built.returncode == 0, built.stderr
-    text = (tmp_path / "html" / "tutorial.html").read_text(encoding="utf-8")
-    assert "double_pendulum.html" in text
-    assert (tmp_path / "html" / "double_pendulum.html").is_file()
-    assert "1.4710 m" in (tmp_path / "html/generated/examples/cart_pole.html").read_text("utf-8")
+    html = tmp_path / "html"
+    assert 'src="double_pendulum.html"' in (html / "tutorial.html").read_text(encoding="utf-8")
+    assert (html / "double_pendulum.html").is_file()
+    example = (html / "generated/examples/spiderfloat_lists.html").read_text(encoding="utf-8")
+    assert "right slider at t = 10 s" in example
+    assert 'src="../../spiderfloat.html"' in example
+    assert (html / "spiderfloat.html").is_file()
 
 
 MODEL = """\

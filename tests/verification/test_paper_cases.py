@@ -7,6 +7,7 @@ from -4 rad is left out: it is chaotic.
 
 from __future__ import annotations
 
+import importlib.util
 from functools import cache
 from itertools import pairwise
 from pathlib import Path
@@ -91,6 +92,20 @@ def test_the_example_is_the_system_of_the_lists(name: str) -> None:
             for program, names in zip((ours, listed), states, strict=True)
         ]
         assert rates[0] == pytest.approx(rates[1], rel=1e-11, abs=1e-11)
+
+
+def test_the_listing_as_an_example() -> None:
+    """Where the right slider is after ten seconds, by the reference."""
+    path = EXAMPLES / "spiderfloat_lists.py"
+    spec = importlib.util.spec_from_file_location("spiderfloat_lists", path)
+    assert spec is not None
+    assert spec.loader is not None
+    script = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(script)
+    _, expected = reference("spiderfloat")
+    arm, slider = expected[-1, 3:6], expected[-1, 9:12]
+    apart = np.hypot(*(slider - arm)[:2])  # 5 m, and what it has slid
+    assert script.simulation()["joint.joint_4.q"][-1] == pytest.approx(apart - 5, abs=1e-6)
 
 
 @pytest.mark.verifies(

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from m4e_fmi.model.chrono.names import Places, identifier
+from m4e_fmi.model.chrono.names import Places, fresh, identifier
 from m4e_fmi.model.chrono.rotation import (
     Pair,
     Quaternion,
@@ -57,7 +57,6 @@ class Mechanism:
 
     def __init__(self, model: ModelSection, places: Places) -> None:
         self.model, self.places = model, places
-        self.fixed = {body.name for body in model.bodies if body.fixed}
         self.moving = {body.name: body for body in model.bodies if not body.fixed}
         self.poses: dict[str, Pose] = {GROUND: Pose()}
         self.plane: float | None = None
@@ -112,7 +111,8 @@ class Mechanism:
             self._report_loop(edge)
         result: dict[str, Joint] = {}
         for branch in self.branches:
-            name = identifier(branch.joining.name if branch.joining else f"{branch.child}_free")
+            said = branch.joining.name if branch.joining else f"{branch.child}_free"
+            name = fresh(identifier(said), result)
             joint = self._joint(branch)
             if joint is not None:
                 self.joint_of[branch.child] = name
@@ -149,6 +149,7 @@ class Mechanism:
         body, parent = self.moving[branch.child], self.poses[branch.parent]
         axes = self._axes(body)
         if axes is None:
+            self.poses[branch.child] = Pose()
             return None
         turn = quaternion(body.orientation, degrees=self.model.angle_degrees)
         offset = rotated(turn, body.com.location)
@@ -181,7 +182,7 @@ class Mechanism:
             identifier(body.name),
             identifier(branch.parent) if branch.parent != GROUND else GROUND,
             parent.local(joining.location),
-            tuple(-c for c in pose.local(joining.location)),  # type: ignore[arg-type]
+            tuple(0.0 - c for c in pose.local(joining.location)),  # type: ignore[arg-type]
             direction,
             initial=initial,
         )
@@ -216,7 +217,7 @@ class Mechanism:
         """The pose with its velocities; reports those that the joint does not allow."""
         parent = self.poses[branch.parent]
         local = body.initial_angular_velocity or (0.0, 0.0, 0.0)
-        wx, omega, wz = rotated(self._turn(body), local)
+        wx, omega, wz = rotated(pose.axes, local)
         if max(abs(wx), abs(wz)) > SMALL:
             message = "the body would leave the X–Z plane: it turns about X or Z, too"
             self.places.say(body, message, ("initial_angular_velocity",), "only the part about Y")
@@ -241,9 +242,6 @@ class Mechanism:
             message = f"the joint makes its velocity [{x:.6g}, 0, {z:.6g}] m/s"
             self.places.say(body, message, ("initial_linear_velocity",), "leave it out")
         return Pose(pose.place, pose.angle, pose.axes, (x, z), omega)
-
-    def _turn(self, body: BodySection) -> Quaternion:
-        return self._axes(body) or (1.0, 0.0, 0.0, 0.0)
 
     @staticmethod
     def _carried(body: Pose, parent: Pose, point: Sequence[float]) -> Pair:

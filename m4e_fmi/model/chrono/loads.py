@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from m4e_fmi.model.chrono.bodies import SMALL, Mechanism, parallel, unit
-from m4e_fmi.model.chrono.names import Places, identifier
+from m4e_fmi.model.chrono.names import Places, fresh, identifier
 from m4e_fmi.model.chrono.rotation import Vector3, rotated, turned_back
 from m4e_fmi.model.chrono.sections import (
     BodyLoadSection,
@@ -75,8 +75,12 @@ class Loads:
             at = f"at Y = {place[1]:g}, but the centre of gravity at {pose.place[1]:g}"
             message = f"the point on {body!r} is {at}"
             self.places.say(owner, message, (), "let points lie in the plane of the bodies")
+        name = fresh(name, self.points)
         self.points[name] = Point(self._name(body), pose.local(place))
         return name
+
+    def _add(self, name: str, load: Load) -> None:
+        self.loads[fresh(name, self.loads)] = load
 
     def _tsda(self, tsda: TsdaSection) -> None:
         if abs(tsda.point1[1] - tsda.point2[1]) > SMALL:
@@ -92,9 +96,9 @@ class Loads:
         stiffness, damping = tsda.spring_coefficient, tsda.damping_coefficient
         length = (tsda.free_length or 0.0) + self._shift(tsda)
         if stiffness or not damping:
-            self.loads[name] = TensionSpring(ends, stiffness or 0.0, length)
+            self._add(name, TensionSpring(ends, stiffness or 0.0, length))
         if damping:
-            self.loads[name if not stiffness else f"{name}_damper"] = TensionDamper(ends, damping)
+            self._add(f"{name}_damper" if stiffness else name, TensionDamper(ends, damping))
 
     def _rsda(self, rsda: RsdaSection) -> None:
         if not parallel(rsda.axis, (0, 1, 0)) or math.hypot(*rsda.axis) == 0:
@@ -110,9 +114,9 @@ class Loads:
         rest = math.copysign(1.0, rsda.axis[1]) * (free + self._shift(rsda))
         if stiffness or not damping:
             angle = poses[1].angle - poses[0].angle + rest
-            self.loads[name] = TorsionSpring(ends, stiffness or 0.0, angle)
+            self._add(name, TorsionSpring(ends, stiffness or 0.0, angle))
         if damping:
-            self.loads[name if not stiffness else f"{name}_damper"] = TorsionDamper(ends, damping)
+            self._add(f"{name}_damper" if stiffness else name, TorsionDamper(ends, damping))
 
     def _has_coefficients(self, element: TsdaSection | RsdaSection, rest: str) -> bool:
         if element.spring_coefficient is None and element.damping_coefficient is None:
@@ -157,18 +161,19 @@ class Loads:
             sense = 1.0 if branch.child == self.mechanism.holder(motor.body1) else -1.0
             joint = self.mechanism.joint_of[branch.child]
             effort = times(math.copysign(sense, sense * along), effort)
-            self.loads[identifier(motor.name)] = JointEffort(joint, effort)
+            self._add(identifier(motor.name), JointEffort(joint, effort))
 
     def _torque(self, motor: MotorSection, effort: Quantity) -> None:
         if not parallel(motor.axis, (0, 1, 0)):
             message = f"the axis {list(motor.axis)} is not along Y"
             self.places.say(motor, message, ("axis",), "turn the model so that it moves in X–Z")
             return
-        name, sense = identifier(motor.name), math.copysign(1.0, motor.axis[1])
-        for suffix, body, factor in (("", motor.body1, sense), ("_back", motor.body2, -sense)):
-            if self.mechanism.holder(body) != GROUND:
-                moment = times(factor, effort)
-                self.loads[name + suffix] = BodyForce(self._name(body), moment=moment)
+        sense = math.copysign(1.0, motor.axis[1])
+        ends = [(motor.body1, sense), (motor.body2, -sense)]
+        moving = [(b, factor) for b, factor in ends if self.mechanism.holder(b) != GROUND]
+        for suffix, (body, factor) in zip(("", "_back"), moving, strict=False):
+            name = identifier(motor.name) + suffix
+            self._add(name, BodyForce(self._name(body), moment=times(factor, effort)))
 
     def _thrust(self, motor: MotorSection, effort: Quantity) -> None:
         """A force without a guide, from the ground."""
@@ -183,7 +188,8 @@ class Loads:
             self.places.say(motor, message, ("axis",), "turn the model so that it moves in X–Z")
         name = identifier(motor.name)
         force = tuple(times(motor.axis[k] / length, effort) for k in (0, 2))
-        self.loads[name] = PointForce(self._point(motor, name, motor.body1, motor.location), force)  # type: ignore[arg-type]
+        point = self._point(motor, name, motor.body1, motor.location)
+        self._add(name, PointForce(point, force))  # type: ignore[arg-type]
 
     def _body_load(self, load: BodyLoadSection) -> None:
         holder = self.mechanism.holder(load.body)
@@ -209,7 +215,7 @@ class Loads:
             message = "a torque in the X–Z plane is about Y only"
             self.places.say(load, message, ("load",), "give [0, M, 0]")
         name = identifier(load.name)
-        self.loads[name] = BodyForce(self._name(load.body), moment=times(vector[1], scale))
+        self._add(name, BodyForce(self._name(load.body), moment=times(vector[1], scale)))
 
     def _body_force(self, load: BodyLoadSection, vector: Vector3, scale: Quantity) -> None:
         pose = self.mechanism.poses[load.body]
@@ -229,7 +235,7 @@ class Loads:
         force = tuple(times(component, scale) for component in flat)
         point = self._point(load, name, load.body, place)
         axes = "body" if load.local_load else "world"
-        self.loads[name] = PointForce(point, force, axes)  # type: ignore[arg-type]
+        self._add(name, PointForce(point, force, axes))  # type: ignore[arg-type]
 
     def _function(
         self, owner: Any, function: FunctionSection, at: tuple[str, ...]
@@ -246,8 +252,9 @@ class Loads:
             self.places.say(owner, message, (*at, "repeat"), remedy)
         if function.type == "DATA":
             times_, values = zip(*(function.data or []), strict=True)
-            self.tables[identifier(owner.name)] = Table(times_, values)
-            return identifier(owner.name)
+            name = fresh(identifier(owner.name), self.tables)
+            self.tables[name] = Table(times_, values)
+            return name
         return function_text(function, degrees=self.model.angle_degrees)
 
 
@@ -257,7 +264,9 @@ def function_text(function: FunctionSection, *, degrees: bool) -> Quantity | Non
         case "CONSTANT":
             return function.value
         case "POLYNOMIAL" | "POLY":
-            terms = [f"{c!r}*t**{k}" for k, c in enumerate(function.coefficients or []) if c and k]
+            powers = ["", "*t", *(f"*t**{k}" for k in range(2, len(function.coefficients or [])))]
+            pairs = zip(function.coefficients or [], powers, strict=False)
+            terms = [f"{c!r}{power}" for c, power in pairs if c and power]
             constant = (function.coefficients or [0.0])[0]
             return " + ".join([repr(constant), *terms]) if terms else constant
         case "SINE":

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Container
 from typing import Any
 
 from m4e_fmi.document import Document, Location
@@ -18,6 +19,15 @@ def identifier(name: str) -> str:
     if not text or not text[0].isalpha():
         text = f"n{text}"
     return f"{text}_body" if text == GROUND else text
+
+
+def fresh(name: str, taken: Container[str]) -> str:
+    """`name`, with a number if it is taken: each of Chrono's kinds has names of its own."""
+    number, found = 1, name
+    while found in taken:
+        number += 1
+        found = f"{name}_{number}"
+    return found
 
 
 class Places:

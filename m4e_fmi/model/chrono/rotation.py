@@ -14,6 +14,10 @@ Pair = tuple[float, float]
 Quaternion = tuple[float, float, float, float]
 
 
+DIGITS = 13
+"""Decimals [m] that are kept: what rounding leaves of a zero is a zero."""
+
+
 def quaternion(orientation: Sequence[float], *, degrees: bool) -> Quaternion:
     """The quaternion of an orientation in a file: four numbers, or three angles about Z, Y and X.
 
@@ -82,4 +86,5 @@ def inertia_about_y(q: Quaternion, moments: Sequence[float], products: Sequence[
 def turned_back(v: Sequence[float], angle: float) -> Pair:
     """The world vector's (x, z) in the axes of a body that is turned by `angle`."""
     c, s = math.cos(angle), math.sin(angle)
-    return v[0] * c - v[2] * s, v[0] * s + v[2] * c
+    x, z = v[0] * c - v[2] * s, v[0] * s + v[2] * c
+    return round(x, DIGITS) + 0.0, round(z, DIGITS) + 0.0  # no −0

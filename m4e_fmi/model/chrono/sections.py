@@ -172,6 +172,13 @@ def _force_level(value: Any) -> Any:
     return _upper(value)
 
 
+def _guide(value: Any) -> Any:
+    if _upper(value) == "SPHERICAL":
+        message = "a guide that lets its body turn cannot be represented"
+        raise rejected(message, "use guide: PRISMATIC, or FREE with body2 fixed")
+    return _upper(value)
+
+
 class MotorSection(Section):
     name: str
     type: Annotated[Literal["LINEAR", "ROTATION"], UPPER]
@@ -181,7 +188,7 @@ class MotorSection(Section):
     axis: Vector3
     actuation_type: Annotated[Literal["FORCE"], BeforeValidator(_force_level)]
     actuation_function: FunctionSection
-    guide: Annotated[Literal["FREE", "PRISMATIC", "SPHERICAL"], UPPER] = "PRISMATIC"
+    guide: Annotated[Literal["FREE", "PRISMATIC"], BeforeValidator(_guide)] = "PRISMATIC"
     spindle: Annotated[Literal["FREE", "REVOLUTE", "CYLINDRICAL"], UPPER] = "REVOLUTE"
     visualization: Ignored = None
 

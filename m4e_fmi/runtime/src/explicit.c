@@ -55,7 +55,7 @@ static void attempt_rk45(m4e_integrator *s) {
     attempt(s, rk45_stages, ROWS(rk45_stages));
     combine(s, rk45_error, s->zero, s->work);
     for (uint32_t l = 0; l < s->model->lanes; ++l)
-        s->lanes[l].error = sqrt(m4e_sum(s, l, s->work, s->x, s->x_new)) / sqrt((double)s->n);
+        s->lanes[l].error = sqrt(m4e_sum(s, l, s->work, s->x, s->x_new)) / sqrt((double)s->controlled);
 }
 
 static void attempt_dop853(m4e_integrator *s) {
@@ -68,7 +68,7 @@ static void attempt_dop853(m4e_integrator *s) {
     }
     for (uint32_t l = 0; l < s->model->lanes; ++l) {
         const double both = fifth[l] + 0.01 * third[l];
-        s->lanes[l].error = both == 0.0 ? 0.0 : fifth[l] / sqrt(both * (double)s->n);
+        s->lanes[l].error = both == 0.0 ? 0.0 : fifth[l] / sqrt(both * (double)s->controlled);
     }
 }
 

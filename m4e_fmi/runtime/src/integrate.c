@@ -34,7 +34,7 @@ double m4e_sum(const m4e_integrator *s, uint32_t l, const double *v, const doubl
                const double *y) {
     const size_t lanes = s->model->lanes;
     double sum = 0.0;
-    for (size_t i = l; i < s->n * lanes; i += lanes) {
+    for (size_t i = l; i < s->controlled * lanes; i += lanes) {
         const double size = fmax(fabs(x[i]), fabs(y[i]));
         const double ratio = v[i] / (s->options.atol + size * s->options.rtol);
         sum += ratio * ratio;
@@ -43,7 +43,7 @@ double m4e_sum(const m4e_integrator *s, uint32_t l, const double *v, const doubl
 }
 
 static double rms(const m4e_integrator *s, uint32_t l, const double *v) {
-    return sqrt(m4e_sum(s, l, v, s->x, s->x)) / sqrt((double)s->n);
+    return sqrt(m4e_sum(s, l, v, s->x, s->x)) / sqrt((double)s->controlled);
 }
 
 /* Index of the first component that is not finite, -1 if all are. */

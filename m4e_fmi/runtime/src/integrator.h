@@ -38,7 +38,7 @@ struct m4e_integrator {
     m4e_options options;
     m4e_events events;
     double *g, *g_new; /* event functions at both ends of the step; NULL without */
-    size_t n, width; /* states; length of a vector */
+    size_t n, controlled, width; /* states; those of them in the norm; length of a vector */
     lane lanes[M4E_LANES];
     double step[M4E_LANES]; /* h of each member of a group */
     int started, dense_ready;
@@ -52,7 +52,7 @@ extern const method m4e_rk45, m4e_dop853, m4e_rodas;
 
 /* rates at (t + c h, x) of every lane */
 void m4e_stage(m4e_integrator *s, double c, const double *x, double *result);
-/* sum of the squares of v / (atol + rtol max(|x|, |y|)) over the components of one lane */
+/* sum of the squares of v / (atol + rtol max(|x|, |y|)) over a lane's components in the norm */
 double m4e_sum(const m4e_integrator *s, uint32_t l, const double *v, const double *x,
                const double *y);
 

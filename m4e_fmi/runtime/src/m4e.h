@@ -21,7 +21,7 @@
 #define M4E_API
 #endif
 
-#define M4E_ABI 1   /* changes with any declaration below */
+#define M4E_ABI 2   /* changes with any declaration below */
 #define M4E_LANES 8 /* models that an ensemble evaluates at once */
 
 typedef struct m4e_program m4e_program;
@@ -52,6 +52,7 @@ typedef struct {
     double rtol, atol; /* local error per step <= atol + rtol |x|, RMS norm */
     double max_step;   /* s; INFINITY for no limit */
     uint64_t max_steps;
+    uint64_t quadratures; /* the last states, which no rate depends on: no part of the norm */
 } m4e_options;
 
 typedef struct {

@@ -62,7 +62,8 @@ static void begin(m4e_integrator *s) {
     ++now->report.jacobians;
 }
 
-/* LU of 1/(h GAMMA) - J with partial pivoting, in place; 0 if singular or not finite. */
+/* LU of 1/(h GAMMA) - J with partial pivoting, in place; 0 if singular or not finite. Rows of
+   quadratures are no pivots of others, so that they change no bit of them. */
 static int factorise(m4e_integrator *s, double diagonal) {
     const size_t n = s->n;
     double *m = s->matrix;
@@ -71,7 +72,7 @@ static int factorise(m4e_integrator *s, double diagonal) {
             m[i * n + j] = (i == j ? diagonal : 0.0) - s->jacobian[i * (n + 1) + j];
     for (size_t k = 0; k < n; ++k) {
         size_t best = k;
-        for (size_t i = k + 1; i < n; ++i)
+        for (size_t i = k + 1; i < s->controlled; ++i)
             if (fabs(m[i * n + k]) > fabs(m[best * n + k])) best = i;
         s->pivot[k] = (uint32_t)best;
         if (!(fabs(m[best * n + k]) > 0.0) || !isfinite(m[best * n + k])) return 0;
@@ -131,7 +132,7 @@ static void attempt(m4e_integrator *s) {
     }
     for (size_t q = 0; q < n; ++q) s->x_new[q] += k[ORDER_STAGES - 1][q];
     s->lanes[0].error =
-        sqrt(m4e_sum(s, 0, k[ORDER_STAGES - 1], s->x, s->x_new)) / sqrt((double)n);
+        sqrt(m4e_sum(s, 0, k[ORDER_STAGES - 1], s->x, s->x_new)) / sqrt((double)s->controlled);
 }
 
 static void interpolant(m4e_integrator *s) {

@@ -7,7 +7,8 @@
 const method *m4e_method_of(const m4e_model *m, const m4e_options *o) {
     static const method *const known[] = {&m4e_rk45, &m4e_dop853, &m4e_rodas};
     const int sound = o->rtol >= 0.0 && o->atol >= 0.0 && o->rtol + o->atol > 0.0 &&
-                      isfinite(o->rtol + o->atol) && o->max_step > 0.0;
+                      isfinite(o->rtol + o->atol) && o->max_step > 0.0 &&
+                      (o->quadratures == 0 || o->quadratures < m->program->count.states);
     if (!sound || o->method < 0 || o->method > M4E_RODAS) return NULL;
     return o->method == M4E_RODAS && m->lanes > 1 ? NULL : known[o->method];
 }
@@ -49,6 +50,7 @@ m4e_integrator *m4e_integrator_new(m4e_model *model, const m4e_options *options,
     s->options.rtol = fmax(options->rtol, 100.0 * DBL_EPSILON);
     if (events) s->events = *events;
     s->n = model->program->count.states;
+    s->controlled = s->n - options->quadratures;
     if (make_room(s)) return s;
     m4e_integrator_free(s);
     return NULL;

@@ -1,0 +1,61 @@
+"""Where the energy went: works of loads and inputs, and whether the balance closes.
+
+The work of a load is one more state of the program, whose rate is the power that the program
+reports: it is integrated by the method that integrates the motion, at the same steps, which it does
+not govern.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from m4e_fmi.program import Program, Variable
+
+KINETIC, POTENTIAL, TOTAL = "energy.kinetic", "energy.potential", "energy.total"
+POWER = re.compile(r"(load\.\w+|inputs)\.power")
+
+
+@dataclass(frozen=True)
+class EnergyAudit:
+    """How far the energy balance of a simulation is from closing.
+
+    `residual` [J] over time is E(t) − E(0) − Σ works: of kinetic and potential energy together, and
+    of all loads and inputs that change it. `scale` [J] is the largest that the kinetic energy, the
+    change of the potential energy or the work of one load has been.
+    """
+
+    residual: np.ndarray
+    scale: float
+
+    @property
+    def relative(self) -> float:
+        """The largest residual, of the scale; 0 if nothing happened."""
+        return float(np.abs(self.residual).max()) / self.scale if self.scale else 0.0
+
+
+def with_works(program: Program) -> tuple[Program, int]:
+    """The program with a state `<…>.work` [J] for each of its powers, and how many these are."""
+    states, rates = [], []
+    for variable, node in zip(program.outputs, program.results, strict=True):
+        if POWER.fullmatch(variable.name):
+            owner = variable.name.removesuffix(".power")
+            text = "Work since the start by which the total energy has changed"
+            states.append(Variable(f"{owner}.work", "J", text, local=True))
+            rates.append(node)
+    audited = replace(program, states=(*program.states, *states), rates=(*program.rates, *rates))
+    return audited, len(states)
+
+
+def energy_audit(values: Mapping[str, np.ndarray]) -> EnergyAudit | None:
+    """The audit of what a simulation gave, by name; None where there is no total energy."""
+    if TOTAL not in values:
+        return None
+    works = [value for name, value in values.items() if name.endswith(".work")]
+    kinetic, potential, total = (values[name] for name in (KINETIC, POTENTIAL, TOTAL))
+    residual = total - total[0] - sum(works)
+    exchanged = [kinetic, potential - potential[0], *works]
+    return EnergyAudit(residual, max(float(np.abs(value).max()) for value in exchanged))

@@ -1,0 +1,151 @@
+"""Events of simulations, and steps that end at the kinks of tables, against exact solutions."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from m4e_fmi.errors import InputError
+from m4e_fmi.model import Body, Joint, JointEffort, JointStop, Model, Table, TensionStop
+from m4e_fmi.model.elements import Point
+from m4e_fmi.multibody import model_program
+from m4e_fmi.simulate import Watch, simulate
+
+G, STIFFNESS = 9.81, 1e4
+GAP = "load.floor.gap"
+
+
+def ball() -> Model:
+    """1 kg dropped from 1 m onto a spring."""
+    joint = Joint("prismatic", "ball", direction=(0.0, 1.0), initial={"q": 1.0})
+    return Model(
+        "ball",
+        {"ball": Body(1.0, 1.0)},
+        {"fall": joint},
+        loads={"floor": JointStop("fall", STIFFNESS, lower=0.0)},
+        gravity=G,
+    )
+
+
+SPEED = np.sqrt(2 * G)
+FALL = SPEED / G
+# in contact ẍ = −g − ω²x from x = 0 at −SPEED: back at x = 0 after (2π − 2 atan(ω·SPEED/g))/ω
+FREQUENCY = np.sqrt(STIFFNESS)
+CONTACT = (2 * np.pi - 2 * np.arctan(FREQUENCY * SPEED / G)) / FREQUENCY
+PERIOD = 2 * FALL + CONTACT
+
+
+@pytest.mark.parametrize("method", ["dop853", "rk45", "rodas", "scipy.DOP853"])
+def test_contacts_of_a_bouncing_ball(method: str) -> None:
+    result = simulate(ball(), stop_time=4.0, method=method, tolerance=1e-10, events=[Watch(GAP)])
+    exact = [FALL + k * PERIOD + part for k in range(4) for part in (0.0, CONTACT)]
+    assert [event.name for event in result.events] == [GAP] * 8
+    # steps of 1e-10, across two kinks of the force at each bounce
+    assert [event.time for event in result.events] == pytest.approx(exact, abs=1e-6)
+    assert [event.states[0] for event in result.events] == pytest.approx([0.0] * 8, abs=1e-6)
+    assert result.time[-1] == 4.0
+
+
+@pytest.mark.parametrize("method", ["dop853", "scipy.RK45"])
+def test_a_terminal_event_ends_the_simulation(method: str) -> None:
+    events = [Watch("joint.fall.u", 1, terminal=True), Watch(GAP, -1)]
+    result = simulate(ball(), stop_time=4.0, method=method, tolerance=1e-10, events=events)
+    lowest = FALL + CONTACT / 2
+    assert [(e.name, e.terminal) for e in result.events] == [(GAP, False), ("joint.fall.u", True)]
+    assert result.events[-1].time == pytest.approx(lowest, abs=1e-7)
+    assert result.time[-1] == result.events[-1].time
+    assert result.time[-2] == pytest.approx(0.46, abs=1e-12)
+    assert all(len(values) == len(result.time) for values in result.values.values())
+    # the potential energy lost is in the spring: x² ω²/2 = g (1 − x)
+    depth = (G + np.sqrt(G * G + 2 * STIFFNESS * G)) / STIFFNESS
+    assert result["joint.fall.q"][-1] == pytest.approx(-depth, abs=1e-8)
+    assert "watched.joint.fall.u" not in result.values
+
+
+def test_events_are_the_same_with_progress_and_change_nothing() -> None:
+    alone = simulate(ball(), stop_time=2.0)
+    told: list[float] = []
+    watched = simulate(ball(), stop_time=2.0, events=[Watch(GAP)], progress=told.append)
+    np.testing.assert_array_equal(alone["joint.fall.q"], watched["joint.fall.q"])
+    assert len(watched.events) == 4
+    assert told[-1] == 2.0
+
+
+def test_events_that_cannot_be() -> None:
+    with pytest.raises(InputError, match=r"did you mean 'load\.floor\.gap'"):
+        simulate(ball(), stop_time=1.0, events=[Watch("load.flor.gap")])
+    with pytest.raises(InputError, match="finds no events"):
+        simulate(ball(), stop_time=1.0, events=[Watch(GAP)], method="python")
+
+
+def test_gaps_are_to_the_nearer_limit() -> None:
+    joint = Joint("prismatic", "a", direction=(1.0, 0.0), initial={"q": 0.7})
+    hinge = Joint("revolute", "b", "a", coordinate="relative", initial={"q": 0.3})
+    model = Model(
+        "two",
+        {"a": Body(1.0, 1.0), "b": Body(1.0, 1.0)},
+        {"rail": joint, "hinge": hinge},
+        {"end": Point("a", (1.0, 0.0)), "wall": Point("ground", (4.0, 0.0))},
+        {
+            "rails": JointStop("rail", 1.0, -0.5, 1.0),
+            "turns": JointStop("hinge", 1.0, upper=0.25),
+            "rope": TensionStop(("end", "wall"), 1.0, lower=2.0, upper=5.0),
+        },
+    )
+    result = simulate(model, stop_time=0.01)
+    gaps = [result[f"load.{name}.gap"][0] for name in ("rails", "turns", "rope")]
+    assert gaps == pytest.approx([0.3, -0.05, 0.3], abs=1e-15)
+    units = [result.variables[f"load.{name}.gap"].unit for name in ("rails", "turns", "rope")]
+    assert units == ["m", "rad", "m"]
+
+
+TIMES = np.arange(0.0, 10.1, 0.25)
+FORCES = np.where(np.arange(TIMES.size) % 2, 1.0, -1.0) * np.linspace(1.0, 3.0, TIMES.size)
+
+
+def driven() -> Model:
+    """ẍ = f(t) − 4x, f a zigzag."""
+    return Model(
+        "driven",
+        {"a": Body(1.0, 1.0)},
+        {"rail": Joint("prismatic", "a", direction=(1.0, 0.0))},
+        loads={"push": JointEffort("rail", "f - 4*joint.rail.q")},
+        tables={"f": Table(tuple(TIMES), tuple(FORCES), "N")},
+    )
+
+
+def driven_exactly(times: np.ndarray) -> np.ndarray:
+    """x, from row to row of the table: a straight line and a free oscillation at 2 rad/s."""
+    x = v = 0.0
+    result = np.zeros(times.shape)
+    for k in range(TIMES.size - 1):
+        start, slope = FORCES[k], (FORCES[k + 1] - FORCES[k]) / (TIMES[k + 1] - TIMES[k])
+        cosine, sine = x - start / 4, (v - slope / 4) / 2
+        inside = times >= TIMES[k]
+        s = times[inside] - TIMES[k]
+        line = (start + slope * s) / 4
+        result[inside] = cosine * np.cos(2 * s) + sine * np.sin(2 * s) + line
+        h = TIMES[k + 1] - TIMES[k]
+        x = cosine * np.cos(2 * h) + sine * np.sin(2 * h) + (start + slope * h) / 4
+        v = 2 * (sine * np.cos(2 * h) - cosine * np.sin(2 * h)) + slope / 4
+    return result
+
+
+@pytest.mark.parametrize("method", ["dop853", "rk45", "rodas", "python"])
+def test_steps_end_at_the_rows_of_tables(method: str) -> None:
+    ended, crossed = (
+        simulate(system, stop_time=10.0, output_interval=0.7, method=method)
+        for system in (driven(), model_program(driven(), inputs=()))
+    )
+    errors = [
+        np.abs(result["joint.rail.q"] - driven_exactly(result.time)).max()
+        for result in (ended, crossed)
+    ]
+    # each of 40 smooth pieces is off by some 1e-8; across a kink the order is lost
+    assert errors[0] < min(1e-7, errors[1])
+    assert ended.evaluations < crossed.evaluations
+
+
+def test_kinks_are_where_slopes_change() -> None:
+    assert Table((0.0, 1.0, 2.0, 3.0, 5.0), (1.0, 1.0, 2.0, 3.0, 3.0)).kinks == [1.0, 3.0]
+    assert Table((0.0, 1.0), (0.0, 1.0)).kinks == [0.0, 1.0]
