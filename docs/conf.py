@@ -20,7 +20,16 @@ from sphinx.config import Config  # noqa: E402
 
 import m4e_fmi  # noqa: E402
 
-PAGES_THAT_RUN = ("tutorial", "input", "parameters")
+PAGES_THAT_RUN = (
+    "tutorial",
+    "model_files",
+    "input",
+    "other_inputs",
+    "parameters",
+    "pictures",
+    "analysis",
+    "programs",
+)
 SCRIPTS = (
     "double_pendulum/double_pendulum.py",
     "paper_cases/spiderfloat_lists.py",

@@ -2,13 +2,14 @@
 
 In such a page
 
-- a `yaml` block that starts with the comment `# NAME.yaml` is written to that file;
+- a `yaml` block that starts with the comment `# NAME.yaml` is written to that file, others are for
+  reading only;
 - a `console` block holds commands after `$ `, each followed by what it prints;
 - a `python` block is run, with the names that earlier ones have made; a `text` block right after it
   is what it prints.
 
-In what is printed, `...` stands for anything and the amount of white space does not matter. Other
-blocks are for reading only.
+In what is printed, `...` stands for anything and the amount of white space does not matter. Blocks
+of other languages are for reading only. The folder examples/ is at hand as in the repository.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from typing import Any
 
 from m4e_fmi import cli
 
+EXAMPLES = Path(__file__).parents[2] / "examples"
 FENCE = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 FILE = re.compile(r"# (\S+\.yaml)\n")
 LENIENT = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
@@ -51,19 +53,19 @@ def blocks(page: str) -> Iterator[Block]:
 
 
 def run_page(page: Path, folder: Path) -> None:
-    """Run what `page` shows in `folder`, which is made anew.
+    """Run what `page` shows in `folder`, which is made anew with a copy of examples/.
 
     Raises PageError where something else comes out, with both texts.
     """
     shutil.rmtree(folder, ignore_errors=True)
-    folder.mkdir(parents=True)
+    shutil.copytree(EXAMPLES, folder / "examples", ignore=shutil.ignore_patterns("build", "__*"))
     names: dict[str, Any] = {"__name__": page.stem}
     shown = list(blocks(page.read_text(encoding="utf-8")))
     with contextlib.chdir(folder):
         for block, after in zip(shown, [*shown[1:], None], strict=True):
             place = f"{page.name}:{block.line}"
             if block.language == "yaml":
-                _write(block, place)
+                _write(block)
             elif block.language == "console":
                 _run_commands(block, place)
             elif block.language == "python":
@@ -72,11 +74,10 @@ def run_page(page: Path, folder: Path) -> None:
                     _compare(after.text, printed, place)
 
 
-def _write(block: Block, place: str) -> None:
+def _write(block: Block) -> None:
     name = FILE.match(block.text)
-    if not name:
-        raise PageError(f"{place}: say in the first line what file this is: # NAME.yaml")
-    Path(name[1]).write_text(block.text, encoding="utf-8")
+    if name:
+        Path(name[1]).write_text(block.text, encoding="utf-8")
 
 
 def _run_commands(block: Block, place: str) -> None:

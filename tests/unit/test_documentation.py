@@ -57,7 +57,7 @@ def run(page: str, folder: Path) -> None:
 def test_a_page_that_is_right(tmp_path: Path) -> None:
     command = "```console\n$ m4e-fmi equations link.model.yaml\nlink:\n...\n```\n"
     code = "```python\nx = 1\n```\n\n```python\nprint(x + 1)\n```\n\n```text\n2\n```\n"
-    reading = "```sh\nmake coffee\n```\n"
+    reading = "```sh\nmake coffee\n```\n\n```yaml\nany: thing\n```\n"
     run(MODEL + command + code + reading, tmp_path)
     assert (tmp_path / "work" / "link.model.yaml").is_file()
 
@@ -71,7 +71,6 @@ def test_a_page_that_is_right(tmp_path: Path) -> None:
         ("```console\n$ m4e-fmi fly\n```\n", "invalid choice: 'fly'"),
         ("```console\n$ rm -rf .\n```\n", "commands are of m4e-fmi, got 'rm'"),
         ("```console\nm4e-fmi doctor\n```\n", "starts with a command"),
-        ("```yaml\nname: link\n```\n", "what file this is"),
     ],
 )
 def test_pages_that_are_wrong(page: str, message: str, tmp_path: Path) -> None:
