@@ -30,7 +30,7 @@ from m4e_fmi.report.style import BODY_COLOURS, GREY, INK, PAPER, pale
 from m4e_fmi.simulate import Simulation
 
 SUFFIXES = (".html", ".gif")
-HTML_FRAMES = 1200
+HTML_FRAMES, HTML_POSES = 1200, 14_000  # frames at most, and poses of bodies: 8 bytes each
 GIF_FRAMES, GIF_RATE = 160, 20.0  # frames at most, per second
 GIF_COLOURS = 64
 GIF_PIXELS = 620  # of the longer side
@@ -45,7 +45,8 @@ def animate(model: Model, simulation: Simulation, path: Path) -> Path:
     check_animation_path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     if path.suffix.lower() == ".html":
-        page = html_page(film(model, simulation, frames=HTML_FRAMES))
+        frames = min(HTML_FRAMES, HTML_POSES // len(model.bodies))
+        page = html_page(film(model, simulation, frames=frames))
         path.write_text(page, encoding="utf-8")
     else:
         _write_gif(film(model, simulation, frames=_gif_frames(simulation)), path)

@@ -31,7 +31,7 @@ class Film:
     def limits(self) -> tuple[np.ndarray, np.ndarray]:
         """Corners of all that is ever to be seen, with a margin [m]."""
         low, high = self.scene.extent(self.poses)
-        margin = 0.08 * self.size
+        margin = 0.08 * self.scene.diagonal(self.poses)
         return low - margin, high + margin
 
     @property

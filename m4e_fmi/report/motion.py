@@ -21,7 +21,7 @@ from m4e_fmi.report.style import BODY_COLOURS, GREY, GRID, INK, PAPER, pale
 from m4e_fmi.simulate import Simulation
 
 WIDEST = 12.5  # inches
-SWING = 0.12  # how far a mode shape moves a body at most, as a part of the scene's size
+SWING = 0.12  # how far a mode shape moves a body at most, as a part of the scene's diagonal
 LARGEST_TURN = 0.5  # rad
 
 
@@ -81,12 +81,14 @@ def plot_modes(
         raise InputError.single(message, f"give one row for each of {names}")
     shown = scene(model, program)
     size = shown.size(shown.start[None])
-    low, high = _window(shown, size)
+    low, high = _window(shown)
     width, height = 3.4 * (high - low) / (high - low).max()
     figure, axes = _grid(columns.shape[1], max(1.6, width), height + 0.4)
     for k, axis in enumerate(axes):
         shape = columns[:, k] * np.exp(-1j * np.angle(columns[np.argmax(np.abs(columns[:, k])), k]))
-        moved = _moved(shown, program, coordinates, np.real(shape), size)
+        moved = _moved(
+            shown, program, coordinates, np.real(shape), shown.diagonal(shown.start[None])
+        )
         _mode(axis, shown, moved, size)
         title = titles[k] if k < len(titles) else f"mode {k + 1}"
         axis.set_title(title, fontsize=9, color=INK, loc="left")
@@ -98,7 +100,7 @@ def _coordinates_and_velocities(program: Program) -> list[tuple[str, str]]:
 
 
 def _moved(
-    shown: Scene, program: Program, coordinates: list[Variable], shape: np.ndarray, size: float
+    shown: Scene, program: Program, coordinates: list[Variable], shape: np.ndarray, diagonal: float
 ) -> np.ndarray:
     """Poses at minus and plus a mode shape, (2, N, 3), its amplitude such as to be seen."""
 
@@ -114,21 +116,21 @@ def _moved(
     ]
     step = np.max(np.hypot(*np.vstack(steps).T))
     turn = np.abs(near - shown.start)[:, 2].max()
-    amplitude = small / max(step / (SWING * size), turn / LARGEST_TURN, 1e-300)
+    amplitude = small / max(step / (SWING * diagonal), turn / LARGEST_TURN, 1e-300)
     return np.stack([poses(-amplitude), poses(amplitude)])
 
 
-def _window(shown: Scene, size: float) -> tuple[np.ndarray, np.ndarray]:
+def _window(shown: Scene) -> tuple[np.ndarray, np.ndarray]:
     """Corners of what every mode's picture shows [m]."""
     low, high = shown.extent(shown.start[None])
-    margin = (0.04 + SWING) * size
+    margin = (0.04 + SWING) * shown.diagonal(shown.start[None])
     return low - margin, high + margin
 
 
 def _mode(axis: Any, shown: Scene, moved: np.ndarray, size: float) -> None:
     from matplotlib.collections import LineCollection, PolyCollection
 
-    low, high = _window(shown, size)
+    low, high = _window(shown)
     axis.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
     axis.set_aspect("equal")
     axis.axis("off")

@@ -25,6 +25,7 @@ from m4e_fmi.report.symbols import Line
 
 Pair = tuple[float, float]
 GROUND_INDEX = -1
+MOST_BODIES_ACROSS = 12  # bodies in a row at which symbols begin to shrink with the bodies
 
 
 @dataclass(frozen=True)
@@ -131,11 +132,17 @@ class Scene:
         everything = np.vstack(places)
         return everything.min(axis=0), everything.max(axis=0)
 
-    def size(self, poses: np.ndarray) -> float:
-        """A length by which symbols are scaled [m]."""
+    def diagonal(self, poses: np.ndarray) -> float:
+        """The diagonal of everything [m], over poses (T, N, 3); 1 m of a single point."""
         low, high = self.extent(poses)
-        length = float(np.hypot(*(high - low)))
-        return length if length > 0 else 1.0
+        return float(np.hypot(*(high - low))) or 1.0
+
+    def size(self, poses: np.ndarray) -> float:
+        """A length to scale symbols by [m]: the diagonal, or less where bodies are small."""
+        spans = [float(np.hypot(*np.ptp(np.array(held), axis=0))) for held in self.attachments]
+        body = float(np.quantile(spans, 0.75))
+        diagonal = self.diagonal(poses)
+        return min(diagonal, MOST_BODIES_ACROSS * body) if body > 0 else diagonal
 
     def poses(self, values: Mapping[str, Any]) -> np.ndarray:
         """x, z, θ of every body, (T, N, 3), from variables by their names in a Program."""

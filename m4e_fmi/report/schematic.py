@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 LARGEST = (8.5, 7.0)  # inches
+MOST_NAMES = 24  # bodies that are named; of more, only the numbers are written
 LEAST_RATIO = 0.62  # of the shorter to the longer side
 
 
@@ -44,7 +45,7 @@ def model_figure(model: Model, *, program: Program | None = None) -> Figure:
 
     shown = scene(model, program)
     size = shown.size(shown.start[None])
-    low, high = _limits(shown, size)
+    low, high = _limits(shown)
     scale = min(np.array(LARGEST) / (high - low))
     figure = Figure(figsize=tuple(scale * (high - low)), layout="constrained")
     axis = figure.subplots()
@@ -59,10 +60,11 @@ def model_figure(model: Model, *, program: Program | None = None) -> Figure:
     return figure
 
 
-def _limits(shown: Scene, size: float) -> tuple[np.ndarray, np.ndarray]:
+def _limits(shown: Scene) -> tuple[np.ndarray, np.ndarray]:
     """Corners of the picture [m]: room for names, and neither side much longer than the other."""
     low, high = shown.extent(shown.start[None])
-    low, high = low - 0.14 * size, high + 0.14 * size
+    margin = 0.14 * shown.diagonal(shown.start[None])
+    low, high = low - margin, high + margin
     sides = high - low
     missing = np.maximum(0, sides.max() * LEAST_RATIO - sides) / 2
     return low - missing, high + missing
@@ -96,7 +98,7 @@ class Drawing:
         self, axis: Any, shown: Scene, poses: np.ndarray, size: float, labels: Labels
     ) -> None:
         self.axis, self.scene, self.poses, self.labels = axis, shown, poses, labels
-        self.size = size
+        self.size, self.diagonal = size, shown.diagonal(poses[None])
         self.body_radius = 0.02 * size
         self.joint_radius = 0.0085 * size
 
@@ -132,7 +134,8 @@ class Drawing:
             self._fill(outline, (*pale(colour), 0.9), colour, order)
             centre = self.poses[k, :2]
             self._centre(centre, colour)
-            self.labels.add(f"{k + 1} {name}", centre, colour, bold=True)
+            label = f"{k + 1} {name}" if len(self.scene.bodies) <= MOST_NAMES else f"{k + 1}"
+            self.labels.add(label, centre, colour, bold=True)
             self.labels.avoid(outline)
 
     def _centre(self, at: Any, colour: str) -> None:
@@ -183,7 +186,7 @@ class Drawing:
                 self._arrow(line[-2], line[-1], FORCE)
                 self.labels.add(push.name, line[20], FORCE)
                 continue
-            tip = at + 0.11 * self.size * np.array(push.direction)
+            tip = at + 0.11 * self.diagonal * np.array(push.direction)
             self._arrow(at, tip, FORCE)
             self.labels.add(push.name, tip, FORCE)
 
@@ -195,12 +198,12 @@ class Drawing:
     def _axes_and_gravity(self) -> None:
         """World axes at the origin if it is in sight, in the lower left corner else; gravity."""
         (left, right), (low, high) = self.axis.get_xlim(), self.axis.get_ylim()
-        reach = 0.07 * self.size
+        reach = 0.07 * self.diagonal
         origin = np.array([left + 0.03 * (right - left), low + 0.03 * (high - low)])
         for direction, name in (((1, 0), "X"), ((0, 1), "Z")):
             tip = origin + reach * np.array(direction)
             self._arrow(origin, tip, INK, 1.2)
-            self.axis.annotate(name, tip + 0.018 * self.size * np.array(direction), color=INK,
+            self.axis.annotate(name, tip + 0.018 * self.diagonal * np.array(direction), color=INK,
                                fontsize=8, ha="center", va="center")  # fmt: skip
         if self.scene.gravity:
             down = np.array([0, -np.sign(self.scene.gravity)])
