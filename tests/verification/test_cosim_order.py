@@ -106,8 +106,8 @@ def test_force_displacement_gauss_seidel_is_second_order(c_fmu: Fmus, partner: s
 
 
 @pytest.mark.verifies(
-    "error of `jacobi` at H = 0.1 s, two-mass oscillator",
-    analytic="exact solution",
+    "error of `jacobi` at H = 0.1 s, two-mass oscillator: 0.413 m",
+    independent="other FMI masters that exchange fresh values",
     tolerance="5e-4 m",
 )
 def test_force_displacement_jacobi_is_first_order(c_fmu: Fmus) -> None:
