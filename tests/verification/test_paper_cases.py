@@ -63,7 +63,7 @@ def motion_of(values: Any, bodies: int) -> np.ndarray:
 
 
 @pytest.mark.verifies(
-    "seven systems of the paper, its error by Eq. (10), rtol = atol = 1e-10",
+    "seven systems of the paper at rtol = atol = 1e-10, error by Eq. (10)",
     independent="maximal coordinates with Lagrange multipliers at 1e-13",
     tolerance="1e-7",
 )
