@@ -1,12 +1,13 @@
 # Two commands do all: `make demo` sets up and runs the main job, `make test` sets up and tests.
-# `make bench` measures us beside our peers, in environments of their own (`make bench FULL=--full`).
+# `make docs` builds the documentation. `make bench` measures us beside our peers, in environments
+# of their own (`make bench FULL=--full`).
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 JOBS ?= 2
 
-.PHONY: demo test lint bench setup clean
+.PHONY: demo test lint docs bench setup clean
 
 demo: setup
 	$(BIN)/m4e-fmi run examples/moored_buoy/system.yaml
@@ -18,6 +19,10 @@ lint: setup
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright
+
+# the pages are in build/docs; open index.html
+docs: setup
+	$(BIN)/sphinx-build -W --keep-going -q docs build/docs
 
 bench: .venv-bench/ready
 	cd tests && ../.venv-bench/bin/python -m benchmark.run $(FULL)

@@ -133,12 +133,14 @@ class Equations:
 
     @cached_property
     def kinetic_energy(self) -> sympy.Expr:
+        """½ vᵀ(𝓜 + A)v [J]."""
         import sympy
 
         return sympy.sympify(kinetic_energy(self.assembly), strict=True)
 
     @cached_property
     def potential_energy(self) -> sympy.Expr:
+        """Of gravity (zero at Z = 0) and of springs that have one [J]."""
         import sympy
 
         return sympy.sympify(potential_energy(self.assembly), strict=True)

@@ -105,6 +105,16 @@ def imbalance(program: Program, values: dict[str, float], power: Any) -> float:
         return float(abs(slope - gained) / (1 + abs(energies[0])))
 
 
+@pytest.mark.verifies(
+    "accelerations by recursion and closed form, all joints and loads",
+    independent="from positions alone, mpmath in 50 digits",
+    tolerance="1e-43",
+)
+@pytest.mark.verifies(
+    "the same in doubles",
+    independent="from positions alone, mpmath in 50 digits",
+    tolerance="1e-13",
+)
 @pytest.mark.parametrize("block", range(BLOCKS))
 def test_trees(block: int) -> None:
     for seed in range(TREES * block, TREES * (block + 1)):
@@ -112,6 +122,9 @@ def test_trees(block: int) -> None:
         check(model, seed, [Recursion, ClosedForm])
 
 
+@pytest.mark.verifies(
+    "symbolic equations, energies and powers", independent="what runs", tolerance="1e-13"
+)
 @pytest.mark.parametrize("seed", range(8))
 def test_what_people_read_is_what_runs(seed: int) -> None:
     """Mass matrix, forcing, energy and powers of the symbolic equations, in 50 digits."""

@@ -57,6 +57,11 @@ def largest_error(found: Sequence[Any], expected: Sequence[Any]) -> float:
     return float(max(differences) / (1 + max(map(abs, expected))))
 
 
+@pytest.mark.verifies(
+    "derivatives of rates and outputs along states, inputs, parameters",
+    independent="difference quotients, mpmath in 100 digits",
+    tolerance="1e-40",
+)
 @pytest.mark.parametrize("algorithm", ["around the solution", "through it", "closed form"])
 @pytest.mark.parametrize("seed", range(8))
 def test_tangents_of_trees(seed: int, algorithm: str) -> None:
@@ -78,6 +83,11 @@ def test_tangents_of_trees(seed: int, algorithm: str) -> None:
         assert largest_error(exact, expected) < 1e-40
 
 
+@pytest.mark.verifies(
+    "Jacobians in doubles",
+    independent="difference quotients, mpmath in 100 digits",
+    tolerance="1e-11",
+)
 @pytest.mark.parametrize("seed", range(6))
 def test_jacobians_of_trees(seed: int) -> None:
     """Column j is the tangent along variable j, entry by entry; what is left out is zero."""

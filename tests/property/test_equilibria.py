@@ -30,6 +30,11 @@ def on_springs(seed: int) -> Model:
     return replace(model, points=points, loads=loads)
 
 
+@pytest.mark.verifies(
+    "equilibria: accelerations left, stability, energy that falls",
+    analytic="statics",
+    tolerance="1e-9",
+)
 @pytest.mark.parametrize("seed", range(20))
 def test_trees_on_springs(seed: int) -> None:
     model = on_springs(seed)

@@ -94,6 +94,11 @@ def damaged(draw: st.DrawFn, whole: Any) -> Any:
     return data
 
 
+@pytest.mark.verifies(
+    "damaged files of Chrono and the paper give a message or a model",
+    analytic="no other outcome",
+    tolerance="identical",
+)
 @pytest.mark.parametrize("form", FORMS)
 @given(choice=st.data())
 @settings(

@@ -110,6 +110,11 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
+@pytest.mark.verifies(
+    "damaged model files give a message or a model",
+    analytic="no other outcome",
+    tolerance="identical",
+)
 @pytest.mark.parametrize("block", range(4))
 def test_damaged_files(block: int, folder: Path) -> None:
     models = sum(check(seed, folder, TEXT) for seed in range(100 * block, 100 * (block + 1)))

@@ -98,6 +98,16 @@ def outputs_of(program: Program, values: Mapping[str, float], *, exact: bool) ->
     }
 
 
+@pytest.mark.verifies(
+    "reactions of every joint, all joints and loads",
+    independent="Newton and Euler of each body, loads by virtual work in mpmath, 50 digits",
+    tolerance="1e-43",
+)
+@pytest.mark.verifies(
+    "the same in doubles",
+    independent="Newton and Euler of each body, loads by virtual work in mpmath, 50 digits",
+    tolerance="1e-12",
+)
 @pytest.mark.parametrize("algorithm", ALGORITHMS)
 @pytest.mark.parametrize("seed", range(10))
 def test_every_body_is_in_balance(seed: int, algorithm: str) -> None:

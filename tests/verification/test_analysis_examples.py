@@ -22,6 +22,11 @@ def example(name: str, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     return importlib.import_module(name)
 
 
+@pytest.mark.verifies(
+    "way of a cart that balances a pole by feedback, 6 s",
+    independent="the textbook's two equations, SciPy's DOP853",
+    tolerance="1e-8 m",
+)
 def test_a_cart_balances_a_pole(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """The cart's way, by the textbook's two equations of a cart with a pole.
 
@@ -54,6 +59,11 @@ def test_a_cart_balances_a_pole(monkeypatch: pytest.MonkeyPatch, tmp_path: Path)
     cart_pole.picture(run, tmp_path / "picture.png")
 
 
+@pytest.mark.verifies(
+    "optimal tuned mass damper, by exact gradients",
+    published="Warburton (1982), table I",
+    tolerance="1e-7",
+)
 def test_tuning_a_mass_damper(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Warburton's closed form of 1982; the gradient by central differences."""
     damper = example("tuned_mass_damper", monkeypatch)

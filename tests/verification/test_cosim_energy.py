@@ -30,6 +30,11 @@ def balance(
     return bond, speed[0] ** 2 / 2
 
 
+@pytest.mark.verifies(
+    "energy that a body receives over a connection",
+    analytic="its kinetic energy",
+    tolerance="1e-12 J",
+)
 @pytest.mark.parametrize("algorithm", ["jacobi", "gauss_seidel"])
 def test_received_is_exactly_what_the_body_gained(c_fmu: Fmus, algorithm: str) -> None:
     bond, kinetic = balance(c_fmu, "spring", 0.1, algorithm, stiffness=2.0)

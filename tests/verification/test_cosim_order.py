@@ -88,6 +88,11 @@ def two_mass(fmus: Fmus, partner: str) -> tuple[tuple[Component, ...], dict[Port
     return components, dict(zip(ports, TWO_MASS, strict=True))
 
 
+@pytest.mark.verifies(
+    "order of `gauss_seidel`, two-mass oscillator",
+    analytic="exact solution",
+    tolerance="order 2 ± 0.15",
+)
 @pytest.mark.parametrize("partner", ["partner", "moving_partner"])
 def test_force_displacement_gauss_seidel_is_second_order(c_fmu: Fmus, partner: str) -> None:
     components, exact = two_mass(c_fmu, partner)
@@ -100,6 +105,11 @@ def test_force_displacement_gauss_seidel_is_second_order(c_fmu: Fmus, partner: s
     np.testing.assert_allclose(again, found, rtol=1e-9)
 
 
+@pytest.mark.verifies(
+    "error of `jacobi` at H = 0.1 s, two-mass oscillator: 0.413 m",
+    independent="other FMI masters that exchange fresh values",
+    tolerance="5e-4 m",
+)
 def test_force_displacement_jacobi_is_first_order(c_fmu: Fmus) -> None:
     components, exact = two_mass(c_fmu, "partner")
     found = errors(components, ("a.m <-> b.end",), "jacobi", exact)
@@ -161,6 +171,11 @@ def amplitude(fmus: Fmus, model: str, step: float, periods: int) -> float:
     return float(np.sqrt(np.mean(energies)))
 
 
+@pytest.mark.verifies(
+    "energy that the coupling of body and force takes, 130 periods",
+    analytic="amplitude factor 1 − (ωH)⁴/32, line 1 − 5(ωH)⁴/48",
+    tolerance="5e-6",
+)
 @pytest.mark.parametrize(("model", "rate"), [("spring", 1 / 32), ("line", 5 / 48)])
 def test_energy_over_130_periods(c_fmu: Fmus, model: str, rate: float) -> None:
     step, periods = 0.01, 130
@@ -170,6 +185,11 @@ def test_energy_over_130_periods(c_fmu: Fmus, model: str, rate: float) -> None:
     assert lost == pytest.approx(rate * step**4 * 2 * np.pi * periods / step, abs=5e-6)
 
 
+@pytest.mark.verifies(
+    "largest stable step of body and force, ωH = 2.19 and 1.73",
+    analytic="roots of the recursion",
+    tolerance="0.97 to 1.03",
+)
 @pytest.mark.parametrize(("model", "limit"), [("spring", 2.19), ("line", 1.73)])
 def test_stability_limits(c_fmu: Fmus, model: str, limit: float) -> None:
     # from the eigenvalues of the recursion; 60 periods tell 3 % on either side apart

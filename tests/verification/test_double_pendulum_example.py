@@ -42,12 +42,22 @@ def test_yaml_and_python_are_one_model(python_model):
         assert np.array_equal(from_yaml[name], from_python[name])
 
 
+@pytest.mark.verifies(
+    "double pendulum of section 5.1, angles after 10 s",
+    independent="SymPy's Lagrange equations, SciPy's DOP853 at 1e-11",
+    tolerance="1e-8 rad",
+)
 def test_independent_solution(reference):
     """SymPy's Lagrange equations of the same system, integrated by SciPy's DOP853 at 1e-11."""
     assert reference["joint.shoulder.q"][-1] == pytest.approx(-2.20437786, abs=1e-8)
     assert reference["joint.elbow.q"][-1] == pytest.approx(-2.04149480, abs=1e-8)
 
 
+@pytest.mark.verifies(
+    "its FMU in FMPy against the simulation in process",
+    independent="FMPy's master",
+    tolerance="1e-6",
+)
 def test_fmu_follows_the_simulation(tmp_path, reference):
     fmu = build_fmu(model_program(YAML), tmp_path / "double_pendulum.fmu")
     result = fmpy.simulate_fmu(

@@ -71,6 +71,11 @@ def crossing_period(times: np.ndarray, values: np.ndarray) -> float:
     return (found[-1] - found[0]) / (len(found) - 1)
 
 
+@pytest.mark.verifies(
+    "flexible pendulum as two FMUs, 80 s at 1 ms: periods, energy",
+    published="Sabet and Diaz-Flores Caminero, tables 11 and 12; exact nonlinear equation",
+    tolerance="1e-3",
+)
 def test_periods_and_energy_over_eighty_seconds(tmp_path):
     times, motion = coupled(tmp_path, step=0.001, stop=80.0)
     x, z = motion[0], motion[1]
@@ -98,6 +103,9 @@ def _vertex(times: np.ndarray, values: np.ndarray, k: int) -> float:
     return times[k] + (times[1] - times[0]) * (before - after) / (before - 2 * here + after) / 2
 
 
+@pytest.mark.verifies(
+    "order of its coupling", analytic="exact nonlinear equation", tolerance="order 2 ± 0.1"
+)
 def test_second_order_against_the_exact_equation(tmp_path):
     errors = []
     for step in (0.01, 0.005, 0.0025):

@@ -45,6 +45,11 @@ def ball() -> Coefficients:
     return solved(hull(BALL, panels=576), omega=omega.tolist())
 
 
+@pytest.mark.verifies(
+    "added mass and damping of a heaving hemisphere, 576 panels",
+    published="Hulme (1982)",
+    tolerance="2.5e-3",
+)
 def test_heaving_hemisphere(ball: Coefficients) -> None:
     """Hulme (1982). The discretisation error of 576 panels was measured by refining to 2304:
     0.1 to 0.2 % in A33 and B33, 0.13 % in A33 at infinite frequency."""
@@ -72,6 +77,9 @@ def test_the_direct_method_converges_quadratically() -> None:
     assert np.all(np.abs(errors[1]) < 6e-3)
 
 
+@pytest.mark.verifies(
+    "excitation from radiation damping", analytic="Haskind's relation", tolerance="5e-3"
+)
 def test_haskind_relation(ball: Coefficients) -> None:
     """|X₃|² = 2 ρ g³ B₃₃/ω³ for a body of revolution in deep water (Newman 1962): radiation and
     diffraction are solved separately, so this holds to the discretisation error only."""
@@ -79,6 +87,11 @@ def test_haskind_relation(ball: Coefficients) -> None:
     np.testing.assert_allclose(np.abs(ball.excitation[:, 1]), expected, rtol=5e-3)
 
 
+@pytest.mark.verifies(
+    "excitation by long waves",
+    analytic="hydrostatics, Froude and Krylov with added mass",
+    tolerance="0.02",
+)
 def test_excitation_of_long_waves(ball: Coefficients) -> None:
     """e^{−iωt}, towards +X: heave follows the elevation with ρ g A_wp; surge is pushed by
     −∂p/∂x = −i k ρ g a, on the displaced and the added mass; reversed waves reverse surge."""
@@ -108,6 +121,9 @@ def test_pitch_is_ours() -> None:
     assert found.excitation[0, 2] == pytest.approx(2 * found.excitation[0, 0], rel=7e-3)
 
 
+@pytest.mark.verifies(
+    "coefficients in 100 m of water", analytic="deep water, images", tolerance="1e-3"
+)
 def test_finite_depth_tends_to_deep_water() -> None:
     """The bottom acts like images 2 h away: (a/2h)³ ~ 1e-5 for h = 100 m, and e^{−2kh} ~ 1e-5."""
     small = hull(BALL, panels=144)
@@ -118,6 +134,7 @@ def test_finite_depth_tends_to_deep_water() -> None:
         np.testing.assert_allclose(b, a, atol=1e-3 * np.abs(a).max())
 
 
+@pytest.mark.verifies("two interacting bodies", analytic="mirror symmetry", tolerance="1e-6")
 def test_two_bodies_mirror_one_another() -> None:
     """Two equal boxes at x = ∓10 m: reflection in x = 0 exchanges them, with the signs of surge
     and pitch; the far waves of one act on the other."""

@@ -46,6 +46,11 @@ def sphere() -> Coefficients:
     )
 
 
+@pytest.mark.verifies(
+    "fit of the radiation memory, stable and passive",
+    independent="WAMIT's sphere of IEA OES Task 10",
+    tolerance="1e-3",
+)
 def test_the_fit_is_accurate_stable_and_passive(sphere: Coefficients) -> None:
     (group,) = fit_radiation(sphere)
     assert group.motions == (1,)
@@ -66,6 +71,7 @@ def test_more_poles_fit_better(sphere: Coefficients) -> None:
     assert errors[0] > 3 * errors[1] > 9 * errors[2]
 
 
+@pytest.mark.verifies("fit of a rational memory", analytic="its poles", tolerance="1e-5")
 def test_a_rational_function_is_found_exactly(sphere: Coefficients) -> None:
     """K(s) = c s/((s + a)² + b²) is passive and K(0) = 0: two poles are all there is to find."""
     omega, a, b, c = sphere.omega, 0.6, 1.1, 2e4
@@ -141,6 +147,11 @@ def run(program: Program, motion, end: float) -> tuple[np.ndarray, np.ndarray]:
     return time, np.array(force)
 
 
+@pytest.mark.verifies(
+    "memory force in time after a pulse of velocity",
+    independent="direct convolution with the cosine transform of the damping",
+    tolerance="0.01",
+)
 def test_memory_force_against_convolution(sphere: Coefficients) -> None:
     """A pulse of velocity; the convolution is done with K(t) = 2/π ∫ B cos ωt dω from the table."""
     program = hydrodynamics_program(sphere)

@@ -74,6 +74,11 @@ def released(program: Program, height: float, time: np.ndarray) -> np.ndarray:
     return solution.y[0] - CENTER
 
 
+@pytest.mark.verifies(
+    "heave decay of a sphere, 1 m, in one program: RMS",
+    published="IEA OES Task 10, InWave+H",
+    tolerance="0.015 m",
+)
 def test_decay_of_one_metre() -> None:
     """Against InWave+H (IEA OES Task 10), and the exact linear solution's zeros and maxima.
 
@@ -115,6 +120,11 @@ def test_the_same_seed_makes_the_same_sea() -> None:
     assert first.at(50.0)["wave.elevation"] != other.at(50.0)["wave.elevation"]
 
 
+@pytest.mark.verifies(
+    "vertical force of a long regular wave",
+    analytic="hydrostatic stiffness times elevation",
+    tolerance="0.06",
+)
 def test_a_regular_wave_and_its_force() -> None:
     """A long wave lifts as it rises: force and elevation in phase, ρ g A_wp within k a = 4 %."""
     wave = {"spectrum": "regular", "height": 1.0, "period": 22.0, "phase": 0.4, "ramp_time": 0}

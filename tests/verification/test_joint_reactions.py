@@ -35,6 +35,9 @@ def test_a_hanging_link_is_carried() -> None:
     assert reaction(outputs(model), "pin") == pytest.approx((0.0, 2 * G, 0.0), abs=1e-13)
 
 
+@pytest.mark.verifies(
+    "reactions of a pinned link that swings", analytic="Newton and Euler by hand", tolerance="1e-13"
+)
 def test_a_swinging_link() -> None:
     """R = m (a + g e_z): a of the CG from θ̈ = −m g l sin θ/(J + m l²), inwards ω² l."""
     m, J, arm, theta, omega, tau = 2.0, 0.3, 0.5, 0.7, 1.3, 0.4
@@ -52,6 +55,9 @@ def test_a_swinging_link() -> None:
     assert reaction(found, "pin") == pytest.approx((x, z, tau), rel=ROUNDING)
 
 
+@pytest.mark.verifies(
+    "reactions of a carriage on a rail", analytic="Newton and Euler by hand", tolerance="1e-13"
+)
 def test_a_slider_is_held_against_turning() -> None:
     """A carriage on a horizontal rail, 3 kg, pushed down 0.8 m beside its centre of gravity.
 
@@ -103,6 +109,7 @@ def test_a_telescope_hands_its_weight_on() -> None:
     assert reaction(found, "hinge")[:2] == pytest.approx((0.0, 7 * G), abs=1e-12)
 
 
+@pytest.mark.verifies("clamping moment of a welded bracket", analytic="statics", tolerance="1e-13")
 def test_a_weld_carries_a_bracket() -> None:
     """An arm along X, welded to the wall at its end, and a pendulum that hangs still from its tip.
 

@@ -39,6 +39,11 @@ def flap() -> Model:
     )
 
 
+@pytest.mark.verifies(
+    "stiffness of a flap on two springs, symbolically",
+    published="Ginsberg, example 7.13; Sabet and Diaz-Flores Caminero, Eq. (7)",
+    tolerance="identical",
+)
 def test_ginsberg_7_13() -> None:
     """The paper's Eq. (7), symbolically: K = 2 k l₀ a² b²/√(a² + b²)³ − m g L/2, and its M."""
     linear = SymbolicLinearization(flap())
@@ -63,6 +68,11 @@ def test_ginsberg_7_13_in_numbers() -> None:
     assert modes(linear).frequencies == pytest.approx([frequency], rel=1e-13)
 
 
+@pytest.mark.verifies(
+    "frequencies of 20 hanging links",
+    independent="M and K written down from the energies, SciPy",
+    tolerance="1e-9",
+)
 def test_frequencies_of_a_hanging_chain() -> None:
     """20 links, against the symmetric eigenvalue problem of M and K from their energies."""
     model = hanging_chain(20)
@@ -83,6 +93,11 @@ def test_frequencies_of_a_hanging_chain() -> None:
         assert np.linalg.norm(residual) < 1e-8 * np.linalg.norm(K @ shape)
 
 
+@pytest.mark.verifies(
+    "order in which a chain of links becomes a cantilever, modes 1 to 3",
+    analytic="Euler and Bernoulli",
+    tolerance="order 2 ± 0.1",
+)
 @pytest.mark.parametrize("mode", [0, 1, 2])
 def test_a_chain_with_torsion_springs_is_a_beam(mode: int) -> None:
     """Frequencies converge to Euler and Bernoulli's (βL)² √(EI/ρA L⁴) at second order.
@@ -104,6 +119,11 @@ def test_a_chain_with_torsion_springs_is_a_beam(mode: int) -> None:
     assert errors[-1] < 3e-3 * (mode + 1)
 
 
+@pytest.mark.verifies(
+    "damping ratios under proportional damping",
+    analytic='Rayleigh, "The Theory of Sound", §97',
+    tolerance="1e-8",
+)
 def test_stiffness_proportional_damping() -> None:
     """C = β K gives damping ratios ζ = β ω/2 (Rayleigh, "The Theory of Sound", §97)."""
     beta = 2e-3
@@ -114,6 +134,11 @@ def test_stiffness_proportional_damping() -> None:
     assert damped.damping_ratios[:4] == pytest.approx(beta * free / 2, rel=1e-8)
 
 
+@pytest.mark.verifies(
+    "equilibrium of a chain with springs under a tip load",
+    analytic="deflection of a beam",
+    tolerance="2e-3",
+)
 def test_a_heavy_cantilever_sags() -> None:
     """A chain of hinges and springs under a tip load: the elastica's first-order deflection."""
     length, rigidity, load = 2.0, 5.0, 1e-4
@@ -124,6 +149,9 @@ def test_a_heavy_cantilever_sags() -> None:
     assert tip == pytest.approx(-load * length**3 / (3 * rigidity), rel=2e-3)
 
 
+@pytest.mark.verifies(
+    "frequency about a steady rotation", analytic="ω = Ω √(r l m/J)", tolerance="1e-5"
+)
 def test_equations_of_motion_about_a_steady_rotation() -> None:
     """A pendulum of length l on an arm of length r that spins at Ω, no gravity: ω = Ω √(r l m/J).
 

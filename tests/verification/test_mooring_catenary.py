@@ -67,6 +67,11 @@ def computed(span: float, length: float, segments: int) -> LineSystem:
     return lines
 
 
+@pytest.mark.verifies(
+    "end forces of a suspended line",
+    published="Irvine (1981); Jonkman (2007), Eq. 2-35",
+    tolerance="2e-3",
+)
 def test_a_suspended_line_converges_with_second_order():
     h, v = suspended(400.0, 460.0)
     errors = []
@@ -92,6 +97,11 @@ def test_a_suspended_line_converges_with_second_order():
     assert max(map(abs, fine)) < 2e-3
 
 
+@pytest.mark.verifies(
+    "end forces of a line partly on the seabed",
+    published="Jonkman (2007), Eq. 2-37",
+    tolerance="4e-3",
+)
 def test_a_line_on_the_seabed():
     h, v = touching(800.0, 850.0)
     ((x, z),) = computed(800.0, 850.0, 20).force

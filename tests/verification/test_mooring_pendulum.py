@@ -97,6 +97,11 @@ def peak_period(times: np.ndarray, values: np.ndarray, *, shortest: float, longe
     return float(1 / frequency[inside][spectrum[inside].argmax()])
 
 
+@pytest.mark.verifies(
+    "sway period of a mass on a MoorDyn line",
+    analytic="exact nonlinear equation",
+    tolerance="1e-4 s",
+)
 def test_periods_at_a_millisecond():
     times, states = coupled(0.001, 61.0)
     # Verlet changes a frequency by (ω h)²/24: 4e-9 for sway, 4e-6 for the rope's own 10 rad/s
@@ -122,6 +127,9 @@ def test_second_order_against_the_exact_equation(damping):
     assert fine < MASS * GRAVITY / SPRING * 9.975 * 15 * (9.975 * 0.005) ** 2 / 24
 
 
+@pytest.mark.verifies(
+    "energy of a mass on a MoorDyn line", analytic="conservation", tolerance="1.2e-5"
+)
 def test_energy_does_not_drift():
     times, states = coupled(0.001, 30.0)
     x, z, u, w = states.T

@@ -61,6 +61,11 @@ def pair(**fields: Any) -> Evaluated:
     return Evaluated(model_program(model))
 
 
+@pytest.mark.verifies(
+    "sense of rotation, arms and moments",
+    analytic="one small case each, by hand",
+    tolerance="1e-14",
+)
 class TestRotation:
     def test_positive_angles_turn_z_towards_x(self) -> None:
         x, z = Rotation.by(0.1)((0.0, 1.0))
@@ -88,6 +93,11 @@ class TestRotation:
         assert values["body.link.z"] == pytest.approx(-0.5 * cos(0.1), rel=ROUNDING)
 
 
+@pytest.mark.verifies(
+    "signs and axes of gravity, forces, moments and efforts",
+    analytic="one small case each, by hand",
+    tolerance="1e-14",
+)
 class TestForces:
     def test_gravity_pulls_down_and_back(self) -> None:
         assert free().rates({})["body.body.vz"] == 0.0
@@ -145,6 +155,9 @@ class TestForces:
         assert place["body.body.z"] == pytest.approx(-8.0, rel=ROUNDING)
 
 
+@pytest.mark.verifies(
+    "signs of springs and dampers", analytic="one small case each, by hand", tolerance="1e-14"
+)
 class TestSpringsAndDampers:
     """Force or moment on the first end, the opposite on the second."""
 
@@ -245,6 +258,11 @@ class TestGeometry:
         assert values["energy.kinetic"] == 0.0
 
 
+@pytest.mark.verifies(
+    "frame of the added mass, no weight of it",
+    analytic="one small case each, by hand",
+    tolerance="1e-14",
+)
 class TestAddedMass:
     @staticmethod
     def wet(**added: float) -> Evaluated:

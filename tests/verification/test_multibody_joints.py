@@ -48,6 +48,11 @@ def lumped() -> tuple[float, float, float, float]:
     return mass, x, z, inertia
 
 
+@pytest.mark.verifies(
+    "bodies that are welded together",
+    analytic="one body of the same mass and inertia",
+    tolerance="1e-10",
+)
 @pytest.mark.parametrize("algorithm", ALGORITHMS)
 def test_what_is_welded_together_moves_like_one_body(algorithm: type) -> None:
     mass, x, z, inertia = lumped()
@@ -150,6 +155,11 @@ def double_pendulum() -> Model:
     )
 
 
+@pytest.mark.verifies(
+    "double pendulum in relative angles",
+    independent="Lagrange's equation derived by SymPy",
+    tolerance="1e-10",
+)
 def test_relative_angle_against_lagrange() -> None:
     pendulum = Mechanism("upper elbow")
     a, phi = pendulum.q

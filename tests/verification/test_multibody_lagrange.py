@@ -9,6 +9,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 import sympy as sp
 from support.lagrange import TIME, Mechanism, compare, distance, forces, turned
 from support.programs import Evaluated
@@ -28,6 +29,11 @@ from m4e_fmi.model import (
 from m4e_fmi.multibody import model_program
 
 
+@pytest.mark.verifies(
+    "accelerations of the double pendulum of section 5.1",
+    independent="Lagrange's equation derived by SymPy",
+    tolerance="1e-10",
+)
 def test_double_pendulum() -> None:
     """The example of the paper's section 5.1: push, torsion spring and two torsion dampers."""
     examples = Path(__file__).parents[2] / "examples"
@@ -72,6 +78,11 @@ def cart_model() -> Model:
     )
 
 
+@pytest.mark.verifies(
+    "accelerations of the cart of section 4.2.2",
+    independent="Lagrange's equation derived by SymPy",
+    tolerance="1e-10",
+)
 def test_cart_with_two_pendulums() -> None:
     """With the force in time of the paper, and efforts."""
     cart = Mechanism("s a b")
@@ -152,6 +163,11 @@ def tree_model() -> Model:
     )
 
 
+@pytest.mark.verifies(
+    "accelerations of a tree with a slider on a turning parent",
+    independent="Lagrange's equation derived by SymPy",
+    tolerance="1e-10",
+)
 def test_tree_with_a_slider_on_a_turning_parent() -> None:
     tree = Mechanism("arm sledge flap weight")
     a, s, f, w = tree.q
@@ -248,6 +264,11 @@ def float_model() -> Model:
     )
 
 
+@pytest.mark.verifies(
+    "accelerations of a floating base with coupled added mass",
+    independent="Lagrange's equation derived by SymPy",
+    tolerance="1e-10",
+)
 def test_floating_base_with_children_and_added_mass() -> None:
     """Gravity pulls on the dry masses only."""
     program = Evaluated(

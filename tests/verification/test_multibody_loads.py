@@ -82,6 +82,11 @@ def moved(model: Model, stop: float, **start: float) -> Simulation:
     return simulate(model, stop_time=stop, start_values=values, tolerance=1e-10)
 
 
+@pytest.mark.verifies(
+    "laws of springs and dampers, their potential",
+    analytic="the law, the work that it does",
+    tolerance="1e-12",
+)
 class TestLaws:
     """A law is the whole tension or moment; the block's hook is at 1 + q from the wall."""
 
@@ -192,6 +197,11 @@ class TestForces:
         assert result["joint.rail.q"] == pytest.approx(expected, abs=SIMULATED)
 
 
+@pytest.mark.verifies(
+    "a body slows down, drifts, reaches its terminal velocity",
+    analytic="closed forms (logarithm, tanh)",
+    tolerance="1e-7",
+)
 class TestDrag:
     def test_a_body_slows_down(self) -> None:
         """m v̇ = −c v²: v = v₀/(1 + c v₀ t/m)."""
@@ -235,6 +245,9 @@ class TestDrag:
         assert values["d(der(joint.rail.u))/d(joint.rail.u)"] == pytest.approx(0, abs=1e-100)
 
 
+@pytest.mark.verifies(
+    "a block comes to rest by smooth friction", analytic="closed form", tolerance="1e-7 m"
+)
 class TestFriction:
     def test_a_block_comes_to_rest(self) -> None:
         """m v̇ = −F tanh(v/v₀): sinh(v/v₀) falls off exponentially with F/(m v₀)."""
@@ -253,6 +266,9 @@ class TestFriction:
         assert got["joint.a.u"] == pytest.approx(3 * tanh(0.7 / 0.5) / INERTIA, rel=ROUNDING)
 
 
+@pytest.mark.verifies(
+    "a block bounces off a stop", analytic="half a period of an oscillator", tolerance="1e-5 m"
+)
 class TestStops:
     def test_nothing_acts_between_the_limits(self) -> None:
         model = sliding(JointStop("rail", 100.0, -0.5, 0.5, 10.0))
@@ -308,6 +324,9 @@ class TestStops:
         assert got["joint.a.u"] == pytest.approx(6 * 0.3 / INERTIA, rel=1e-13)
 
 
+@pytest.mark.verifies(
+    "a block is driven by a table", analytic="twice integrated by hand", tolerance="1e-7 m"
+)
 class TestTables:
     def test_a_block_is_driven_by_its_table(self) -> None:
         """The momentum is the area under the force: a triangle and a plateau."""
@@ -340,6 +359,9 @@ class TestTables:
         assert Equations(model).forcing[0] == 2 * sp.Function("push")(t)
 
 
+@pytest.mark.verifies(
+    "energy of a tree with all loads", analytic="integral of their power", tolerance="1e-7 J"
+)
 def test_the_energy_changes_by_what_the_loads_do() -> None:
     """By Simpson's rule over steps of 1 ms: its error is 1e-15/90 of a fourth derivative.
 

@@ -62,6 +62,11 @@ def motion_of(values: Any, bodies: int) -> np.ndarray:
     return np.column_stack(columns)
 
 
+@pytest.mark.verifies(
+    "seven systems of the paper at rtol = atol = 1e-10, error by Eq. (10)",
+    independent="maximal coordinates with Lagrange multipliers at 1e-13",
+    tolerance="1e-7",
+)
 @pytest.mark.parametrize("name", STOP)
 def test_trajectories(name: str) -> None:
     times, expected = reference(name)
@@ -103,6 +108,11 @@ def test_the_listing_as_an_example() -> None:
     assert script.simulation()["joint.joint_4.q"][-1] == pytest.approx(apart - 5, abs=1e-6)
 
 
+@pytest.mark.verifies(
+    "error over tolerance, those of table 9",
+    analytic="proportional under error control by step",
+    tolerance="slope 1 ± 0.1",
+)
 @pytest.mark.parametrize("method", ["rk45", "dop853"])
 def test_convergence_over_the_tolerances_of_table_9(method: str) -> None:
     """With error control by step, the global error is proportional to the tolerance: slope 1.
@@ -128,6 +138,11 @@ def test_convergence_over_the_tolerances_of_table_9(method: str) -> None:
     assert slope == pytest.approx(1.0, abs=0.1)
 
 
+@pytest.mark.verifies(
+    "periods of the spring pendulum over 80 s",
+    published="Sabet and Diaz-Flores Caminero, tables 11 and 12, in truth",
+    tolerance="1e-4 s",
+)
 def test_periods_of_the_flexible_pendulum() -> None:
     """Tables 11 and 12 over 80 s."""
     pendulum = model("flexible_pendulum")
@@ -175,6 +190,11 @@ def chain(links: int = 4) -> dict[str, Any]:
     }
 
 
+@pytest.mark.verifies(
+    "accelerations of chains, cart and SpiderFLOAT",
+    independent="SymPy's KanesMethod",
+    tolerance="1e-10",
+)
 @pytest.mark.parametrize("name", ["chain", "cart", "spiderfloat"])
 def test_accelerations_are_those_of_sympys_kane(name: str) -> None:
     given = chain() if name == "chain" else lists(name)

@@ -26,6 +26,11 @@ def _scipy(program: Program, method: str, end: float, rtol: float, atol: float, 
     )
 
 
+@pytest.mark.verifies(
+    "steps and evaluations of `rk45` and `dop853`",
+    independent="SciPy's RK45 and DOP853",
+    tolerance="identical",
+)
 @pytest.mark.parametrize("method", ["rk45", "dop853"])
 @pytest.mark.parametrize(
     ("program", "end", "tolerance"),
@@ -69,6 +74,7 @@ def _errors(method: str, step: float, times: np.ndarray) -> float:
     return float(np.abs(run.states - solution).max())
 
 
+@pytest.mark.verifies("order of all methods", analytic="exact solution", tolerance="order ± 0.4")
 @pytest.mark.parametrize("method", ORDERS)
 def test_order_of_the_steps(method: str) -> None:
     end = np.array([0.0, 4.0])
@@ -85,6 +91,11 @@ def test_order_of_the_dense_output(method: str) -> None:
     assert np.log2(coarse / fine) > ORDERS[method][1]
 
 
+@pytest.mark.verifies(
+    "van der Pol's oscillator, μ = 1000",
+    published="test set for initial value problems, vdpol",
+    tolerance="1e-6",
+)
 @pytest.mark.parametrize("exact_jacobian", [True, False])
 def test_van_der_pol_with_mu_1000(exact_jacobian: bool) -> None:
     program, entries = van_der_pol(1000.0)
@@ -100,6 +111,11 @@ def test_van_der_pol_with_mu_1000(exact_jacobian: bool) -> None:
     np.testing.assert_allclose(run.states[-1], published, rtol=1e-6)
 
 
+@pytest.mark.verifies(
+    "Robertson's reaction over eleven decades",
+    published="test set for initial value problems, rober",
+    tolerance="1e-5",
+)
 def test_robertson_over_eleven_decades() -> None:
     program, entries = robertson()
     control = Control("rodas", 1e-7, 1e-14)

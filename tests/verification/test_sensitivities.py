@@ -73,6 +73,11 @@ def difference(function: Callable[[float], np.ndarray], at: float) -> np.ndarray
     return (4 * near - far) / 3
 
 
+@pytest.mark.verifies(
+    "sensitivities of accelerations and reactions",
+    independent="central differences of fourth order",
+    tolerance="1e-6",
+)
 @pytest.mark.parametrize("by", BY)
 def test_accelerations_and_reactions(by: str) -> None:
     model = pendulum()
@@ -115,6 +120,11 @@ def test_equilibrium(by: str) -> None:
     assert exact == pytest.approx(expected, rel=CLOSE, abs=CLOSE)
 
 
+@pytest.mark.verifies(
+    "sensitivities of eigenvalues, also where the equilibrium moves",
+    independent="central differences of fourth order",
+    tolerance="1e-6",
+)
 @pytest.mark.parametrize("moving", [False, True])
 def test_eigenvalues(moving: bool) -> None:
     """Complex, damped ones; at a point that stays, and at an equilibrium that moves."""
@@ -170,6 +180,11 @@ def test_equal_eigenvalues_have_no_derivative() -> None:
     assert np.isfinite(different.values).all()
 
 
+@pytest.mark.verifies(
+    "sensitivities of ten seconds of motion",
+    independent="central differences of fourth order",
+    tolerance="1e-6",
+)
 def test_a_trajectory_of_ten_seconds() -> None:
     """By parameters and by a start value, of states and outputs."""
     model = pendulum()

@@ -30,6 +30,11 @@ def decay(tmp_path_factory: pytest.TempPathFactory) -> tuple[np.ndarray, np.ndar
     return results.time, results["body.body.sphere.z"].values - EQUILIBRIUM
 
 
+@pytest.mark.verifies(
+    "heave decay of a sphere as two FMUs: RMS, of the release",
+    published="IEA OES Task 10, InWave+H",
+    tolerance="0.015",
+)
 def test_against_another_code(decay):
     times, heave = decay
     other = np.interp(times, *np.loadtxt(SERIES, delimiter=",", comments="#").T)
@@ -38,6 +43,9 @@ def test_against_another_code(decay):
     assert rms < 0.015 * RELEASE
 
 
+@pytest.mark.verifies(
+    "its period", analytic="exact solution of linear potential theory", tolerance="3e-3"
+)
 def test_period(decay):
     times, heave = decay
     tops, _ = find_peaks(heave)

@@ -1,0 +1,109 @@
+"""Pages whose commands are run: what they show is what comes out.
+
+In such a page
+
+- a `yaml` block that starts with the comment `# NAME.yaml` is written to that file, others are for
+  reading only;
+- a `console` block holds commands after `$ `, each followed by what it prints;
+- a `python` block is run, with the names that earlier ones have made; a `text` block right after it
+  is what it prints.
+
+In what is printed, `...` stands for anything and the amount of white space does not matter. Blocks
+of other languages are for reading only. The folder examples/ is at hand as in the repository.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import doctest
+import io
+import re
+import shlex
+import shutil
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from m4e_fmi import cli
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+FENCE = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+FILE = re.compile(r"# (\S+\.yaml)\n")
+LENIENT = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
+
+
+class PageError(Exception):
+    """A page shows what does not come out."""
+
+
+@dataclass(frozen=True)
+class Block:
+    """A fenced block: its language, its text, its first line's number in the page."""
+
+    language: str
+    text: str
+    line: int
+
+
+def blocks(page: str) -> Iterator[Block]:
+    """The fenced blocks of a page, in order."""
+    for match in FENCE.finditer(page):
+        yield Block(match[1], match[2], page.count("\n", 0, match.start(2)) + 1)
+
+
+def run_page(page: Path, folder: Path) -> None:
+    """Run what `page` shows in `folder`, which is made anew with a copy of examples/.
+
+    Raises PageError where something else comes out, with both texts.
+    """
+    shutil.rmtree(folder, ignore_errors=True)
+    shutil.copytree(EXAMPLES, folder / "examples", ignore=shutil.ignore_patterns("build", "__*"))
+    names: dict[str, Any] = {"__name__": page.stem}
+    shown = list(blocks(page.read_text(encoding="utf-8")))
+    with contextlib.chdir(folder):
+        for block, after in zip(shown, [*shown[1:], None], strict=True):
+            place = f"{page.name}:{block.line}"
+            if block.language == "yaml":
+                _write(block)
+            elif block.language == "console":
+                _run_commands(block, place)
+            elif block.language == "python":
+                printed = _printed(lambda code=block.text: exec(code, names), place)
+                if after and after.language == "text":
+                    _compare(after.text, printed, place)
+
+
+def _write(block: Block) -> None:
+    name = FILE.match(block.text)
+    if name:
+        Path(name[1]).write_text(block.text, encoding="utf-8")
+
+
+def _run_commands(block: Block, place: str) -> None:
+    first, *sessions = re.split(r"^\$ ", block.text, flags=re.MULTILINE)
+    if first:
+        raise PageError(f"{place}: a console block starts with a command, after '$ '")
+    for session in sessions:
+        command, _, expected = session.partition("\n")
+        program, *arguments = shlex.split(command)
+        if program != "m4e-fmi":
+            raise PageError(f"{place}: commands are of m4e-fmi, got {program!r}")
+        printed = _printed(lambda given=arguments: cli.main(given), f"{place}: {command}")
+        _compare(expected, printed, f"{place}: {command}")
+
+
+def _printed(action: Callable[[], object], place: str) -> str:
+    """What `action` prints: to the standard output or, if nothing there, its errors."""
+    output, errors = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(output), contextlib.redirect_stderr(errors):
+        try:
+            action()
+        except (Exception, SystemExit) as error:
+            raise PageError(f"{place}: {error!r}\n{errors.getvalue()}") from error
+    return output.getvalue() or errors.getvalue()
+
+
+def _compare(expected: str, printed: str, place: str) -> None:
+    if not doctest.OutputChecker().check_output(expected, printed, LENIENT):
+        raise PageError(f"{place}: the page says\n{expected}\nbut what comes out is\n{printed}")

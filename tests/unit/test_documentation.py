@@ -1,0 +1,117 @@
+"""The documentation is built without a warning, and its pages show what comes out."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from doc_tools.api_text import escaped
+from doc_tools.run_page import PageError, run_page
+from doc_tools.script_page import script_text, write_script_page
+
+DOCS = Path(__file__).parents[2] / "docs"
+
+
+def test_it_is_built_without_a_warning(tmp_path: Path) -> None:
+    """All pages are linked, all links lead somewhere; pages and examples that run do."""
+    command = [
+        sys.executable,
+        "-m",
+        "sphinx",
+        "-W",
+        "--keep-going",
+        "-q",
+        "-E",
+        "-d",
+        tmp_path / "d",
+    ]
+    built = subprocess.run([*command, DOCS, tmp_path / "html"], capture_output=True, text=True)
+    assert built.returncode == 0, built.stderr
+    html = tmp_path / "html"
+    assert 'src="double_pendulum.html"' in (html / "tutorial.html").read_text(encoding="utf-8")
+    assert (html / "double_pendulum.html").is_file()
+    example = (html / "generated/examples/spiderfloat_lists.html").read_text(encoding="utf-8")
+    assert "right slider at t = 10 s" in example
+    assert 'src="../../spiderfloat.html"' in example
+    assert (html / "spiderfloat.html").is_file()
+
+
+MODEL = """\
+```yaml
+# link.model.yaml
+name: link
+bodies: {link: {mass: 1, inertia: 1}}
+joints: {hinge: {type: revolute, child: link}}
+```
+"""
+
+
+def run(page: str, folder: Path) -> None:
+    path = folder / "page.md"
+    path.write_text(page, encoding="utf-8")
+    run_page(path, folder / "work")
+
+
+def test_a_page_that_is_right(tmp_path: Path) -> None:
+    command = "```console\n$ m4e-fmi equations link.model.yaml\nlink:\n...\n```\n"
+    code = "```python\nx = 1\n```\n\n```python\nprint(x + 1)\n```\n\n```text\n2\n```\n"
+    reading = "```sh\nmake coffee\n```\n\n```yaml\nany: thing\n```\n"
+    run(MODEL + command + code + reading, tmp_path)
+    assert (tmp_path / "work" / "link.model.yaml").is_file()
+
+
+@pytest.mark.parametrize(
+    ("page", "message"),
+    [
+        ("```python\nprint(1)\n```\n\n```text\n2\n```\n", "page.md:2: the page says\n2"),
+        ("```python\n1 / 0\n```\n", "page.md:2: ZeroDivisionError"),
+        ("```console\n$ m4e-fmi equations none.yaml\nlink:\n```\n", "but what comes out is\nerror"),
+        ("```console\n$ m4e-fmi fly\n```\n", "invalid choice: 'fly'"),
+        ("```console\n$ rm -rf .\n```\n", "commands are of m4e-fmi, got 'rm'"),
+        ("```console\nm4e-fmi doctor\n```\n", "starts with a command"),
+    ],
+)
+def test_pages_that_are_wrong(page: str, message: str, tmp_path: Path) -> None:
+    with pytest.raises(PageError) as caught:
+        run(page, tmp_path)
+    assert message in str(caught.value)
+
+
+SCRIPT = """\
+# %% [markdown]
+# # A title
+# Text.
+
+# %%
+def main():
+    print("found", 42)
+
+# %%
+if __name__ == "__main__":
+    main()
+"""
+
+
+def test_a_script_becomes_a_page(tmp_path: Path) -> None:
+    page = '# A title\nText.\n\n```python\ndef main():\n    print("found", 42)\n```\n'
+    assert script_text(SCRIPT) == page
+    script = tmp_path / "example.py"
+    script.write_text(SCRIPT, encoding="utf-8")
+    write_script_page(script, tmp_path / "pages")
+    written = (tmp_path / "pages" / "example.md").read_text(encoding="utf-8")
+    assert written.startswith("# A title\n")
+    assert "```text\nfound 42\n```" in written
+
+
+@pytest.mark.parametrize(
+    ("line", "expected"),
+    [
+        ("the drag c |v| v of `c_d`", r"the drag c \|v\| v of `c_d`"),
+        ("each tuple of `Variable`s, g_c", r"each tuple of `Variable`\ s, g\_c"),
+        ("    >>> x = 2 * y", "    >>> x = 2 * y"),
+    ],
+)
+def test_docstrings_are_plain_text(line: str, expected: str) -> None:
+    assert escaped(line) == expected
