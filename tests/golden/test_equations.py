@@ -11,6 +11,7 @@ import shutil
 import subprocess
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -124,8 +125,9 @@ def test_intermediates_put_back_give_the_equations() -> None:
     import sympy
     from sympy.core.function import AppliedUndef
 
-    equations = Equations(random_tree(1, size=6))
-    expressions = [*equations.mass_matrix, *equations.forcing]
+    equations = Equations(random_tree(2, size=6))
+    expressions: list[Any] = [*equations.mass_matrix, *equations.forcing]
+    reduced: list[Any]
     shared, reduced = intermediates(expressions, equations.q.flat(), taken={"w1"})
     names = [symbol.name for symbol, _ in shared]
     assert len(set(names)) == len(names) > 20
@@ -133,9 +135,9 @@ def test_intermediates_put_back_give_the_equations() -> None:
     atoms = set().union(*(e.free_symbols | e.atoms(AppliedUndef) for e in expressions))
     r = random.Random(3)
     point = {atom: sympy.Rational(r.randint(-999, 999), 700) for atom in atoms}
-    values = dict(point)
+    values: dict[Any, Any] = dict(point)
     for symbol, value in shared:
-        values[symbol] = value.xreplace(values).evalf(40)
+        values[symbol] = sympy.N(value.xreplace(values), 40)
     for expression, short in zip(expressions, reduced, strict=True):
         difference = short.xreplace(values) - expression.xreplace(point)
         # 40 digits, of which sums of some ten numbers lose a few
