@@ -15,6 +15,7 @@ EXIT_FAILED = 1
 EXIT_USAGE = 2
 EXIT_INTERRUPTED = 130
 BUILD_FOLDER = "build"
+MODEL_FILE = "a model: ours, Chrono's or the paper's lists (YAML)"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -48,6 +49,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"m4e_fmi {m4e_fmi.__version__}")
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
     _add_equations(commands)
+    _add_draw(commands)
     _add_simulate(commands)
     _add_linearize(commands)
     _add_build(commands)
@@ -60,7 +62,7 @@ def _parser() -> argparse.ArgumentParser:
 
 def _add_equations(commands: argparse._SubParsersAction) -> None:
     command = commands.add_parser("equations", help="print a model's equations of motion")
-    command.add_argument("model", type=Path, help="a *.model.yaml file")
+    command.add_argument("model", type=Path, help=MODEL_FILE)
     form = command.add_mutually_exclusive_group()
     form.add_argument("--latex", action="store_true", help="as LaTeX instead of text")
     form.add_argument(
@@ -87,9 +89,30 @@ def _equations(options: argparse.Namespace) -> None:
     print(equations.text(latex=options.latex, reactions=options.reactions, explicit=explicit))
 
 
+def _add_draw(commands: argparse._SubParsersAction) -> None:
+    command = commands.add_parser("draw", help="draw a model in its start pose")
+    command.add_argument("model", type=Path, help=MODEL_FILE)
+    command.add_argument(
+        "--output-file",
+        type=Path,
+        metavar="FILE",
+        help=".png, .svg or .pdf; default build/NAME_model.png",
+    )
+    command.set_defaults(command=_draw)
+
+
+def _draw(options: argparse.Namespace) -> None:
+    from m4e_fmi.model import load_model
+    from m4e_fmi.report import draw_model
+
+    model = load_model(options.model)
+    picture = options.output_file or Path(BUILD_FOLDER) / f"{model.name}_model.png"
+    _print_files([draw_model(model, picture)])
+
+
 def _add_simulate(commands: argparse._SubParsersAction) -> None:
     command = commands.add_parser("simulate", help="simulate one model in this process")
-    command.add_argument("model", type=Path, help="a *.model.yaml file")
+    command.add_argument("model", type=Path, help=MODEL_FILE)
     command.add_argument("--stop-time", type=float, default=10.0, metavar="S", help="default 10 s")
     command.add_argument(
         "--output-interval", type=float, default=0.01, metavar="S", help="default 0.01 s"
@@ -107,12 +130,22 @@ def _add_simulate(commands: argparse._SubParsersAction) -> None:
         command.add_argument(flag, action="append", default=[], metavar="NAME", help=text)
     _add_start_values(command, "NAME")
     _add_output_file(command)
+    command.add_argument(
+        "--animate",
+        nargs="?",
+        type=Path,
+        const=Path(),
+        metavar="FILE",
+        help="write an animation (.html or .gif); default build/NAME.html",
+    )
     command.add_argument("--no-plot", action="store_true", help="no picture beside the results")
     command.set_defaults(command=_simulate)
 
 
 def _simulate(options: argparse.Namespace) -> None:
+    from m4e_fmi.model import load_model
     from m4e_fmi.report import (
+        animate,
         plot_simulation,
         progress_bar,
         simulation_summary,
@@ -120,11 +153,13 @@ def _simulate(options: argparse.Namespace) -> None:
     )
     from m4e_fmi.simulate import Watch, simulate
 
+    model = load_model(options.model)
+    animation = _animation_file(options, model.name)
     events = [Watch(name) for name in options.event]
     events += [Watch(name, terminal=True) for name in options.stop_at]
     with progress_bar(options.stop_time) as progress:
         result = simulate(
-            options.model,
+            model,
             stop_time=options.stop_time,
             output_interval=options.output_interval,
             start_values=_start_values(options),
@@ -133,19 +168,33 @@ def _simulate(options: argparse.Namespace) -> None:
             events=events,
             progress=progress,
         )
-    files = [_output_file(options, result.program.name)]
+    files = [_output_file(options, model.name)]
     write_simulation(result, files[0])
     if not options.no_plot:
         files.append(plot_simulation(result, files[0].with_suffix(".png")))
+    if animation:
+        files.append(animate(model, result, animation))
     print(simulation_summary(result))
     _print_files(files)
+
+
+def _animation_file(options: argparse.Namespace, name: str) -> Path | None:
+    """Where the animation goes; None if none is wanted."""
+    from m4e_fmi.report import check_animation_path
+
+    if options.animate is None:
+        return None
+    default = _output_file(options, name).with_suffix(".html")
+    path = options.animate if options.animate.name else default
+    check_animation_path(path)
+    return path
 
 
 def _add_linearize(commands: argparse._SubParsersAction) -> None:
     command = commands.add_parser(
         "linearize", help="equilibrium, frequencies and damping, state space of a model"
     )
-    command.add_argument("model", type=Path, help="a *.model.yaml file")
+    command.add_argument("model", type=Path, help=MODEL_FILE)
     command.add_argument(
         "--at",
         choices=tuple(POINTS),
@@ -202,7 +251,7 @@ def _linearize(options: argparse.Namespace) -> None:
 
 def _add_build(commands: argparse._SubParsersAction) -> None:
     command = commands.add_parser("build", help="build the FMU of a model, or all of a system")
-    command.add_argument("source", type=Path, help="a *.model.yaml or system file")
+    command.add_argument("source", type=Path, help="a model or system file")
     _add_build_folder(command)
     command.set_defaults(command=_build)
 
@@ -225,7 +274,8 @@ def _build(options: argparse.Namespace) -> None:
 
 def _add_info(commands: argparse._SubParsersAction) -> None:
     command = commands.add_parser("info", help="show what is in a model, a system or an FMU")
-    command.add_argument("source", type=Path, help="a *.model.yaml, system or .fmu file")
+    command.add_argument("source", type=Path, help="a model, system or .fmu file")
+    command.add_argument("--latex", action="store_true", help="a model's tables, in LaTeX")
     _add_build_folder(command)
     command.set_defaults(command=_info)
 
@@ -241,9 +291,14 @@ def _info(options: argparse.Namespace) -> None:
         system = System.load(options.source)
         print(prepare(system, build_directory=options.build_folder, tell=_say))
     else:
+        from m4e_fmi.model import load_model
         from m4e_fmi.multibody import model_program
+        from m4e_fmi.report import model_tables
 
-        print(model_program(options.source))
+        model = load_model(options.source)
+        print(model_tables(model, latex=options.latex))
+        if not options.latex:
+            print(f"\n{model_program(model)}")
 
 
 def _add_validate(commands: argparse._SubParsersAction) -> None:

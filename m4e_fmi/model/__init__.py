@@ -1,10 +1,12 @@
 """What the user says: bodies, joints, points, loads and parameters of a planar multibody system.
 
-The same elements from Python (`Model(...)`) and from YAML (`load_model`). Imports `document`,
-`errors`, `units` and `program`. Start with `elements` and `loads`, then `checks`.
+The same elements from Python (`Model(...)`), from files (`load_model`) and from the lists of the
+paper (`model_from_lists`). Imports `document`, `errors`, `units` and `program`. Start with
+`elements` and `loads`, then `checks`.
 """
 
 from m4e_fmi.model.elements import GROUND, Body, Joint, Parameter, Point
+from m4e_fmi.model.load import load_model
 from m4e_fmi.model.loads import (
     BodyDrag,
     BodyForce,
@@ -19,9 +21,9 @@ from m4e_fmi.model.loads import (
     TorsionDamper,
     TorsionSpring,
 )
+from m4e_fmi.model.m4e import model_from_lists, normalize_prismatic
 from m4e_fmi.model.model import Model
 from m4e_fmi.model.table import Table
-from m4e_fmi.model.yaml import load_model
 
 __all__ = [
     "GROUND",
@@ -44,4 +46,6 @@ __all__ = [
     "TorsionDamper",
     "TorsionSpring",
     "load_model",
+    "model_from_lists",
+    "normalize_prismatic",
 ]

@@ -121,11 +121,6 @@ class ModelSection(Section):
     loads: dict[str, LoadSection] = Field(default_factory=dict)
 
 
-def load_model(path: str | Path) -> Model:
-    """The model in the YAML file `path`; InputError with every problem of the file."""
-    return model_of(Document.load(path))
-
-
 def model_of(document: Document) -> Model:
     """The model in `document`; InputError with every problem found, placed in the file."""
     section, problems = document.validate_as_far_as_possible(

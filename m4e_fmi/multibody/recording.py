@@ -66,13 +66,15 @@ def _collection_paused() -> Iterator[None]:
 
 
 def _shortest(model: Model, tree: Topology, inputs: Container[str] | None) -> Program:
+    """By the algorithm that needs fewer operations without inputs: it is one for all their choices,
+    so that a model gives the same bits whichever inputs there are."""
     if len(wet_links(model, tree)) > 1:
         return recorded(model, tree, ClosedForm, inputs)
-    program = recorded(model, tree, Recursion, inputs)
     if len(tree.coordinate_names) > LARGEST_CLOSED_FORM:
-        return program
-    closed = recorded(model, tree, ClosedForm, inputs)
-    return min(program, closed, key=lambda p: len(p.operations(p.rates)))
+        return recorded(model, tree, Recursion, inputs)
+    bare = {kind: recorded(model, tree, kind, ()) for kind in (Recursion, ClosedForm)}
+    best = min(bare, key=lambda kind: len(bare[kind].operations(bare[kind].rates)))
+    return bare[best] if inputs == () else recorded(model, tree, best, inputs)
 
 
 def recorded(

@@ -1,19 +1,32 @@
-"""What people look at: progress, summaries, figures.
+"""What people look at: progress, summaries, tables, figures, drawings, animations.
 
 Imports everything below it. Start with `summaries`, then `figures`; `panels` says what is shown.
+Drawings and animations start from a `scene`, a model in numbers at any pose; `symbols` and `parts`
+give its outlines, `style` the colours.
 """
 
+from m4e_fmi.report.animation import animate, check_animation_path
 from m4e_fmi.report.figures import plot_run, plot_simulation
 from m4e_fmi.report.files import write_simulation
 from m4e_fmi.report.fmu_text import fmu_text
 from m4e_fmi.report.linear_text import linear_json, linear_text
+from m4e_fmi.report.motion import plot_modes, plot_phase
 from m4e_fmi.report.progress import progress_bar
+from m4e_fmi.report.schematic import draw_model, model_figure
 from m4e_fmi.report.summaries import run_summary, simulation_summary
+from m4e_fmi.report.tables import model_tables
 
 __all__ = [
+    "animate",
+    "check_animation_path",
+    "draw_model",
     "fmu_text",
     "linear_json",
     "linear_text",
+    "model_figure",
+    "model_tables",
+    "plot_modes",
+    "plot_phase",
     "plot_run",
     "plot_simulation",
     "progress_bar",

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from m4e_fmi.report.panels import Panel, panels
+from m4e_fmi.report.style import COLOURS
 from m4e_fmi.results import Series, load
 
 if TYPE_CHECKING:
     from m4e_fmi.simulate import Simulation
 
-COLOURS = ("#1f5f8b", "#d1495b", "#2a9d8f", "#e9a23b", "#6c5b9e", "#5b6770")
 ZOOM = 60.0  # s shown in the right column
 DOTS_PER_INCH = 130
 

@@ -98,7 +98,7 @@ def simulate(
     if isinstance(system, str | Path):
         system = load_model(system)
     given = start_values or {}
-    program = system if isinstance(system, Program) else model_program(system, inputs=given)
+    program = system if isinstance(system, Program) else model_program(system, inputs=tuple(given))
     program = started(program, given)
     times = np.array(output_times(stop_time, output_interval))
     if method in RUNTIME_METHODS and library() is None:

@@ -19,6 +19,10 @@ from m4e_fmi.fmu import build_fmu
 FMUS = Path(__file__).parents[2] / "fmus" / "m4e_fmus"
 STOP, STEP, EVERY = 20.0, 0.05, 10  # s, s, steps between rows of the series
 REST = {"linear_pto": (0.0, -3.0), "mooring": (-4.0, -2.0), "hydrodynamics": (0.0, -1.2)}
+# Nine digits are written, and solvers repeat to rounding. The sum of exponentials that Capytaine
+# fits to the finite-depth kernel amplifies rounding, which differs between processors (3e-6 was
+# seen), and is itself good to 3e-3.
+TOLERANCE = {"linear_pto": 1e-6, "mooring": 1e-6, "hydrodynamics": 1e-4}
 CONNECTOR = {"linear_pto": "pto", "mooring": "fairlead", "hydrodynamics": "float"}
 
 
@@ -68,6 +72,5 @@ def test_reference_series(kind: str, tmp_path: Path, request: pytest.FixtureRequ
     reference = np.genfromtxt(path, delimiter=",", names=True, deletechars="")
     assert reference.dtype.names == names
     for name in names:
-        # nine digits are written; the solvers behind it repeat to rounding, BEM to its solver's
-        scale = np.abs(reference[name]).max()
-        assert result[name] == pytest.approx(reference[name], rel=1e-6, abs=1e-6 * scale + 1e-12)
+        limit = TOLERANCE[kind] * np.abs(reference[name]).max() + 1e-12
+        assert result[name] == pytest.approx(reference[name], rel=TOLERANCE[kind], abs=limit)

@@ -24,6 +24,7 @@ from m4e_fmi.multibody.closed_form import ClosedForm
 from m4e_fmi.multibody.recording import recorded
 from m4e_fmi.multibody.sensitivity import Recursion
 from m4e_fmi.program import Program
+from m4e_fmi.runtime.engine import Engine
 
 BLOCKS, TREES = 10, 20
 """So many tests of so many trees."""
@@ -153,3 +154,22 @@ def test_the_trees_have_all_loads() -> None:
     joints = random_tree(1, size=6).joints
     drawn = (random_loads(Numbers(seed), joints).values() for seed in range(20))
     assert {type(load) for loads in drawn for load in loads} == set(LOAD_TYPES.values())
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_inputs_that_are_zero_change_no_bit(seed: int) -> None:
+    """A simulation leaves them out, an FMU has them: both give the same."""
+    model = random_tree(seed, size=1 + seed % 7, wet=seed % 3)
+    full, bare = Engine(model_program(model)), Engine(model_program(model, inputs=()))
+    r = random.Random(seed)
+    for _ in range(20):
+        x = [r.uniform(-1, 1) for _ in full.program.states]
+        p = [v.start for v in full.program.parameters]
+        for k, v in enumerate(full.program.parameters):
+            if v.name.startswith("added_mass"):
+                i, j = v.name[len("added_mass[") : -1].split(",")
+                p[k] = r.uniform(2, 3) if i == j else r.uniform(-0.1, 0.1)
+        for engine in (full, bare):
+            engine.set_parameters(p)
+        assert full.rates(0.3, x).tolist() == bare.rates(0.3, x).tolist()
+        assert full.outputs(0.3, x).tolist() == bare.outputs(0.3, x).tolist()

@@ -195,6 +195,47 @@ def test_build_validate_info_simulate(here, capsys):
         assert (here / "build" / name).stat().st_size > 1000
 
 
+def test_draw_and_animate(here, capsys):
+    assert main(["draw", str(PENDULUM)]) == 0
+    assert main(["draw", str(PENDULUM), "--output-file", "drawing.svg"]) == 0
+    short = ["simulate", str(PENDULUM), "--stop-time", "0.5", "--no-plot", "--animate"]
+    assert main(short) == 0
+    assert main([*short, "moves.gif"]) == 0
+    files = ("build/double_pendulum_model.png", "drawing.svg", "build/double_pendulum.html",
+             "moves.gif")  # fmt: skip
+    told = capsys.readouterr().out
+    for name in files:
+        assert (here / name).stat().st_size > 5000
+        assert f"wrote {name}" in told
+    assert "use .html or .gif" in refused(capsys, *short, "moves.mp4")
+
+
+def test_models_in_other_forms(here, capsys):
+    """The paper's lists as JSON and Chrono's YAML, where a model file is accepted."""
+    lists = {
+        "joints": [[0, 1]], "types": ["R"], "parent_cg_to_joint": [[0, 0]],
+        "joint_to_child_cg": [[0, -1]], "m0": [2], "J0": [3], "g": 9.81,
+    }  # fmt: skip
+    chrono = {
+        "model": {
+            "name": "rod",
+            "bodies": [{"name": "base", "location": [0, 0, 0], "fixed": True},
+                       {"name": "rod", "location": [0, 0, -1], "mass": 2,
+                        "inertia": {"moments": [1, 3, 1]}}],
+            "joints": [{"name": "pin", "type": "REVOLUTE", "body1": "base", "body2": "rod",
+                        "location": [0, 0, 0], "axis": [0, 1, 0]}],
+        }
+    }  # fmt: skip
+    for name, data, entry in (("lists.json", lists, "m1"), ("rod.yaml", chrono, "5")):
+        (here / name).write_text(json.dumps(data), encoding="utf-8")
+        assert main(["equations", name]) == 0
+        (line,) = re.findall(r"M\[1\] = (.*)", capsys.readouterr().out)
+        assert entry in line
+        for command in ("info", "draw", "build"):
+            assert main([command, name]) == 0
+    assert (here / "build" / "rod.fmu").exists()
+
+
 def test_run_writes_results_picture_and_summary(here, capsys):
     arguments = ["run", str(FLEXIBLE / "system.yaml"), "--stop-time", "0.5", "--step-size", "0.005"]
     assert main([*arguments, "--start-value", "body.M", "9e4"]) == 0

@@ -14,16 +14,28 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from benchmark.engine import Batch, Prepared, UnavailableError
-from benchmark.native_code import Floats, address, call_rates, interleaved, native_batch
+from benchmark.native_code import (
+    BUILD,
+    ROOT,
+    Floats,
+    address,
+    call_rates,
+    interleaved,
+    native_batch,
+)
 from benchmark.systems import GRAVITY, GROUND, System
 from benchmark.timing import cpu_seconds, python_batch
 from m4e_fmi import model as elements
+from m4e_fmi.model import load_model
 from m4e_fmi.multibody import model_program
 from m4e_fmi.program import Program, jacobian, tangent
 from m4e_fmi.program.python_form import load_python
 
 if TYPE_CHECKING:
     from m4e_fmi.runtime.engine import Engine
+
+
+SPIDERFLOAT = ROOT / "examples" / "paper_cases" / "spiderfloat.model.yaml"
 
 
 def model_of(system: System) -> elements.Model:
@@ -98,11 +110,11 @@ class OursNative:
         began = cpu_seconds()
         engine = engine_of(program_of(system), compiled=self.compiled)
         preparation = cpu_seconds() - began
-        function, model = address(engine.library, "m4e_rates"), _value(engine.handle)
+        function, model = address(engine.library, "m4e_rates"), value(engine.handle)
         x = interleaved(system.q, system.u)
 
         def accelerations(q: Sequence[float], u: Sequence[float]) -> Floats:
-            return call_rates(function, _value(engine.handle), q, u)
+            return call_rates(function, value(engine.handle), q, u)
 
         return Prepared(accelerations, native_batch(function, model, x, owner=engine), preparation)
 
@@ -132,7 +144,7 @@ class OursPython:
         )
 
 
-def _value(pointer: int | c_void_p) -> int | None:
+def value(pointer: int | c_void_p) -> int | None:
     return pointer.value if isinstance(pointer, c_void_p) else pointer
 
 
@@ -195,6 +207,18 @@ def ensemble_seconds(system: System, times: Floats, *, models: int, compiled: bo
     return (cpu_seconds() - began) / models
 
 
+def spiderfloat() -> tuple[Engine, float]:
+    """The paper's section 4.2.3 with forces held at their amplitude, and CPU time [s] to get it."""
+    text = SPIDERFLOAT.read_text("utf-8").replace("*cos(t)", "")
+    BUILD.mkdir(parents=True, exist_ok=True)
+    file = BUILD / SPIDERFLOAT.name
+    file.write_text(text, "utf-8")
+    model = load_model(file)
+    began = cpu_seconds()
+    engine = engine_of(model_program(model, inputs=()), compiled=False)
+    return engine, cpu_seconds() - began
+
+
 def derivative_batches(system: System, x: Floats) -> dict[str, Batch]:
     """Batches at x, all interpreted: the rates, their change along one direction, their Jacobian.
 
@@ -214,7 +238,7 @@ def derivative_batches(system: System, x: Floats) -> dict[str, Batch]:
         if states[row].endswith(".u")
     ]
     return {
-        "m4e_fmi right-hand side": native_batch(rates, _value(engine.handle), x, owner=engine),
+        "m4e_fmi right-hand side": native_batch(rates, value(engine.handle), x, owner=engine),
         "m4e_fmi directional derivative": _outputs_batch(along, changes, x),
         "m4e_fmi Jacobian": _outputs_batch(matrix.program, entries, x),
     }
@@ -225,4 +249,4 @@ def _outputs_batch(program: Program, names: list[str], x: Floats) -> Batch:
     engine = engine_of(program, compiled=False, outputs=names)
     engine.set_inputs(np.ones(len(program.inputs)))
     function = address(engine.library, "m4e_outputs")
-    return native_batch(function, _value(engine.handle), x, results=len(names), owner=engine)
+    return native_batch(function, value(engine.handle), x, results=len(names), owner=engine)

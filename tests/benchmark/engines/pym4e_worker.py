@@ -73,6 +73,53 @@ class Worker:
             "memory": memory() - self.imports_memory,
         }
 
+    def spiderfloat(self) -> dict:
+        """The paper's section 4.2.3 as its lists, forces held at their amplitude."""
+        np, none = self.np, [self.np.nan, self.np.nan]
+        began = time.process_time()
+        self.state = np.array([10, 6] + [0] * 16, dtype=float)
+        self.system = self.multibody.MbdSystem(
+            joints=[[0, 1], [1, 2], [1, 3], [2, 4], [3, 5], [4, 6], [5, 7]],
+            types=list("FRRPPRR"),
+            parent_cg_to_joint=[
+                [10, 6], [0.5, -2], [-0.5, -2], [4.5, 0], [-4.5, 0], [0, 0], [0, 0]
+            ],
+            joint_to_child_cg=[
+                none, [5, 0], [-5, 0], [0.5, 0], [-0.5, 0], [0, 1.5], [0, 1.5]
+            ],
+            prismatic_direction=[none, none, none, [1, 0], [1, 0], none, none],
+            Initial_Points={
+                "GR": [[20, 0], [0, 0]],
+                "BD": {
+                    1: [[0.5, -2.5], [-0.5, -2.5], [0.5, 5], [-0.5, 5]],
+                    2: [[4, 0], [4.5, 0]],
+                    3: [[-4, 0], [-4.5, 0]],
+                },
+            },
+            Force={
+                "PointsBD": [],
+                "CG": [[1, 0, 1, 0], [4, 1, 0, 0], [5, -1, 0, 0]],
+                "TensionSpring": [
+                    (("BD1_0", "BD2_0"), [9.0139, 0.1]),
+                    (("BD1_1", "BD3_0"), [9.0139, 0.1]),
+                    (("BD1_2", "BD2_1"), [11.8004, 0.1]),
+                    (("BD1_3", "BD3_1"), [11.8004, 0.1]),
+                    (("BD2_0", "GR0_0"), [3.0414, 0.1]),
+                    (("GR0_1", "BD3_0"), [3.0414, 0.1]),
+                ],
+                "TensionDamper": [(("GR0_0", "CG2_0"), 3.0), (("GR0_1", "CG3_0"), 3.0)],
+                "TorsionSpring": [((1, 2), [0, 100.0]), ((1, 3), [0, 100.0])],
+                "TorsionDamper": [((1, 2), 10.0), ((1, 3), 10.0)],
+            },
+            g=0.0,
+            gVec=np.ones((7, 1)),
+            ic=self.state,
+        )  # fmt: skip
+        self.masses, self.inertias = np.ones(7), 2.0 * np.ones(7)
+        self.variables = self.state.copy()
+        self.system.t_update = []
+        return {"preparation": time.process_time() - began}
+
     def rates(self, state):
         return self.multibody.integrate_dynamics(
             0.0, state, self.variables, self.masses, self.inertias, self.system

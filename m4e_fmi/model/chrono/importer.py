@@ -1,0 +1,155 @@
+"""Chrono's YAML file of a model, or of a simulation that names it, as a Model."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from m4e_fmi.document import Document, Location, SectionType
+from m4e_fmi.errors import InputError, suggestion
+from m4e_fmi.model.chrono.bodies import SMALL, Mechanism
+from m4e_fmi.model.chrono.loads import Loads
+from m4e_fmi.model.chrono.names import GROUPS, Places, entries, identifier
+from m4e_fmi.model.chrono.rotation import Vector3
+from m4e_fmi.model.chrono.sections import (
+    REFUSED,
+    FileSection,
+    ModelFileSection,
+    ModelSection,
+    SimulationSection,
+)
+from m4e_fmi.model.elements import GROUND, Quantity
+from m4e_fmi.model.model import Model
+
+GRAVITY: Vector3 = (0.0, 0.0, -9.8)
+"""Chrono's own where a simulation says nothing of it [m/s²] (ChParserMbsYAML, SimParams)."""
+
+
+def model_of_chrono(document: Document) -> Model:
+    """The Model of a Chrono file; InputError with every problem found, placed in the file.
+
+    Gravity is that of the simulation: in this file, in the file `<stem>.simulation.yaml` beside a
+    `<stem>.model.yaml`, or Chrono's own. `visualization` and what belongs to Chrono's solver has no
+    meaning here.
+    """
+    placed = document
+    if isinstance(document.data.get("model"), str):
+        named = document.validate(FileSection)
+        document = Document.load(document.path.parent / str(named.model))
+    elif (beside := _beside(document)) is not None:
+        placed = beside
+    places = Places(document)
+    section = _validated(document, places, ModelFileSection)
+    gravity = _gravity(placed, places)
+    _report_refused(places)
+    _report_names(places)
+    if section is None or places.problems:
+        raise InputError(dict.fromkeys(places.problems))
+    return _model(section.model, gravity, places)
+
+
+def _validated(
+    document: Document, places: Places, section: type[SectionType], at: Location = ()
+) -> SectionType | None:
+    """A part of a document; None, with its problems noted, if its form is wrong."""
+    try:
+        return document.validate(section, at=at)
+    except InputError as error:
+        places.problems += error.problems
+        return None
+
+
+def _beside(document: Document) -> Document | None:
+    """The file of the simulation that belongs to a model by its name, if there is one."""
+    stem = document.path.name.removesuffix(".model.yaml")
+    path = document.path.with_name(f"{stem}.simulation.yaml")
+    if "simulation" in document.data or stem == document.path.name or not path.is_file():
+        return None
+    return Document.load(path)
+
+
+def _gravity(document: Document, places: Places) -> Quantity:
+    """Gravity of the simulation in `document`, towards −Z."""
+    if "simulation" not in document.data:
+        return -GRAVITY[2]
+    simulation = _validated(document, places, SimulationSection, ("simulation",))
+    x, y, z = (simulation and simulation.gravity) or GRAVITY
+    if max(abs(x), abs(y)) > SMALL:
+        message = f"gravity must point along Z, got [{x:g}, {y:g}, {z:g}]"
+        remedy = "turn the model so that gravity is [0, 0, -g]"
+        places.problems.append(document.problem(("simulation", "gravity"), message, remedy))
+    return -z
+
+
+def _report_refused(places: Places) -> None:
+    """Keys of Chrono's that have no counterpart."""
+    data = places.document.data
+    model = data.get("model")
+    for (group, key), (message, remedy) in REFUSED.items():
+        if group == "model" and isinstance(model, dict) and model.get(key):
+            places.at(("model", key), message, remedy)
+        for k, entry in enumerate(entries(data, group)):
+            if isinstance(entry, dict) and entry.get(key) is not None:
+                places.at(("model", group, k, key), message, remedy)
+
+
+def _report_names(places: Places) -> None:
+    """Names given twice, and bodies that are not there; over all entries, right or wrong."""
+    data = places.document.data
+    for group in GROUPS:
+        first: dict[str, str] = {}
+        for k, name in _named(data, group, "name"):
+            if identifier(name) in first:
+                message = f"{name!r} is given twice"
+                if name != first[identifier(name)]:
+                    message = f"{name!r} and {first[identifier(name)]!r} would get the same name"
+                places.at(("model", group, k, "name"), message, "rename one of the two")
+            first.setdefault(identifier(name), name)
+    for k, body in enumerate(entries(data, "bodies")):
+        if isinstance(body, dict) and body.get("name") == GROUND and not body.get("fixed"):
+            message = "'ground' is the name of the world"
+            places.at(("model", "bodies", k, "name"), message, "rename it, or 'fixed: true'")
+    bodies = {name for _, name in _named(data, "bodies", "name")}
+    for group in GROUPS[1:]:
+        for key in ("body", "body1", "body2"):
+            for k, name in _named(data, group, key):
+                if name not in bodies:
+                    remedy = suggestion(name, bodies, "bodies")
+                    places.at(("model", group, k, key), f"unknown body {name!r}", remedy)
+
+
+def _named(data: Any, group: str, key: str) -> Iterator[tuple[int, str]]:
+    for k, entry in enumerate(entries(data, group)):
+        if isinstance(entry, dict) and isinstance(entry.get(key), str):
+            yield k, entry[key]
+
+
+def _model(model: ModelSection, gravity: Quantity, places: Places) -> Model:
+    mechanism = Mechanism(model, places)
+    bodies, joints = mechanism.bodies(), mechanism.joints()
+    loads = Loads(model, mechanism, places)
+    if not places.problems:
+        loads.convert()
+    if places.problems:
+        raise InputError(dict.fromkeys(places.problems))
+    return _checked(
+        places,
+        name=identifier(model.name),
+        description=f"Chrono model {model.name}",
+        bodies=bodies,
+        joints=joints,
+        points=loads.points,
+        loads=loads.loads,
+        tables=loads.tables,
+        gravity=gravity,
+    )
+
+
+def _checked(places: Places, **fields: Any) -> Model:
+    """The Model; what its own checks find is placed in the file as far as that is possible."""
+    try:
+        return Model(**fields)
+    except InputError as error:
+        for problem in error.problems:
+            places.at(("model",), problem.message, problem.remedy)
+    raise InputError(places.problems)

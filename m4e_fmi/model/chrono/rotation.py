@@ -1,0 +1,90 @@
+"""Orientations in space, and what of them is left in the X–Z plane.
+
+Quaternions are (e0, e1, e2, e3), scalar first, and map body axes to world axes. An angle about +Y
+is the angle of our models: it turns +Z towards +X.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+Vector3 = tuple[float, float, float]
+Pair = tuple[float, float]
+Quaternion = tuple[float, float, float, float]
+
+
+DIGITS = 13
+"""Decimals [m] that are kept: what rounding leaves of a zero is a zero."""
+
+
+def quaternion(orientation: Sequence[float], *, degrees: bool) -> Quaternion:
+    """The quaternion of an orientation in a file: four numbers, or three angles about Z, Y and X.
+
+    The angles are [yaw, pitch, roll], applied as R_z·R_y·R_x (Chrono's ReadCardanAngles).
+    ValueError for four numbers that are all zero.
+    """
+    if len(orientation) == 3:
+        yaw, pitch, roll = (math.radians(a) if degrees else a for a in orientation)
+        turns = ((yaw, (0, 0, 1)), (pitch, (0, 1, 0)), (roll, (1, 0, 0)))
+        result: Quaternion = (1.0, 0.0, 0.0, 0.0)
+        for angle, (x, y, z) in turns:
+            s = math.sin(angle / 2)
+            result = product(result, (math.cos(angle / 2), s * x, s * y, s * z))
+        return result
+    length = math.hypot(*orientation)
+    if not length > 0:
+        raise ValueError("a quaternion of length zero is no orientation")
+    e0, e1, e2, e3 = (e / length for e in orientation)
+    return e0, e1, e2, e3
+
+
+def product(p: Quaternion, q: Quaternion) -> Quaternion:
+    """First q, then p."""
+    a, b, c, d = p
+    e, f, g, h = q
+    return (
+        a * e - b * f - c * g - d * h,
+        a * f + b * e + c * h - d * g,
+        a * g - b * h + c * e + d * f,
+        a * h + b * g - c * f + d * e,
+    )
+
+
+def rotated(q: Quaternion, v: Sequence[float]) -> Vector3:
+    """A vector in body axes as one in world axes."""
+    e0, *e = q
+    _, x, y, z = product(product(q, (0.0, v[0], v[1], v[2])), (e0, -e[0], -e[1], -e[2]))
+    return x, y, z
+
+
+def angle_about_y(q: Quaternion) -> float:
+    """The part of an orientation that turns about the world's Y [rad], in (−π, π]."""
+    e0, _, e2, _ = q
+    if e0 == 0 and e2 == 0:
+        return 0.0
+    angle = 2 * math.atan2(e2, e0)
+    return angle - 2 * math.pi * round(angle / (2 * math.pi))
+
+
+def inertia_about_y(q: Quaternion, moments: Sequence[float], products: Sequence[float]) -> Vector3:
+    """The world's I_xy, I_yy and I_yz [kg·m²] of a body with an inertia tensor in its own axes.
+
+    `moments` are [I_xx, I_yy, I_zz], `products` the tensor's entries [I_xy, I_xz, I_yz].
+    """
+    back = (q[0], -q[1], -q[2], -q[3])
+    x, y, z = rotated(back, (0.0, 1.0, 0.0))
+    xy, xz, yz = products
+    column = (
+        moments[0] * x + xy * y + xz * z,
+        xy * x + moments[1] * y + yz * z,
+        xz * x + yz * y + moments[2] * z,
+    )
+    return rotated(q, column)
+
+
+def turned_back(v: Sequence[float], angle: float) -> Pair:
+    """The world vector's (x, z) in the axes of a body that is turned by `angle`."""
+    c, s = math.cos(angle), math.sin(angle)
+    x, z = v[0] * c - v[2] * s, v[0] * s + v[2] * c
+    return round(x, DIGITS) + 0.0, round(z, DIGITS) + 0.0  # no −0

@@ -1,0 +1,244 @@
+"""The form of Chrono's model and simulation files; what has no counterpart here is refused.
+
+Source: data/yaml/schema/mbs_model.schema.yaml and src/chrono_parsers/yaml of Project Chrono 9–10.
+Words of enumerations may be in any case, as there.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BeforeValidator, ConfigDict, Field, field_validator
+
+from m4e_fmi.document import Section, rejected
+
+Number = Annotated[float, Field(allow_inf_nan=False)]
+Vector3 = tuple[Number, Number, Number]
+Orientation = Annotated[list[Number], Field(min_length=3, max_length=4)]
+Ignored = Any
+SPATIAL_JOINTS = ("SPHERICAL", "UNIVERSAL", "POINT_LINE", "POINT_PLANE", "CYLINDRICAL", "PLANAR")
+
+
+def _upper(value: Any) -> Any:
+    return value.upper() if isinstance(value, str) else value
+
+
+UPPER = BeforeValidator(_upper)
+
+
+def _joint_type(value: Any) -> Any:
+    if _upper(value) in SPATIAL_JOINTS:
+        message = f"a joint of type {value} moves in three dimensions"
+        raise rejected(message, "use REVOLUTE (axis along Y), PRISMATIC or LOCK")
+    return _upper(value)
+
+
+_CURVE = (
+    "nonlinear curves are not read from Chrono's files",
+    "write the load with a 'law' in a model file, or give a coefficient here",
+)
+_LIMIT = (
+    "Chrono's bump stops have a curve of their own, which is not read",
+    "remove the limits, or write a tension_stop in a model file",
+)
+REFUSED: dict[tuple[str, str], tuple[str, str]] = {
+    ("bodies", "contact"): (
+        "contact between bodies cannot be represented",
+        "remove it, or put stops (tension_stop, joint_stop) into a model file",
+    ),
+    ("joints", "bushing_data"): (
+        "bushings cannot be represented",
+        "remove it, or write springs and dampers (tsdas, rsdas)",
+    ),
+    **{
+        ("tsdas", key): _CURVE
+        for key in (
+            "spring_curve_data", "damping_curve_data", "deformation", "map_data",
+            "degressivity_compression", "degressivity_expansion",
+        )
+    },
+    ("tsdas", "minimum_length"): _LIMIT,
+    ("tsdas", "maximum_length"): _LIMIT,
+    ("rsdas", "spring_curve_data"): _CURVE,
+    ("rsdas", "damping_curve_data"): _CURVE,
+    ("model", "constraints"): (
+        "constraints close loops, which cannot be represented",
+        "cut the loop: remove them, or put stiff springs and dampers in their place",
+    ),
+    ("model", "load_controllers"): (
+        "loads of a controller come from outside",
+        "remove them, and connect the controller to the FMU's inputs body.<name>.force_x, …",
+    ),
+}  # fmt: skip
+"""(group, key): keys of Chrono's that are an error here, with message and remedy."""
+
+
+class InertiaSection(Section):
+    moments: tuple[Number, Number, Number]
+    products: Vector3 = (0.0, 0.0, 0.0)
+
+
+class ComSection(Section):
+    location: Vector3 = (0.0, 0.0, 0.0)
+    orientation: Orientation = Field(default=[1.0, 0.0, 0.0, 0.0])
+
+
+class BodySection(Section):
+    name: str
+    location: Vector3
+    orientation: Orientation = Field(default=[1.0, 0.0, 0.0, 0.0])
+    fixed: bool = False
+    mass: Number | None = None
+    com: ComSection = ComSection()
+    inertia: InertiaSection | None = None
+    initial_linear_velocity: Vector3 | None = None
+    initial_angular_velocity: Vector3 | None = None
+    visualization: Ignored = None
+    contact: Ignored = None
+
+    @field_validator("com", mode="before")
+    @classmethod
+    def _short_form(cls, value: Any) -> Any:
+        return {"location": value} if isinstance(value, list) else value
+
+
+class JointSection(Section):
+    name: str
+    type: Annotated[Literal["REVOLUTE", "PRISMATIC", "LOCK"], BeforeValidator(_joint_type)]
+    body1: str
+    body2: str
+    location: Vector3
+    axis: Vector3 | None = None
+    bushing_data: Ignored = None
+
+
+class TsdaSection(Section):
+    name: str
+    type: Ignored = None
+    body1: str
+    body2: str
+    point1: Vector3
+    point2: Vector3
+    spring_coefficient: Number | None = None
+    damping_coefficient: Number | None = None
+    free_length: Number | None = None
+    preload: Number = 0.0
+    visualization: Ignored = None
+    spring_curve_data: Ignored = None
+    damping_curve_data: Ignored = None
+    deformation: Ignored = None
+    map_data: Ignored = None
+    degressivity_compression: Ignored = None
+    degressivity_expansion: Ignored = None
+    minimum_length: Ignored = None
+    maximum_length: Ignored = None
+
+
+class RsdaSection(Section):
+    name: str
+    type: Ignored = None
+    body1: str
+    body2: str
+    axis: Vector3
+    location: Vector3 | None = None
+    spring_coefficient: Number | None = None
+    damping_coefficient: Number | None = None
+    free_angle: Number | None = None
+    preload: Number = 0.0
+    visualization: Ignored = None
+    spring_curve_data: Ignored = None
+    damping_curve_data: Ignored = None
+
+
+class FunctionSection(Section):
+    type: Annotated[
+        Literal["CONSTANT", "POLYNOMIAL", "POLY", "SINE", "RAMP", "DATA", "CONTROLLER"], UPPER
+    ]
+    value: Number | None = None
+    coefficients: list[Number] | None = None
+    amplitude: Number | None = None
+    frequency: Number | None = None
+    phase: Number = 0.0
+    slope: Number | None = None
+    intercept: Number = 0.0
+    data: list[tuple[Number, Number]] | None = None
+    repeat: Ignored = None
+
+
+def _force_level(value: Any) -> Any:
+    if _upper(value) in ("POSITION", "SPEED"):
+        message = f"a motor that prescribes the {value.lower()} takes the freedom of its joint away"
+        raise rejected(message, "use actuation_type: FORCE, or a stiff spring and damper")
+    return _upper(value)
+
+
+def _guide(value: Any) -> Any:
+    if _upper(value) == "SPHERICAL":
+        message = "a guide that lets its body turn cannot be represented"
+        raise rejected(message, "use guide: PRISMATIC, or FREE with body2 fixed")
+    return _upper(value)
+
+
+class MotorSection(Section):
+    name: str
+    type: Annotated[Literal["LINEAR", "ROTATION"], UPPER]
+    body1: str
+    body2: str
+    location: Vector3
+    axis: Vector3
+    actuation_type: Annotated[Literal["FORCE"], BeforeValidator(_force_level)]
+    actuation_function: FunctionSection
+    guide: Annotated[Literal["FREE", "PRISMATIC"], BeforeValidator(_guide)] = "PRISMATIC"
+    spindle: Annotated[Literal["FREE", "REVOLUTE", "CYLINDRICAL"], UPPER] = "REVOLUTE"
+    visualization: Ignored = None
+
+
+class BodyLoadSection(Section):
+    name: str
+    type: Annotated[Literal["FORCE", "TORQUE"], UPPER]
+    body: str
+    load: Vector3
+    local_load: bool = True
+    point: Vector3 = (0.0, 0.0, 0.0)
+    local_point: bool = True
+    modulation_function: FunctionSection | None = None
+
+
+class ModelSection(Section):
+    name: str = "chrono"
+    angle_degrees: bool = True
+    data_path: Ignored = None
+    bodies: list[BodySection]
+    joints: list[JointSection] = Field(default_factory=list)
+    tsdas: list[TsdaSection] = Field(default_factory=list)
+    rsdas: list[RsdaSection] = Field(default_factory=list)
+    motors: list[MotorSection] = Field(default_factory=list)
+    body_loads: list[BodyLoadSection] = Field(default_factory=list)
+    constraints: Ignored = None
+    load_controllers: Ignored = None
+
+
+class SimulationSection(Section):
+    """What a simulation says about the model; the rest of it belongs to Chrono's solver."""
+
+    model_config = ConfigDict(extra="ignore", frozen=True)
+
+    gravity: Vector3 | None = None
+
+
+class FileSection(Section):
+    """A file of a simulation; `model` is the name of its model's file."""
+
+    chrono_version: Ignored = Field(None, alias="chrono-version")
+    type: Ignored = None
+    model: str | None = None
+    simulation: SimulationSection = SimulationSection()
+    solver: Ignored = None
+    output: Ignored = None
+    visualization: Ignored = None
+
+
+class ModelFileSection(FileSection):
+    """A file of a model, perhaps with its simulation."""
+
+    model: ModelSection  # type: ignore[assignment]

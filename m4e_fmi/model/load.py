@@ -1,0 +1,33 @@
+"""Reading a model file, whichever of the forms it has."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from m4e_fmi.document import Document
+from m4e_fmi.model.m4e import are_lists, model_of_lists
+from m4e_fmi.model.model import Model
+from m4e_fmi.model.yaml import model_of
+
+
+def load_model(path: str | Path) -> Model:
+    """The model in the file `path`; InputError with every problem of the file.
+
+    A `*.model.yaml` file of ours, a Chrono model (or simulation) in YAML, or the paper's lists as
+    YAML or JSON.
+    """
+    document = Document.load(path)
+    if _is_chrono(document.data):
+        from m4e_fmi.model.chrono import model_of_chrono
+
+        return model_of_chrono(document)
+    if are_lists(document.data):
+        return model_of_lists(document)
+    return model_of(document)
+
+
+def _is_chrono(data: Mapping[str, Any]) -> bool:
+    """Whether a file's plain data are a Chrono model, or a simulation of one."""
+    return "model" in data and "components" not in data

@@ -1,0 +1,144 @@
+"""Models from the lists of the paper, as its listings are typed.
+
+S. Sabet and A. Diaz-Flores Caminero, "Multibody for Everybody", sections 5.1 and 5.2: `joints`,
+`types`, `parent_cg_to_joint`, …, `Initial_Points`, `Force`, `ic`, `m0`, `J0`, `g`. In Python the
+entries are numbers, SymPy expressions or texts of our own grammar; a YAML or JSON file may hold the
+same lists, with `.nan` or `null` for NaN.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from types import SimpleNamespace
+from typing import Any
+
+from m4e_fmi.document import Document, Location
+from m4e_fmi.errors import InputError, Problem, suggestion
+from m4e_fmi.model.checks import element_findings, whole_findings
+from m4e_fmi.model.elements import Parameter
+from m4e_fmi.model.findings import Finding, Names
+from m4e_fmi.model.m4e.forces import Forces
+from m4e_fmi.model.m4e.mechanism import ROWS, SYMBOLS, Mechanism
+from m4e_fmi.model.m4e.values import plain
+from m4e_fmi.model.model import Model
+
+KEYS = (
+    "joints", *ROWS, "Reference_frame_Origin", "Initial_Points", "Force", "ic", "m0", "J0", "g",
+    "gVec", *(key for pair in SYMBOLS for key in pair),
+)  # fmt: skip
+SETTINGS = ("TimeStep", "tspan", "integrator_kwargs", "animation_on", "SaveMovieOn", "plotTstep")
+
+
+def model_from_lists(
+    lists: Mapping[str, Any],
+    *,
+    name: str = "m4e",
+    description: str = "",
+    parameters: Mapping[str, Parameter | float] | None = None,
+) -> Model:
+    """The Model that the paper's lists describe; InputError with every problem of theirs.
+
+    `lists` holds them by the paper's names: a dictionary, or `globals()` of a script that defines
+    them. Body k becomes `body_k`, held by `joint_k`; a point is `BD1_0`, `GR0` or `CG2`, a load
+    `TensionSpring_0`. Masses, inertias and gravity that are numbers become the parameters `m1`, …,
+    `J1`, …, `g`. Other symbols take their values from `BodyDataSym` with `BodyDataNum`, from
+    `ForcesPointsSym` with `ForcesPointsNum`, or from `parameters` (a number, or with its unit).
+    `ic` is [Q; QD] in the order of the children's numbers; what `parent_cg_to_joint` says of a
+    floating body's place need not be said again. Coordinates X, Z of floating bodies are those of
+    the world, `Reference_frame_Origin` included. A `gVec` that differs between bodies becomes
+    vertical forces. Settings of the simulation (`tspan`, `TimeStep`, …) are not part of a model.
+    """
+    mechanism = Mechanism(
+        {key: plain(lists[key]) for key in KEYS if key in lists}, parameters or {}
+    )
+    if "__name__" not in lists:  # in a script's globals() there is more than lists
+        _report_unknown(mechanism, lists)
+    fields, findings = _checked(mechanism)
+    if findings:
+        raise InputError(
+            Problem(f"{_place(f.location)}: {f.message}", f.remedy, name) for f in findings
+        )
+    return Model(name=name, description=description, **fields)
+
+
+def model_of_lists(document: Document) -> Model:
+    """The Model of a file with the paper's lists; InputError with problems placed in the file.
+
+    Its name is the file's, if none is given.
+    """
+    data = dict(document.data)
+    name = data.pop("name", document.path.name.partition(".")[0])
+    description = data.pop("description", "")
+    mechanism = Mechanism({key: data[key] for key in KEYS if key in data}, {})
+    _report_unknown(mechanism, data)
+    for key, value in (("name", name), ("description", description)):
+        if not isinstance(value, str):
+            mechanism.say((key,), f"expected a text, got {value!r}")
+    fields, findings = _checked(mechanism)
+    if findings:
+        raise InputError(document.problem(f.location, f.message, f.remedy) for f in findings)
+    return Model(name=name, description=description, **fields)
+
+
+def are_lists(data: Mapping[str, Any]) -> bool:
+    """Whether a file's plain data are the paper's lists."""
+    return isinstance(data.get("joints"), list) and "model" not in data
+
+
+def normalize_prismatic(directions: Any) -> list[list[Any]]:
+    """Rows scaled to length 1 (NaN and zero rows as they are); here for the paper's listings.
+
+    Models take directions of any length, so nothing depends on calling it.
+    """
+    return [_unit_vector(list(row)) for row in directions]
+
+
+def _unit_vector(row: list[Any]) -> list[Any]:
+    square = sum(entry * entry for entry in row)
+    if square != square or square == 0:
+        return row
+    length = math.sqrt(square) if isinstance(square, int | float) else square**0.5
+    return [entry / length for entry in row]
+
+
+def _report_unknown(mechanism: Mechanism, lists: Mapping[str, Any]) -> None:
+    for key in lists:
+        if key not in KEYS and key not in SETTINGS:
+            remedy = suggestion(str(key), KEYS, "names")
+            mechanism.say((str(key),), f"unknown name {str(key)!r}", remedy)
+
+
+def _checked(mechanism: Mechanism) -> tuple[dict[str, Any], list[Finding]]:
+    """The fields of the Model, and what is wrong, placed in the lists."""
+    gravity, bodies, joints = mechanism.gravity(), mechanism.bodies(), mechanism.joints()
+    forces = Forces(mechanism)
+    points = forces.points()
+    loads = dict(forces.loads(points)) | mechanism.weights(bodies, gravity)
+    fields = {
+        "bodies": bodies,
+        "joints": joints,
+        "points": points,
+        "loads": loads,
+        "parameters": mechanism.symbols,
+        "gravity": gravity,
+        "tables": {},
+    }
+    names = Names(
+        bodies=frozenset(mechanism.body_names()),
+        points=frozenset(points),
+        parameters=frozenset(mechanism.symbols),
+        joints=frozenset(joints),
+        tables=frozenset(),
+    )
+    found = list(element_findings(SimpleNamespace(**fields), names))
+    if not found and not mechanism.findings:
+        found = list(whole_findings(SimpleNamespace(**fields)))
+    moved = [Finding(mechanism.place_of(f.location), f.message, f.remedy) for f in found]
+    return fields, [*dict.fromkeys([*mechanism.findings, *moved])]
+
+
+def _place(location: Location) -> str:
+    """A location as it is written in Python: Force["TensionSpring"][0][1]."""
+    first, *rest = location or ("lists",)
+    return str(first) + "".join(f'["{k}"]' if isinstance(k, str) else f"[{k}]" for k in rest)

@@ -1,0 +1,332 @@
+"""Bodies, joints, start values, gravity and symbols from the paper's lists."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from functools import cached_property
+from typing import Any
+
+from m4e_fmi.document import Location
+from m4e_fmi.model.elements import GROUND, Body, Joint, JointType, Parameter
+from m4e_fmi.model.loads import BodyForce, Load
+from m4e_fmi.model.m4e.values import (
+    NAN,
+    Lists,
+    added,
+    first_of,
+    is_nan,
+    is_number,
+    is_row,
+    is_whole,
+    plus,
+    times,
+)
+from m4e_fmi.model.model import STANDARD_GRAVITY
+
+ROWS = ("types", "parent_cg_to_joint", "joint_to_child_cg", "prismatic_direction")
+SYMBOLS = (("BodyDataSym", "BodyDataNum"), ("ForcesPointsSym", "ForcesPointsNum"))
+TYPES: dict[str, JointType] = {"R": "revolute", "P": "prismatic", "F": "floating"}
+COORDINATES = {"R": ("Theta",), "P": ("S",), "F": ("X", "Z", "Theta")}
+MOST_MISSING = 10  # numbers told in one message
+FLOATING = (("x", "vx"), ("z", "vz"), ("theta", "omega"))
+
+
+class Mechanism(Lists):
+    """Bodies and joints of the lists; `symbols` are the parameters, `children` bodies by number.
+
+    `children` maps a body's number to the row of its joint, `rows` a row to (parent, child).
+    """
+
+    def __init__(
+        self, lists: Mapping[str, Any], parameters: Mapping[str, Parameter | float]
+    ) -> None:
+        super().__init__(lists)
+        self.symbols = dict(self._symbols(parameters))
+        self.rows = self._joint_rows()
+        self.children = {child: row for row, (_, child) in self.rows.items()}
+
+    def body_names(self) -> list[str]:
+        return [f"body_{child}" for child in self.children]
+
+    def _symbols(self, extra: Mapping[str, Parameter | float]) -> Iterator[tuple[str, Parameter]]:
+        """Symbols with values; the time is none of them."""
+        for names_key, values_key in SYMBOLS:
+            names, values = (
+                self.list_of(key, "give a list, empty if there are none")
+                if key in self.lists
+                else []
+                for key in (names_key, values_key)
+            )
+            if len(names) != len(values):
+                message = f"{len(names)} symbols in {names_key}, {len(values)} values"
+                self.say((values_key,), message, "give one value for each symbol, in their order")
+            for k, (name, value) in enumerate(zip(names, values, strict=False)):
+                at = ("parameters", str(name))
+                self.places |= {at: (names_key, k), (*at, "value"): (values_key, k)}
+                if str(name) != "t":
+                    yield str(name), Parameter(value, "1", f"Symbol {name} of the lists")
+        for name, value in extra.items():
+            self.places["parameters", name] = ("parameters", name)
+            if not isinstance(value, Parameter):
+                value = Parameter(value, "1", f"Symbol {name}")
+            yield name, value
+
+    def _joint_rows(self) -> dict[int, tuple[int, int]]:
+        """(parent, child) of every row of `joints` that is right; checks numbers and lengths."""
+        joints = self.list_of("joints", "give one [parent, child] per joint; the ground is 0")
+        rows: dict[int, tuple[int, int]] = {}
+        for k, row in enumerate(joints):
+            if not (is_row(row, 2) and all(map(is_whole, row))):
+                self.say(
+                    ("joints", k), f"expected [parent, child], got {row!r}", "two body numbers"
+                )
+                continue
+            parent, child = row
+            if parent < 0 or child < 1:
+                message = f"body numbers begin at 1 (the ground is 0), got {row!r}"
+                self.say(("joints", k), message, "number the bodies 1, 2, 3, …")
+                continue
+            rows[k] = (parent, child)
+        for key in ROWS:
+            if key in self.lists or key != "prismatic_direction":
+                entries = self.list_of(key, "give one entry per joint")
+                if len(entries) != len(joints) and key in self.lists:
+                    message = f"{len(entries)} rows, but joints has {len(joints)}"
+                    self.say((key,), message, "give one row per joint, in the order of joints")
+        self._check_numbers(rows)
+        return rows
+
+    def _check_numbers(self, rows: dict[int, tuple[int, int]]) -> None:
+        children = [child for _, child in rows.values()]
+        first: dict[int, int] = {}
+        for k, (parent, child) in rows.items():
+            if first.setdefault(child, k) != k:
+                message = f"body {child} is the child of joints[{first[child]}] already"
+                remedy = (
+                    "closed loops: cut one joint and put a stiff spring and damper in its place"
+                )
+                self.say(("joints", k, 1), message, remedy)
+            if parent and parent not in children:
+                message = f"body {parent} is a parent, but no joint has it as its child"
+                self.say(("joints", k, 0), message, f"add a joint [0, {parent}]")
+        last = min(max(children, default=0), len(children) + MOST_MISSING)
+        missing = sorted(set(range(1, last)) - set(children))
+        if missing:
+            numbers = ", ".join(map(str, missing))
+            message = f"bodies are numbered without gaps; missing: {numbers}"
+            self.say(
+                ("joints",), message, "renumber the bodies, or add joints for the missing ones"
+            )
+
+    @cached_property
+    def origin(self) -> list[Any]:
+        origin = self.lists.get("Reference_frame_Origin", [0.0, 0.0])
+        if not is_row(origin, 2):
+            message = f"expected [x, z], got {origin!r}"
+            self.say(("Reference_frame_Origin",), message)
+            return [0.0, 0.0]
+        return origin
+
+    def gravity(self) -> Any:
+        """Gravity, the parameter `g` where it is a number; a gVec equal for all scales it."""
+        g = self._as_parameter(
+            "g", self.lists.get("g", STANDARD_GRAVITY), "m/s2", ("g",), "Gravity"
+        )
+        self.places["gravity",] = ("g",)
+        scales = self._scales()
+        if len(set(scales)) == 1 and scales[0] != 1:
+            return times(g, scales[0])
+        return g
+
+    def _scales(self) -> list[Any]:
+        """gVec, one entry per body; ones where it is not given."""
+        count = len(self.children)
+        if "gVec" not in self.lists:
+            return [1.0] * count
+        rows = [row[0] if is_row(row, 1) else row for row in self._per_body("gVec", count)]
+        for k, scale in enumerate(rows):
+            if not is_number(scale):
+                self.say(("gVec", k), f"expected a number, got {scale!r}", "1 is full gravity")
+        return [scale if is_number(scale) else 1.0 for scale in rows]
+
+    def _per_body(self, key: str, count: int) -> list[Any]:
+        values = self.list_of(key, "give one number per body")
+        if key in self.lists and len(values) != count:
+            message = f"{len(values)} entries for {count} bodies"
+            self.say((key,), message, "give one entry per body, in the order of their numbers")
+        return values
+
+    def _as_parameter(self, name: str, value: Any, unit: str, at: Location, text: str) -> Any:
+        """`name`, a new parameter, for a number; an expression as it is."""
+        if not is_number(value) or name in self.symbols:
+            return value
+        self.symbols[name] = Parameter(float(value), unit, text)
+        self.places["parameters", name] = at
+        return name
+
+    def bodies(self) -> dict[str, Body]:
+        count = len(self.children)
+        masses, inertias = self._per_body("m0", count), self._per_body("J0", count)
+        bodies = {}
+        for child, row in sorted(self.children.items()):
+            at = ("bodies", f"body_{child}")
+            k = child - 1
+            self.places |= {
+                at: ("joints", row, 1), (*at, "mass"): ("m0", k), (*at, "inertia"): ("J0", k)
+            }  # fmt: skip
+            if k < len(masses) and k < len(inertias):
+                mass, inertia = first_of(masses[k]), first_of(inertias[k])
+                text = f"of body {child}"
+                bodies[at[1]] = Body(
+                    self._as_parameter(f"m{child}", mass, "kg", ("m0", k), f"Mass {text}"),
+                    self._as_parameter(
+                        f"J{child}", inertia, "kg.m2", ("J0", k), f"Inertia {text} about its CG"
+                    ),
+                    f"Body {child}",
+                )
+        return bodies
+
+    def joints(self) -> dict[str, Joint]:
+        initial = self._initial()
+        joints = {}
+        for child, row in sorted(self.children.items()):
+            parent = self.rows[row][0]
+            if (letter := self._type(row)) is None:
+                continue
+            at = ("joints", f"joint_{child}")
+            self.places |= {
+                at: ("joints", row),
+                (*at, "child"): ("joints", row, 1),
+                (*at, "parent"): ("joints", row, 0),
+                (*at, "parent_to_joint"): ("parent_cg_to_joint", row),
+                (*at, "joint_to_child"): ("joint_to_child_cg", row),
+                (*at, "direction"): ("prismatic_direction", row),
+            }
+            values = initial.get(child, {})
+            if letter == "F":
+                vectors = self._floating(row, parent, values)
+            else:
+                vectors = self._vectors(row, parent, letter)
+            if vectors is not None:
+                holder = f"body_{parent}" if parent else GROUND
+                joints[at[1]] = Joint(
+                    TYPES[letter], f"body_{child}", holder, **vectors, initial=values
+                )
+        return joints
+
+    def _type(self, row: int) -> str | None:
+        """The letter of a joint's type; None, with a finding, for any other."""
+        letter, types = self._type_quietly(row), self.lists.get("types")
+        if letter is None and isinstance(types, list) and row < len(types):
+            self.say(("types", row), f"unknown type {types[row]!r}", "known: 'R', 'P', 'F'")
+        return letter
+
+    def _vectors(self, row: int, parent: int, letter: str) -> dict[str, Any] | None:
+        """Geometry of a revolute or prismatic joint."""
+        result: dict[str, Any] = {}
+        fields = [
+            ("parent_to_joint", "parent_cg_to_joint"),
+            ("joint_to_child", "joint_to_child_cg"),
+        ]
+        direction = self._vector("prismatic_direction", row) or [NAN, NAN]
+        if letter == "P":
+            fields.append(("direction", "prismatic_direction"))
+        elif any(entry is not NAN for entry in direction):
+            message = f"a joint of type {letter!r} has no direction"
+            self.say(("prismatic_direction", row), message, "write [nan, nan]")
+            return None
+        for field, key in fields:
+            vector = self._vector(key, row)
+            if vector is None:
+                return None
+            if any(entry is NAN for entry in vector):
+                message = f"a joint of type {letter!r} needs both entries, got NaN"
+                self.say((key, row), message, "give the vector [x, z]")
+                return None
+            result[field] = tuple(vector)
+        if not parent:
+            result["parent_to_joint"] = added(self.origin, result["parent_to_joint"])
+        return result
+
+    def _floating(self, row: int, parent: int, values: dict[str, Any]) -> dict[str, Any] | None:
+        """No geometry, but the start position goes into `values`."""
+        if parent:
+            message = f"a floating joint is always to the ground, got the parent {parent}"
+            self.say(("joints", row, 0), message, f"write [0, {self.rows[row][1]}]")
+            return None
+        for key in ("joint_to_child_cg", "prismatic_direction"):
+            for entry in self._vector(key, row) or []:
+                if entry is not NAN and entry != 0:
+                    message = f"a floating joint has no {key}"
+                    self.say((key, row), message, "write [nan, nan]")
+                    return None
+        start = self._vector("parent_cg_to_joint", row)
+        if start is None:
+            return None
+        for axis, place, shift in zip("xz", start, self.origin, strict=True):
+            given = values.get(axis, 0.0)
+            if place is NAN:
+                place = given
+            elif is_number(given) and given not in (0, place):
+                message = (
+                    f"{axis} starts at {given:g} here, at {place} in parent_cg_to_joint[{row}]"
+                )
+                remedy = "say it in one of the two: 0 here, or nan there"
+                self.say(self.places["joints", f"joint_{self.rows[row][1]}", "initial", axis],
+                         message, remedy)  # fmt: skip
+            values[axis] = plus(shift, place)
+        return {}
+
+    def _vector(self, key: str, row: int) -> list[Any] | None:
+        """Row `row` of a list of vectors, NAN for entries that are NaN; None if it is no vector."""
+        rows = self.lists.get(key)
+        if not isinstance(rows, list) or row >= len(rows):
+            return None
+        if not is_row(rows[row], 2):
+            self.say((key, row), f"expected [x, z], got {rows[row]!r}")
+            return None
+        return [NAN if is_nan(entry) else entry for entry in rows[row]]
+
+    def _initial(self) -> dict[int, dict[str, Any]]:
+        """Start values of every joint, by the number of its child."""
+        slots = []  # (child, letter of the coordinate, key of q, key of u)
+        for child, row in sorted(self.children.items()):
+            letter = self._type_quietly(row)
+            keys = FLOATING if letter == "F" else (("q", "u"),)
+            names = COORDINATES[letter or "R"]
+            slots += [(child, n, *k) for n, k in zip(names, keys, strict=True)]
+        ic = self.lists.get("ic")
+        values = [first_of(entry) for entry in ic] if isinstance(ic, list) else []
+        count = len(slots)
+        if "ic" in self.lists and len(values) != 2 * count:
+            q = [f"{name}_{child}" for child, name, _, _ in slots]
+            u = [f"{name}D_{child}" for child, name, _, _ in slots]
+            message = f"{len(values)} entries, expected {2 * count}"
+            self.say(("ic",), message, f"in this order: {', '.join([*q, *u])}")
+            return {}
+        initial: dict[int, dict[str, Any]] = {}
+        for k, (child, _, position, velocity) in enumerate(slots):
+            for key, index in ((position, k), (velocity, k + count)):
+                self.places["joints", f"joint_{child}", "initial", key] = ("ic", index)
+                if values:
+                    initial.setdefault(child, {})[key] = values[index]
+        return initial
+
+    def _type_quietly(self, row: int) -> str | None:
+        types = self.lists.get("types")
+        letter = types[row] if isinstance(types, list) and row < len(types) else None
+        return letter if isinstance(letter, str) and letter in TYPES else None
+
+    def weights(self, bodies: dict[str, Body], gravity: Any) -> dict[str, Load]:
+        """Forces that make good for bodies whose gVec is not 1, where gVec differs."""
+        scales = self._scales() if "gVec" in self.lists else []
+        if len(set(scales)) < 2:
+            return {}
+        loads: dict[str, Load] = {}
+        for k, scale in enumerate(scales):
+            body = f"body_{k + 1}"
+            if scale != 1 and body in bodies:
+                weight = times(times(bodies[body].mass, gravity), 1.0 - scale)
+                loads[f"gVec_{k}"] = BodyForce(body, (0.0, weight))
+                self.places["loads", f"gVec_{k}"] = ("gVec", k)
+        return loads

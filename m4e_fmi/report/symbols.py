@@ -1,0 +1,114 @@
+"""Outlines of the symbols of mechanics, as polylines (n, 2) in metres. Pure geometry."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+Line = np.ndarray
+
+
+def circle(centre: ArrayLike, radius: float, *, corners: int = 32) -> Line:
+    angles = np.linspace(0, 2 * np.pi, corners, endpoint=False)
+    return np.asarray(centre) + radius * np.column_stack([np.cos(angles), np.sin(angles)])
+
+
+def rounded_hull(points: ArrayLike, radius: float) -> Line:
+    """The convex hull of discs about `points`: what a link looks like."""
+    return convex_hull(np.vstack([circle(point, radius) for point in np.asarray(points, float)]))
+
+
+def convex_hull(points: ArrayLike) -> Line:
+    """Corners of the convex hull, counter-clockwise (Andrew's monotone chain)."""
+    ordered = sorted(set(map(tuple, np.asarray(points, float).tolist())))
+    if len(ordered) < 3:
+        return np.array(ordered)
+
+    def half(sequence: list[tuple[float, float]]) -> list[tuple[float, float]]:
+        kept: list[tuple[float, float]] = []
+        for point in sequence:
+            while len(kept) > 1 and _turns_right(kept[-2], kept[-1], point):
+                kept.pop()
+            kept.append(point)
+        return kept[:-1]
+
+    return np.array(half(ordered) + half(ordered[::-1]))
+
+
+def _turns_right(a: tuple, b: tuple, c: tuple) -> bool:
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) <= 0
+
+
+def spring(start: ArrayLike, end: ArrayLike, width: float, *, turns: int = 9) -> Line:
+    """A zigzag of `width` between two points, straight at its ends."""
+    inner = (np.arange(2 * turns) + 0.5) / (2 * turns)
+    along = np.concatenate([[0, 0.12], 0.12 + 0.76 * inner, [0.88, 1]])
+    across = np.zeros_like(along)
+    across[2:-2] = np.where(np.arange(2 * turns) % 2, 0.5, -0.5)
+    return _between(start, end, along, width * across)
+
+
+def damper(start: ArrayLike, end: ArrayLike, width: float) -> list[Line]:
+    """A dashpot of `width` in the middle between two points: rod, piston, cylinder, rod."""
+    length = float(np.linalg.norm(np.asarray(end, float) - np.asarray(start, float))) or 1.0
+    half = min(0.2, 0.9 * width / length)  # of the cylinder, as a part of the length
+    low, high, w = 0.5 - half, 0.5 + half, width / 2
+    pieces = (
+        ((0, 0), (0.5, 0)),
+        ((0.5, 0.75 * w), (0.5, -0.75 * w)),
+        ((low, w), (high, w), (high, -w), (low, -w)),
+        ((high, 0), (1, 0)),
+    )
+    return [_between(start, end, *np.array(piece, float).T) for piece in pieces]
+
+
+def _between(start: ArrayLike, end: ArrayLike, along: Any, across: Any) -> Line:
+    """Points at parts `along` of the way from start to end, and `across` it [m]."""
+    a, b = np.asarray(start, float), np.asarray(end, float)
+    way = b - a
+    length = np.linalg.norm(way)
+    normal = np.array([-way[1], way[0]]) / (length or 1.0)
+    return a + np.outer(along, way) + np.outer(across, normal)
+
+
+def moved_aside(start: ArrayLike, end: ArrayLike, distance: float) -> tuple[Line, Line]:
+    """The two points, both moved across the line between them by `distance` [m]."""
+    both = _between(start, end, [0, 1], [distance, distance])
+    return both[0], both[1]
+
+
+def spiral(centre: ArrayLike, inner: float, outer: float, *, turns: float = 2.0) -> Line:
+    """A torsion spring about a point."""
+    angle = np.linspace(0, 2 * np.pi * turns, 80)
+    radius = np.linspace(inner, outer, 80)
+    return np.asarray(centre) + radius[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+
+
+def arc(centre: ArrayLike, radius: float, first: float, last: float) -> Line:
+    """An arc from angle `first` to `last` [rad], counted from +X towards +Z."""
+    angle = np.linspace(first, last, 40)
+    return np.asarray(centre) + radius * np.column_stack([np.cos(angle), np.sin(angle)])
+
+
+def ground(start: ArrayLike, end: ArrayLike, hatch: float) -> list[Line]:
+    """A line with hatching below it, strokes of about `hatch` [m]."""
+    ends = sorted((np.asarray(start, float), np.asarray(end, float)), key=tuple)
+    way = ends[1] - ends[0]
+    length = float(np.hypot(*way))
+    along = way / length
+    below = np.array([along[1], -along[0]])
+    count = max(3, round(length / hatch))
+    tops = ends[0] + np.outer((np.arange(count) + 0.5) / count, way)
+    return [np.array(ends), *(np.array([t, t + hatch * (below - 0.8 * along)]) for t in tops)]
+
+
+def box(centre: ArrayLike, length: float, width: float, direction: ArrayLike) -> Line:
+    """A rectangle with its length along `direction`."""
+    along = np.asarray(direction, float)
+    along = along / np.linalg.norm(along)
+    normal = np.array([-along[1], along[0]])
+    corners = ((-1, -1), (1, -1), (1, 1), (-1, 1))
+    return np.array([np.asarray(centre) + length / 2 * a * along + width / 2 * b * normal
+                     for a, b in corners])  # fmt: skip
