@@ -202,4 +202,6 @@ def _table(name: str, table: Table, language: Language) -> str:
 
 
 def _tuple(values: Any) -> str:
-    return str(tuple(float(value) for value in values))
+    """A tuple of numbers, on lines of its own if there are many."""
+    text = str(tuple(float(value) for value in values))
+    return fill(text, 80, subsequent_indent="    ", break_on_hyphens=False, break_long_words=False)
