@@ -85,6 +85,8 @@ def errors(program: Program, values: dict[str, float], expected: list[Any]) -> t
 def imbalance(program: Program, values: dict[str, float], power: Any) -> float:
     """|d(energy)/dt − power of the inputs and of the loads|, relative to the energy.
 
+    To it comes how far the program's own power of the inputs is from `power`.
+
     The rate of the energy is a difference quotient along the motion, in 100 digits: its error is
     the square of the step, 1e-40, times a third derivative.
     """
@@ -100,9 +102,11 @@ def imbalance(program: Program, values: dict[str, float], power: Any) -> float:
                 moved[state.name] = values[state.name] + side * step * rate
             energies += exact_values(program, [total], moved)
         slope = (energies[0] - energies[1]) / (2 * step)
-        powers = [node for name, node in outputs.items() if name.startswith("load.")]
-        gained = power + sum(exact_values(program, powers, values))
-        return float(abs(slope - gained) / (1 + abs(energies[0])))
+        loads = [name for name in outputs if name.startswith("load.") and name.endswith(".power")]
+        nodes = [outputs[name] for name in ("inputs.power", *loads)]
+        told, *gained = exact_values(program, nodes, values)
+        wrong = abs(slope - power - sum(gained)) + abs(told - power)
+        return float(wrong / (1 + abs(energies[0])))
 
 
 @pytest.mark.parametrize("block", range(BLOCKS))
