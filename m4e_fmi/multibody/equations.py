@@ -24,6 +24,8 @@ from m4e_fmi.program import Variable
 if TYPE_CHECKING:
     import sympy
 
+    from m4e_fmi.multibody.code import Language
+
 
 class Equations:
     """Symbolic equations of a model: mass_matrix · u̇ = forcing, with q̇ = u.
@@ -169,11 +171,19 @@ class Equations:
                     result[3 * k + row, column] = entry
         return result
 
-    def text(self, *, latex: bool = False, reactions: bool = False) -> str:
-        """The equations as a page of text, or of LaTeX; with the joints' reactions if asked for."""
+    def text(
+        self, *, latex: bool = False, reactions: bool = False, explicit: bool | None = None
+    ) -> str:
+        """The equations as a page of text, or of LaTeX: see `printing.equations_text`."""
         from m4e_fmi.multibody.printing import equations_text
 
-        return equations_text(self, latex=latex, reactions=reactions)
+        return equations_text(self, latex=latex, reactions=reactions, explicit=explicit)
+
+    def code(self, language: Language = "python") -> str:
+        """M and f as source of a function in Python or C: see `code.equations_code`."""
+        from m4e_fmi.multibody.code import equations_code
+
+        return equations_code(self, language)
 
 
 class _Inputs:

@@ -31,7 +31,8 @@ def _binary(name: str, numeric: Any, symbolic: str, a: Any, b: Any) -> Any:
         return numeric(a, b)
     import sympy
 
-    return getattr(sympy, symbolic)(a, b)
+    # SymPy would compare long expressions in a maximum, at great cost and to no effect
+    return getattr(sympy, symbolic)(a, b, evaluate=False)
 
 
 def sin(x: Any) -> Any:

@@ -166,6 +166,8 @@ def test_equations_as_text_and_latex(capsys):
     assert main(["equations", str(PENDULUM), "--latex"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert all(line.startswith(("%", r"\[")) for line in lines)
+    assert main(["equations", str(PENDULUM), "--code", "c"]) == 0
+    assert "void equations(double t" in capsys.readouterr().out
 
 
 @pytest.mark.usefixtures("here")

@@ -1,0 +1,58 @@
+"""What expressions share, under names of its own: long equations become lines that can be read."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from itertools import count
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import sympy
+
+Shared = list[tuple["sympy.Symbol", "sympy.Expr"]]
+
+
+def intermediates(
+    expressions: Sequence[Any],
+    coordinates: Sequence[sympy.Symbol],
+    taken: Collection[str] = (),
+) -> tuple[Shared, list[sympy.Expr]]:
+    """Lines to compute first, in order, and the expressions in terms of them.
+
+    Sine and cosine of coordinate k are `s<k>` and `c<k>`, all else that occurs more than once is
+    `w1`, `w2`, …, unless it is a multiple of one symbol. Names in `taken`, or of symbols in the
+    expressions, are left out. Nothing is expanded or simplified.
+    """
+    import sympy
+
+    placeholders = sympy.numbered_symbols("shared", cls=sympy.Dummy)
+    cse: Any = sympy.cse
+    found, reduced = cse(expressions, symbols=placeholders, order="none", list=True)
+    used = {
+        *taken,
+        *(s.name for e in expressions for s in e.free_symbols if isinstance(s, sympy.Symbol)),
+    }
+    numbered = (name for k in count(1) if (name := f"w{k}") not in used)
+    new: dict[sympy.Basic, sympy.Basic] = {}
+    shared: Shared = []
+    for placeholder, expression in found:
+        value = expression.xreplace(new)
+        _, rest = value.as_coeff_Mul()
+        if rest.is_Symbol:
+            new[placeholder] = value
+            continue
+        name = _of_angle(value, coordinates)
+        symbol = sympy.Symbol(next(numbered) if name is None or name in used else name, real=True)
+        new[placeholder] = symbol
+        shared.append((symbol, value))
+    return shared, [expression.xreplace(new) for expression in reduced]
+
+
+def _of_angle(value: sympy.Expr, coordinates: Sequence[sympy.Symbol]) -> str | None:
+    """The name of the sine or cosine of a coordinate, None for anything else."""
+    import sympy
+
+    if isinstance(value, sympy.sin | sympy.cos) and value.args[0] in coordinates:
+        letter = "s" if isinstance(value, sympy.sin) else "c"
+        return letter + value.args[0].name.rpartition("_")[2]  # pyright: ignore[reportAttributeAccessIssue]
+    return None
