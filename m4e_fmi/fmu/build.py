@@ -94,8 +94,8 @@ def fmu_files(source: PythonSource) -> dict[str, bytes]:
     resources |= _pythonfmu_files()
     files = {f"resources/{name}": content for name, content in resources.items()}
     files |= binaries(identifier)
-    guid = _guid(files, _xml(description, identifier, guid="", native=False))
-    files[XML] = _xml(description, identifier, guid=guid, native=False)
+    xml = model_description_xml(description, model_identifier=identifier, guid="")
+    files[XML] = _with_guid(xml, _guid(files, xml))
     return files
 
 
@@ -108,9 +108,10 @@ def native_fmu_files(program: Program, method: str) -> dict[str, bytes]:
     files = {f"resources/{name}": content for name, content in native_resources(program).items()}
     files |= shell_binary(identifier)
     files[SETTINGS] = b"%d" % METHODS[method]
-    guid = _guid(files, _xml(description, identifier, guid="", native=True))
+    xml = model_description_xml(description, model_identifier=identifier, guid="", native=True)
+    guid = _guid(files, xml)
     files[SETTINGS] = b"%s %d\n" % (guid.encode(), METHODS[method])
-    files[XML] = _xml(description, identifier, guid=guid, native=True)
+    files[XML] = _with_guid(xml, guid)
     return files
 
 
@@ -118,6 +119,10 @@ def _guid(files: Mapping[str, bytes], xml: bytes) -> str:
     """A GUID made of the content of the FMU."""
     digest = _digest({**files, "xml": xml}, length=64)
     return f"{{{uuid.uuid5(GUID_NAMESPACE, digest)}}}"
+
+
+def _with_guid(xml: bytes, guid: str) -> bytes:
+    return xml.replace(b'guid=""', f'guid="{guid}"'.encode(), 1)  # the root's: it comes first
 
 
 def model_identifier(name: str) -> str:
@@ -144,10 +149,6 @@ def write_archive(files: Mapping[str, bytes], path: Path) -> None:
     except BaseException:
         temporary.unlink(missing_ok=True)
         raise
-
-
-def _xml(description: ModelDescription, identifier: str, *, guid: str, native: bool) -> bytes:
-    return model_description_xml(description, model_identifier=identifier, guid=guid, native=native)
 
 
 def _check_modules(source: PythonSource) -> None:
