@@ -96,7 +96,10 @@ def exchange(path: Path, folder: Path) -> tuple[fmi2.FMU2Model, dict[str, int]]:
         modelIdentifier=description.modelExchange.modelIdentifier,
         instanceName="model",
     )
-    model.instantiate()
+    # FMPy's own callbacks would log through whatever logger was used last, perhaps gone by now
+    callbacks = fmi2.fmi2CallbackFunctions()
+    callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(lambda *_: None)
+    model.instantiate(callbacks=callbacks)
     model.setupExperiment()
     model.enterInitializationMode()
     model.exitInitializationMode()
@@ -445,7 +448,8 @@ class TestRefusals:
         fmu, r = instance.fmu, instance.references
 
         def calls() -> dict[str, Callable[[], Any]]:
-            dll, c = fmu.dll, fmu.component
+            component: Any = fmu.component
+            dll, c = fmu.dll, ctypes.c_void_p(component)
 
             def checked(status: int) -> None:
                 if status > 1:
@@ -501,6 +505,32 @@ class TestRefusals:
                     )
                 fmu.setFMUstate(state)
             fmu.freeFMUstate(state)
+
+    def test_model_exchange_has_states_of_its_own(
+        self, fmus: dict[str, Path], tmp_path: Path
+    ) -> None:
+        model, r = exchange(fmus["driven"], tmp_path / "driven")
+        two = (ctypes.c_double * 2)(0.0, 0.0)
+        answers(ERROR, lambda: model.setContinuousStates(two, 2))
+        answers(ERROR, lambda: model.completedIntegratorStep())
+        model.setReal([r["stiffness"]], [31.0])
+        assert model.newDiscreteStates()[:5] == (False,) * 5
+        model.enterContinuousTimeMode()
+        answers(ERROR, lambda: model.setReal([r["stiffness"]], [30.0]))
+        answers(ERROR, lambda: model.enterContinuousTimeMode())
+        answers(ERROR, lambda: model.setContinuousStates(two, 1))
+        answers(DISCARD, lambda: model.setContinuousStates((ctypes.c_double * 2)(math.nan), 2))
+        component: Any = model.component
+        step = model.dll.fmi2DoStep
+        arguments = (ctypes.c_double(0.0), ctypes.c_double(0.1), 1)
+        assert step(ctypes.c_void_p(component), *arguments) == ERROR
+        model.setContinuousStates((ctypes.c_double * 2)(0.5, 2.0), 2)
+        model.getDerivatives(two, 2)
+        assert list(two) == [2.0, (1.0 - 31.0 * 0.5 - 0.4 * 2.0) / 2.0]
+        assert model.completedIntegratorStep() == (False, False)
+        model.enterEventMode()
+        model.terminate()
+        model.freeInstance()
 
     def test_nan_and_infinity(self, load: Load) -> None:
         instance = load().initialise()
