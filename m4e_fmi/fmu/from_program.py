@@ -8,10 +8,13 @@ from dataclasses import replace
 from pathlib import Path
 
 from m4e_fmi.fmu.description import FmuVariable, ModelDescription, PythonSource
+from m4e_fmi.fmu.embedded.runtime_engine import LIBRARY, PROGRAM
 from m4e_fmi.program import Program, Variable
+from m4e_fmi.program.binary_form import encode
 from m4e_fmi.program.dependence import initial_kind, kinds
 from m4e_fmi.program.python_form import python_source
 from m4e_fmi.runtime import dormand_prince
+from m4e_fmi.runtime.library import library_path
 
 EMBEDDED = Path(__file__).parent / "embedded"
 
@@ -111,17 +114,28 @@ def python_slave(program: Program, description: ModelDescription) -> PythonSourc
         slave="program_slave:ProgramSlave",
         modules={
             "program_slave.py": EMBEDDED / "program_slave.py",
+            "runtime_engine.py": EMBEDDED / "runtime_engine.py",
+            "python_engine.py": EMBEDDED / "python_engine.py",
             "dormand_prince.py": Path(dormand_prince.__file__),
         },
         data={
             "model.py": python_source(program).encode(),
             "layout.json": json.dumps(layout).encode(),
+            **_runtime_files(program),
         },
     )
 
 
 def _initial(needs: Mapping[str, str], known: set[str]) -> dict[str, str]:
     return {name: initial_kind(kind) for name, kind in needs.items() if name in known}
+
+
+def _runtime_files(program: Program) -> dict[str, bytes]:
+    """What the C runtime needs, where it is there."""
+    path = library_path()
+    if path is None:
+        return {}
+    return {LIBRARY: path.read_bytes(), PROGRAM: encode(program)}
 
 
 def _causality(v: Variable) -> str:

@@ -156,6 +156,12 @@ def library() -> ctypes.CDLL | None:
     return _found()[0]
 
 
+def library_path() -> Path | None:
+    """Where the library is; None where there is none."""
+    found, detail = _found()
+    return Path(detail) if found else None
+
+
 def library_detail() -> str:
     """Where the library is, or why there is none."""
     return _found()[1]
