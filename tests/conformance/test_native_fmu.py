@@ -536,6 +536,9 @@ class TestRefusals:
         model.setContinuousStates((ctypes.c_double * 2)(0.5, 2.0), 2)
         model.getDerivatives(two, 2)
         assert list(two) == [2.0, (1.0 - 31.0 * 0.5 - 0.4 * 2.0) / 2.0]
+        model.setReal([r["x"]], [0.6])  # not in the standard; CasADi does it
+        model.getDerivatives(two, 2)
+        assert two[1] == (1.0 - 31.0 * 0.6 - 0.4 * 2.0) / 2.0
         assert model.completedIntegratorStep() == (False, False)
         model.enterEventMode()
         model.terminate()

@@ -96,8 +96,10 @@ static const char *refusal(const instance *c, uint32_t r) {
     }
     if (r < first_input(c)) return "is calculated";
     if (r < first_state(c)) return NULL;
-    if (r < first_output(c)) return starting ? NULL : "is a state, set before the start only";
-    return "is calculated";
+    if (r >= first_output(c)) return "is calculated";
+    /* the standard has fmi2SetContinuousStates for model exchange, but CasADi sets them one by one */
+    const int exchange = (c->now.phase & (EVENT | CONTINUOUS)) != 0;
+    return starting || exchange ? NULL : "is a state, set before the start only";
 }
 
 fmi2Status fmi2SetReal(fmi2Component component, const fmi2ValueReference references[],
