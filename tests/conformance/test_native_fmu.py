@@ -298,6 +298,8 @@ class TestDerivatives:
         assert slope("x", "x", 7.0) == 7.0
         assert slope("pull", "stiffness") == pytest.approx(0.2, rel=1e-15)
         assert slope("frequency", "mass") == pytest.approx(-math.sqrt(15.0) / 4.0, rel=1e-15)
+        instance.set({"stiffness": 60.0})
+        assert slope("a", "x") == -30.0
         for unknown, known in (("force", "x"), ("x", "energy"), ("mass", "x")):
             answers(ERROR, lambda u=unknown, k=known: slope(u, k))
 
@@ -590,6 +592,7 @@ class TestRefusals:
         instance.fmu.fmi2GetRealStatus(instance.fmu.component, 2, ctypes.byref(reached))
         instance.fmu.fmi2GetBooleanStatus(instance.fmu.component, 3, ctypes.byref(ended))
         assert reached.value == pytest.approx(1.0, abs=1e-6)
+        assert instance["x"] > 1e5
         assert ended.value
         assert "too small to go on" in instance.last_error or "not finite" in instance.last_error
         answers(ERROR, lambda: instance.step(reached.value, 0.1))
