@@ -105,7 +105,9 @@ def native_fmu_files(program: Program, method: str) -> dict[str, bytes]:
         raise InputError.single(f"there is no method {method!r}", suggestion(method, METHODS))
     description = _with_last_error(describe(program))
     identifier = model_identifier(description.name)
-    files = {f"resources/{name}": content for name, content in native_resources(program).items()}
+    files = {
+        f"resources/{name}": content for name, content in native_resources(program, method).items()
+    }
     files |= shell_binary(identifier)
     files[SETTINGS] = b"%d" % METHODS[method]
     xml = model_description_xml(description, model_identifier=identifier, guid="", native=True)

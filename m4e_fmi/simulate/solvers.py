@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from m4e_fmi.errors import RunError
-from m4e_fmi.program import TIME, Program, jacobian
+from m4e_fmi.program import Program, rate_entries
 from m4e_fmi.program.python_form import load_python
 from m4e_fmi.runtime import DormandPrince, IntegrationError
 
@@ -41,7 +41,7 @@ def solve_compiled(
     from m4e_fmi.runtime.engine import Control, Engine, failure_text
     from m4e_fmi.runtime.integrator import Integrator
 
-    engine = Engine(program, jacobian=_exact_jacobian(program) if method == "rodas" else ())
+    engine = Engine(program, jacobian=rate_entries(program) if method == "rodas" else ())
     integrator = Integrator(engine, Control(method, rtol=tolerance, atol=tolerance))
     integrator.start(times[0], [v.start for v in program.states])
     last = [v.start for v in program.states]
@@ -64,13 +64,6 @@ def solve_compiled(
 
 def _failure(text: str, why: str) -> RunError:
     return RunError(f"{text}: {why}" if why else text, REMEDY)
-
-
-def _exact_jacobian(program: Program) -> list[tuple[int, int, int]]:
-    """(row, column, node) of the rates' derivatives by the states, and by time as last column."""
-    matrix = jacobian(program, by=[*(v.name for v in program.states), TIME])
-    places = zip(matrix.row_indices, matrix.column_indices, matrix.program.results, strict=True)
-    return list(places)
 
 
 def solve_python(

@@ -13,7 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from m4e_fmi.errors import RunError
-from m4e_fmi.program import TIME, Program, tangent
+from m4e_fmi.program import TIME, Program, rate_entries, tangent
 from m4e_fmi.program.binary_form import encode
 from m4e_fmi.runtime import compiler
 
@@ -22,9 +22,10 @@ PLATFORM = {"win32": "win64", "darwin": "darwin64"}.get(sys.platform, "linux64")
 """FMI's name of the folder for this machine's binary."""
 
 
-def native_resources(program: Program) -> dict[str, bytes]:
+def native_resources(program: Program, method: str) -> dict[str, bytes]:
     """The programs that the shell reads: file name → content."""
-    return {"model.m4e": encode(program), "tangent.m4e": encode(tangent_program(program))}
+    entries = rate_entries(program) if method == "rodas" else ()
+    return {"model.m4e": encode(program, entries), "tangent.m4e": encode(tangent_program(program))}
 
 
 def tangent_program(program: Program) -> Program:

@@ -133,7 +133,7 @@ void m4e_calculated(m4e_model *m, double *result) {
 int m4e_jacobian(m4e_model *m, double t, const double *x, double *result) {
     const m4e_program *p = m->program;
     const size_t n = p->count.states;
-    if (p->count.entries == 0) return 0;
+    if (p->count.entries == 0 || m->curves[0]) return 0;
     m4e_evaluate(m, M4E_DERIVATIVES, &t, x, m->entries);
     memset(result, 0, n * (n + 1) * sizeof *result);
     for (uint32_t i = 0; i < p->count.entries; ++i)
