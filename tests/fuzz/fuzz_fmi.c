@@ -1,5 +1,6 @@
-/* Random calls of an FMU, in any order and with any arguments: run under sanitizers, none may crash.
-   Usage: fuzz_fmi CALLS SEED RESOURCES GUID REALS STATES. Prints how many calls were answered how. */
+/* Random calls of an FMU, in any order and with any arguments: none may crash (run this under
+   sanitizers). Usage: fuzz_fmi CALLS SEED RESOURCES GUID REALS STATES. Prints how many calls were
+   answered how. */
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -24,8 +25,8 @@ static double number(void) {
     return below(4) == 0 ? odd[below(6)] : (double)below(2001) / 1000.0 - 1.0;
 }
 
-static void logger(fmi2ComponentEnvironment e, fmi2String name, fmi2Status status, fmi2String category,
-                   fmi2String message, ...) {
+static void logger(fmi2ComponentEnvironment e, fmi2String name, fmi2Status status,
+                   fmi2String category, fmi2String message, ...) {
     (void)e;
     if (!name || !*message || strncmp(category, "logStatus", 9) != 0 || status > fmi2Error) abort();
     ++messages;
@@ -108,7 +109,8 @@ static fmi2Status variables(fmi2Component c, arguments *a) {
 static fmi2Status phases(fmi2Component c) {
     const fmi2String categories[] = {"logStatusError", "nonsense"};
     switch (below(16)) {
-        case 0: return fmi2SetupExperiment(c, (int)below(2), number(), 0.0, below(9) == 0, number());
+        case 0:
+            return fmi2SetupExperiment(c, (int)below(2), number(), 0.0, below(9) == 0, number());
         case 1: return fmi2Terminate(c);
         case 2: return fmi2Reset(c);
         case 3: return fmi2SetDebugLogging(c, 1, below(3), categories);
@@ -166,12 +168,13 @@ int main(int count, char **words) {
                   : kind < 8 ? exchange(*c, &a)
                              : step(*c, &a)];
     }
-    fmi2Component last = fmi2Instantiate("last", fmi2CoSimulation, words[4], words[3], &callbacks, 0, 0);
+    fmi2Component last =
+        fmi2Instantiate("last", fmi2CoSimulation, words[4], words[3], &callbacks, 0, 0);
     for (int i = 0; i < KEPT; ++i) fmi2FreeFMUstate(last, &kept[i]);
     for (int i = 0; i < INSTANCES; ++i) fmi2FreeInstance(all[i]);
     fmi2FreeInstance(last);
     fmi2FreeInstance(NULL);
-    printf("%lu ok, %lu discarded, %lu errors, %u messages\n", answers[fmi2OK], answers[fmi2Discard],
-           answers[fmi2Error], messages);
+    printf("%lu ok, %lu discarded, %lu errors, %u messages\n", answers[fmi2OK],
+           answers[fmi2Discard], answers[fmi2Error], messages);
     return 0;
 }

@@ -133,8 +133,8 @@ M4E_API void m4e_set_input_curves(m4e_model *model, double t0, const double *u,
 M4E_API void m4e_rates(m4e_model *model, double t, const double *x, double *result);
 M4E_API void m4e_outputs(m4e_model *model, double t, const double *x, double *result);
 M4E_API void m4e_calculated(m4e_model *model, double *result);
-/* n x (n + 1), row by row: d rates / d x, then d rates / d t; 0 where the program has none, or while
-   inputs follow curves, which are part of d / d t. */
+/* n x (n + 1), row by row: d rates / d x, then d rates / d t; 0 where the program has none, or
+   while inputs follow curves, which are part of d / d t. */
 M4E_API int m4e_jacobian(m4e_model *model, double t, const double *x, double *result);
 
 /* Integrators of one model. `start` begins at (t, x), trying `step` [s] first: the `step` of the

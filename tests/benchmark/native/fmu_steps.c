@@ -6,8 +6,8 @@
 
 #include "fmi2.h"
 
-static void silent(fmi2ComponentEnvironment e, fmi2String n, fmi2Status s, fmi2String c, fmi2String m,
-                   ...) {
+static void silent(fmi2ComponentEnvironment e, fmi2String n, fmi2Status s, fmi2String c,
+                   fmi2String m, ...) {
     (void)e, (void)n, (void)s, (void)c, (void)m;
 }
 
@@ -24,7 +24,8 @@ int main(int count, char **words) {
     const int steps = atoi(words[4]);
     double best = 1e9;
     for (int run = 0; run < 5; ++run) {
-        fmi2Component c = do_fmi2Instantiate("c", fmi2CoSimulation, words[3], words[2], &callbacks, 0, 0);
+        fmi2Component c =
+            do_fmi2Instantiate("c", fmi2CoSimulation, words[3], words[2], &callbacks, 0, 0);
         if (!c || do_fmi2EnterInitializationMode(c) || do_fmi2ExitInitializationMode(c)) return 3;
         const clock_t began = clock();
         for (int i = 0; i < steps; ++i)

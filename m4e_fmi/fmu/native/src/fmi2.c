@@ -1,7 +1,7 @@
 /* FMI 2.0: phases, variables and derivatives, model exchange, co-simulation.
 
-   A call that is refused answers fmi2Error with a text and changes nothing. Where the equations have
-   no finite value the answer is fmi2Discard: a smaller step, or other inputs, may help. */
+   A call that is refused answers fmi2Error with a text and changes nothing. Where the equations
+   have no finite value the answer is fmi2Discard: a smaller step, or other inputs, may help. */
 #include <math.h>
 #include <string.h>
 
@@ -97,7 +97,7 @@ static const char *refusal(const instance *c, uint32_t r) {
     if (r < first_input(c)) return "is calculated";
     if (r < first_state(c)) return NULL;
     if (r >= first_output(c)) return "is calculated";
-    /* the standard has fmi2SetContinuousStates for model exchange, but CasADi sets them one by one */
+    /* the standard has fmi2SetContinuousStates for this, but CasADi sets them one by one */
     const int exchange = (c->now.phase & (EVENT | CONTINUOUS)) != 0;
     return starting || exchange ? NULL : "is a state, set before the start only";
 }
@@ -356,9 +356,9 @@ static void move_inputs(instance *c, double h) {
 }
 
 static fmi2Status failure(instance *c, const m4e_report *report) {
-    const char *why = report->status == M4E_SMALL_STEP ? "the step size needed is too small to go on"
-                      : report->status == M4E_MANY_STEPS ? "too many steps are needed"
-                                                         : "a state or its rate is not finite";
+    const char *why = "a state or its rate is not finite";
+    if (report->status == M4E_SMALL_STEP) why = "the step size needed is too small to go on";
+    if (report->status == M4E_MANY_STEPS) why = "too many steps are needed";
     if (report->component < 0) return tell(c, fmi2Discard, "%s at t = %.9g s", why, report->time);
     const char *name = name_of(c, first_state(c) + (uint32_t)report->component);
     return tell(c, fmi2Discard, "%s at t = %.9g s: %s", why, report->time, name);
