@@ -26,7 +26,7 @@ from m4e_fmi.fmu.from_program import EMBEDDED, describe, python_slave, with_rate
 from m4e_fmi.fmu.model_description import model_description_xml
 from m4e_fmi.fmu.native import native_resources, shell_binary
 from m4e_fmi.program import Program
-from m4e_fmi.runtime.library import METHODS
+from m4e_fmi.runtime.declarations import METHODS
 
 GUID_NAMESPACE = uuid.UUID("5c1f3a52-6a0e-5c1c-9a0b-6d34655f666d")
 EARLIEST_ZIP_DATE = (1980, 1, 1, 0, 0, 0)

@@ -8,14 +8,14 @@ from dataclasses import replace
 from pathlib import Path
 
 from m4e_fmi.fmu.description import FmuVariable, ModelDescription, PythonSource
-from m4e_fmi.fmu.embedded.runtime_engine import LIBRARY, PROGRAM
 from m4e_fmi.program import Program, Variable
 from m4e_fmi.program.binary_form import encode
 from m4e_fmi.program.dependence import initial_kind, kinds
 from m4e_fmi.program.python_form import python_source
-from m4e_fmi.runtime import dormand_prince
+from m4e_fmi.runtime import declarations, dormand_prince
 from m4e_fmi.runtime.library import library_path
 
+LIBRARY, PROGRAM = "runtime.bin", "model.m4e"  # as runtime_engine names them
 EMBEDDED = Path(__file__).parent / "embedded"
 
 
@@ -116,6 +116,7 @@ def python_slave(program: Program, description: ModelDescription) -> PythonSourc
             "program_slave.py": EMBEDDED / "program_slave.py",
             "runtime_engine.py": EMBEDDED / "runtime_engine.py",
             "python_engine.py": EMBEDDED / "python_engine.py",
+            "declarations.py": Path(declarations.__file__),
             "dormand_prince.py": Path(dormand_prince.__file__),
         },
         data={

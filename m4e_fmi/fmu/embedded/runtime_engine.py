@@ -1,76 +1,20 @@
-"""A program run by the C runtime that is packed beside this file: the bits of a native FMU.
-
-Declarations: m4e.h.
-"""
+"""A program run by the C runtime that is packed beside this file: the bits of a native FMU."""
 
 import weakref
-from ctypes import (
-    CDLL,
-    POINTER,
-    Structure,
-    byref,
-    c_char_p,
-    c_double,
-    c_int,
-    c_int32,
-    c_size_t,
-    c_uint32,
-    c_uint64,
-    c_void_p,
-    create_string_buffer,
-)
+from ctypes import byref, c_double, c_uint32, create_string_buffer
 from math import inf, isfinite
 
+from .declarations import METHODS, Options, Report, load  # type: ignore[import]  # packed, too
+
 LIBRARY, PROGRAM = "runtime.bin", "model.m4e"
-DOP853, DONE, SMALL_STEP, MANY_STEPS = 1, 0, -2, -3
+DONE, SMALL_STEP, MANY_STEPS = 0, -2, -3
 MOST_STEPS = 1_000_000  # of one call of advance
-
-
-class Options(Structure):
-    _fields_ = [
-        ("method", c_int32),
-        ("rtol", c_double),
-        ("atol", c_double),
-        ("max_step", c_double),
-        ("max_steps", c_uint64),
-    ]
-
-
-class Report(Structure):
-    _fields_ = [
-        ("status", c_int32),
-        ("component", c_int32),
-        ("time", c_double),
-        ("step", c_double),
-        *((name, c_uint64) for name in ("evaluations", "jacobians", "accepted", "rejected")),
-        *((name, c_uint64) for name in ("rows", "events")),
-    ]
-
-
-_SIGNATURES = {
-    "m4e_program_read": (c_void_p, c_char_p, c_size_t, c_char_p, c_size_t),
-    "m4e_program_free": (None, c_void_p),
-    "m4e_model_new": (c_void_p, c_void_p, c_uint32, c_uint32, c_void_p, c_uint32, c_void_p),
-    "m4e_model_free": (None, c_void_p),
-    "m4e_set_parameters": (None, c_void_p, c_void_p),
-    "m4e_set_inputs": (None, c_void_p, c_void_p),
-    "m4e_calculated": (None, c_void_p, c_void_p),
-    "m4e_outputs": (None, c_void_p, c_double, c_void_p, c_void_p),
-    "m4e_integrator_new": (c_void_p, c_void_p, POINTER(Options), c_void_p),
-    "m4e_integrator_free": (None, c_void_p),
-    "m4e_start": (None, c_void_p, c_double, c_void_p, c_double),
-    "m4e_advance": (c_int, c_void_p, c_double, c_size_t, c_void_p, c_void_p, POINTER(Report)),
-}
 _loaded = []  # once per process: the folder of the first instance may be gone by now
 
 
 def _library(path):
     if not _loaded:
-        library = CDLL(str(path))
-        for name, (result, *arguments) in _SIGNATURES.items():
-            function = getattr(library, name)
-            function.restype, function.argtypes = result, arguments
-        _loaded.append(library)
+        _loaded.append(load(path))
     return _loaded[0]
 
 
@@ -135,7 +79,13 @@ class RuntimeEngine:
     def _build(self):
         if self._release:
             self._release()
-        options = Options(DOP853, self.tolerance, self.tolerance, inf, MOST_STEPS)
+        options = Options(
+            method=METHODS["dop853"],
+            rtol=self.tolerance,
+            atol=self.tolerance,
+            max_step=inf,
+            max_steps=MOST_STEPS,
+        )
         self._integrator = self._lib.m4e_integrator_new(self._model, options, None)
         if not self._integrator:
             raise MemoryError("no memory for the integrator")

@@ -134,7 +134,8 @@ void differentiate(instance *c) {
 int have_integrator(instance *c) {
     const double tolerance = c->now.tolerance;
     if (c->integrator && c->built_tolerance == tolerance) return 1;
-    const m4e_options options = {c->method, tolerance, tolerance, INFINITY, MOST_STEPS};
+    const m4e_options options = {.method = c->method, .rtol = tolerance, .atol = tolerance,
+                                 .max_step = INFINITY, .max_steps = MOST_STEPS};
     m4e_integrator_free(c->integrator);
     c->integrator = m4e_integrator_new(c->model, &options, NULL);
     c->built_tolerance = tolerance;
