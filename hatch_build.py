@@ -1,7 +1,7 @@
-"""Builds the runtime's C library into the wheel, with the platform's compiler.
+"""Builds the C libraries, runtime and native FMUs', into the wheel, with the platform's compiler.
 
-Without a compiler the wheel is a pure one: the library is then built on the user's machine at first
-use, and where that fails too, plain Python does the work. Editable installs build at first use.
+Without a compiler the wheel is a pure one: the libraries are then built on the user's machine at
+first use, and where that fails too, plain Python does the work. Editable installs build them then.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from typing import Any
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 RUNTIME = Path("m4e_fmi") / "runtime"
+SHELL = Path("m4e_fmi") / "fmu" / "native"
 
 
 def _compiler(root: Path) -> ModuleType:
@@ -37,15 +38,19 @@ class RuntimeBuildHook(BuildHookInterface):
         compiler = _compiler(Path(self.root))
         # goes with this hook, after the wheel is written
         self._folder = tempfile.TemporaryDirectory()
-        name = f"_m4e{compiler.SUFFIX}"
-        library = Path(self._folder.name) / name
-        try:
-            compiler.compile_shared(sorted(compiler.SOURCES.glob("*.c")), library)
-        except compiler.CompilationError as error:
-            self.app.display_warning(f"the wheel will have no compiled runtime: {error}")
-            return
-        build_data["force_include"][str(library)] = str(RUNTIME / name)
+        libraries = {
+            RUNTIME / "_m4e": (sorted(compiler.SOURCES.glob("*.c")), ()),
+            SHELL / "_fmi2": (compiler.shell_sources(), compiler.SHELL_FLAGS),
+        }
+        for place, (sources, flags) in libraries.items():
+            library = Path(self._folder.name) / f"{place.name}{compiler.SUFFIX}"
+            try:
+                compiler.compile_shared(sources, library, flags=flags)
+            except compiler.CompilationError as error:
+                self.app.display_warning(f"the wheel will have no compiled libraries: {error}")
+                return
+            build_data["force_include"][str(library)] = str(place.parent / library.name)
         build_data["pure_python"] = False
-        # the library is no extension of Python: any version of it can load it
+        # the libraries are no extensions of Python: any version of it can load them
         platform = sysconfig.get_platform().replace("-", "_").replace(".", "_")
         build_data["tag"] = f"py3-none-{platform}"

@@ -252,6 +252,9 @@ def _linearize(options: argparse.Namespace) -> None:
 def _add_build(commands: argparse._SubParsersAction) -> None:
     command = commands.add_parser("build", help="build the FMU of a model, or all of a system")
     command.add_argument("source", type=Path, help="a model or system file")
+    command.add_argument(
+        "--native", action="store_true", help="of a model: no Python inside, model exchange too"
+    )
     _add_build_folder(command)
     command.set_defaults(command=_build)
 
@@ -262,6 +265,8 @@ def _build(options: argparse.Namespace) -> None:
     if _is_system(options.source):
         from m4e_fmi.cosim import System, fmu_files
 
+        if options.native:
+            raise InputError.single("--native builds the FMU of a model, not those of a system")
         files = fmu_files(System.load(options.source), options.build_folder, tell=_say)
         for name, path in files.items():
             print(f"{name}: {path}")
@@ -269,7 +274,8 @@ def _build(options: argparse.Namespace) -> None:
     from m4e_fmi.multibody import model_program
 
     program = model_program(options.source)
-    _print_files([build_fmu(program, options.build_folder / f"{program.name}.fmu")])
+    path = options.build_folder / f"{program.name}.fmu"
+    _print_files([build_fmu(program, path, native=options.native)])
 
 
 def _add_info(commands: argparse._SubParsersAction) -> None:

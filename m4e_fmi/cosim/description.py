@@ -169,7 +169,7 @@ def _translated(path: Path, raw: Any) -> Description:
                 found[unknown.variable.name] = frozenset(d.name for d in unknown.dependencies)
         return found
 
-    now = declared(raw.outputs, inputs)
+    now = {name: needs & inputs for name, needs in declared(raw.outputs, inputs).items()}
     initial = declared(raw.initialUnknowns, known)
     for name, variable in variables.items():
         if variable.causality not in ("output", "calculatedParameter"):

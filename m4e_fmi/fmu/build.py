@@ -1,6 +1,7 @@
-"""Building an FMU with PythonFMU's binaries around a hardened slave.
+"""Building FMUs: native ones, and those with PythonFMU's binaries around a hardened slave.
 
-Each FMU's Python files lie in one package, and its main script in one file, whose names end in a
+A native FMU is the runtime's shared library beside the program in its binary form: see `native`.
+Each Python FMU's files lie in one package, and its main script in one file, whose names end in a
 hash of their content: two FMUs in one process never share a module by accident. The archive is
 written here, not by PythonFMU's builder, so no user code runs at build time and the same source
 gives the same bytes.
@@ -18,17 +19,21 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from m4e_fmi.errors import InputError, Problem
+from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.fmu.binaries import binaries, pythonfmu_folder
 from m4e_fmi.fmu.description import FmuVariable, ModelDescription, PythonSource
-from m4e_fmi.fmu.from_program import EMBEDDED, describe, python_slave
+from m4e_fmi.fmu.from_program import EMBEDDED, describe, python_slave, with_rates
 from m4e_fmi.fmu.model_description import model_description_xml
+from m4e_fmi.fmu.native import native_resources, shell_binary
 from m4e_fmi.program import Program
+from m4e_fmi.runtime.declarations import METHODS
 
 GUID_NAMESPACE = uuid.UUID("5c1f3a52-6a0e-5c1c-9a0b-6d34655f666d")
 EARLIEST_ZIP_DATE = (1980, 1, 1, 0, 0, 0)
 HASH_LENGTH = 12
 LAST_ERROR = "last_error"
+XML = "modelDescription.xml"
+SETTINGS = "resources/fmu.txt"
 
 _MAIN_SCRIPT = """from {package}.{module} import {base}
 
@@ -39,15 +44,34 @@ class Slave({base}):
 """
 
 
-def build_fmu(source: Program | PythonSource, path: str | Path) -> Path:
+def build_fmu(
+    source: Program | PythonSource,
+    path: str | Path,
+    *,
+    native: bool = False,
+    method: str = "dop853",
+) -> Path:
     """Write the FMU of `source` to `path` (replaced as a whole) and return the path.
 
-    The same source gives the same bytes. InputError if the name cannot be a model identifier, or a
-    Python module has a syntax error; ValueError if the description contradicts itself.
+    A `native` FMU needs no Python where it runs, and serves co-simulation and model exchange;
+    `method` integrates its co-simulation (dop853, rk45, rodas). Variables and value references of
+    a program are the same either way. The same source gives the same bytes. InputError if the
+    name cannot be a model identifier, or a Python module has a syntax error, or something else
+    than a program should be native; RunError if there is no library for native FMUs; ValueError if
+    the description contradicts itself.
     """
     if isinstance(source, Program):
-        source = python_slave(source, describe(source))
-    files = fmu_files(source)
+        source = with_rates(source)
+        files = (
+            native_fmu_files(source, method)
+            if native
+            else fmu_files(python_slave(source, describe(source)))
+        )
+    elif native:
+        message = f"{source.description.name} is Python code: it cannot be a native FMU"
+        raise InputError.single(message, "build it without native")
+    else:
+        files = fmu_files(source)
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     write_archive(files, path)
@@ -70,10 +94,37 @@ def fmu_files(source: PythonSource) -> dict[str, bytes]:
     resources |= _pythonfmu_files()
     files = {f"resources/{name}": content for name, content in resources.items()}
     files |= binaries(identifier)
-    xml = _xml(description, identifier, guid="")
-    guid = uuid.uuid5(GUID_NAMESPACE, _digest({**files, "xml": xml}, length=64))
-    files["modelDescription.xml"] = _xml(description, identifier, guid=f"{{{guid}}}")
+    xml = model_description_xml(description, model_identifier=identifier, guid="")
+    files[XML] = _with_guid(xml, _guid(files, xml))
     return files
+
+
+def native_fmu_files(program: Program, method: str) -> dict[str, bytes]:
+    """Every file of the native FMU of `program`: name in the archive → content."""
+    if method not in METHODS:
+        raise InputError.single(f"there is no method {method!r}", suggestion(method, METHODS))
+    description = _with_last_error(describe(program))
+    identifier = model_identifier(description.name)
+    files = {
+        f"resources/{name}": content for name, content in native_resources(program, method).items()
+    }
+    files |= shell_binary(identifier)
+    files[SETTINGS] = b"%d" % METHODS[method]
+    xml = model_description_xml(description, model_identifier=identifier, guid="", native=True)
+    guid = _guid(files, xml)
+    files[SETTINGS] = b"%s %d\n" % (guid.encode(), METHODS[method])
+    files[XML] = _with_guid(xml, guid)
+    return files
+
+
+def _guid(files: Mapping[str, bytes], xml: bytes) -> str:
+    """A GUID made of the content of the FMU."""
+    digest = _digest({**files, "xml": xml}, length=64)
+    return f"{{{uuid.uuid5(GUID_NAMESPACE, digest)}}}"
+
+
+def _with_guid(xml: bytes, guid: str) -> bytes:
+    return xml.replace(b'guid=""', f'guid="{guid}"'.encode(), 1)  # the root's: it comes first
 
 
 def model_identifier(name: str) -> str:
@@ -100,12 +151,6 @@ def write_archive(files: Mapping[str, bytes], path: Path) -> None:
     except BaseException:
         temporary.unlink(missing_ok=True)
         raise
-
-
-def _xml(description: ModelDescription, identifier: str, *, guid: str) -> bytes:
-    return model_description_xml(
-        description, model_identifier=identifier, guid=guid, needs_python=True
-    )
 
 
 def _check_modules(source: PythonSource) -> None:

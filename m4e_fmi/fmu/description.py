@@ -10,8 +10,9 @@ from pathlib import Path
 class FmuVariable:
     """One scalar variable of an FMU, in FMI 2.0's words.
 
-    `dependencies` names the inputs that an output depends on at a communication point (None: all);
-    `initial_dependencies` names what its initial value depends on (None: all).
+    `dependencies` names the inputs and states that an output depends on at one moment (None: all);
+    `initial_dependencies` names what its initial value depends on (None: all). `kinds` and
+    `initial_kinds` say how, in FMI's words, one for each name; None says nothing.
     """
 
     name: str
@@ -24,6 +25,8 @@ class FmuVariable:
     type: str = "Real"
     dependencies: tuple[str, ...] | None = ()
     initial_dependencies: tuple[str, ...] | None = ()
+    kinds: tuple[str, ...] | None = None
+    initial_kinds: tuple[str, ...] | None = None
     derivative_of: str | None = None
     display_unit: str | None = None
 
@@ -32,7 +35,8 @@ class FmuVariable:
 class ModelDescription:
     """Name, description, variables and default experiment (times in seconds) of an FMU.
 
-    The value reference of a variable is its index among the variables of its type.
+    The value reference of a variable is its index among the variables of its type. `derivatives`
+    names the rates of the states, in the order of the states; empty where they are not all there.
     """
 
     name: str
@@ -40,6 +44,7 @@ class ModelDescription:
     variables: tuple[FmuVariable, ...]
     stop_time: float = 10.0
     step_size: float = 0.01
+    derivatives: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -3,47 +3,87 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from m4e_fmi.fmu.description import FmuVariable, ModelDescription, PythonSource
 from m4e_fmi.program import Program, Variable
+from m4e_fmi.program.binary_form import encode
+from m4e_fmi.program.dependence import initial_kind, kinds
 from m4e_fmi.program.python_form import python_source
-from m4e_fmi.runtime import dormand_prince
+from m4e_fmi.runtime import declarations, dormand_prince
+from m4e_fmi.runtime.library import library_path
 
+LIBRARY, PROGRAM = "runtime.bin", "model.m4e"  # as runtime_engine names them
 EMBEDDED = Path(__file__).parent / "embedded"
+
+
+def with_rates(program: Program) -> Program:
+    """`program` with the rate of every state as an output: local ``der(x)`` where none is it."""
+    shown = _rates_shown(program)
+    missing = [
+        (
+            Variable(
+                f"der({v.name})", rate_unit(v.unit), f"Rate of {v.name}", 0.0, v.name, local=True
+            ),
+            k,
+        )
+        for v, k in zip(program.states, program.rates, strict=True)
+        if v.name not in shown
+    ]
+    return replace(
+        program,
+        outputs=(*program.outputs, *(v for v, _ in missing)),
+        results=(*program.results, *(k for _, k in missing)),
+    )
+
+
+def rate_unit(unit: str) -> str:
+    """The unit of the time derivative of what has `unit`."""
+    if unit.endswith("/s"):
+        return f"{unit}2"
+    return f"{unit}.s" if "/" in unit else f"{unit}/s"
+
+
+def _rates_shown(program: Program) -> dict[str, str]:
+    """State → the output that is its rate."""
+    rates = {v.name: k for v, k in zip(program.states, program.rates, strict=True)}
+    outputs = zip(program.outputs, program.results, strict=True)
+    return {
+        y.derivative_of: y.name
+        for y, k in outputs
+        if y.derivative_of and rates.get(y.derivative_of) == k
+    }
 
 
 def describe(
     program: Program, *, stop_time: float = 10.0, step_size: float = 0.01
 ) -> ModelDescription:
     """The FMU variables of `program`: parameters, calculated, inputs, states, outputs."""
-    inputs = {v.name for v in program.inputs}
-    knowns = inputs | {v.name for v in (*program.parameters, *program.states)}
+    moving = {v.name for v in (*program.inputs, *program.states)}
+    known = moving | {v.name for v in program.parameters}
+    needs = kinds(program, [*program.results, *program.constants])
+    rates = _rates_shown(program)
 
     def parameter(v: Variable) -> FmuVariable:
         variability = "tunable" if v.tunable else "fixed"
         return _variable(v, "parameter", variability, "exact", start=v.start)
 
     def calculated(v: Variable, node: int) -> FmuVariable:
-        needs = program.dependencies(node)
-        tunable = any(p.tunable for p in program.parameters if p.name in needs)
+        tunable = any(p.tunable for p in program.parameters if p.name in needs[node])
         variability = "tunable" if tunable else "fixed"
-        names = tuple(sorted(needs))
-        return _variable(v, "calculatedParameter", variability, "calculated", first=names)
+        first = _initial(needs[node], known)
+        return _variable(v, "calculatedParameter", variability, "calculated", first=first)
 
     def state(v: Variable) -> FmuVariable:
-        return _variable(v, _causality(v), "continuous", "exact", start=v.start)
+        now = {v.name: "constant"}
+        return _variable(v, _causality(v), "continuous", "exact", start=v.start, now=now)
 
     def output(v: Variable, node: int) -> FmuVariable:
-        needs = program.dependencies(node)
-        return _variable(
-            v,
-            _causality(v),
-            "continuous",
-            "calculated",
-            now=tuple(sorted(needs & inputs)),
-            first=tuple(sorted(needs & knowns)),
-        )
+        now = {name: kind for name, kind in needs[node].items() if name in moving}
+        first = _initial(needs[node], known)
+        return _variable(v, _causality(v), "continuous", "calculated", now=now, first=first)
 
     variables = (
         *(parameter(v) for v in program.parameters),
@@ -53,7 +93,14 @@ def describe(
         *(output(v, n) for v, n in zip(program.outputs, program.results, strict=True)),
     )
     return ModelDescription(
-        program.name, program.description, variables, stop_time=stop_time, step_size=step_size
+        program.name,
+        program.description,
+        variables,
+        stop_time=stop_time,
+        step_size=step_size,
+        derivatives=tuple(rates[v.name] for v in program.states)
+        if len(rates) == len(program.states)
+        else (),
     )
 
 
@@ -67,13 +114,29 @@ def python_slave(program: Program, description: ModelDescription) -> PythonSourc
         slave="program_slave:ProgramSlave",
         modules={
             "program_slave.py": EMBEDDED / "program_slave.py",
+            "runtime_engine.py": EMBEDDED / "runtime_engine.py",
+            "python_engine.py": EMBEDDED / "python_engine.py",
+            "declarations.py": Path(declarations.__file__),
             "dormand_prince.py": Path(dormand_prince.__file__),
         },
         data={
             "model.py": python_source(program).encode(),
             "layout.json": json.dumps(layout).encode(),
+            **_runtime_files(program),
         },
     )
+
+
+def _initial(needs: Mapping[str, str], known: set[str]) -> dict[str, str]:
+    return {name: initial_kind(kind) for name, kind in needs.items() if name in known}
+
+
+def _runtime_files(program: Program) -> dict[str, bytes]:
+    """What the C runtime needs, where it is there."""
+    path = library_path()
+    if path is None:
+        return {}
+    return {LIBRARY: path.read_bytes(), PROGRAM: encode(program)}
 
 
 def _causality(v: Variable) -> str:
@@ -87,9 +150,10 @@ def _variable(
     initial: str | None,
     *,
     start: float | None = None,
-    now: tuple[str, ...] = (),
-    first: tuple[str, ...] = (),
+    now: Mapping[str, str] | None = None,
+    first: Mapping[str, str] | None = None,
 ) -> FmuVariable:
+    now, first = dict(sorted((now or {}).items())), dict(sorted((first or {}).items()))
     return FmuVariable(
         name=v.name,
         unit=v.unit,
@@ -98,8 +162,10 @@ def _variable(
         variability=variability,
         initial=initial,
         start=start,
-        dependencies=now,
-        initial_dependencies=first,
+        dependencies=tuple(now),
+        initial_dependencies=tuple(first),
+        kinds=tuple(now.values()),
+        initial_kinds=tuple(first.values()),
         derivative_of=v.derivative_of,
         display_unit=v.display_unit,
     )

@@ -1,4 +1,4 @@
-"""modelDescription.xml of an FMI 2.0 co-simulation FMU.
+"""modelDescription.xml of an FMI 2.0 FMU, in Python (co-simulation) or native (both kinds).
 
 Source: FMI Specification 2.0.4, section 2.2. Element order and attributes follow its schema.
 """
@@ -6,6 +6,7 @@ Source: FMI Specification 2.0.4, section 2.2. Element order and attributes follo
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 import m4e_fmi
@@ -22,9 +23,12 @@ LOG_CATEGORIES = {
 
 
 def model_description_xml(
-    description: ModelDescription, *, model_identifier: str, guid: str, needs_python: bool
+    description: ModelDescription, *, model_identifier: str, guid: str, native: bool = False
 ) -> bytes:
-    """The XML text (UTF-8) of `description`; ValueError names a unit that is not understood."""
+    """The XML text (UTF-8) of `description`; ValueError names a unit that is not understood.
+
+    A `native` FMU is one of model exchange, too, and declares what its library can do more.
+    """
     root = Element(
         "fmiModelDescription",
         fmiVersion="2.0",
@@ -34,16 +38,9 @@ def model_description_xml(
         generationTool=f"m4e_fmi {m4e_fmi.__version__}",
         variableNamingConvention="structured",
     )
-    SubElement(
-        root,
-        "CoSimulation",
-        modelIdentifier=model_identifier,
-        needsExecutionTool=_flag(needs_python),
-        canHandleVariableCommunicationStepSize="true",
-        canNotUseMemoryManagementFunctions="true",
-        canGetAndSetFMUstate="true",
-        canSerializeFMUstate="true",
-    )
+    if native:
+        root.set("numberOfEventIndicators", "0")
+    _add_kinds(root, model_identifier, native=native)
     _add_units(root, description.variables)
     categories = SubElement(root, "LogCategories")
     for name, text in LOG_CATEGORIES.items():
@@ -56,7 +53,7 @@ def model_description_xml(
         stepSize=repr(description.step_size),
     )
     _add_variables(root, description.variables)
-    _add_structure(root, description.variables)
+    _add_structure(root, description, native=native)
     indent(root)
     return tostring(root, encoding="UTF-8", xml_declaration=True) + b"\n"
 
@@ -66,8 +63,21 @@ def _legal(text: str) -> str:
     return re.sub("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]", "\ufffd", text)
 
 
-def _flag(value: bool) -> str:
-    return "true" if value else "false"
+def _add_kinds(root: Element, identifier: str, *, native: bool) -> None:
+    both = {
+        "modelIdentifier": identifier,
+        "needsExecutionTool": "false" if native else "true",
+        "canNotUseMemoryManagementFunctions": "true",
+        "canGetAndSetFMUstate": "true",
+        "canSerializeFMUstate": "true",
+    }
+    more = {}
+    if native:
+        both["providesDirectionalDerivative"] = "true"
+        more = {"canInterpolateInputs": "true", "maxOutputDerivativeOrder": "1"}
+        SubElement(root, "ModelExchange", both, completedIntegratorStepNotNeeded="true")
+    stepping = {"canHandleVariableCommunicationStepSize": "true", **more}
+    SubElement(root, "CoSimulation", {**both, **stepping})
 
 
 def _add_units(root: Element, variables: tuple[FmuVariable, ...]) -> None:
@@ -129,28 +139,36 @@ def _add_variables(root: Element, variables: tuple[FmuVariable, ...]) -> None:
             kind.set("derivative", str(position[variable.derivative_of]))
 
 
-def _add_structure(root: Element, variables: tuple[FmuVariable, ...]) -> None:
+def _add_structure(root: Element, description: ModelDescription, *, native: bool) -> None:
+    variables = description.variables
     position = {variable.name: k + 1 for k, variable in enumerate(variables)}
+    by_name = {variable.name: variable for variable in variables}
+    # at a communication point of co-simulation only the inputs are known
+    states = {by_name[name].derivative_of for name in description.derivatives if native}
+    known = {v.name for v in variables if v.causality == "input" or v.name in states}
 
-    def unknown(parent: Element, variable: FmuVariable, names: tuple[str, ...] | None) -> None:
-        element = SubElement(parent, "Unknown", index=str(position[variable.name]))
-        if names is not None:
-            element.set(
-                "dependencies", " ".join(str(k) for k in sorted(position[name] for name in names))
-            )
+    def unknowns(title: str, listed: Iterable[FmuVariable], *, initial: bool = False) -> None:
+        parent = Element(title)
+        for v in listed:
+            names, kinds = v.dependencies, v.kinds
+            if initial:
+                names, kinds = v.initial_dependencies, v.initial_kinds
+            element = SubElement(parent, "Unknown", index=str(position[v.name]))
+            if names is None:
+                continue
+            pairs = zip(names, kinds or [""] * len(names), strict=True)
+            chosen = sorted((position[n], kind) for n, kind in pairs if initial or n in known)
+            element.set("dependencies", " ".join(str(place) for place, _ in chosen))
+            if kinds is not None:
+                element.set("dependenciesKind", " ".join(kind for _, kind in chosen))
+        if len(parent):
+            structure.append(parent)
 
     structure = SubElement(root, "ModelStructure")
-    outputs = [v for v in variables if v.causality == "output"]
-    if outputs:
-        parent = SubElement(structure, "Outputs")
-        for variable in outputs:
-            unknown(parent, variable, variable.dependencies)
-    initial = [
-        v
-        for v in variables
-        if v.causality in ("output", "calculatedParameter") and v.initial != "exact"
-    ]
-    if initial:
-        parent = SubElement(structure, "InitialUnknowns")
-        for variable in initial:
-            unknown(parent, variable, variable.initial_dependencies)
+    rates = [by_name[name] for name in description.derivatives if native]
+    shown = [v for v in variables if v.causality in ("output", "calculatedParameter")]
+    unknowns("Outputs", (v for v in shown if v.causality == "output"))
+    unknowns("Derivatives", rates)
+    local = [v for v in rates if v.causality == "local"]
+    first = sorted((*shown, *local), key=lambda v: position[v.name])
+    unknowns("InitialUnknowns", (v for v in first if v.initial != "exact"), initial=True)

@@ -10,7 +10,7 @@ and `binary_form` are the forms a program is written out in.
 """
 
 from m4e_fmi.program.comparison import differences, listing
-from m4e_fmi.program.derivatives import Jacobian, jacobian, tangent
+from m4e_fmi.program.derivatives import Jacobian, jacobian, rate_entries, tangent
 from m4e_fmi.program.feedback import with_feedback
 from m4e_fmi.program.functions import (
     acos,
@@ -52,6 +52,7 @@ __all__ = [
     "log",
     "maximum",
     "minimum",
+    "rate_entries",
     "sign",
     "sin",
     "sqrt",

@@ -98,6 +98,13 @@ def jacobian(
     return Jacobian(program, tuple(rows), tuple(columns), row_indices, column_indices)
 
 
+def rate_entries(program: Program) -> list[tuple[int, int, int]]:
+    """∂rates/∂(states, time) as `binary_form.encode` takes it: row, column, node of the tape."""
+    matrix = jacobian(program, by=[*(v.name for v in program.states), TIME])
+    entries = zip(matrix.row_indices, matrix.column_indices, matrix.program.results, strict=True)
+    return list(entries)
+
+
 def _readable(program: Program, names: Iterable[str] | None) -> list[str]:
     groups = (program.states, program.inputs)
     if names is None:

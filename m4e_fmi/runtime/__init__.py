@@ -2,8 +2,8 @@
 
 `src/` holds the library (start with `m4e.h`); `compiler` builds and `library` finds it; `engine`
 runs a program, `kernel` writes its blocks in C, `integrator` cuts an integration into calls.
-`dormand_prince` uses the standard library only, because it also travels inside FMUs. This package
-may import `program` and `errors`.
+`declarations` and `dormand_prince` use the standard library only, because they also travel inside
+FMUs. This package may import `program` and `errors`.
 """
 
 from m4e_fmi.runtime.dormand_prince import DormandPrince, IntegrationError

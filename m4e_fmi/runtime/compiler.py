@@ -18,6 +18,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 SOURCES = Path(__file__).with_name("src")
+SHELL_SOURCES = Path(__file__).parents[1] / "fmu" / "native" / "src"
 SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 # one rounding per operation, whatever the processor: the same bits everywhere
 FLAGS = (
@@ -32,12 +33,20 @@ FLAGS = (
     *(() if sys.platform == "win32" else ("-fPIC",)),
 )
 
+SHELL_FLAGS = ("-DM4E_STATIC", "-s")
+"""Of the library of native FMUs, which exports nothing but FMI."""
+
 VECTOR_FLAGS = {
     "avx512": ("-mavx512f", "-mprefer-vector-width=512"),
     "avx2": ("-mavx2",),
     "": (),
 }
 """By instruction set of the processor. None of them fuses operations: the bits are the same."""
+
+
+def shell_sources() -> list[Path]:
+    """C files of the library of native FMUs: the runtime and the FMI shell around it."""
+    return sorted([*SOURCES.glob("*.c"), *SHELL_SOURCES.glob("*.c")])
 
 
 class CompilationError(Exception):
@@ -96,14 +105,15 @@ def cached_shared(
     """
     parts = [" ".join([*(compiler() or [""]), *FLAGS, *flags]), platform.machine(), text]
     parts += [sysconfig.get_platform()]
-    parts += [path.read_text("utf-8") for path in sorted({*sources, *SOURCES.glob("*.h")})]
+    headers = [h for folder in {SOURCES, *(s.parent for s in sources)} for h in folder.glob("*.h")]
+    parts += [path.read_text("utf-8") for path in sorted({*sources, *headers})]
     digest = hashlib.sha256("\0".join(parts).encode()).hexdigest()[:20]
     try:
         target = cache_folder() / f"{name}-{digest}{SUFFIX}"
         if target.exists():
             return target
         if not text:
-            compile_shared(sources, target)
+            compile_shared(sources, target, flags=flags)
             return target
         with tempfile.TemporaryDirectory() as folder:
             source = Path(folder) / f"{name}.c"

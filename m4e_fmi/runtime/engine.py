@@ -18,18 +18,9 @@ from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.program.binary_form import Entry, encode
 from m4e_fmi.program.program import Program
 from m4e_fmi.runtime.compiler import CompilationError
+from m4e_fmi.runtime.declarations import BLOCKS, LANES, METHODS, Counts, Events, Options, Report
 from m4e_fmi.runtime.kernel import kernel_source, load_kernel
-from m4e_fmi.runtime.library import (
-    BLOCKS,
-    LANES,
-    METHODS,
-    Counts,
-    Events,
-    Options,
-    Report,
-    library,
-    library_detail,
-)
+from m4e_fmi.runtime.library import library, library_detail
 
 Floats = NDArray[np.float64]
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from m4e_fmi.program.binary_form import OPERATIONS
 from m4e_fmi.runtime.compiler import VECTOR_FLAGS, cached_shared
-from m4e_fmi.runtime.library import Block, Counts
+from m4e_fmi.runtime.declarations import Block, Counts
 
 LARGEST = 5000
 """Instructions of a block that is compiled, at most."""

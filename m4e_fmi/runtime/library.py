@@ -4,150 +4,21 @@ from __future__ import annotations
 
 import ctypes
 import functools
-from ctypes import (
-    POINTER,
-    c_char_p,
-    c_double,
-    c_int,
-    c_int32,
-    c_size_t,
-    c_uint32,
-    c_uint64,
-    c_void_p,
-)
 from pathlib import Path
 
 from m4e_fmi.runtime.compiler import SOURCES, SUFFIX, CompilationError, cached_shared
+from m4e_fmi.runtime.declarations import load
 
-ABI = 2
-LANES = 8
 PACKAGED = Path(__file__).with_name(f"_m4e{SUFFIX}")
-METHODS = {"rk45": 0, "dop853": 1, "rodas": 2}
-BLOCKS = {"rates": 0, "outputs": 1, "derivatives": 2, "watched": 3}
-
-
-class Counts(ctypes.Structure):
-    """`m4e_counts` of m4e.h."""
-
-    _fields_ = [
-        (name, c_uint32)
-        for name in (
-            "states", "inputs", "parameters", "outputs", "calculated",
-            "nodes", "literals", "entries", "hoisted",
-        )
-    ]  # fmt: skip
-
-
-class Options(ctypes.Structure):
-    """`m4e_options` of m4e.h."""
-
-    _fields_ = [
-        ("method", c_int32),
-        ("rtol", c_double),
-        ("atol", c_double),
-        ("max_step", c_double),
-        ("max_steps", c_uint64),
-        ("quadratures", c_uint64),
-    ]
-
-
-class Report(ctypes.Structure):
-    """`m4e_report` of m4e.h."""
-
-    _fields_ = [
-        ("status", c_int32),
-        ("component", c_int32),
-        ("time", c_double),
-        ("step", c_double),
-        ("evaluations", c_uint64),
-        ("jacobians", c_uint64),
-        ("accepted", c_uint64),
-        ("rejected", c_uint64),
-        ("rows", c_uint64),
-        ("events", c_uint64),
-    ]
-
-
-class Events(ctypes.Structure):
-    """`m4e_events` of m4e.h."""
-
-    _fields_ = [
-        ("count", c_uint32),
-        ("direction", c_void_p),
-        ("terminal", c_void_p),
-        ("capacity", c_uint64),
-        ("index", c_void_p),
-        ("time", c_void_p),
-        ("state", c_void_p),
-    ]
-
-
-class Block(ctypes.Structure):
-    """`m4e_block` of m4e.h."""
-
-    _fields_ = [
-        ("code", c_void_p),
-        ("length", c_uint64),
-        ("result", c_void_p),
-        ("results", c_uint32),
-        ("registers", c_uint32),
-        ("kernel", c_void_p),
-    ]
-
-
-_DOUBLES = c_void_p  # address of a contiguous array
-_SIGNATURES: dict[str, tuple] = {
-    "m4e_abi": (c_int,),
-    "m4e_program_read": (c_void_p, c_char_p, c_size_t, c_char_p, c_size_t),
-    "m4e_program_free": (None, c_void_p),
-    "m4e_program_counts": (None, c_void_p, POINTER(Counts)),
-    "m4e_model_new": (c_void_p, c_void_p, c_uint32, c_uint32, c_void_p, c_uint32, c_void_p),
-    "m4e_model_free": (None, c_void_p),
-    "m4e_model_block": (POINTER(Block), c_void_p, c_int),
-    "m4e_set_parameters": (None, c_void_p, _DOUBLES),
-    "m4e_set_inputs": (None, c_void_p, _DOUBLES),
-    "m4e_rates": (None, c_void_p, c_double, _DOUBLES, _DOUBLES),
-    "m4e_outputs": (None, c_void_p, c_double, _DOUBLES, _DOUBLES),
-    "m4e_calculated": (None, c_void_p, _DOUBLES),
-    "m4e_jacobian": (c_int, c_void_p, c_double, _DOUBLES, _DOUBLES),
-    "m4e_integrator_new": (c_void_p, c_void_p, POINTER(Options), POINTER(Events)),
-    "m4e_integrator_free": (None, c_void_p),
-    "m4e_start": (None, c_void_p, c_double, _DOUBLES, c_double),
-    "m4e_advance": (
-        c_int, c_void_p, c_double, c_size_t, _DOUBLES, _DOUBLES, POINTER(Report),
-    ),
-    "m4e_simulate": (
-        c_int, c_void_p, POINTER(Options), POINTER(Events), _DOUBLES, c_size_t, _DOUBLES, _DOUBLES,
-        _DOUBLES, POINTER(Report),
-    ),
-    "m4e_ensemble": (
-        c_int, c_void_p, POINTER(Options), c_size_t, _DOUBLES, _DOUBLES, _DOUBLES, c_size_t,
-        _DOUBLES, _DOUBLES, _DOUBLES, POINTER(Report),
-    ),
-    "m4e_instruction_set": (c_char_p,),
-    "m4e_sin": (c_double, c_double),
-    "m4e_cos": (c_double, c_double),
-    "m4e_sincos_many": (None, c_size_t, _DOUBLES, _DOUBLES, _DOUBLES),
-}  # fmt: skip
-
-
-def _load(path: Path) -> ctypes.CDLL:
-    loaded = ctypes.CDLL(str(path))
-    for name, (result, *arguments) in _SIGNATURES.items():
-        function = getattr(loaded, name)
-        function.restype, function.argtypes = result, arguments
-    if loaded.m4e_abi() != ABI:
-        raise OSError(f"{path} has another interface version than this m4e_fmi")
-    return loaded
 
 
 @functools.cache
 def _found() -> tuple[ctypes.CDLL | None, str]:
     try:
         if PACKAGED.exists():
-            return _load(PACKAGED), str(PACKAGED)
+            return load(PACKAGED), str(PACKAGED)
         path = cached_shared("m4e_runtime", sorted(SOURCES.glob("*.c")))
-        return _load(path), str(path)
+        return load(path), str(path)
     except (CompilationError, OSError) as error:
         return None, str(error)
 
@@ -155,6 +26,12 @@ def _found() -> tuple[ctypes.CDLL | None, str]:
 def library() -> ctypes.CDLL | None:
     """The loaded library, or None where there is none and none can be built."""
     return _found()[0]
+
+
+def library_path() -> Path | None:
+    """Where the library is; None where there is none."""
+    found, detail = _found()
+    return Path(detail) if found else None
 
 
 def library_detail() -> str:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from m4e_fmi.errors import InputError, RunError
-from m4e_fmi.program import TIME, Program, jacobian
+from m4e_fmi.program import Program, rate_entries
 from m4e_fmi.program.python_form import load_python
 from m4e_fmi.runtime import DormandPrince, IntegrationError
 from m4e_fmi.runtime.engine import EVENT, Control, Engine, Watch, failure_text
@@ -72,7 +72,7 @@ def solve_compiled(task: Task) -> Solved:
     """
     program, times = task.program, task.times
     stiff = task.method == "rodas"
-    jacobian_ = _exact_jacobian(program) if stiff else ()
+    jacobian_ = rate_entries(program) if stiff else ()
     engine = Engine(program, jacobian=jacobian_, watches=task.watches)
     limits = Control(
         task.method, rtol=task.tolerance, atol=task.tolerance, quadratures=task.quadratures
@@ -118,13 +118,6 @@ def _parts(task: Task) -> Iterator[tuple[np.ndarray, float, bool]]:
 
 def _failure(text: str, why: str) -> RunError:
     return RunError(f"{text}: {why}" if why else text, REMEDY)
-
-
-def _exact_jacobian(program: Program) -> list[tuple[int, int, int]]:
-    """(row, column, node) of the rates' derivatives by the states, and by time as last column."""
-    matrix = jacobian(program, by=[*(v.name for v in program.states), TIME])
-    places = zip(matrix.row_indices, matrix.column_indices, matrix.program.results, strict=True)
-    return list(places)
 
 
 def solve_python(task: Task) -> Solved:

@@ -184,6 +184,15 @@ def test_simulate_tells_events_and_where_the_energy_went(capsys):
     assert "did you mean 'body.lower.x'" in refused(capsys, *arguments, "--event", "body.lower.xx")
 
 
+def test_build_native(here, capsys):
+    assert main(["build", str(PENDULUM), "--native"]) == 0
+    assert main(["validate", "build/double_pendulum.fmu"]) == 0
+    assert "no finding" in capsys.readouterr().out
+    assert (here / "build" / "double_pendulum.fmu").stat().st_size < 300_000
+    assert main(["build", str(EXAMPLES / "moored_buoy" / "system.yaml"), "--native"]) == 2
+    assert "not those of a system" in capsys.readouterr().err
+
+
 def test_build_validate_info_simulate(here, capsys):
     assert main(["build", str(PENDULUM)]) == 0
     assert main(["validate", "build/double_pendulum.fmu"]) == 0

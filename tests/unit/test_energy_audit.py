@@ -11,12 +11,11 @@ from support.planar_trees import random_tree
 
 from m4e_fmi.model import Body, BodyForce, Joint, JointEffort, Model, load_model
 from m4e_fmi.multibody import model_program
-from m4e_fmi.program import Program
+from m4e_fmi.program import Program, rate_entries
 from m4e_fmi.program.python_form import load_python
 from m4e_fmi.runtime.engine import Control, Engine
 from m4e_fmi.simulate import simulate
 from m4e_fmi.simulate.simulation import METHODS, RUNTIME_METHODS
-from m4e_fmi.simulate.solvers import _exact_jacobian
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 PENDULUM = EXAMPLES / "double_pendulum" / "double_pendulum.model.yaml"
@@ -71,7 +70,7 @@ def test_the_residual_falls_with_the_tolerance(method: str) -> None:
 def test_works_change_no_bit_and_no_step_of_the_motion(method: str) -> None:
     result = simulate(PENDULUM, stop_time=5.0, method=method)
     program = result.program
-    engine = Engine(program, jacobian=_exact_jacobian(program) if method == "rodas" else ())
+    engine = Engine(program, jacobian=rate_entries(program) if method == "rodas" else ())
     alone = engine.simulate(result.time, control=Control(method))
     motion = np.column_stack([result[v.name] for v in program.states])
     assert len(program.states) < sum(name.endswith((".q", ".u", ".work")) for name in result.values)

@@ -31,7 +31,9 @@ struct m4e_program {
     m4e_counts count;
     uint8_t *op;
     uint32_t *a, *b, *slot;
-    double *literals;
+    double *literals, *starts;
+    uint32_t *flags;
+    char *text;
     uint32_t *rates, *results, *constants, *rows, *columns, *derivatives;
     uint32_t *hoisted; /* nodes, ascending */
     uint32_t unread;   /* first register after the literals */
@@ -49,6 +51,8 @@ struct m4e_model {
     void *memory;
     block *blocks[M4E_BLOCKS];
     double *entries; /* of the Jacobian */
+    double curves_from;            /* s; t0 of the curves */
+    const double *curves[3];       /* of the inputs: value, first and second derivative; or NULL */
 };
 
 /* Instructions that compute `roots`; `hoisting` for the block of the hoisted values themselves. */

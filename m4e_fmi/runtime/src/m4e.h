@@ -13,7 +13,9 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#ifdef _WIN32
+#ifdef M4E_STATIC /* part of another library */
+#define M4E_API
+#elif defined _WIN32
 #define M4E_API __declspec(dllexport)
 #elif defined(__GNUC__)
 #define M4E_API __attribute__((visibility("default")))
@@ -27,6 +29,8 @@
 typedef struct m4e_program m4e_program;
 typedef struct m4e_model m4e_model;
 typedef struct m4e_integrator m4e_integrator;
+
+enum { M4E_TUNABLE = 1, M4E_LOCAL = 2 }; /* flags of variables */
 
 typedef struct {
     uint32_t states, inputs, parameters, outputs, calculated;
@@ -104,6 +108,11 @@ M4E_API m4e_program *m4e_program_read(const uint8_t *bytes, size_t size, char *m
                                       size_t room);
 M4E_API void m4e_program_free(m4e_program *program);
 M4E_API void m4e_program_counts(const m4e_program *program, m4e_counts *counts);
+/* Start values of parameters, inputs and states, one after the other. */
+M4E_API const double *m4e_program_starts(const m4e_program *program);
+/* Of each variable, in the order of the binary form: flags, and the name (UTF-8). */
+M4E_API const uint32_t *m4e_program_flags(const m4e_program *program);
+M4E_API const char *m4e_program_name(const m4e_program *program, uint32_t variable);
 
 /* `lanes` is 1 or M4E_LANES. Only the `selected` outputs are computed; `watched` ones are event
    functions. The program must outlive its models. NULL where memory is short or an index is out of
@@ -118,10 +127,15 @@ M4E_API m4e_block *m4e_model_block(m4e_model *model, int which);
 /* One lane only. Parameters: one value each; then `calculated` may be read. */
 M4E_API void m4e_set_parameters(m4e_model *model, const double *p);
 M4E_API void m4e_set_inputs(m4e_model *model, const double *u);
+/* From now on the rates are computed with inputs u + (t - t0) (first + (t - t0) second / 2), until
+   inputs are set again. The three arrays are not copied. */
+M4E_API void m4e_set_input_curves(m4e_model *model, double t0, const double *u,
+                                  const double *first, const double *second);
 M4E_API void m4e_rates(m4e_model *model, double t, const double *x, double *result);
 M4E_API void m4e_outputs(m4e_model *model, double t, const double *x, double *result);
 M4E_API void m4e_calculated(m4e_model *model, double *result);
-/* n x (n + 1), row by row: d rates / d x, then d rates / d t; 0 where the program has none. */
+/* n x (n + 1), row by row: d rates / d x, then d rates / d t; 0 where the program has none, or
+   while inputs follow curves, which are part of d / d t. */
 M4E_API int m4e_jacobian(m4e_model *model, double t, const double *x, double *result);
 
 /* Integrators of one model. `start` begins at (t, x), trying `step` [s] first: the `step` of the
@@ -134,6 +148,8 @@ M4E_API void m4e_integrator_free(m4e_integrator *integrator);
 M4E_API void m4e_start(m4e_integrator *integrator, double t, const double *x, double step);
 M4E_API int m4e_advance(m4e_integrator *integrator, double bound, size_t count,
                         const double *times, double *states, m4e_report *report);
+/* The states at the time that a failed `advance` reported. */
+M4E_API void m4e_reached(const m4e_integrator *integrator, double *x);
 
 /* A whole simulation from (times[0], x): states (count x n) and selected outputs. */
 M4E_API int m4e_simulate(m4e_model *model, const m4e_options *options, const m4e_events *events,

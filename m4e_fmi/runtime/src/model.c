@@ -68,10 +68,18 @@ static void run(m4e_model *m, const block *b) {
 
 void m4e_compute_constants(m4e_model *m) { run(m, m->blocks[M4E_CONSTANTS]); }
 
+static void follow_curves(m4e_model *m, double t) {
+    const double since = t - m->curves_from;
+    double *u = m->registers + 1 + m->program->count.states;
+    for (uint32_t i = 0; i < m->program->count.inputs; ++i)
+        u[i] = m->curves[0][i] + since * (m->curves[1][i] + 0.5 * since * m->curves[2][i]);
+}
+
 void m4e_evaluate(m4e_model *m, int which, const double *t, const double *x, double *result) {
     const block *b = m->blocks[which];
     const size_t lanes = m->lanes, states = m->program->count.states;
     double *r = m->registers;
+    if (which == M4E_RATES && m->curves[0]) follow_curves(m, *t);
     if (b->kernel) {
         b->kernel(t, x, r + (1 + states) * lanes, result);
         return;
@@ -90,6 +98,15 @@ void m4e_evaluate(m4e_model *m, int which, const double *t, const double *x, dou
 void m4e_set_inputs(m4e_model *m, const double *u) {
     const m4e_counts *n = &m->program->count;
     if (n->inputs) memcpy(m->registers + 1 + n->states, u, n->inputs * sizeof *u);
+    m->curves[0] = NULL;
+}
+
+void m4e_set_input_curves(m4e_model *m, double t0, const double *u, const double *first,
+                          const double *second) {
+    m->curves_from = t0;
+    m->curves[0] = u;
+    m->curves[1] = first;
+    m->curves[2] = second;
 }
 
 void m4e_set_parameters(m4e_model *m, const double *p) {
@@ -116,7 +133,7 @@ void m4e_calculated(m4e_model *m, double *result) {
 int m4e_jacobian(m4e_model *m, double t, const double *x, double *result) {
     const m4e_program *p = m->program;
     const size_t n = p->count.states;
-    if (p->count.entries == 0) return 0;
+    if (p->count.entries == 0 || m->curves[0]) return 0;
     m4e_evaluate(m, M4E_DERIVATIVES, &t, x, m->entries);
     memset(result, 0, n * (n + 1) * sizeof *result);
     for (uint32_t i = 0; i < p->count.entries; ++i)

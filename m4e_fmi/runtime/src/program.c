@@ -180,7 +180,7 @@ static const char *read_body(m4e_program *p, const uint8_t *bytes, size_t text) 
     const m4e_counts *n = &p->count;
     cursor c = {bytes + HEADER, 0};
     p->literals = read_doubles(&c, n->literals);
-    c.at += 8 * ((size_t)n->parameters + n->inputs + n->states);
+    p->starts = read_doubles(&c, (size_t)n->parameters + n->inputs + n->states);
     p->a = read32(&c, n->nodes);
     p->b = read32(&c, n->nodes);
     p->op = malloc(n->nodes + (size_t)1);
@@ -192,10 +192,12 @@ static const char *read_body(m4e_program *p, const uint8_t *bytes, size_t text) 
     p->rows = read32(&c, n->entries);
     p->columns = read32(&c, n->entries);
     p->derivatives = read32(&c, n->entries);
-    c.at += 4 * (size_t)variables(n);
+    p->flags = read32(&c, (size_t)variables(n));
+    p->text = malloc(text + 1);
+    if (p->text) memcpy(p->text, c.at, text);
     p->slot = malloc((n->nodes + (size_t)1) * sizeof *p->slot);
     p->hoisted = malloc((n->nodes + (size_t)1) * sizeof *p->hoisted);
-    if (c.failed || !p->op || !p->slot || !p->hoisted) return "does not fit into memory";
+    if (c.failed || !p->op || !p->slot || !p->hoisted || !p->text) return "does not fit into memory";
     memset(p->slot, 0xff, n->nodes * sizeof *p->slot);
     const char *problem = nodes_problem(p);
     if (!problem) problem = roots_problem(p);
@@ -236,13 +238,24 @@ m4e_program *m4e_program_read(const uint8_t *bytes, size_t size, char *message, 
 void m4e_program_free(m4e_program *p) {
     if (!p) return;
     void *parts[] = {p->op,      p->a,         p->b,    p->slot,    p->literals,    p->rates,
-                     p->results, p->constants, p->rows, p->columns, p->derivatives, p->hoisted};
+                     p->results, p->constants, p->rows, p->columns, p->derivatives, p->hoisted,
+                     p->starts,  p->flags,     p->text};
     for (size_t i = 0; i < sizeof parts / sizeof *parts; ++i) free(parts[i]);
     free(p);
 }
 
 void m4e_program_counts(const m4e_program *program, m4e_counts *counts) {
     *counts = program->count;
+}
+
+const double *m4e_program_starts(const m4e_program *program) { return program->starts; }
+
+const uint32_t *m4e_program_flags(const m4e_program *program) { return program->flags; }
+
+const char *m4e_program_name(const m4e_program *program, uint32_t variable) {
+    const char *piece = program->text;
+    for (uint64_t i = 0; i < 2 + PIECES * (uint64_t)variable; ++i) piece += strlen(piece) + 1;
+    return piece;
 }
 
 int m4e_abi(void) { return M4E_ABI; }

@@ -109,6 +109,10 @@ int m4e_advance(m4e_integrator *s, double bound, size_t count, const double *tim
     return report->status;
 }
 
+void m4e_reached(const m4e_integrator *s, double *x) {
+    if (s->n) memcpy(x, s->x, s->n * sizeof *x);
+}
+
 static m4e_report failure(int32_t status) {
     return (m4e_report){.status = status, .component = -1};
 }

@@ -161,7 +161,7 @@ def integrator(system: System, *, compiled: bool, kernel: int | None = None) -> 
     """What `integrate` runs; `kernel` is the address of foreign rates for the same integrator."""
     engine = engine_of(program_of(system), compiled=compiled)
     if kernel is not None:
-        from m4e_fmi.runtime.library import BLOCKS
+        from m4e_fmi.runtime.declarations import BLOCKS
 
         engine.library.m4e_model_block(engine.handle, BLOCKS["rates"]).contents.kernel = kernel
     return engine

@@ -1,0 +1,107 @@
+"""A program run by the C runtime that is packed beside this file: the bits of a native FMU."""
+
+import weakref
+from ctypes import byref, c_double, c_uint32, create_string_buffer
+from math import inf, isfinite
+
+from .declarations import METHODS, Options, Report, load  # type: ignore[import]  # packed, too
+
+LIBRARY, PROGRAM = "runtime.bin", "model.m4e"
+DONE, SMALL_STEP, MANY_STEPS = 0, -2, -3
+MOST_STEPS = 1_000_000  # of one call of advance
+_loaded = []  # once per process: the folder of the first instance may be gone by now
+
+
+def _library(path):
+    if not _loaded:
+        _loaded.append(load(path))
+    return _loaded[0]
+
+
+def _doubles(values):
+    return (c_double * len(values))(*values)
+
+
+class RuntimeEngine:
+    """As PythonEngine. `states` and `outputs` are names, for messages; OSError without library."""
+
+    def __init__(self, folder, tolerance, states, outputs, calculated):
+        self._lib = lib = _library(folder / LIBRARY)
+        content = (folder / PROGRAM).read_bytes()
+        message = create_string_buffer(128)
+        self._program = lib.m4e_program_read(content, len(content), message, len(message))
+        if not self._program:
+            raise OSError(f"{PROGRAM} {message.value.decode()}")
+        self._held = weakref.finalize(self, lib.m4e_program_free, self._program)
+        chosen = (c_uint32 * len(outputs))(*range(len(outputs)))
+        self._model = lib.m4e_model_new(self._program, 1, len(outputs), chosen, 0, None)
+        if not self._model:
+            raise OSError(f"{PROGRAM} does not fit into memory")
+        self._held = weakref.finalize(self, _free, lib, self._held, self._model)
+        self._integrator = self._release = None
+        self._built = 0.0
+        self._states, self._outputs, self._calculated = states, outputs, calculated
+        self.tolerance = tolerance
+        self.step = 0.0
+
+    def set_parameters(self, p):
+        self._lib.m4e_set_parameters(self._model, _doubles(p))
+        result = (c_double * self._calculated)()
+        self._lib.m4e_calculated(self._model, result)
+        return list(result)
+
+    def set_inputs(self, u):
+        self._lib.m4e_set_inputs(self._model, _doubles(u))
+
+    def outputs(self, t, x):
+        """Raises ArithmeticError if one is not finite."""
+        result = (c_double * len(self._outputs))()
+        self._lib.m4e_outputs(self._model, t, _doubles(x), result)
+        for name, value in zip(self._outputs, result, strict=True):
+            if not isfinite(value):
+                raise ArithmeticError(f"{name} is {value}")
+        return list(result)
+
+    def advance(self, t, x, t_end):
+        """Raises ArithmeticError if t_end cannot be reached."""
+        if self._built != self.tolerance:
+            self._build()
+        report, end = Report(), c_double(t_end)
+        result = (c_double * len(x))()
+        lib = self._lib
+        lib.m4e_start(self._integrator, t, _doubles(x), self.step)
+        status = lib.m4e_advance(self._integrator, t_end, 1, byref(end), result, byref(report))
+        self.step = report.step
+        if status != DONE:
+            raise ArithmeticError(self._failure(report))
+        return list(result)
+
+    def _build(self):
+        if self._release:
+            self._release()
+        options = Options(
+            method=METHODS["dop853"],
+            rtol=self.tolerance,
+            atol=self.tolerance,
+            max_step=inf,
+            max_steps=MOST_STEPS,
+        )
+        self._integrator = self._lib.m4e_integrator_new(self._model, options, None)
+        if not self._integrator:
+            raise MemoryError("no memory for the integrator")
+        self._release = weakref.finalize(self, self._lib.m4e_integrator_free, self._integrator)
+        self._built = self.tolerance
+
+    def _failure(self, report):
+        why = {
+            SMALL_STEP: "the step size needed is too small to go on",
+            MANY_STEPS: "too many steps are needed",
+        }.get(report.status, "a state or its rate is not finite")
+        known = 0 <= report.component < len(self._states)
+        where = f": {self._states[report.component]}" if known else ""
+        return f"{why} at t = {report.time:.9g} s{where}"
+
+
+def _free(lib, program, model):
+    lib.m4e_model_free(model)
+    program()

@@ -1,0 +1,73 @@
+"""The C sources of native FMUs: no warnings, and no call that breaks them."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+
+import pytest
+from support.driven import driven
+
+from m4e_fmi.fmu.build import SETTINGS, native_fmu_files
+from m4e_fmi.fmu.from_program import with_rates
+from m4e_fmi.runtime.compiler import (
+    FLAGS,
+    SHELL_FLAGS,
+    SHELL_SOURCES,
+    SOURCES,
+    compiler,
+    shell_sources,
+)
+
+STRICT = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror"]
+FUZZ = Path(__file__).parents[1] / "fuzz" / "fuzz_fmi.c"
+FUNCTIONS = 44
+
+
+def compiled(arguments: list[str], sources: list[Path]) -> subprocess.CompletedProcess[str]:
+    includes = ["-I", str(SOURCES), "-I", str(SHELL_SOURCES)]
+    command = [*(compiler() or ["cc"]), *STRICT, *includes, *arguments, *map(str, sources), "-lm"]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+def test_the_shell_compiles_without_a_warning_and_exports_fmi_only(tmp_path: Path) -> None:
+    library = tmp_path / "library.so"
+    built = compiled([*FLAGS, *SHELL_FLAGS, "-o", str(library)], shell_sources())
+    assert built.returncode == 0, built.stderr
+    listed = subprocess.run(
+        ["nm", "-D", "--defined-only", str(library)], capture_output=True, text=True, check=True
+    )
+    names = [line.split()[-1] for line in listed.stdout.splitlines()]
+    assert len(names) == FUNCTIONS
+    assert all(name.startswith("fmi2") for name in names)
+
+
+def test_random_calls_under_sanitizers(tmp_path: Path) -> None:
+    program = with_rates(driven())
+    files = native_fmu_files(program, "dop853")
+    for name, content in files.items():
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_bytes(content)
+    guid = files[SETTINGS].decode().split()[0]
+    flags = ["-std=c11", "-O1", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+    fuzzer = tmp_path / "fuzzer"
+    built = compiled([*flags, "-DM4E_STATIC", "-o", str(fuzzer)], [FUZZ, *shell_sources()])
+    if "cannot find" in built.stderr and "asan" in built.stderr:
+        pytest.skip("this compiler has no sanitizers")
+    assert built.returncode == 0, built.stderr
+    reals = sum(
+        len(group)
+        for group in (
+            program.parameters,
+            program.calculated,
+            program.inputs,
+            program.states,
+            program.outputs,
+        )
+    )
+    words = ["100000", "1", (tmp_path / "resources").as_uri(), guid, str(reals), "2"]
+    run = subprocess.run([str(fuzzer), *words], capture_output=True, text=True, check=False)
+    assert run.returncode == 0, run.stderr
+    done, discarded, errors, messages = (int(w) for w in run.stdout.split() if w.isdigit())
+    assert min(done, discarded, errors) > 100
+    assert messages >= errors
