@@ -75,6 +75,11 @@ class Master:
         self._energy = EnergyBalance(self.network, self._wiring.bonds)
 
     @property
+    def notes(self) -> tuple[str, ...]:
+        """What the algorithm does without because an FMU cannot, one line each."""
+        return self._algorithm.notes
+
+    @property
     def energy(self) -> tuple[BondEnergy, ...]:
         """The energy balance up to the present point, one entry per power bond."""
         return self._energy.result()

@@ -131,6 +131,13 @@ class Network:
         names = [port.variable for port in self.targets[self.input_slice(component)]]
         return self._checked(instance, instance.setter(names, view), "fmi2SetReal")
 
+    def derivative_writer(self, component: str, view: np.ndarray) -> Action:
+        """An action that gives all connected inputs of a component two derivatives, from `view`."""
+        instance = self.instances[component]
+        names = [port.variable for port in self.targets[self.input_slice(component)]]
+        call = instance.derivative_setter(names, view)
+        return self._checked(instance, call, "fmi2SetRealInputDerivatives")
+
     def stepper(self, component: str) -> Callable[[float, float], None]:
         """The action ``(t, h)`` that steps a component from t to t + h [s]."""
         instance = self.instances[component]

@@ -51,13 +51,17 @@ class Prepared:
 
 @dataclass(frozen=True)
 class Outcome:
-    """A finished run: where its results are, its steps, wall time [s] and energy balance [J]."""
+    """A finished run: where its results are, its steps, wall time [s] and energy balance [J].
+
+    `notes` tell what the algorithm did without because an FMU cannot, one line each.
+    """
 
     prepared: Prepared = field(repr=False)
     path: Path | None
     steps: int
     wall_time: float
     energy: tuple[BondEnergy, ...]
+    notes: tuple[str, ...] = ()
 
     def results(self) -> Results:
         """The results file, in memory."""
@@ -128,5 +132,5 @@ def run(
                 except RunError as error:
                     note = f"{error.remedy}; results up to there are in {path}".lstrip("; ")
                     raise RunError(error.message, note) from error
-        energy, steps = master.energy, master.steps
-    return Outcome(system, path, steps, clock.perf_counter() - begun, energy)
+        energy, steps, notes = master.energy, master.steps, master.notes
+    return Outcome(system, path, steps, clock.perf_counter() - begun, energy, notes)

@@ -17,7 +17,7 @@ from pydantic import Field
 from m4e_fmi.document import Document, Location, Section
 from m4e_fmi.errors import InputError, Problem, suggestion
 
-ALGORITHMS = ("gauss_seidel", "jacobi")
+ALGORITHMS = ("gauss_seidel", "corrector", "jacobi")
 KIND_GROUP = "m4e_fmi.fmus"
 SECOND = 1_000_000_000
 """Nanoseconds, in which the master counts time."""

@@ -23,6 +23,7 @@ def run_summary(outcome: Outcome) -> str:
     lines = [
         f"simulated {span:g} s in {outcome.wall_time:.1f} s ({factor:.1f} × real time): "
         f"{outcome.steps} steps of {settings.step_size:g} s, {settings.algorithm}",
+        *(f"  {note}" for note in outcome.notes),
         *_extremes(loaded),
     ]
     if outcome.energy:

@@ -13,6 +13,7 @@ from typing import Protocol
 
 import numpy as np
 
+from m4e_fmi.cosim.algorithms.corrector import corrector
 from m4e_fmi.cosim.algorithms.gauss_seidel import GaussSeidel
 from m4e_fmi.cosim.algorithms.jacobi import Jacobi
 from m4e_fmi.cosim.network import Network
@@ -26,12 +27,18 @@ class Algorithm(Protocol):
         """Values held at the network's inputs during the last step, in their order."""
         ...
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What it does without because an FMU cannot, one line each."""
+        ...
+
     def step(self, time: float, size: float) -> None:
         """Step all components from `time` by `size` [s]."""
         ...
 
 
 ALGORITHMS: dict[str, Callable[[Network], Algorithm]] = {
+    "corrector": corrector,
     "gauss_seidel": GaussSeidel,
     "jacobi": Jacobi,
 }

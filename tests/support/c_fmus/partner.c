@@ -1,5 +1,6 @@
 /* A second mass on its own spring, and the spring and damper between it and a point that moves as
- * given: x is held during a step, or (MOVES) goes along v. force acts on that point. */
+ * given: x is held during a step, or (MOVES) goes along v, or
+ * follows its derivatives. force acts on that point. */
 enum { MASS, STIFFNESS, COUPLING, DAMPING, POINT_X, POINT_V, FORCE, X, V, N };
 static const double start[N] = {[MASS] = 1, [STIFFNESS] = 1, [COUPLING] = 1, [DAMPING] = 0};
 
@@ -7,9 +8,9 @@ static double force(const Model *m, double s, const double *x) {
 #ifdef MOVES
     double point = m->r[POINT_X] + s * m->r[POINT_V];
 #else
-    double point = m->r[POINT_X];
+    double point = at(m, POINT_X, s);
 #endif
-    return m->r[COUPLING] * (x[0] - point) + m->r[DAMPING] * (x[1] - m->r[POINT_V]);
+    return m->r[COUPLING] * (x[0] - point) + m->r[DAMPING] * (x[1] - at(m, POINT_V, s));
 }
 static void rates(const Model *m, double s, const double *x, double *dx) {
     dx[0] = x[1];
