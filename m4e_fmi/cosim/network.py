@@ -73,6 +73,10 @@ class Network:
         """The output itself and its declared first and second time derivative, if there are."""
         return derivative_chain(self._descriptions, output)
 
+    def unit(self, port: Port) -> str:
+        """The unit of a variable, as its FMU names it."""
+        return self._descriptions[port.component].variables[port.variable].unit
+
     def output_slice(self, component: str) -> slice:
         return _range_of(self.outputs, component)
 

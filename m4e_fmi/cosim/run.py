@@ -53,7 +53,8 @@ class Prepared:
 class Outcome:
     """A finished run: where its results are, its steps, wall time [s] and energy balance [J].
 
-    `notes` tell what the algorithm did without because an FMU cannot, one line each.
+    `rejected` steps were taken back and made again, smaller. `notes` tell what the algorithm did
+    without because an FMU cannot, one line each.
     """
 
     prepared: Prepared = field(repr=False)
@@ -62,6 +63,7 @@ class Outcome:
     wall_time: float
     energy: tuple[BondEnergy, ...]
     notes: tuple[str, ...] = ()
+    rejected: int = 0
 
     def results(self) -> Results:
         """The results file, in memory."""
@@ -132,5 +134,12 @@ def run(
                 except RunError as error:
                     note = f"{error.remedy}; results up to there are in {path}".lstrip("; ")
                     raise RunError(error.message, note) from error
-        energy, steps, notes = master.energy, master.steps, master.notes
-    return Outcome(system, path, steps, clock.perf_counter() - begun, energy, notes)
+        return Outcome(
+            prepared=system,
+            path=path,
+            steps=master.steps,
+            wall_time=clock.perf_counter() - begun,
+            energy=master.energy,
+            notes=master.notes,
+            rejected=master.rejected,
+        )

@@ -37,6 +37,24 @@ class Algorithm(Protocol):
         ...
 
 
+class Returning(Algorithm, Protocol):
+    """An algorithm that can take its step back, and so can have its step chosen."""
+
+    @property
+    def change(self) -> np.ndarray:
+        """What the last pass changed in the exchanged outputs at the end of the step."""
+        ...
+
+    @property
+    def end(self) -> np.ndarray:
+        """The exchanged outputs at the end of the step."""
+        ...
+
+    def undo(self) -> None:
+        """Return all components to the start of the step."""
+        ...
+
+
 ALGORITHMS: dict[str, Callable[[Network], Algorithm]] = {
     "corrector": corrector,
     "gauss_seidel": GaussSeidel,

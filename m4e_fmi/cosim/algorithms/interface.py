@@ -25,8 +25,12 @@ harm in the middle and costs an order at the end. A moved input is of second ord
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
+
 import numpy as np
 
+from m4e_fmi.cosim.connect import Port
 from m4e_fmi.cosim.network import Network
 
 
@@ -50,8 +54,7 @@ class Interface:
         self._history = np.zeros((2, count))
         self._last = 0.0
         chains = [network.derivatives(port) for port in network.outputs]
-        self._rates = _places(network, chains, 1)
-        self._curvatures = _places(network, chains, 2)
+        self._derivatives = [_places(network, chains, length) for length in (2, 3)]
 
     @property
     def has_history(self) -> bool:
@@ -61,8 +64,11 @@ class Interface:
     def begin(self, time: float, size: float) -> None:
         """Save all states and predict all outputs over the step of `size` [s] from `time`.
 
-        An output with declared derivatives follows them; any other the parabola through its values
-        at the start, in the middle and at the end of the step before; in the first, it stays.
+        An output with declared derivatives follows them, and one more power of time that brings it
+        through its value at the start of the step before; any other follows the parabola through
+        its values at the start, in the middle and at the end of that step. In the first step
+        derivatives are all there is.
+
         A step that begins where the last one began takes that one's place.
         """
         begun, last = self._attempt
@@ -81,11 +87,22 @@ class Interface:
                 s = share * size / self._last
                 place += s * (first - 4 * middle + 3 * now)
                 place += s * s * (2 * first - 4 * middle + 2 * now)
-            ahead = share * size
-            which, rates = self._rates
-            place[which] = now[which] + ahead * now[rates]
-            which, curvatures = self._curvatures
-            place[which] += ahead**2 / 2 * now[curvatures]
+            for chains in self._derivatives:
+                place[chains[0]] = self._along(chains, share * size)
+
+    def _along(self, chains: np.ndarray, ahead: float) -> np.ndarray:
+        """Outputs `chains[0]`, `ahead` [s] after the start, from their derivatives `chains[1:]`."""
+
+        def taylor(s: float) -> np.ndarray:
+            return sum(
+                (self._now[row] * s**k / math.factorial(k) for k, row in enumerate(chains)),
+                np.zeros(chains.shape[1]),
+            )
+
+        if not self._last:
+            return taylor(ahead)
+        missed = self._history[0, chains[0]] - taylor(-self._last)
+        return taylor(ahead) + missed * (-ahead / self._last) ** len(chains)
 
     def step(self, part: Part, time: float, size: float, *, for_end: bool) -> None:
         """One component's step along the present courses; its outputs then stand in them.
@@ -200,8 +217,7 @@ def _nothing() -> None:
     pass
 
 
-def _places(network: Network, chains: list, order: int) -> tuple[np.ndarray, np.ndarray]:
-    """Outputs that have a derivative of this order, and the places of those derivatives."""
-    pairs = [(k, network.index(c[order])) for k, c in enumerate(chains) if len(c) > order]
-    which, places = zip(*pairs, strict=True) if pairs else ((), ())
-    return np.array(which, dtype=np.intp), np.array(places, dtype=np.intp)
+def _places(network: Network, chains: Sequence[Sequence[Port]], length: int) -> np.ndarray:
+    """Places of the chains of this length, an output and its derivatives: one column for each."""
+    rows = [[network.index(port) for port in chain] for chain in chains if len(chain) == length]
+    return np.array(rows, dtype=np.intp).reshape(-1, length).T
