@@ -314,7 +314,7 @@ def _add_run(commands: argparse._SubParsersAction) -> None:
     ):
         command.add_argument(flag, type=float, metavar="S", help=f"{text}; default: as in the file")
     command.add_argument(
-        "--algorithm", help="gauss_seidel, corrector or jacobi; default: as in the file"
+        "--algorithm", help="gauss_seidel, corrector, implicit or jacobi; default: as in the file"
     )
     _add_start_values(command, "COMPONENT.VARIABLE")
     _add_output_file(command)

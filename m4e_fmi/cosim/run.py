@@ -14,7 +14,7 @@ from m4e_fmi.cosim.energy import BondEnergy
 from m4e_fmi.cosim.master import Master, Observer, Progress
 from m4e_fmi.cosim.results import ResultsWriter
 from m4e_fmi.cosim.structure import Structure, analyse
-from m4e_fmi.cosim.system import System
+from m4e_fmi.cosim.system import SOLVES_LOOPS, System
 from m4e_fmi.errors import InputError, Problem, RunError
 from m4e_fmi.results import Results, load
 
@@ -93,7 +93,9 @@ def prepare(
     if problems:
         raise InputError(problems)
     wiring = connect(system, descriptions)
-    return Prepared(system, descriptions, wiring, analyse(descriptions, wiring))
+    solves_loops = system.simulation.algorithm in SOLVES_LOOPS
+    structure = analyse(descriptions, wiring, solves_loops=solves_loops)
+    return Prepared(system, descriptions, wiring, structure)
 
 
 def run(

@@ -17,9 +17,11 @@ from pydantic import Field
 from m4e_fmi.document import Document, Location, Section
 from m4e_fmi.errors import InputError, Problem, suggestion
 
-ALGORITHMS = ("gauss_seidel", "corrector", "jacobi")
+ALGORITHMS = ("gauss_seidel", "corrector", "implicit", "jacobi")
 ADAPTIVE = ("corrector",)
 """Those that can choose their steps by a coupling tolerance."""
+SOLVES_LOOPS = ("implicit",)
+"""Those that solve algebraic loops."""
 KIND_GROUP = "m4e_fmi.fmus"
 SECOND = 1_000_000_000
 """Nanoseconds, in which the master counts time."""

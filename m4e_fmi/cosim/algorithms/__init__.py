@@ -15,6 +15,7 @@ import numpy as np
 
 from m4e_fmi.cosim.algorithms.corrector import corrector
 from m4e_fmi.cosim.algorithms.gauss_seidel import GaussSeidel
+from m4e_fmi.cosim.algorithms.implicit import Implicit
 from m4e_fmi.cosim.algorithms.jacobi import Jacobi
 from m4e_fmi.cosim.network import Network
 
@@ -58,5 +59,6 @@ class Returning(Algorithm, Protocol):
 ALGORITHMS: dict[str, Callable[[Network], Algorithm]] = {
     "corrector": corrector,
     "gauss_seidel": GaussSeidel,
+    "implicit": Implicit,
     "jacobi": Jacobi,
 }

@@ -29,7 +29,7 @@ from __future__ import annotations
 import numpy as np
 
 from m4e_fmi.cosim.algorithms.gauss_seidel import GaussSeidel
-from m4e_fmi.cosim.algorithms.interface import Interface
+from m4e_fmi.cosim.algorithms.interface import Interface, Way
 from m4e_fmi.cosim.network import Network
 
 
@@ -73,14 +73,14 @@ class Corrector:
         passes = 2 if interface.has_history else 3
         interface.begin(time, size)
         for part in (*self._again, *self._once):
-            interface.step(part, time, size, for_end=False)
+            interface.step(part, time, size, Way.MIDDLE)
         for left in reversed(range(passes - 1)):
             self.change[:] = interface.end
             for part in self._again:
                 part.restore()
-                interface.step(part, time, size, for_end=left == 0)
+                interface.step(part, time, size, Way.MIDDLE if left else Way.END)
         self.change -= interface.end
-        self.held[:] = interface.mean()
+        self.held[:] = interface.mean(Way.END)
 
     def undo(self) -> None:
         """Return all components to the start of the step."""

@@ -21,17 +21,37 @@ and ∫s u ds, and so act at the end to third order like the course itself. With
 halves, what depends on an input by one integration (a velocity on a force) is right to third
 order in the middle too; by two integrations (a displacement), it is off by O(H³), which does no
 harm in the middle and costs an order at the end. A moved input is of second order.
+
+Straight lines from u₀ over u½ to u₁ (`Way.LINES`; held is their mean in each half) are of second
+order, and stable where a parabola, solved for its values, is not.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from enum import Enum
 
 import numpy as np
 
 from m4e_fmi.cosim.connect import Port
 from m4e_fmi.cosim.network import Network
+
+
+class Way(Enum):
+    """How inputs pass through their three values; MIDDLE and END tell what is to be exact."""
+
+    MIDDLE = "parabola, means of the halves"
+    END = "parabola, mean and first moment of the step"
+    LINES = "straight lines"
+
+
+HELD = {
+    Way.MIDDLE: ((1 / 4, 1 / 12), (3 / 4, 7 / 12)),
+    Way.END: ((1 / 6, 0.0), (5 / 6, 2 / 3)),
+    Way.LINES: ((1 / 4, 1 / 8), (3 / 4, 5 / 8)),
+}
+"""Shares of c₁ and c₂ in what is held in each half, besides u₀."""
 
 
 class Interface:
@@ -104,22 +124,27 @@ class Interface:
         missed = self._history[0, chains[0]] - taylor(-self._last)
         return taylor(ahead) + missed * (-ahead / self._last) ** len(chains)
 
-    def step(self, part: Part, time: float, size: float, *, for_end: bool) -> None:
+    def step(self, part: Part, time: float, size: float, way: Way) -> None:
         """One component's step along the present courses; its outputs then stand in them.
 
-        An FMU that holds its inputs can be right in the middle or, `for_end`, at the end; the
+        An FMU that holds its inputs can be right in the middle or at the end (`Way.END`); the
         middle then stays as it was.
         """
         own = self.sources[part.inputs]
-        part.step(time, size, self.middle[own], self.end[own], for_end=for_end)
-        if part.follows or not for_end:
+        part.step(time, size, self.middle[own], self.end[own], way)
+        self.take(part, way)
+
+    def take(self, part: Part, way: Way) -> None:
+        """Take over what a component has found in its step."""
+        if part.follows or way is not Way.END:
             self.middle[part.outputs] = part.middle
         self.end[part.outputs] = part.end
 
-    def mean(self) -> np.ndarray:
-        """Means of the courses of all connected inputs over the step (Simpson's rule)."""
-        middle, end = self.middle[self.sources], self.end[self.sources]
-        return (self._start[self.sources] + 4 * middle + end) / 6
+    def mean(self, way: Way) -> np.ndarray:
+        """Means of the courses of all connected inputs over the step."""
+        weight = 2 if way is Way.LINES else 4  # trapezoid, Simpson
+        start, middle, end = (v[self.sources] for v in (self._start, self.middle, self.end))
+        return (start + weight * middle + end) / (2 + weight)
 
 
 class Part:
@@ -166,28 +191,27 @@ class Part:
         """Return to the state that was saved."""
         self._instance.restore_state()
 
-    def step(
-        self, time: float, size: float, middle: np.ndarray, end: np.ndarray, *, for_end: bool
-    ) -> None:
+    def step(self, time: float, size: float, middle: np.ndarray, end: np.ndarray, way: Way) -> None:
         """Step from `time` by `size` [s] in two halves; its inputs pass `middle` and `end`."""
         start, half = self._start, size / 2
         slope = -3 * start + 4 * middle - end
         bend = 2 * start - 4 * middle + 2 * end
-        if self._derive is not None:
-            self._half_along(start, slope / size, 2 * bend / size**2, time, half)
-        else:
-            held = start + slope / 6 if for_end else start + slope / 4 + bend / 12
-            self._half_held(held, start, middle, time, half)
-        self._give(middle)
-        self._read_middle()
-        if self._derive is not None:
-            self._half_along(middle, (slope + bend) / size, 2 * bend / size**2, time + half, half)
-        else:
-            shares = (5 / 6, 2 / 3) if for_end else (3 / 4, 7 / 12)
-            held = start + shares[0] * slope + shares[1] * bend
-            self._half_held(held, middle, end, time + half, half)
-        self._give(end)
-        self._read_end()
+        first = start.copy()
+        halves = (middle, self._read_middle), (end, self._read_end)
+        for k, (last, read) in enumerate(halves):
+            if self._derive is None:
+                of_slope, of_bend = HELD[way][k]
+                held = start + of_slope * slope + of_bend * bend
+                self._half_held(held, first, last, time + k * half, half)
+            elif way is Way.LINES:
+                rate = (last - first) / half
+                self._half_along(first, rate, np.zeros_like(rate), time + k * half, half)
+            else:
+                rate = (slope + k * bend) / size
+                self._half_along(first, rate, 2 * bend / size**2, time + k * half, half)
+            self._give(last)
+            read()
+            first = last
 
     def _give(self, values: np.ndarray) -> None:
         self._values[:] = values

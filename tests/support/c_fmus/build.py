@@ -77,12 +77,13 @@ PARTNER = (
     STIFFNESS,
     parameter("coupling", "N/m", 1.0),
     DAMPING,
+    parameter("wall_damping", "N.s/m", 0.0),
     *end(moves=False),
     V("end.force_x", "N", "output", needs=END),
     V("x", "m", "output", 0.0, initial="exact"),
     V("vx", "m/s", "output", 0.0, rate_of="x", initial="exact"),
 )
-MOVING_PARTNER = (*PARTNER[:4], *end(moves=True), *PARTNER[6:])
+MOVING_PARTNER = (*PARTNER[:5], *end(moves=True), *PARTNER[7:])
 SPRING = (STIFFNESS, DAMPING, *end(moves=False), V("end.force_x", "N", "output", needs=END))
 BLIND_SPRING = (*SPRING[:-1], V("end.force_x", "N", "output", needs=None))
 """Declares no dependencies, as the FMUs of some tools."""
