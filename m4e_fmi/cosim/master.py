@@ -98,6 +98,11 @@ class Master:
         return self._control.rejected if self._control else 0
 
     @property
+    def order(self) -> int:
+        """The power of the step with which the coupling error falls, at least."""
+        return self._algorithm.order
+
+    @property
     def notes(self) -> tuple[str, ...]:
         """What the algorithm does without because an FMU cannot, one line each."""
         return self._algorithm.notes

@@ -14,6 +14,9 @@ if TYPE_CHECKING:
     from m4e_fmi.simulate import Simulation
 
 
+_UNCHECKED = "coupling error not estimated: --check runs once more, at half the step"
+
+
 def run_summary(outcome: Outcome) -> str:
     """Power, extremes, steps, time and energy balance of a run that wrote results."""
     loaded = outcome.results()
@@ -24,6 +27,7 @@ def run_summary(outcome: Outcome) -> str:
         f"simulated {span:g} s in {outcome.wall_time:.1f} s ({factor:.1f} × real time): "
         f"{outcome.steps} steps of {_sizes(outcome)}, {settings.algorithm}",
         *(f"  {note}" for note in outcome.notes),
+        f"  {outcome.certificate or _UNCHECKED}",
         *_extremes(loaded),
     ]
     if outcome.energy:

@@ -29,6 +29,11 @@ class Algorithm(Protocol):
         ...
 
     @property
+    def order(self) -> int:
+        """The power of the step with which the error falls, at least."""
+        ...
+
+    @property
     def notes(self) -> tuple[str, ...]:
         """What it does without because an FMU cannot, one line each."""
         ...

@@ -35,6 +35,7 @@ class Implicit:
         self._interface = Interface(network)
         self.held = np.zeros_like(network.inputs)
         self.notes: tuple[str, ...] = ()
+        self.order = 2
         rigid = [part.name for part in self._interface.parts if not part.can_return]
         if rigid:
             raise RunError(
