@@ -339,7 +339,14 @@ def _add_run(commands: argparse._SubParsersAction) -> None:
         ("--output-interval", "time between rows of the results"),
     ):
         command.add_argument(flag, type=float, metavar="S", help=f"{text}; default: as in the file")
-    command.add_argument("--algorithm", help="gauss_seidel or jacobi; default: as in the file")
+    command.add_argument(
+        "--algorithm", help="gauss_seidel, corrector, implicit or jacobi; default: as in the file"
+    )
+    command.add_argument(
+        "--check",
+        action="store_true",
+        help="run once more at half the step, and tell how large the coupling errors are",
+    )
     _add_start_values(command, "COMPONENT.VARIABLE")
     _add_output_file(command)
     _add_build_folder(command)
@@ -363,7 +370,7 @@ def _run(options: argparse.Namespace) -> None:
     print(f"{system.name}: {count} FMUs, {links} connected variables", flush=True)
     times = system.simulation
     with progress_bar(times.stop_time, start=times.start_time) as progress:
-        outcome = run(prepared, results=output, progress=progress)
+        outcome = run(prepared, results=output, progress=progress, check=options.check)
     picture = plot_run(output, output.with_suffix(".png"))
     print(run_summary(outcome))
     _print_files([output, picture])

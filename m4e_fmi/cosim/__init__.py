@@ -7,6 +7,7 @@ Start reading at `system` (what is coupled), then `connect` and `structure` (wha
 the default). Imports m4e_fmi.errors, document, units and, to build components, m4e_fmi.fmu.
 """
 
+from m4e_fmi.cosim.certificate import Certificate, CouplingError
 from m4e_fmi.cosim.check import check_fmu
 from m4e_fmi.cosim.components import fmu_files
 from m4e_fmi.cosim.connect import Bond, Link, Port, Wiring
@@ -20,7 +21,9 @@ from m4e_fmi.results import Results, Series, load
 __all__ = [
     "Bond",
     "BondEnergy",
+    "Certificate",
     "Component",
+    "CouplingError",
     "Description",
     "FmuFile",
     "Kind",

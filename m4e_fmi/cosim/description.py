@@ -55,6 +55,9 @@ class Description:
     everything may matter, and that is what stands here. `output_derivatives` and
     `input_derivatives` lead from a variable to the one declared as its time derivative.
     `step_size` is the default experiment's [s].
+
+    What the FMU can do: `saves_state` (fmi2GetFMUstate, fmi2SetFMUstate), `interpolates_inputs`
+    (fmi2SetRealInputDerivatives), `directional_derivatives` (fmi2GetDirectionalDerivative).
     """
 
     path: Path
@@ -67,6 +70,9 @@ class Description:
     output_derivatives: dict[str, str] = field(repr=False)
     input_derivatives: dict[str, str] = field(repr=False)
     step_size: float | None = None
+    saves_state: bool = False
+    interpolates_inputs: bool = False
+    directional_derivatives: bool = False
 
     def of_causality(self, *causalities: str) -> list[Variable]:
         return [v for v in self.variables.values() if v.causality in causalities]
@@ -193,6 +199,9 @@ def _translated(path: Path, raw: Any) -> Description:
         output_derivatives=_derivatives(variables, "output"),
         input_derivatives=_derivatives(variables, "input"),
         step_size=_step_size(raw.defaultExperiment),
+        saves_state=bool(raw.coSimulation.canGetAndSetFMUstate),
+        interpolates_inputs=bool(raw.coSimulation.canInterpolateInputs),
+        directional_derivatives=bool(raw.coSimulation.providesDirectionalDerivative),
     )
 
 

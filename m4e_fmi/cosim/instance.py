@@ -35,6 +35,14 @@ _GET_OR_SET = ctypes.CFUNCTYPE(
 _DO_STEP = ctypes.CFUNCTYPE(
     ctypes.c_int, ctypes.c_void_p, ctypes.c_double, ctypes.c_double, ctypes.c_int
 )
+_SET_DERIVATIVES = ctypes.CFUNCTYPE(
+    ctypes.c_int,
+    ctypes.c_void_p,
+    ctypes.c_void_p,
+    ctypes.c_size_t,
+    ctypes.c_void_p,
+    ctypes.c_void_p,
+)
 
 
 class Instance:
@@ -52,6 +60,8 @@ class Instance:
         self._broken = False
         self._initialised = False
         self._kept: list[Any] = []
+        self._state = ctypes.c_void_p()
+        self._state_time = 0.0
         self._fmu: Any = None
         self._unpacked = Unpacked(description.path)
         try:
@@ -164,6 +174,52 @@ class Instance:
         """The call ``(t, h, 1) -> status`` that steps from t to t + h [s], never to be undone."""
         return partial(self._do_step, self._component)
 
+    def derivative_setter(self, names: Sequence[str], view: np.ndarray) -> Call:
+        """A call that sets first and second time derivatives of inputs for the next step.
+
+        `view` holds, for each of the Real inputs `names`, its first, then its second derivative.
+        """
+        assert view.dtype == np.float64
+        assert view.flags.c_contiguous
+        assert view.shape == (len(names), 2)
+        variables = self.description.variables
+        count = 2 * len(names)
+        twice = [variables[n].value_reference for n in names for _ in range(2)]
+        references = (ctypes.c_uint * count)(*twice)
+        orders = (ctypes.c_int * count)(*([1, 2] * len(names)))
+        self._kept += [references, orders, view]
+        function = _prototype(_SET_DERIVATIVES, self._fmu.dll.fmi2SetRealInputDerivatives)
+        addresses = (ctypes.addressof(references), count, ctypes.addressof(orders))
+        return partial(function, self._component, *addresses, view.ctypes.data)
+
+    def save_state(self) -> None:
+        """Keep the FMU's state, in place of the one kept before."""
+        self._checked("fmi2GetFMUstate", ctypes.byref(self._state))
+        self._state_time = self.time
+
+    def restore_state(self) -> None:
+        """Bring the FMU back to the state kept last; it may be restored again."""
+        self._checked("fmi2SetFMUstate", self._state)
+        self.time = self._state_time
+
+    def directional_derivative(self, output: str, known: str) -> float:
+        """∂output/∂known of two Real variables at the present instant, as the FMU tells it."""
+        variables = self.description.variables
+        references = [
+            (ctypes.c_uint * 1)(variables[name].value_reference) for name in (output, known)
+        ]
+        seed, value = ctypes.c_double(1.0), ctypes.c_double()
+        self._checked(
+            "fmi2GetDirectionalDerivative",
+            references[0],
+            1,
+            references[1],
+            1,
+            ctypes.byref(seed),
+            ctypes.byref(value),
+        )
+        return value.value
+
     def read(self, name: str) -> float:
         """The present value of the Real variable `name`."""
         value = np.zeros(1)
@@ -224,6 +280,8 @@ class Instance:
             status = 0
             if self._initialised and not self._broken:
                 status = fmu.dll.fmi2Terminate(fmu.component)
+            if self._state and not self._broken:
+                fmu.dll.fmi2FreeFMUstate(fmu.component, ctypes.byref(self._state))
             if status < FATAL:
                 fmu.freeInstance()
         self._kept.clear()

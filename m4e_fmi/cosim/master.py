@@ -7,18 +7,21 @@ import threading
 import time as clock
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
+from typing import cast
 
 import numpy as np
 
-from m4e_fmi.cosim.algorithms import ALGORITHMS
+from m4e_fmi.cosim.algorithms import ALGORITHMS, Returning
 from m4e_fmi.cosim.connect import Wiring
 from m4e_fmi.cosim.description import Description
 from m4e_fmi.cosim.energy import BondEnergy, EnergyBalance
 from m4e_fmi.cosim.instance import Instance
 from m4e_fmi.cosim.network import Network
 from m4e_fmi.cosim.results import ResultsWriter
+from m4e_fmi.cosim.step_control import StepControl
 from m4e_fmi.cosim.structure import Structure
 from m4e_fmi.cosim.system import SECOND, System
+from m4e_fmi.errors import RunError
 
 Observer = Callable[[float, Network], None]
 """Called at every communication point with the time [s] and the network."""
@@ -72,7 +75,37 @@ class Master:
         self.network = Network(instances, self._wiring, self._structure, time=simulation.start_time)
         self.network.initialise()
         self._algorithm = ALGORITHMS[simulation.algorithm](self.network)
+        self._control = self._step_control()
         self._energy = EnergyBalance(self.network, self._wiring.bonds)
+
+    def _step_control(self) -> StepControl | None:
+        simulation = self._system.simulation
+        tolerance = simulation.coupling_tolerance
+        if tolerance is None:
+            return None
+        rigid = [name for name, d in self._descriptions.items() if not d.saves_state]
+        if rigid:
+            raise RunError(
+                f"coupling_tolerance needs FMUs that can go back (canGetAndSetFMUstate), which "
+                f"{' and '.join(rigid)} cannot",
+                "leave coupling_tolerance out, and halve step_size to see the error",
+            )
+        return StepControl(self.network, tolerance, round(simulation.step_size * SECOND))
+
+    @property
+    def rejected(self) -> int:
+        """Number of steps that were taken back and made again, smaller."""
+        return self._control.rejected if self._control else 0
+
+    @property
+    def order(self) -> int:
+        """The power of the step with which the coupling error falls, at least."""
+        return self._algorithm.order
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What the algorithm does without because an FMU cannot, one line each."""
+        return self._algorithm.notes
 
     @property
     def energy(self) -> tuple[BondEnergy, ...]:
@@ -89,27 +122,45 @@ class Master:
         """Step to the stop time; KeyboardInterrupt stops at the next communication point."""
         simulation = self._system.simulation
         start, stop = round(simulation.start_time * SECOND), round(simulation.stop_time * SECOND)
-        step = round(simulation.step_size * SECOND)
-        every = round((simulation.output_interval or simulation.step_size) * SECOND) // step
+        every = round((simulation.output_interval or simulation.step_size) * SECOND)
+        every = every if simulation.output_interval or self._control is None else 1
         network, algorithm, energy = self.network, self._algorithm, self._energy
         tell = _ticker(progress)
-        now = start
+        now, row = start, start
         self._observe(results, observers)
         # an overflow is found, and told with its place, where values are read from the FMUs
         with _interruption() as interrupted, np.errstate(over="ignore", invalid="ignore"):
             while now < stop:
-                size = min(step, stop - now)
-                seconds = size / SECOND
-                algorithm.step(now / SECOND, seconds)
+                size = self._step(now, stop, row + every)
                 now += size
                 network.advance(now / SECOND)
-                energy.add(algorithm.held, seconds)
+                energy.add(algorithm.held, size / SECOND)
                 self.steps += 1
-                recorded = self.steps % every == 0 or now == stop
+                recorded = now >= row + every or now == stop
+                row = now if recorded else row
                 self._observe(results if recorded else None, observers)
                 tell(now / SECOND)
                 if interrupted():
                     raise KeyboardInterrupt
+
+    def _step(self, now: int, stop: int, row: int) -> int:
+        """Step all components from `now`, not beyond `stop`; the size of the step. All in ns.
+
+        Adaptive steps end where the next row of the results is due, at `row`.
+        """
+        control = self._control
+        if control is None:
+            size = min(round(self._system.simulation.step_size * SECOND), stop - now)
+            self._algorithm.step(now / SECOND, size / SECOND)
+            return size
+        while True:
+            end = min(row, stop) if row > now + 1 else stop
+            size = min(control.size, end - now)
+            algorithm = cast("Returning", self._algorithm)
+            algorithm.step(now / SECOND, size / SECOND)
+            if control.accepts(algorithm.change, algorithm.end, size):
+                return size
+            algorithm.undo()
 
     def _observe(self, results: ResultsWriter | None, observers: Sequence[Observer]) -> None:
         network = self.network

@@ -20,7 +20,8 @@ import numpy as np
 
 from m4e_fmi.cosim.connect import Link, Port, Wiring
 from m4e_fmi.cosim.instance import WARNING, Call, Instance
-from m4e_fmi.cosim.structure import Structure, Transfer, derivative_chain
+from m4e_fmi.cosim.newton import AlgebraicLoop
+from m4e_fmi.cosim.structure import Loop, Structure, Transfer, derivative_chain
 
 Action = Callable[[], None]
 
@@ -73,6 +74,10 @@ class Network:
         """The output itself and its declared first and second time derivative, if there are."""
         return derivative_chain(self._descriptions, output)
 
+    def unit(self, port: Port) -> str:
+        """The unit of a variable, as its FMU names it."""
+        return self._descriptions[port.component].variables[port.variable].unit
+
     def output_slice(self, component: str) -> slice:
         return _range_of(self.outputs, component)
 
@@ -96,6 +101,11 @@ class Network:
         sources = {k.target: k.source for k in (*self._wiring.initial_links, *self._wiring.links)}
         found: dict[Port, float] = {}
         for transfer in self._structure.initial:
+            if isinstance(transfer, Loop):
+                loop = AlgebraicLoop(self.instances, transfer, sources)
+                loop.solve()
+                found.update(zip(loop.outputs, loop.output_values.tolist(), strict=True))
+                continue
             instance = self.instances[transfer.component]
             ports = [Port(transfer.component, name) for name in transfer.variables]
             view = np.zeros(len(ports))
@@ -131,6 +141,13 @@ class Network:
         names = [port.variable for port in self.targets[self.input_slice(component)]]
         return self._checked(instance, instance.setter(names, view), "fmi2SetReal")
 
+    def derivative_writer(self, component: str, view: np.ndarray) -> Action:
+        """An action that gives all connected inputs of a component two derivatives, from `view`."""
+        instance = self.instances[component]
+        names = [port.variable for port in self.targets[self.input_slice(component)]]
+        call = instance.derivative_setter(names, view)
+        return self._checked(instance, call, "fmi2SetRealInputDerivatives")
+
     def stepper(self, component: str) -> Callable[[float, float], None]:
         """The action ``(t, h)`` that steps a component from t to t + h [s]."""
         instance = self.instances[component]
@@ -153,7 +170,21 @@ class Network:
 
         return action
 
-    def _transfer(self, transfer: Transfer) -> Action:
+    def _loop(self, loop: AlgebraicLoop) -> Action:
+        outputs = np.array([self.index(port) for port in loop.outputs], dtype=np.intp)
+        inputs = np.array([self.targets.index(port) for port in loop.inputs], dtype=np.intp)
+
+        def solve() -> None:
+            loop.solve()
+            self.values[outputs] = loop.output_values
+            self.inputs[inputs] = loop.input_values
+
+        return solve
+
+    def _transfer(self, transfer: Transfer | Loop) -> Action:
+        if isinstance(transfer, Loop):
+            sources = {link.target: link.source for link in self.links}
+            return self._loop(AlgebraicLoop(self.instances, transfer, sources))
         first = Port(transfer.component, transfer.variables[0])
         count = len(transfer.variables)
         if transfer.action == "get":
@@ -177,9 +208,14 @@ class Network:
 
 
 def _grouped(
-    transfers: Sequence[Transfer], action: str, components: Mapping[str, Instance]
+    steps: Sequence[Transfer | Loop], action: str, components: Mapping[str, Instance]
 ) -> list[Port]:
     """All variables of the transfers of one kind, by component and within it by call."""
+    transfers = [
+        transfer
+        for step in steps
+        for transfer in ((*step.sets, *step.gets) if isinstance(step, Loop) else (step,))
+    ]
     return [
         Port(transfer.component, name)
         for component in components

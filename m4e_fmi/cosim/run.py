@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from m4e_fmi.cosim.certificate import Certificate, Trace, certificate
 from m4e_fmi.cosim.components import fmu_files
 from m4e_fmi.cosim.connect import Wiring, connect
 from m4e_fmi.cosim.description import Description, read_description
@@ -14,7 +15,7 @@ from m4e_fmi.cosim.energy import BondEnergy
 from m4e_fmi.cosim.master import Master, Observer, Progress
 from m4e_fmi.cosim.results import ResultsWriter
 from m4e_fmi.cosim.structure import Structure, analyse
-from m4e_fmi.cosim.system import System
+from m4e_fmi.cosim.system import SOLVES_LOOPS, System
 from m4e_fmi.errors import InputError, Problem, RunError
 from m4e_fmi.results import Results, load
 
@@ -51,13 +52,22 @@ class Prepared:
 
 @dataclass(frozen=True)
 class Outcome:
-    """A finished run: where its results are, its steps, wall time [s] and energy balance [J]."""
+    """A finished run: where its results are, its steps, wall time [s] and energy balance [J].
+
+    `order` is that of the coupling, `rejected` steps were taken back and made again, smaller.
+    `notes` tell what the algorithm did without because an FMU cannot, one line each. `certificate`
+    estimates the coupling errors, if the run was checked.
+    """
 
     prepared: Prepared = field(repr=False)
     path: Path | None
     steps: int
     wall_time: float
     energy: tuple[BondEnergy, ...]
+    order: int
+    notes: tuple[str, ...] = ()
+    rejected: int = 0
+    certificate: Certificate | None = None
 
     def results(self) -> Results:
         """The results file, in memory."""
@@ -87,7 +97,9 @@ def prepare(
     if problems:
         raise InputError(problems)
     wiring = connect(system, descriptions)
-    return Prepared(system, descriptions, wiring, analyse(descriptions, wiring))
+    solves_loops = system.simulation.algorithm in SOLVES_LOOPS
+    structure = analyse(descriptions, wiring, solves_loops=solves_loops)
+    return Prepared(system, descriptions, wiring, structure)
 
 
 def run(
@@ -98,17 +110,21 @@ def run(
     observers: Sequence[Observer] = (),
     progress: Progress | None = None,
     tell: Callable[[str], None] | None = None,
+    check: bool = False,
 ) -> Outcome:
     """Co-simulate `system` from its start to its stop time.
 
     `results` is the netCDF file to stream to (None: none). Each of `observers` is called as
     ``observer(time, network)`` at the start and after every step, `progress` as
-    ``progress(time)`` about ten times a second. RunError names component,
-    variable and time; the results up to there are then on disk, as they are after
+    ``progress(time)`` about ten times a second. With `check`, the system runs once more at half the
+    step (and an eighth of the coupling tolerance), and the outcome has a certificate. RunError
+    names component, variable and time; the results up to there are then on disk, as they are after
     KeyboardInterrupt.
     """
     if isinstance(system, System):
         system = prepare(system, build_directory=build_directory, tell=tell)
+    if check:
+        return _checked(system, results=results, observers=observers, progress=progress)
     begun = clock.perf_counter()
     path = None if results is None else Path(results)
     settings = system.system.simulation
@@ -128,5 +144,36 @@ def run(
                 except RunError as error:
                     note = f"{error.remedy}; results up to there are in {path}".lstrip("; ")
                     raise RunError(error.message, note) from error
-        energy, steps = master.energy, master.steps
-    return Outcome(system, path, steps, clock.perf_counter() - begun, energy)
+        return Outcome(
+            prepared=system,
+            path=path,
+            steps=master.steps,
+            wall_time=clock.perf_counter() - begun,
+            energy=master.energy,
+            notes=master.notes,
+            order=master.order,
+            rejected=master.rejected,
+        )
+
+
+def _checked(
+    prepared: Prepared,
+    *,
+    results: str | Path | None,
+    observers: Sequence[Observer],
+    progress: Progress | None,
+) -> Outcome:
+    """A run with the certificate that a second run at half the step gives it."""
+    system = prepared.system
+    settings = system.simulation
+    tolerance = settings.coupling_tolerance
+    trace, finer_trace = Trace(), Trace()
+    outcome = run(prepared, results=results, observers=[*observers, trace], progress=progress)
+    finer = system.changed(
+        step_size=settings.step_size / 2,
+        output_interval=settings.output_interval or settings.step_size,
+        coupling_tolerance=None if tolerance is None else tolerance / 8,
+    )
+    run(replace(prepared, system=finer), observers=[finer_trace], progress=progress)
+    found = certificate(trace, finer_trace, system.connections, outcome.order)
+    return replace(outcome, certificate=found)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Literal
 
 import networkx as nx
@@ -29,6 +30,14 @@ class Transfer:
 
 
 @dataclass(frozen=True)
+class Loop:
+    """Inputs and outputs that depend on one another within an instant: to be solved together."""
+
+    sets: tuple[Transfer, ...]
+    gets: tuple[Transfer, ...]
+
+
+@dataclass(frozen=True)
 class Structure:
     """What follows from the wiring.
 
@@ -37,14 +46,19 @@ class Structure:
     `delayed` the links that go against it all the same.
     """
 
-    initial: tuple[Transfer, ...]
-    exchange: tuple[Transfer, ...]
+    initial: tuple[Transfer | Loop, ...]
+    exchange: tuple[Transfer | Loop, ...]
     sweep: tuple[str, ...]
     delayed: tuple[Link, ...]
 
 
-def analyse(descriptions: Mapping[str, Description], wiring: Wiring) -> Structure:
-    """The structure of a system; RunError naming the variables if it has an algebraic loop."""
+def analyse(
+    descriptions: Mapping[str, Description], wiring: Wiring, *, solves_loops: bool = False
+) -> Structure:
+    """The structure of a system.
+
+    RunError naming the variables if it has an algebraic loop, unless the algorithm `solves_loops`.
+    """
 
     def now(port: Port) -> frozenset[str]:
         return descriptions[port.component].dependencies[port.variable]
@@ -52,13 +66,14 @@ def analyse(descriptions: Mapping[str, Description], wiring: Wiring) -> Structur
     def initially(port: Port) -> frozenset[str]:
         return descriptions[port.component].initial_dependencies[port.variable]
 
+    order = partial(_order, descriptions, solves_loops)
     needed = _with_derivatives(descriptions, wiring.links)
     everything = (*wiring.initial_links, *wiring.links)
     sources = dict.fromkeys(link.source for link in everything)
     sweep, delayed = sweep_order(descriptions, wiring.links)
     return Structure(
-        initial=_order(descriptions, everything, sources, initially, "at initialisation"),
-        exchange=_order(descriptions, wiring.links, needed, now, "at communication points"),
+        initial=order(everything, sources, initially, "at initialisation"),
+        exchange=order(wiring.links, needed, now, "at communication points"),
         sweep=sweep,
         delayed=delayed,
     )
@@ -113,11 +128,12 @@ def sweep_order(
 
 def _order(
     descriptions: Mapping[str, Description],
+    solves_loops: bool,
     links: Sequence[Link],
     outputs: Iterable[Port],
     depends: Callable[[Port], frozenset[str]],
     when: str,
-) -> tuple[Transfer, ...]:
+) -> tuple[Transfer | Loop, ...]:
     """Rounds of gets and sets in which each value is carried over when it is final."""
     driven = {link.target: link.source for link in links}
     graph: nx.DiGraph = nx.DiGraph()
@@ -128,16 +144,32 @@ def _order(
             if known in driven:
                 graph.add_edge(known, output)
     graph.add_edges_from((source, target) for target, source in driven.items())
-    _refuse_loops(descriptions, graph, when)
+    if not solves_loops:
+        _refuse_loops(descriptions, graph, when)
+    steps: list[Transfer | Loop] = []
     transfers: list[Transfer] = []
-    for ports in nx.topological_generations(graph):
+    knots = nx.condensation(graph)
+    for generation in nx.topological_generations(knots):
         # a generation is all inputs or outputs that wait for nothing but earlier generations
-        by_call: dict[tuple[Literal["get", "set"], str], list[str]] = {}
-        for port in sorted(ports):
-            action: Literal["get", "set"] = "set" if port in driven else "get"
-            by_call.setdefault((action, port.component), []).append(port.variable)
-        transfers += [Transfer(a, c, tuple(names)) for (a, c), names in by_call.items()]
-    return _merged(transfers)
+        members = [knots.nodes[knot]["members"] for knot in generation]
+        single = [port for ports in members if len(ports) == 1 for port in ports]
+        transfers += _transfers(single, driven)
+        for ports in members:
+            if len(ports) > 1:
+                calls = _transfers(ports, driven)
+                steps += _merged(transfers)
+                transfers = []
+                sets, gets = ([t for t in calls if t.action == a] for a in ("set", "get"))
+                steps.append(Loop(tuple(sets), tuple(gets)))
+    return (*steps, *_merged(transfers))
+
+
+def _transfers(ports: Iterable[Port], driven: Mapping[Port, Port]) -> list[Transfer]:
+    by_call: dict[tuple[Literal["get", "set"], str], list[str]] = {}
+    for port in sorted(ports):
+        action: Literal["get", "set"] = "set" if port in driven else "get"
+        by_call.setdefault((action, port.component), []).append(port.variable)
+    return [Transfer(a, c, tuple(names)) for (a, c), names in by_call.items()]
 
 
 def _merged(transfers: list[Transfer]) -> tuple[Transfer, ...]:

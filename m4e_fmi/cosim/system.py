@@ -17,7 +17,11 @@ from pydantic import Field
 from m4e_fmi.document import Document, Location, Section
 from m4e_fmi.errors import InputError, Problem, suggestion
 
-ALGORITHMS = ("gauss_seidel", "jacobi")
+ALGORITHMS = ("gauss_seidel", "corrector", "implicit", "jacobi")
+ADAPTIVE = ("corrector",)
+"""Those that can choose their steps by a coupling tolerance."""
+SOLVES_LOOPS = ("implicit",)
+"""Those that solve algebraic loops."""
 KIND_GROUP = "m4e_fmi.fmus"
 SECOND = 1_000_000_000
 """Nanoseconds, in which the master counts time."""
@@ -66,7 +70,8 @@ class Simulation:
 
     `step_size` is the time between communication points; `output_interval`, a multiple of it, the
     time between rows of the results (None: every point). `tolerance` (relative) is handed to the
-    FMUs that integrate with error control; None leaves them their own.
+    FMUs that integrate with error control; None leaves them their own. `coupling_tolerance`
+    (relative) makes the steps adaptive, none larger than `step_size`: None keeps them fixed.
     """
 
     stop_time: float
@@ -75,6 +80,7 @@ class Simulation:
     output_interval: float | None = None
     start_time: float = 0.0
     tolerance: float | None = None
+    coupling_tolerance: float | None = None
 
     def __post_init__(self) -> None:
         problems = [Problem(message, remedy) for _, message, remedy in _simulation_problems(self)]
@@ -150,6 +156,7 @@ class _SimulationSection(Section):
     output_interval: float | None = None
     start_time: float = 0.0
     tolerance: float | None = None
+    coupling_tolerance: float | None = None
 
 
 class _SystemSection(Section):
@@ -227,9 +234,14 @@ def _simulation_problems(
             text = f"output_interval {interval:g} s is not a multiple of step_size {step:g} s"
             remedy = f"take {max(1, round(count)) * step:g} s, or leave it out"
             found.append(("output_interval", text, remedy))
-    if simulation.tolerance is not None and not 0 < simulation.tolerance < 1:
-        text = f"tolerance {simulation.tolerance:g}: expected a number between 0 and 1"
-        found.append(("tolerance", text, "1e-6 is usual"))
+    for key in ("tolerance", "coupling_tolerance"):
+        tolerance = getattr(simulation, key)
+        if tolerance is not None and not 0 < tolerance < 1:
+            text = f"{key} {tolerance:g}: expected a number between 0 and 1"
+            found.append((key, text, "1e-6 is usual"))
+    if simulation.coupling_tolerance is not None and simulation.algorithm not in ADAPTIVE:
+        text = f"{simulation.algorithm} does not estimate its error, which coupling_tolerance needs"
+        found.append(("coupling_tolerance", text, f"choose algorithm: {' or '.join(ADAPTIVE)}"))
     if simulation.algorithm not in ALGORITHMS:
         text = f"unknown algorithm {simulation.algorithm!r}"
         found.append(("algorithm", text, suggestion(simulation.algorithm, ALGORITHMS)))

@@ -14,6 +14,9 @@ if TYPE_CHECKING:
     from m4e_fmi.simulate import Simulation
 
 
+_UNCHECKED = "coupling error not estimated: --check runs once more, at half the step"
+
+
 def run_summary(outcome: Outcome) -> str:
     """Power, extremes, steps, time and energy balance of a run that wrote results."""
     loaded = outcome.results()
@@ -22,7 +25,9 @@ def run_summary(outcome: Outcome) -> str:
     factor = span / outcome.wall_time if outcome.wall_time else float("inf")
     lines = [
         f"simulated {span:g} s in {outcome.wall_time:.1f} s ({factor:.1f} × real time): "
-        f"{outcome.steps} steps of {settings.step_size:g} s, {settings.algorithm}",
+        f"{outcome.steps} steps of {_sizes(outcome)}, {settings.algorithm}",
+        *(f"  {note}" for note in outcome.notes),
+        f"  {outcome.certificate or _UNCHECKED}",
         *_extremes(loaded),
     ]
     if outcome.energy:
@@ -35,6 +40,13 @@ def run_summary(outcome: Outcome) -> str:
             for bond in outcome.energy
         ]
     return "\n".join(lines)
+
+
+def _sizes(outcome: Outcome) -> str:
+    settings = outcome.prepared.system.simulation
+    if settings.coupling_tolerance is None:
+        return f"{settings.step_size:g} s"
+    return f"up to {settings.step_size:g} s, {outcome.rejected} made again"
 
 
 def _extremes(results: Results) -> list[str]:

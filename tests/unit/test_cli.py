@@ -247,9 +247,10 @@ def test_models_in_other_forms(here, capsys):
 
 def test_run_writes_results_picture_and_summary(here, capsys):
     arguments = ["run", str(FLEXIBLE / "system.yaml"), "--stop-time", "0.5", "--step-size", "0.005"]
-    assert main([*arguments, "--start-value", "body.M", "9e4"]) == 0
+    assert main([*arguments, "--start-value", "body.M", "9e4", "--check"]) == 0
     text = capsys.readouterr().out
     assert "100 steps of 0.005 s" in text
+    assert "largest coupling error" in text
     assert "body.end <-> line.end" in text
     for name in ("flexible_pendulum.nc", "flexible_pendulum.png"):
         assert (here / "build" / name).stat().st_size > 1000

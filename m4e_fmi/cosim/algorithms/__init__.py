@@ -13,7 +13,9 @@ from typing import Protocol
 
 import numpy as np
 
+from m4e_fmi.cosim.algorithms.corrector import corrector
 from m4e_fmi.cosim.algorithms.gauss_seidel import GaussSeidel
+from m4e_fmi.cosim.algorithms.implicit import Implicit
 from m4e_fmi.cosim.algorithms.jacobi import Jacobi
 from m4e_fmi.cosim.network import Network
 
@@ -26,12 +28,42 @@ class Algorithm(Protocol):
         """Values held at the network's inputs during the last step, in their order."""
         ...
 
+    @property
+    def order(self) -> int:
+        """The power of the step with which the error falls, at least."""
+        ...
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What it does without because an FMU cannot, one line each."""
+        ...
+
     def step(self, time: float, size: float) -> None:
         """Step all components from `time` by `size` [s]."""
         ...
 
 
+class Returning(Algorithm, Protocol):
+    """An algorithm that can take its step back, and so can have its step chosen."""
+
+    @property
+    def change(self) -> np.ndarray:
+        """What the last pass changed in the exchanged outputs at the end of the step."""
+        ...
+
+    @property
+    def end(self) -> np.ndarray:
+        """The exchanged outputs at the end of the step."""
+        ...
+
+    def undo(self) -> None:
+        """Return all components to the start of the step."""
+        ...
+
+
 ALGORITHMS: dict[str, Callable[[Network], Algorithm]] = {
+    "corrector": corrector,
     "gauss_seidel": GaussSeidel,
+    "implicit": Implicit,
     "jacobi": Jacobi,
 }

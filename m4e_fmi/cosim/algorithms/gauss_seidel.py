@@ -52,6 +52,8 @@ class GaussSeidel:
 
     def __init__(self, network: Network) -> None:
         self.held = np.zeros_like(network.inputs)
+        self.notes: tuple[str, ...] = ()
+        self.order = 2
         self._last = 0.0
         self._prepared = (0.0, 0.0)
         order = network.sweep

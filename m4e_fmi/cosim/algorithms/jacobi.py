@@ -17,6 +17,8 @@ class Jacobi:
     def __init__(self, network: Network) -> None:
         self._inputs = network.inputs
         self._steps = tuple(network.stepper(name) for name in network.instances)
+        self.notes: tuple[str, ...] = ()
+        self.order = 1
         self.held = np.zeros_like(network.inputs)
 
     def step(self, time: float, size: float) -> None:

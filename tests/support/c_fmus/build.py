@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import zipfile
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
@@ -76,15 +77,23 @@ PARTNER = (
     STIFFNESS,
     parameter("coupling", "N/m", 1.0),
     DAMPING,
+    parameter("wall_damping", "N.s/m", 0.0),
     *end(moves=False),
     V("end.force_x", "N", "output", needs=END),
     V("x", "m", "output", 0.0, initial="exact"),
     V("vx", "m/s", "output", 0.0, rate_of="x", initial="exact"),
 )
-MOVING_PARTNER = (*PARTNER[:4], *end(moves=True), *PARTNER[6:])
+MOVING_PARTNER = (*PARTNER[:5], *end(moves=True), *PARTNER[7:])
 SPRING = (STIFFNESS, DAMPING, *end(moves=False), V("end.force_x", "N", "output", needs=END))
 BLIND_SPRING = (*SPRING[:-1], V("end.force_x", "N", "output", needs=None))
 """Declares no dependencies, as the FMUs of some tools."""
+ADDED_MASS = (
+    parameter("added", "kg", 0.0),
+    STIFFNESS,
+    V("end.x", "m", "input", 0.0),
+    V("end.ax", "m/s2", "input", 0.0),
+    V("end.force_x", "N", "output", needs=("end.x", "end.ax")),
+)
 MM_SPRING = (STIFFNESS, DAMPING, V("end.x", "mm", "input", 0.0), *SPRING[3:])
 DAMPER = (
     parameter("stiffness", "N/m", 0.0),
@@ -116,6 +125,7 @@ MODELS: dict[str, tuple[str, tuple[V, ...]]] = {
     "blind_spring": ("spring.c", BLIND_SPRING),
     "damper": ("spring.c", DAMPER),
     "mm_spring": ("spring.c", MM_SPRING),
+    "added_mass": ("added_mass.c", ADDED_MASS),
     "line": ("line.c", LINE),
     "stage": ("stage.c", STAGE),
     "integrator": ("integrator.c", INTEGRATOR),
@@ -124,23 +134,34 @@ MODELS: dict[str, tuple[str, tuple[V, ...]]] = {
 }
 
 
+OPTIONS = {
+    "state": ("STATE", 'canGetAndSetFMUstate="true"'),
+    "inputs": ("INPUTS", 'canInterpolateInputs="true"'),
+    "jacobian": ("JACOBIAN", 'providesDirectionalDerivative="true"'),
+}
+"""What an FMU can do besides: flag of the compiler and attribute of the description."""
+
+
 def build(name: str, folder: Path) -> Path:
-    """The FMU of the model `name`, in `folder`."""
-    source, variables = MODELS[name]
+    """The FMU ``model`` or ``model+option+option`` of MODELS and OPTIONS, in `folder`."""
+    model, *options = name.split("+")
+    source, variables = MODELS[model]
+    name = "_".join([model, *options])
     library = folder / (name + fmpy.sharedLibraryExtension)
     headers = Path(fmpy.__file__).parent / "c-code"
-    flags = ["-DMOVES"] if name == "moving_partner" else []
+    flags = ["-DMOVES"] if model == "moving_partner" else []
+    flags += [f"-D{OPTIONS[option][0]}" for option in options]
     command = ["cc", "-O1", "-shared", "-fPIC", "-w", f"-I{headers}", f"-I{HERE}"]
     command += [f'-DMODEL="{source}"', *flags, str(HERE / "shell.c"), "-lm", "-o", str(library)]
     subprocess.run(command, check=True)
     fmu = folder / f"{name}.fmu"
     with zipfile.ZipFile(fmu, "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr("modelDescription.xml", describe(name, variables))
+        archive.writestr("modelDescription.xml", describe(name, variables, options))
         archive.write(library, f"binaries/{fmpy.platform}/{library.name}")
     return fmu
 
 
-def describe(name: str, variables: tuple[V, ...]) -> str:
+def describe(name: str, variables: tuple[V, ...], options: Sequence[str] = ()) -> str:
     """The model description; value references count from 0 in the order of the variables."""
     index = {v.name: str(k) for k, v in enumerate(variables, 1)}
     units = "".join(f'<Unit name="{u}"><BaseUnit {e}/></Unit>' for u, e in UNITS.items())
@@ -154,7 +175,9 @@ def describe(name: str, variables: tuple[V, ...]) -> str:
     return (
         '<?xml version="1.0" encoding="UTF-8"?>'
         f'<fmiModelDescription fmiVersion="2.0" modelName="{name}" guid="{name}">'
-        f'<CoSimulation modelIdentifier="{name}" canHandleVariableCommunicationStepSize="true"/>'
+        f'<CoSimulation modelIdentifier="{name}" canHandleVariableCommunicationStepSize="true" '
+        + " ".join(OPTIONS[option][1] for option in options)
+        + "/>"
         f"<UnitDefinitions>{units}</UnitDefinitions><ModelVariables>"
         + "".join(_scalar(k, v, index) for k, v in enumerate(variables))
         + f"</ModelVariables><ModelStructure><Outputs>{listed(outputs)}</Outputs>"

@@ -3,7 +3,8 @@
  * The model defines N (number of Real variables, whose value references are 0 .. N-1), `start`
  * values, `update` (outputs from states and inputs; in initialization mode too) and `advance` (one
  * step; returns a status). Everything else of FMI answers "not supported", but is there, because
- * FMPy resolves all functions.
+ * FMPy resolves all functions. STATE, INPUTS and JACOBIAN add what some FMUs can do: save and restore
+ * their state, follow inputs that are polynomials of time (`at`), tell directional derivatives.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -13,6 +14,7 @@
 
 typedef struct {
     double *r;      /* Real variables */
+    double *d1, *d2; /* first and second time derivatives of inputs during a step */
     double t;       /* s */
     int stale;      /* outputs do not fit inputs and states */
     int running;    /* initialization mode or later */
@@ -22,6 +24,11 @@ typedef struct {
 } Model;
 
 #define SAY(m, status, ...) (m)->log((m)->environment, (m)->name, status, "logStatus", __VA_ARGS__)
+
+/* Variable i, s after the start of a step. */
+static double at(const Model *m, int i, double s) {
+    return m->r[i] + s * m->d1[i] + s * s / 2 * m->d2[i];
+}
 
 typedef void (*Rates)(const Model *m, double s, const double *x, double *dx);
 
@@ -53,6 +60,8 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
     Model *m = calloc(1, sizeof *m);
     m->r = malloc(sizeof start);
     memcpy(m->r, start, sizeof start);
+    m->d1 = calloc(N, sizeof(double));
+    m->d2 = calloc(N, sizeof(double));
     m->environment = functions->componentEnvironment;
     m->log = functions->logger;
     m->stale = 1;
@@ -60,7 +69,13 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
     return m;
 }
 
-void fmi2FreeInstance(fmi2Component c) { free(((Model *)c)->r); free(c); }
+void fmi2FreeInstance(fmi2Component c) {
+    Model *m = c;
+    free(m->r);
+    free(m->d1);
+    free(m->d2);
+    free(m);
+}
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean d, fmi2Real tol, fmi2Real t0, fmi2Boolean e, fmi2Real t1) { ((Model *)c)->t = t0; return fmi2OK; }
 fmi2Status fmi2EnterInitializationMode(fmi2Component c) { ((Model *)c)->running = 1; return fmi2OK; }
 fmi2Status fmi2ExitInitializationMode(fmi2Component c) { return fmi2OK; }
@@ -84,6 +99,10 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n,
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_undo) {
     Model *m = c;
     fmi2Status status = advance(m, t, h);
+    for (int i = 0; i < N; i++) {
+        if (m->d1[i] || m->d2[i]) m->r[i] = at(m, i, h);
+        m->d1[i] = m->d2[i] = 0;
+    }
     m->t = t + h;
     m->stale = 1;
     return status;
@@ -96,14 +115,9 @@ NOT_SUPPORTED(fmi2GetString, fmi2Component c, const fmi2ValueReference vr[], siz
 NOT_SUPPORTED(fmi2SetInteger, fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Integer v[])
 NOT_SUPPORTED(fmi2SetBoolean, fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Boolean v[])
 NOT_SUPPORTED(fmi2SetString, fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2String v[])
-NOT_SUPPORTED(fmi2GetFMUstate, fmi2Component c, fmi2FMUstate *s)
-NOT_SUPPORTED(fmi2SetFMUstate, fmi2Component c, fmi2FMUstate s)
-NOT_SUPPORTED(fmi2FreeFMUstate, fmi2Component c, fmi2FMUstate *s)
 NOT_SUPPORTED(fmi2SerializedFMUstateSize, fmi2Component c, fmi2FMUstate s, size_t *n)
 NOT_SUPPORTED(fmi2SerializeFMUstate, fmi2Component c, fmi2FMUstate s, fmi2Byte b[], size_t n)
 NOT_SUPPORTED(fmi2DeSerializeFMUstate, fmi2Component c, const fmi2Byte b[], size_t n, fmi2FMUstate *s)
-NOT_SUPPORTED(fmi2GetDirectionalDerivative, fmi2Component c, const fmi2ValueReference z[], size_t nz, const fmi2ValueReference v[], size_t nv, const fmi2Real dv[], fmi2Real dz[])
-NOT_SUPPORTED(fmi2SetRealInputDerivatives, fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Integer o[], const fmi2Real v[])
 NOT_SUPPORTED(fmi2GetRealOutputDerivatives, fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Integer o[], fmi2Real v[])
 NOT_SUPPORTED(fmi2CancelStep, fmi2Component c)
 NOT_SUPPORTED(fmi2GetStatus, fmi2Component c, const fmi2StatusKind k, fmi2Status *v)
@@ -111,3 +125,59 @@ NOT_SUPPORTED(fmi2GetRealStatus, fmi2Component c, const fmi2StatusKind k, fmi2Re
 NOT_SUPPORTED(fmi2GetIntegerStatus, fmi2Component c, const fmi2StatusKind k, fmi2Integer *v)
 NOT_SUPPORTED(fmi2GetBooleanStatus, fmi2Component c, const fmi2StatusKind k, fmi2Boolean *v)
 NOT_SUPPORTED(fmi2GetStringStatus, fmi2Component c, const fmi2StatusKind k, fmi2String *v)
+
+#ifdef STATE
+fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *s) {
+    Model *m = c;
+    double *kept = *s ? *s : malloc((N + 2) * sizeof(double));
+    memcpy(kept, m->r, N * sizeof(double));
+    kept[N] = m->t;
+    kept[N + 1] = m->stale;
+    *s = kept;
+    return fmi2OK;
+}
+fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate s) {
+    Model *m = c;
+    double *kept = s;
+    memcpy(m->r, kept, N * sizeof(double));
+    m->t = kept[N];
+    m->stale = (int)kept[N + 1];
+    return fmi2OK;
+}
+fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *s) {
+    free(*s);
+    *s = NULL;
+    return fmi2OK;
+}
+#else
+NOT_SUPPORTED(fmi2GetFMUstate, fmi2Component c, fmi2FMUstate *s)
+NOT_SUPPORTED(fmi2SetFMUstate, fmi2Component c, fmi2FMUstate s)
+NOT_SUPPORTED(fmi2FreeFMUstate, fmi2Component c, fmi2FMUstate *s)
+#endif
+
+#ifdef INPUTS
+fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Integer o[], const fmi2Real v[]) {
+    Model *m = c;
+    for (size_t i = 0; i < n; i++) (o[i] == 1 ? m->d1 : m->d2)[vr[i]] = v[i];
+    return fmi2OK;
+}
+#else
+NOT_SUPPORTED(fmi2SetRealInputDerivatives, fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Integer o[], const fmi2Real v[])
+#endif
+
+#ifdef JACOBIAN
+/* All models but those with products of variables are linear in their inputs: a difference is exact. */
+fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference z[], size_t nz, const fmi2ValueReference v[], size_t nv, const fmi2Real dv[], fmi2Real dz[]) {
+    Model *m = c;
+    double kept[N];
+    update(m);
+    memcpy(kept, m->r, sizeof kept);
+    for (size_t i = 0; i < nv; i++) m->r[v[i]] += dv[i];
+    update(m);
+    for (size_t i = 0; i < nz; i++) dz[i] = m->r[z[i]] - kept[z[i]];
+    memcpy(m->r, kept, sizeof kept);
+    return fmi2OK;
+}
+#else
+NOT_SUPPORTED(fmi2GetDirectionalDerivative, fmi2Component c, const fmi2ValueReference z[], size_t nz, const fmi2ValueReference v[], size_t nv, const fmi2Real dv[], fmi2Real dz[])
+#endif

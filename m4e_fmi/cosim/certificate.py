@@ -1,0 +1,87 @@
+"""How far the coupling is off: the run compared with one at half the step.
+
+Two runs of order p, y at the step H and z at H/2, differ by most of the error of the first:
+
+    error of y = |y − z| · 2^p/(2^p − 1),     error of z = |y − z|/(2^p − 1)
+
+The largest over the run, at the communication points of the first, is told for each connection,
+relative to the range: how far the values of any exchanged output of that unit have been apart. This
+is the error of the coupling alone; each FMU's own error is the same in both runs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from m4e_fmi.cosim.connect import Port
+from m4e_fmi.cosim.network import Network
+from m4e_fmi.cosim.system import SECOND
+
+
+@dataclass(frozen=True)
+class CouplingError:
+    """The largest error over the range of one connection, and the output that has it."""
+
+    connection: str
+    source: Port
+    error: float
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """Estimated coupling errors of a run, the largest first, and what half the step would give."""
+
+    errors: tuple[CouplingError, ...]
+    factor: float
+
+    def __str__(self) -> str:
+        if not self.errors:
+            return "no coupling, no coupling error"
+        worst = self.errors[0]
+        return (
+            f"largest coupling error {worst.error:.1e} of range, at {worst.source} "
+            f"({worst.connection}); halve the step for {worst.error / self.factor:.1e}"
+        )
+
+
+class Trace:
+    """An observer that keeps the sources of all connections, in the units of their FMUs."""
+
+    def __init__(self) -> None:
+        self.points: dict[int, np.ndarray] = {}
+        self.network: Network | None = None
+        self._places = np.zeros(0, dtype=np.intp)
+
+    def __call__(self, time: float, network: Network) -> None:
+        if self.network is None:
+            self.network = network
+            self._places = np.array([network.index(k.source) for k in network.links], dtype=np.intp)
+        self.points[round(time * SECOND)] = network.values[self._places]
+
+
+def certificate(run: Trace, finer: Trace, connections: Sequence[str], order: float) -> Certificate:
+    """The certificate of a run by another, whose error is smaller by 2^`order`."""
+    network = run.network
+    assert network is not None
+    factor = 2.0**order
+    common = [time for time in run.points if time in finer.points]
+    first = np.array([run.points[time] for time in common])
+    second = np.array([finer.points[time] for time in common])
+    off = np.abs(first - second).max(axis=0) * factor / (factor - 1)
+    ranges = np.ptp(second, axis=0)
+    units = [network.unit(link.source) for link in network.links]
+    of_unit: dict[str, float] = {}
+    for unit, span in zip(units, ranges.tolist(), strict=True):
+        of_unit[unit] = max(span, of_unit.get(unit, 0.0))
+    largest: dict[int, CouplingError] = {}
+    for link, unit, error in zip(network.links, units, off.tolist(), strict=True):
+        relative = error / of_unit[unit] if of_unit[unit] else 0.0
+        known = largest.get(link.connection)
+        if known is None or relative > known.error:
+            text = connections[link.connection]
+            largest[link.connection] = CouplingError(text, link.source, relative)
+    ordered = sorted(largest.values(), key=lambda found: -found.error)
+    return Certificate(tuple(ordered), factor)

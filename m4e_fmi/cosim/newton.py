@@ -1,0 +1,163 @@
+"""Quasi-Newton iteration on values that FMUs exchange, and the algebraic loops it closes.
+
+The Jacobian is found once (by directional derivatives, where FMUs offer them, or by differences)
+and kept from one instant to the next; each iteration improves it by Broyden's rank-one update, and
+where that is not enough it is found anew. What does not converge is an error, never a result.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from m4e_fmi.cosim.connect import Port
+from m4e_fmi.cosim.instance import WARNING, Instance
+from m4e_fmi.cosim.structure import Loop
+from m4e_fmi.errors import RunError
+
+TOLERANCE = 1e-9
+"""Residual over the scale of its variable at which an iteration has converged."""
+ITERATIONS, RENEWALS = 12, 3
+"""Iterations with one Jacobian, and Jacobians found anew, before it is given up."""
+DIFFERENCE = 1e-6
+"""Step of a difference, over the scale of the variable."""
+
+Residual = Callable[[np.ndarray], np.ndarray]
+Jacobian = Callable[[np.ndarray, np.ndarray], np.ndarray]
+"""Unknowns x and the residual there → matrix of its derivatives."""
+
+
+class NotConvergedError(Exception):
+    """The iteration failed; `worst` is the index of the largest residual, `size` its scaled one."""
+
+    def __init__(self, worst: int, size: float) -> None:
+        super().__init__(f"residual {size:.3g} at unknown {worst}")
+        self.worst = worst
+        self.size = size
+
+
+class QuasiNewton:
+    """Solves residual(x) = 0 again and again, with a Jacobian that it keeps; `forget` drops it."""
+
+    def __init__(self) -> None:
+        self._matrix: np.ndarray | None = None
+
+    def forget(self) -> None:
+        self._matrix = None
+
+    def solve(
+        self, residual: Residual, jacobian: Jacobian, x: np.ndarray, scale: np.ndarray
+    ) -> np.ndarray:
+        """The zero near `x`; `scale` are magnitudes of the unknowns and residuals.
+
+        The last call of `residual` is the one at the zero. NotConvergedError if there is none.
+        """
+        r = residual(x)
+        size = 0.0
+        for _ in range(RENEWALS):
+            for _ in range(ITERATIONS):
+                size = float(np.abs(r / scale).max(initial=0.0))
+                if size <= TOLERANCE:
+                    return x
+                if self._matrix is None:
+                    self._matrix = jacobian(x, r) * scale / scale[:, None]
+                    r = residual(x)
+                way = np.linalg.lstsq(self._matrix, -r / scale, rcond=None)[0]
+                if not np.isfinite(way).all():
+                    break
+                x = x + way * scale
+                before, r = r, residual(x)
+                missed = (r - before) / scale - self._matrix @ way
+                self._matrix += np.outer(missed, way) / max(float(way @ way), 1e-300)
+            self.forget()
+        raise NotConvergedError(int(np.abs(r / scale).argmax()), size)
+
+
+class AlgebraicLoop:
+    """Inputs and outputs that depend on one another within an instant.
+
+    `outputs` and `inputs` are the ports, `solve` finds values for both; the FMUs then have them.
+    """
+
+    def __init__(
+        self, instances: Mapping[str, Instance], loop: Loop, sources: Mapping[Port, Port]
+    ) -> None:
+        self._instances = instances
+        self.inputs = [Port(t.component, name) for t in loop.sets for name in t.variables]
+        self.outputs = [Port(t.component, name) for t in loop.gets for name in t.variables]
+        self.input_values = np.zeros(len(self.inputs))
+        self.output_values = np.zeros(len(self.outputs))
+        self._source = [self.outputs.index(sources[port]) for port in self.inputs]
+        self._first = _calls(instances, loop.sets, self.input_values, "getter")
+        self._set = _calls(instances, loop.sets, self.input_values, "setter")
+        self._get = _calls(instances, loop.gets, self.output_values, "getter")
+        self._newton = QuasiNewton()
+        self._started = False
+
+    def solve(self) -> None:
+        """Bring inputs and outputs into agreement; RunError naming a variable if that fails."""
+        if not self._started:
+            self._first()
+            self._started = True
+        guess = self.input_values.copy()
+        scale = np.maximum(np.abs(guess), 1.0)
+        try:
+            self._newton.solve(self._residual, self._jacobian, guess, scale)
+        except NotConvergedError as failure:
+            port = self.inputs[failure.worst]
+            time = self._instances[port.component].time
+            raise RunError(
+                f"the algebraic loop through {port} at t = {time:.9g} s has no solution that could "
+                f"be found: {failure.size:.3g} of its value is left",
+                "check the start values and the signs of the connections",
+            ) from failure
+
+    def _residual(self, x: np.ndarray) -> np.ndarray:
+        self.input_values[:] = x
+        self._set()
+        self._get()
+        if not np.isfinite(self.output_values).all():
+            port = self.outputs[int(np.argmin(np.isfinite(self.output_values)))]
+            instance = self._instances[port.component]
+            instance.not_finite([port.variable], np.array([np.nan]))
+        return self.output_values[self._source] - x
+
+    def _jacobian(self, x: np.ndarray, r: np.ndarray) -> np.ndarray:
+        matrix = np.zeros((len(x), len(x)))
+        for column, port in enumerate(self.inputs):
+            instance = self._instances[port.component]
+            if not instance.description.directional_derivatives:
+                delta = DIFFERENCE * max(abs(float(x[column])), 1.0)
+                moved = x.copy()
+                moved[column] += delta
+                matrix[:, column] = (self._residual(moved) - r) / delta
+                continue
+            for row, source in enumerate(self._source):
+                output = self.outputs[source]
+                if output.component == port.component:
+                    pair = (output.variable, port.variable)
+                    matrix[row, column] = instance.directional_derivative(*pair)
+            matrix[column, column] -= 1.0
+        return matrix
+
+
+def _calls(
+    instances: Mapping[str, Instance], transfers: Sequence, values: np.ndarray, kind: str
+) -> Callable[[], None]:
+    """One action for several gets or sets of consecutive parts of `values`."""
+    calls, start = [], 0
+    for transfer in transfers:
+        instance = instances[transfer.component]
+        view = values[start : start + len(transfer.variables)]
+        start += len(transfer.variables)
+        calls.append((instance, getattr(instance, kind)(transfer.variables, view)))
+    function = "fmi2SetReal" if kind == "setter" else "fmi2GetReal"
+
+    def act() -> None:
+        for instance, call in calls:
+            status = call()
+            if status > WARNING:
+                instance.fail(status, function)
+
+    return act

@@ -1,0 +1,96 @@
+"""The size of the next step, from the error estimated in the last: adaptive communication steps.
+
+An algorithm that can go back tells in `change` what its last pass changed in the outputs. That,
+over the *scale* of the output, is held below a tolerance: a step that exceeds it is taken back and
+made again, smaller. The scale is the largest magnitude that any exchanged output of the same unit
+has had, so that a signal near zero among large ones does not count for more than it is worth.
+
+The change falls with the third power of the step, so the next step is the last one times
+0.9 (tolerance/error)^(1/3), but at most doubled, at least a fifth, and not larger right after a
+rejection. Steps never exceed the `step_size` of the simulation.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from m4e_fmi.cosim.network import Network
+from m4e_fmi.errors import RunError
+
+SMALLEST = 1e-6
+"""Smallest step, as a share of `step_size`."""
+SAFETY, ORDER, LEAST, MOST = 0.9, 3, 0.2, 2.0
+
+
+class StepControl:
+    """Chooses steps for a relative `tolerance`; sizes are in nanoseconds, `largest` the first."""
+
+    def __init__(self, network: Network, tolerance: float, largest: int) -> None:
+        self._network = network
+        self._tolerance = tolerance
+        self._largest = largest
+        self._smallest = max(1, round(SMALLEST * largest))
+        self.size = largest
+        self.rejected = 0
+        self._just_rejected = False
+        sources = {network.index(link.source) for link in network.links}
+        self._sources = np.array(sorted(sources), dtype=np.intp)
+        self._scale = Scale(network, self._sources)
+
+    def accepts(self, change: np.ndarray, end: np.ndarray, size: int) -> bool:
+        """Whether a step of `size` [ns] may stand, and the size of the next one.
+
+        `change` and `end` are the changes and values of all exchanged outputs at its end. RunError
+        naming the output if the smallest step is not small enough.
+        """
+        scale = self._scale.with_values(end)
+        changes = np.abs(change[self._sources])
+        ratios = changes / np.where(scale > 0.0, self._tolerance * scale, 1.0)
+        error = float(ratios.max(initial=0.0))
+        factor = MOST if error == 0.0 else SAFETY * error ** (-1 / ORDER)
+        accepted = error <= 1.0
+        if accepted:
+            self._scale.keep(scale)
+            factor = min(max(factor, LEAST), 1.0 if self._just_rejected else MOST)
+            cut_short = size < self.size and factor >= 1.0  # by the end, or a row of the results
+            wanted = max(size * factor, self.size) if cut_short else size * factor
+        else:
+            self.rejected += 1
+            self._refuse_smallest(ratios, size)
+            wanted = size * min(max(factor, LEAST), SAFETY)
+        self._just_rejected = not accepted
+        self.size = int(min(max(wanted, self._smallest), self._largest))
+        return accepted
+
+    def _refuse_smallest(self, ratios: np.ndarray, size: int) -> None:
+        if size > self._smallest:
+            return
+        worst = self._network.outputs[self._sources[int(ratios.argmax())]]
+        raise RunError(
+            f"the coupling error of {worst} at t = {self._network.time:.9g} s stays above "
+            f"coupling_tolerance, even with steps of {size / 1e9:.3g} s",
+            "its FMU does not give the same for the same inputs after going back, or it jumps: "
+            "leave coupling_tolerance out, or make it larger",
+        )
+
+
+class Scale:
+    """Largest magnitudes so far of some outputs, `sources`, shared among those of one unit."""
+
+    def __init__(self, network: Network, sources: np.ndarray) -> None:
+        self._sources = sources
+        units = [network.unit(network.outputs[k]) for k in sources]
+        known = sorted(set(units))
+        self._group = np.array([known.index(unit) for unit in units], dtype=np.intp)
+        self._largest = np.zeros(len(known))
+        self.keep(self.with_values(network.values[: len(network.outputs)]))
+
+    def with_values(self, values: np.ndarray) -> np.ndarray:
+        """The scale of each of the outputs if these are `values` of all exchanged ones too."""
+        largest = self._largest.copy()
+        np.maximum.at(largest, self._group, np.abs(values[self._sources]))
+        return largest[self._group]
+
+    def keep(self, scale: np.ndarray) -> None:
+        """Keep what `with_values` has returned."""
+        self._largest[self._group] = scale

@@ -1,0 +1,103 @@
+"""The implicit algorithm: stiff pairs, added mass, algebraic loops, and failure to converge.
+
+Stiff pair: unit masses on springs of 1 N/m and dampers of 0.1 N·s/m, and 10 N/m between them;
+explicit masters are stable below steps of 0.01 to 0.04 s, the best implicit one below 0.74 s. Added
+mass that comes back as a force: explicit masters diverge where it exceeds the mass.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from m4e_fmi.cosim import Component, FmuFile, Network, Simulation, System, run
+from m4e_fmi.errors import RunError
+
+Fmus = Callable[[str], Path]
+OPTIONS = ("+state", "+state+inputs", "+state+jacobian")
+
+
+def largest(system: System, name: str) -> np.ndarray:
+    """Magnitudes of a variable at all communication points."""
+    found: list[float] = []
+    run(system, observers=[lambda _, network: found.append(abs(network.read(name)))])
+    return np.array(found)
+
+
+@pytest.mark.parametrize("step", [0.1, 0.7, 0.74, 1.0, 1.3])
+@pytest.mark.parametrize("options", OPTIONS[:2])
+def test_stiff_pair_is_stable(c_fmu: Fmus, options: str, step: float) -> None:
+    a = Component(
+        "a",
+        FmuFile(c_fmu(f"mass{options}")),
+        {"stiffness": 1.0, "damping": 0.1, "body.m.x": 1.0},
+    )
+    b = Component("b", FmuFile(c_fmu(f"partner{options}")), {"coupling": 10.0, "wall_damping": 0.1})
+    system = System("s", (a, b), ("a.m <-> b.end",), Simulation(200 * step, step, "implicit"))
+    size = largest(system, "a.body.m.x")
+    # the energy decays by exp(-t/20) or more: at steps of half a period, in the mean
+    assert size.max() < 1.05
+    assert size[-20:].max() < 0.5
+    assert size[-20:].max() < size[-120:-100].max()
+
+
+def added_mass(fmus: Fmus, options: str, ratio: float, step: float) -> float:
+    """Error at t = 5 s of a unit mass on a unit spring with added mass exchanged as a force."""
+    a = Component("a", FmuFile(fmus(f"mass{options}")), {"body.m.x": 1.0})
+    b = Component("b", FmuFile(fmus(f"added_mass{options}")), {"added": ratio})
+    values: dict[float, float] = {}
+
+    def observe(t: float, network: Network) -> None:
+        values[t] = network.read("a.body.m.x")
+        if t == 0.0:  # consistent from the start: (m + ma) a = -x
+            assert network.read("a.body.m.ax") == pytest.approx(-1 / (1 + ratio), rel=1e-8)
+
+    links = ("a.m <-> b.end",)
+    run(System("s", (a, b), links, Simulation(5.0, step, "implicit")), observers=[observe])
+    return abs(values[5.0] - float(np.cos(5 / np.sqrt(1 + ratio))))
+
+
+@pytest.mark.parametrize("options", OPTIONS)
+@pytest.mark.parametrize("ratio", [0.1, 0.5, 0.9, 1.1, 2.0, 5.0, 20.0])
+def test_added_mass_of_any_ratio_is_second_order(c_fmu: Fmus, options: str, ratio: float) -> None:
+    coarse, fine = (added_mass(c_fmu, options, ratio, step) for step in (0.1, 0.05))
+    assert coarse < 2e-3
+    assert np.log2(coarse / fine) == pytest.approx(2.0, abs=0.15)
+
+
+def test_an_algebraic_loop_of_stages(c_fmu: Fmus) -> None:
+    # y1 = 3 y2 + t, y2 = 0.5 y1 + t: y1 = -8 t, whose sweeps would diverge
+    a = Component("a", FmuFile(c_fmu("stage+state")), {"gain": 3.0})
+    b = Component("b", FmuFile(c_fmu("stage+state")), {"gain": 0.5})
+    links = ("a.y -> b.u", "b.y -> a.u")
+    seen: dict[float, float] = {}
+
+    def observe(t: float, network: Network) -> None:
+        seen[t] = network.read("a.y")
+
+    system = System("s", (a, b), links, Simulation(1.0, 0.1, "implicit"))
+    run(system, observers=[observe])
+    assert seen == pytest.approx({t: -8 * t for t in seen}, abs=1e-9)
+    with pytest.raises(RunError, match="algebraic loop"):
+        run(system.changed(algorithm="corrector"))
+
+
+def test_a_loop_without_a_solution_is_an_error(c_fmu: Fmus) -> None:
+    # y1 = y2 + t, y2 = y1 + t
+    a = Component("a", FmuFile(c_fmu("stage+state")))
+    b = Component("b", FmuFile(c_fmu("stage+state")))
+    links = ("a.y -> b.u", "b.y -> a.u")
+    system = System("s", (a, b), links, Simulation(1.0, 0.1, "implicit"))
+    with pytest.raises(RunError, match=r"(could not be|that could be) found"):
+        run(system)
+
+
+def test_an_fmu_that_cannot_go_back_is_named(c_fmu: Fmus) -> None:
+    a = Component("a", FmuFile(c_fmu("mass+state")))
+    b = Component("b", FmuFile(c_fmu("partner")))
+    system = System("s", (a, b), ("a.m <-> b.end",), Simulation(1.0, 0.1, "implicit"))
+    with pytest.raises(RunError, match=r"which b cannot\n.*corrector"):
+        run(system)
