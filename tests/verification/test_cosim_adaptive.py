@@ -48,6 +48,11 @@ def fmu_steps(outcome: Outcome) -> int:
     return 4 * (outcome.steps + outcome.rejected) + 2
 
 
+@pytest.mark.verifies(
+    "damped two-mass oscillator by adaptive steps, below 3,300 steps of one FMU",
+    analytic="matrix exponential",
+    tolerance="3e-6",
+)
 @pytest.mark.parametrize("options", ["+state", "+state+inputs"])
 def test_error_and_steps(c_fmu: Fmus, options: str) -> None:
     found, outcome = error(c_fmu, options, 1e-6)

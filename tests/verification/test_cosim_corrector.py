@@ -86,6 +86,11 @@ def orders(case: Case) -> np.ndarray:
 CASES = (force_displacement, displacement_displacement, integrators)
 
 
+@pytest.mark.verifies(
+    "two-mass oscillator by the corrector at H = 0.1 s, third order",
+    analytic="exact solution",
+    tolerance="3e-4",
+)
 @pytest.mark.parametrize("make", CASES)
 @pytest.mark.parametrize("options", ["+state", "+state+inputs"])
 def test_order_and_error(c_fmu: Fmus, make: Callable[[Fmus, str, str], Case], options: str) -> None:

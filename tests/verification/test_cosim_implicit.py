@@ -60,6 +60,11 @@ def added_mass(fmus: Fmus, options: str, ratio: float, step: float) -> float:
     return abs(values[5.0] - float(np.cos(5 / np.sqrt(1 + ratio))))
 
 
+@pytest.mark.verifies(
+    "coupled added mass of 0.1 to 20 times the mass by the implicit algorithm",
+    analytic="exact solution",
+    tolerance="order 2.0 ± 0.15",
+)
 @pytest.mark.parametrize("options", OPTIONS)
 @pytest.mark.parametrize("ratio", [0.1, 0.5, 0.9, 1.1, 2.0, 5.0, 20.0])
 def test_added_mass_of_any_ratio_is_second_order(c_fmu: Fmus, options: str, ratio: float) -> None:
