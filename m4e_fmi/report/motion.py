@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from m4e_fmi.analysis.points import At, operating_point
 from m4e_fmi.errors import InputError, suggestion
 from m4e_fmi.model import Model
 from m4e_fmi.multibody import model_program
@@ -19,6 +18,9 @@ from m4e_fmi.report.parts import colour_of, ground_lines, placed, ranks, tie_lin
 from m4e_fmi.report.scene import Scene, scene, start_values
 from m4e_fmi.report.style import BODY_COLOURS, GREY, GRID, INK, PAPER, pale
 from m4e_fmi.simulate import Simulation
+
+if TYPE_CHECKING:
+    from m4e_fmi.analysis.points import At
 
 WIDEST = 12.5  # inches
 SWING = 0.12  # how far a mode shape moves a body at most, as a part of the scene's diagonal
@@ -69,6 +71,8 @@ def plot_modes(
     move from, the start values if it is not given. Amplitudes are scaled to be seen. InputError for
     shapes of another size.
     """
+    from m4e_fmi.analysis.points import operating_point
+
     program = model_program(model)
     program = program.with_start(operating_point(program, at).values)
     coordinates = [v for v in program.states if v.derivative_of is None]
