@@ -18,7 +18,8 @@ from benchmark.timing import fastest
 Log = Callable[[str], None]
 Values = dict[str, float]
 
-AGREEMENT = 1e-6  # relative to the largest acceleration; MuJoCo loses 8 digits of 16 at n = 200
+AGREEMENT = 1e-9  # relative to the largest acceleration
+AGREEMENT_BEYOND = 1e-6  # of more than 100 links: MuJoCo is off by 2e-8 at 200
 EXACT_UP_TO = 60
 INTERVAL = 0.01  # s, between results
 STOP_TIME = 30.0  # s
@@ -59,7 +60,7 @@ def compared(system: System, engines: Iterable[Engine], log: Log) -> Compared:
         except UnavailableError as error:
             log(f"{engine.name}, {system.name}: {error}")
             continue
-        if not error <= AGREEMENT:
+        if not error <= (AGREEMENT if system.size <= 100 else AGREEMENT_BEYOND):
             raise SystemExit(
                 f"{engine.name} solves another problem than {system.name}: its accelerations "
                 f"differ by {error:.1e} of the largest; nothing was timed"
