@@ -15,7 +15,8 @@ _HEAD = """# Benchmark
 
 Written by `make bench` on {when}. Everything below was measured in one run on one machine: CPU
 time, one thread, the minimum over many short batches, the engines taking turns. Before anything is
-timed, every engine must give the accelerations of a random state of the same system to 1e-9 (1e-6 beyond 100 links).
+timed, every engine must give the accelerations of a random state of the same system to 1e-9, or to
+1e-6 beyond 100 links.
 
 The system is the n-link planar pendulum of Sabet and Diaz-Flores Caminero, table 5: links of 2 m
 and 10 kg, J = m L²/12, horizontal and at rest, g = 9.81 m/s². Trust ratios, not seconds.
