@@ -11,7 +11,6 @@ from m4e_fmi.cosim.certificate import Certificate, CouplingError
 from m4e_fmi.cosim.check import check_fmu
 from m4e_fmi.cosim.components import fmu_files
 from m4e_fmi.cosim.connect import Bond, Link, Port, Wiring
-from m4e_fmi.cosim.description import Description, read_description
 from m4e_fmi.cosim.energy import BondEnergy
 from m4e_fmi.cosim.network import Network
 from m4e_fmi.cosim.run import Outcome, Prepared, prepare, run
@@ -24,7 +23,6 @@ __all__ = [
     "Certificate",
     "Component",
     "CouplingError",
-    "Description",
     "FmuFile",
     "Kind",
     "Link",
@@ -42,6 +40,5 @@ __all__ = [
     "fmu_files",
     "load",
     "prepare",
-    "read_description",
     "run",
 ]

@@ -11,9 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
-from m4e_fmi.cosim.description import Description, read_description
 from m4e_fmi.cosim.instance import WARNING, Instance
 from m4e_fmi.errors import M4eError
+from m4e_fmi.fmu import Description, read_description
 
 STEPS = 3
 DEFAULT_STEP = 0.01  # s, where the FMU names none

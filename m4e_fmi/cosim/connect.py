@@ -16,9 +16,9 @@ from collections import defaultdict
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from m4e_fmi.cosim.description import Description, Variable
 from m4e_fmi.cosim.system import System
 from m4e_fmi.errors import InputError, Problem, suggestion
+from m4e_fmi.fmu.reading import Description, Variable
 
 AXES = (("force_x", "vx", "x"), ("force_z", "vz", "z"), ("moment_y", "omega", "theta"))
 """Force, the velocity it works on, and the coordinate of that velocity, in one connector."""

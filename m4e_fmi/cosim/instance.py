@@ -17,10 +17,10 @@ from typing import Any, NoReturn
 import numpy as np
 from fmpy import fmi2
 
-from m4e_fmi.cosim.description import Description
 from m4e_fmi.cosim.messages import STATUS, Messages
-from m4e_fmi.cosim.unpack import Unpacked
 from m4e_fmi.errors import RunError
+from m4e_fmi.fmu.reading import Description
+from m4e_fmi.fmu.unpack import Unpacked
 
 WARNING, DISCARD, ERROR, FATAL = 1, 2, 3, 4
 LAST_ERROR = "last_error"

@@ -13,7 +13,6 @@ import numpy as np
 
 from m4e_fmi.cosim.algorithms import ALGORITHMS, Returning
 from m4e_fmi.cosim.connect import Wiring
-from m4e_fmi.cosim.description import Description
 from m4e_fmi.cosim.energy import BondEnergy, EnergyBalance
 from m4e_fmi.cosim.instance import Instance
 from m4e_fmi.cosim.network import Network
@@ -22,6 +21,7 @@ from m4e_fmi.cosim.step_control import StepControl
 from m4e_fmi.cosim.structure import Structure
 from m4e_fmi.cosim.system import SECOND, System
 from m4e_fmi.errors import RunError
+from m4e_fmi.fmu.reading import Description
 
 Observer = Callable[[float, Network], None]
 """Called at every communication point with the time [s] and the network."""

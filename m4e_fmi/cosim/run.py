@@ -10,13 +10,13 @@ from pathlib import Path
 from m4e_fmi.cosim.certificate import Certificate, Trace, certificate
 from m4e_fmi.cosim.components import fmu_files
 from m4e_fmi.cosim.connect import Wiring, connect
-from m4e_fmi.cosim.description import Description, read_description
 from m4e_fmi.cosim.energy import BondEnergy
 from m4e_fmi.cosim.master import Master, Observer, Progress
 from m4e_fmi.cosim.results import ResultsWriter
 from m4e_fmi.cosim.structure import Structure, analyse
 from m4e_fmi.cosim.system import SOLVES_LOOPS, System
 from m4e_fmi.errors import InputError, Problem, RunError
+from m4e_fmi.fmu import Description, read_description
 from m4e_fmi.results import Results, load
 
 

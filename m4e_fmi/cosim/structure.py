@@ -16,8 +16,8 @@ from typing import Literal
 import networkx as nx
 
 from m4e_fmi.cosim.connect import Link, Port, Wiring
-from m4e_fmi.cosim.description import Description
 from m4e_fmi.errors import RunError
+from m4e_fmi.fmu.reading import Description
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ ORDER = ("parameter", "calculatedParameter", "input", "output", "local", "indepe
 
 def fmu_text(path: Path) -> str:
     """Identity and variables of an FMU; for an output, the inputs it depends on directly."""
-    from m4e_fmi.cosim.description import read_description
+    from m4e_fmi.fmu import read_description
 
     description = read_description(path)
     count = len(description.variables)

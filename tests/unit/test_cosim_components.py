@@ -19,11 +19,11 @@ from m4e_fmi.cosim import (
     System,
     components,
     prepare,
-    read_description,
     run,
 )
 from m4e_fmi.cosim import system as system_module
 from m4e_fmi.document import Section
+from m4e_fmi.fmu import read_description
 from m4e_fmi.program import Program, Recorder, Variable
 
 MASS = "a mass of 1 kg on a spring of the given stiffness, driven by a force"

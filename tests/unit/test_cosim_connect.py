@@ -9,8 +9,8 @@ import pytest
 
 from m4e_fmi.cosim import Component, FmuFile, Port, Simulation, System, prepare
 from m4e_fmi.cosim.connect import Wiring, connect
-from m4e_fmi.cosim.description import Description, Variable
 from m4e_fmi.errors import InputError
+from m4e_fmi.fmu.reading import Description, Variable
 from m4e_fmi.units import parse_unit
 
 Fmus = Callable[[str], Path]

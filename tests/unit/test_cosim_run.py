@@ -24,8 +24,8 @@ from m4e_fmi.cosim import (
     load,
     run,
 )
-from m4e_fmi.cosim.unpack import Unpacked
 from m4e_fmi.errors import InputError, RunError
+from m4e_fmi.fmu.unpack import Unpacked
 
 Fmus = Callable[[str], Path]
 Starts = Mapping[str, Mapping[str, float]]

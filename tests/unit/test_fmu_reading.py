@@ -10,8 +10,9 @@ from pathlib import Path
 import fmpy
 import pytest
 
-from m4e_fmi.cosim import Component, FmuFile, Simulation, System, prepare, read_description
+from m4e_fmi.cosim import Component, FmuFile, Simulation, System, prepare
 from m4e_fmi.errors import InputError
+from m4e_fmi.fmu import read_description
 
 Fmus = Callable[[str], Path]
 XML = "modelDescription.xml"
