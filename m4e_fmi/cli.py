@@ -121,7 +121,11 @@ def _add_simulate(commands: argparse._SubParsersAction) -> None:
     command.add_argument(
         "--method",
         default="dop853",
-        help="dop853 (default), rk45, rodas (stiff), python, or SciPy's, as scipy.RK45",
+        help="dop853 (default), rk45, rodas (stiff), rk4 (fixed steps), python, or SciPy's, as "
+        "scipy.RK45",
+    )
+    command.add_argument(
+        "--step-size", type=float, metavar="S", help="of rk4, at most; default the output interval"
     )
     for flag, text in (
         ("--event", "tell when this output or state changes sign, as load.STOP.gap at contact"),
@@ -165,6 +169,7 @@ def _simulate(options: argparse.Namespace) -> None:
             start_values=_start_values(options),
             tolerance=options.tolerance,
             method=options.method,
+            step_size=options.step_size,
             events=events,
             progress=progress,
         )
@@ -255,6 +260,18 @@ def _add_build(commands: argparse._SubParsersAction) -> None:
     command.add_argument(
         "--native", action="store_true", help="of a model: no Python inside, model exchange too"
     )
+    command.add_argument(
+        "--method",
+        default="dop853",
+        help="of a model: dop853 (default), rk45, rodas (stiff), rk4 (fixed steps)",
+    )
+    command.add_argument(
+        "--step-size",
+        type=float,
+        default=0.01,
+        metavar="S",
+        help="of a model: the default experiment's, and the longest of rk4; default 0.01 s",
+    )
     _add_build_folder(command)
     command.set_defaults(command=_build)
 
@@ -275,7 +292,10 @@ def _build(options: argparse.Namespace) -> None:
 
     program = model_program(options.source)
     path = options.build_folder / f"{program.name}.fmu"
-    _print_files([build_fmu(program, path, native=options.native)])
+    built = build_fmu(
+        program, path, native=options.native, method=options.method, step_size=options.step_size
+    )
+    _print_files([built])
 
 
 def _add_info(commands: argparse._SubParsersAction) -> None:

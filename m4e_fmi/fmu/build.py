@@ -17,12 +17,13 @@ import uuid
 import zipfile
 from collections.abc import Mapping
 from dataclasses import replace
+from math import isfinite
 from pathlib import Path
 
 from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.fmu.binaries import binaries, pythonfmu_folder
 from m4e_fmi.fmu.description import FmuVariable, ModelDescription, PythonSource
-from m4e_fmi.fmu.from_program import EMBEDDED, describe, python_slave, with_rates
+from m4e_fmi.fmu.from_program import EMBEDDED, SECOND, describe, python_slave, with_rates
 from m4e_fmi.fmu.model_description import model_description_xml
 from m4e_fmi.fmu.native import native_resources, shell_binary
 from m4e_fmi.program import Program
@@ -34,6 +35,8 @@ HASH_LENGTH = 12
 LAST_ERROR = "last_error"
 XML = "modelDescription.xml"
 SETTINGS = "resources/fmu.txt"
+STEP_SIZE = 0.01
+"""Of the default experiment [s]."""
 
 _MAIN_SCRIPT = """from {package}.{module} import {base}
 
@@ -50,22 +53,29 @@ def build_fmu(
     *,
     native: bool = False,
     method: str = "dop853",
+    step_size: float = STEP_SIZE,
 ) -> Path:
     """Write the FMU of `source` to `path` (replaced as a whole) and return the path.
 
-    A `native` FMU needs no Python where it runs, and serves co-simulation and model exchange;
-    `method` integrates its co-simulation (dop853, rk45, rodas). Variables and value references of
-    a program are the same either way. The same source gives the same bytes. InputError if the
-    name cannot be a model identifier, or a Python module has a syntax error, or something else
-    than a program should be native; RunError if there is no library for native FMUs; ValueError if
-    the description contradicts itself.
+    A `native` FMU needs no Python where it runs, and serves co-simulation and model exchange.
+    Variables and value references of a program are the same either way. `method` integrates a
+    program in co-simulation: dop853, rk45 or rodas (stiff), which control their error, or rk4,
+    which does not: each communication step is divided into the fewest equal steps that are not
+    longer than `step_size` [s, rounded to nanoseconds]. That is the default experiment's, too.
+
+    The same source gives the same bytes. InputError if the name cannot be a model identifier, or a
+    Python module has a syntax error, or something else than a program should be native, or method
+    or step size are none; RunError if there is no library for native FMUs; ValueError if the
+    description contradicts itself.
     """
     if isinstance(source, Program):
         source = with_rates(source)
+        _check_integration(method, step_size)
+        description = describe(source, step_size=step_size)
         files = (
-            native_fmu_files(source, method)
+            native_fmu_files(source, description, method)
             if native
-            else fmu_files(python_slave(source, describe(source)))
+            else fmu_files(python_slave(source, description, method))
         )
     elif native:
         message = f"{source.description.name} is Python code: it cannot be a native FMU"
@@ -99,20 +109,28 @@ def fmu_files(source: PythonSource) -> dict[str, bytes]:
     return files
 
 
-def native_fmu_files(program: Program, method: str) -> dict[str, bytes]:
-    """Every file of the native FMU of `program`: name in the archive → content."""
+def _check_integration(method: str, step_size: float) -> None:
     if method not in METHODS:
         raise InputError.single(f"there is no method {method!r}", suggestion(method, METHODS))
-    description = _with_last_error(describe(program))
+    if not (step_size >= 1 / SECOND and isfinite(step_size)):
+        raise InputError.single(f"the step size must be a nanosecond or more, got {step_size} s")
+
+
+def native_fmu_files(
+    program: Program, description: ModelDescription, method: str
+) -> dict[str, bytes]:
+    """Every file of the native FMU of `program`: name in the archive → content."""
+    description = _with_last_error(description)
     identifier = model_identifier(description.name)
     files = {
         f"resources/{name}": content for name, content in native_resources(program, method).items()
     }
     files |= shell_binary(identifier)
-    files[SETTINGS] = b"%d" % METHODS[method]
+    integration = f"{METHODS[method]} {round(description.step_size * SECOND)}"
+    files[SETTINGS] = integration.encode()
     xml = model_description_xml(description, model_identifier=identifier, guid="", native=True)
     guid = _guid(files, xml)
-    files[SETTINGS] = b"%s %d\n" % (guid.encode(), METHODS[method])
+    files[SETTINGS] = f"{guid} {integration}\n".encode()
     files[XML] = _with_guid(xml, guid)
     return files
 

@@ -6,17 +6,20 @@ import json
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from m4e_fmi.fmu.description import FmuVariable, ModelDescription, PythonSource
+from m4e_fmi.fmu.native import program_bytes
 from m4e_fmi.program import Program, Variable
-from m4e_fmi.program.binary_form import encode
 from m4e_fmi.program.dependence import initial_kind, kinds
 from m4e_fmi.program.python_form import python_source
-from m4e_fmi.runtime import declarations, dormand_prince
+from m4e_fmi.runtime import declarations, dormand_prince, runge_kutta
 from m4e_fmi.runtime.library import library_path
 
 LIBRARY, PROGRAM = "runtime.bin", "model.m4e"  # as runtime_engine names them
 EMBEDDED = Path(__file__).parent / "embedded"
+SECOND = 10**9
+"""Nanoseconds in which steps of fixed size are kept."""
 
 
 def with_rates(program: Program) -> Program:
@@ -104,11 +107,15 @@ def describe(
     )
 
 
-def python_slave(program: Program, description: ModelDescription) -> PythonSource:
-    """The Python slave that runs `program`."""
+def python_slave(program: Program, description: ModelDescription, method: str) -> PythonSource:
+    """The Python slave that runs `program`, integrated by `method`."""
     index = {v.name: k for k, v in enumerate(description.variables)}
     groups = ("parameters", "calculated", "inputs", "states", "outputs")
-    layout = {group: [index[v.name] for v in getattr(program, group)] for group in groups}
+    layout: dict[str, Any] = {
+        group: [index[v.name] for v in getattr(program, group)] for group in groups
+    }
+    layout["method"] = method
+    layout["step_size"] = round(description.step_size * SECOND) / SECOND
     return PythonSource(
         description=description,
         slave="program_slave:ProgramSlave",
@@ -118,11 +125,12 @@ def python_slave(program: Program, description: ModelDescription) -> PythonSourc
             "python_engine.py": EMBEDDED / "python_engine.py",
             "declarations.py": Path(declarations.__file__),
             "dormand_prince.py": Path(dormand_prince.__file__),
+            "runge_kutta.py": Path(runge_kutta.__file__),
         },
         data={
             "model.py": python_source(program).encode(),
             "layout.json": json.dumps(layout).encode(),
-            **_runtime_files(program),
+            **_runtime_files(program, method),
         },
     )
 
@@ -131,12 +139,12 @@ def _initial(needs: Mapping[str, str], known: set[str]) -> dict[str, str]:
     return {name: initial_kind(kind) for name, kind in needs.items() if name in known}
 
 
-def _runtime_files(program: Program) -> dict[str, bytes]:
+def _runtime_files(program: Program, method: str) -> dict[str, bytes]:
     """What the C runtime needs, where it is there."""
     path = library_path()
     if path is None:
         return {}
-    return {LIBRARY: path.read_bytes(), PROGRAM: encode(program)}
+    return {LIBRARY: path.read_bytes(), PROGRAM: program_bytes(program, method)}
 
 
 def _causality(v: Variable) -> str:

@@ -1,8 +1,8 @@
 """Slave of a program: integrates its states, computes its outputs.
 
 The C runtime does it where its library, which is packed, can be loaded; plain Python elsewhere,
-with another integrator. Inputs are held during a step. The local error per step is bounded by the
-importer's tolerance, or by `DEFAULT_TOLERANCE`.
+with another integrator unless the method is rk4. Inputs are held during a step. The local error per
+step is bounded by the importer's tolerance, or by `DEFAULT_TOLERANCE`; rk4 takes fixed steps.
 """
 
 import json
@@ -16,7 +16,7 @@ DEFAULT_TOLERANCE = 1e-8
 
 
 class ProgramSlave(M4eSlave):
-    """`layout.json` gives the value references of the program's vectors, in their order."""
+    """`layout.json`: value references of the program's vectors, in their order; the integration."""
 
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
@@ -28,16 +28,22 @@ class ProgramSlave(M4eSlave):
         self._calculated = layout["calculated"]
         self._fixed = set(self._parameters)
         self._known = False
-        self._engine = self._new_engine()
+        self._engine = self._new_engine(layout["method"], layout["step_size"])
 
-    def _new_engine(self):
+    def _new_engine(self, method, step_size):
         states, outputs = ([self._names[k] for k in vrs] for vrs in (self._states, self._outputs))
         try:
             return RuntimeEngine(
-                self.resources, DEFAULT_TOLERANCE, states, outputs, len(self._calculated)
+                self.resources,
+                DEFAULT_TOLERANCE,
+                states,
+                outputs,
+                len(self._calculated),
+                method=method,
+                step_size=step_size,
             )
         except OSError:
-            return PythonEngine(DEFAULT_TOLERANCE)
+            return PythonEngine(DEFAULT_TOLERANCE, method=method, step_size=step_size)
 
     def setup_experiment(self, start_time, stop_time=None, tolerance=None):
         super().setup_experiment(start_time, stop_time, tolerance)

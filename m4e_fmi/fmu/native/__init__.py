@@ -2,8 +2,9 @@
 
 `src/` is the shell around the runtime's C library: `instance.h` first, then `fmi2.c`. Both together
 are one shared library, the same for every FMU; what a model is lies in `resources/`: `model.m4e`,
-the program in its binary form, `tangent.m4e`, its directional derivatives, and `fmu.txt`, the GUID
-and the number of the integration method. Imports `program`, `runtime`, `errors`.
+the program in its binary form, `tangent.m4e`, its directional derivatives, and `fmu.txt`: the GUID,
+the number of the integration method and the longest step of a fixed-step one, in nanoseconds.
+Imports `program`, `runtime`, `errors`.
 """
 
 from __future__ import annotations
@@ -24,8 +25,13 @@ PLATFORM = {"win32": "win64", "darwin": "darwin64"}.get(sys.platform, "linux64")
 
 def native_resources(program: Program, method: str) -> dict[str, bytes]:
     """The programs that the shell reads: file name → content."""
-    entries = rate_entries(program) if method == "rodas" else ()
-    return {"model.m4e": encode(program, entries), "tangent.m4e": encode(tangent_program(program))}
+    tangents = encode(tangent_program(program))
+    return {"model.m4e": program_bytes(program, method), "tangent.m4e": tangents}
+
+
+def program_bytes(program: Program, method: str) -> bytes:
+    """The binary form of `program`; with its Jacobian where the method uses it."""
+    return encode(program, rate_entries(program) if method == "rodas" else ())
 
 
 def tangent_program(program: Program) -> Program:

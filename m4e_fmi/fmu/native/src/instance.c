@@ -135,7 +135,8 @@ int have_integrator(instance *c) {
     const double tolerance = c->now.tolerance;
     if (c->integrator && c->built_tolerance == tolerance) return 1;
     const m4e_options options = {.method = c->method, .rtol = tolerance, .atol = tolerance,
-                                 .max_step = INFINITY, .max_steps = MOST_STEPS};
+                                 .max_step = c->method == M4E_RK4 ? c->step_size : INFINITY,
+                                 .max_steps = MOST_STEPS};
     m4e_integrator_free(c->integrator);
     c->integrator = m4e_integrator_new(c->model, &options, NULL);
     c->built_tolerance = tolerance;
@@ -159,19 +160,21 @@ static int make_room(instance *c) {
     return c->model != NULL;
 }
 
-/* fmu.txt: the GUID, then the integration method (its number in m4e.h). */
+/* fmu.txt: the GUID, the integration method (its number in m4e.h), its longest step if steps are
+   fixed, in nanoseconds: whole numbers, because hosts may have set another decimal point. */
 static int read_identity(instance *c, const char *guid) {
-    char method = 0, *path = files_path(c->resources, "fmu.txt");
+    char *path = files_path(c->resources, "fmu.txt"), *end = NULL;
     size_t size = 0, length = strlen(guid);
     char *text = path ? (char *)files_read(path, &size) : NULL;
     const int there = text != NULL;
-    const int same = there && size == length + 3 && memcmp(text, guid, length) == 0;
-    if (same) method = text[length + 1];
+    const int same = there && size > length && memcmp(text, guid, length) == 0 &&
+                     text[length] == ' ';
+    c->method = same ? (int32_t)strtol(text + length, &end, 10) : -1;
+    c->step_size = same ? (double)strtoull(end, NULL, 10) / 1e9 : 0.0;
     free(text);
     if (!there) tell(c, fmi2Error, "%s cannot be read", path ? path : "fmu.txt");
     if (there && !same) tell(c, fmi2Error, "the GUID %.80s is not that of this FMU", guid);
     free(path);
-    c->method = method - '0';
     c->now.identity = UINT64_C(0xcbf29ce484222325); /* FNV-1a */
     for (const char *g = guid; *g; ++g)
         c->now.identity = (c->now.identity ^ (uint8_t)*g) * UINT64_C(0x100000001b3);

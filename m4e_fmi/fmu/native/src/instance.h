@@ -40,6 +40,7 @@ typedef struct {
     double *direction, *changes; /* inputs and results of the tangent */
     int stale_tangent;
     int32_t method;
+    double step_size; /* s; the longest of M4E_RK4 */
     double built_tolerance; /* of the integrator */
 
     char *name, *resources;
