@@ -64,6 +64,7 @@ void m4e_stop(lane *now, int32_t status, int32_t component) {
    with them, to no effect. */
 void m4e_first_steps(m4e_integrator *s, const int *fresh) {
     const uint32_t lanes = s->model->lanes;
+    const int given = s->method == &m4e_rk4 || (lanes == 1 && s->lanes[0].wanted > 0.0);
     double *f1 = s->k[1], d1[M4E_LANES] = {0}, h0[M4E_LANES] = {0};
     for (uint32_t l = 0; l < lanes; ++l) s->lanes[l].h = 0.0;
     m4e_stage(s, 0.0, s->x, s->work);
@@ -74,12 +75,13 @@ void m4e_first_steps(m4e_integrator *s, const int *fresh) {
         for (size_t i = 0; i < s->n; ++i) s->k[0][i * lanes + l] = s->work[i * lanes + l];
         const int32_t bad_x = m4e_not_finite(s, l, s->x), bad = m4e_not_finite(s, l, s->k[0]);
         if (bad_x >= 0 || bad >= 0) m4e_stop(now, M4E_NOT_FINITE, bad_x >= 0 ? bad_x : bad);
+        if (given) continue;
         const double d0 = rms(s, l, s->x);
         d1[l] = rms(s, l, s->k[0]);
         now->h = h0[l] = fmin(d0 < 1e-5 || d1[l] < 1e-5 ? 1e-6 : 0.01 * d0 / d1[l],
                               now->bound - now->t);
     }
-    if (s->method == &m4e_rk4 || (lanes == 1 && s->lanes[0].wanted > 0.0)) return; /* it is given */
+    if (given) return;
     for (size_t i = 0; i < s->n * lanes; ++i)
         s->work[i] = s->x[i] + h0[i % lanes] * s->k[0][i];
     m4e_stage(s, 1.0, s->work, f1);
