@@ -12,7 +12,6 @@
 static const char *const CATEGORY[] = {"logAll", "logStatusWarning", "logStatusDiscard",
                                        "logStatusError", "logStatusFatal"};
 enum { CATEGORIES = 5, FAILURES = 1 << fmi2Discard | 1 << fmi2Error | 1 << fmi2Fatal, ALL = 31 };
-static const double DEFAULT_TOLERANCE = 1e-8;
 static const uint64_t MOST_STEPS = 1000000; /* of one call of doStep */
 
 fmi2Status tell(instance *c, fmi2Status how, const char *format, ...) {
@@ -61,7 +60,7 @@ const char *name_of(const instance *c, uint32_t reference) {
 
 void to_start(instance *c) {
     c->now = (status){.identity = c->now.identity, .type = c->now.type, .phase = INSTANTIATED,
-                      .stop = INFINITY, .tolerance = DEFAULT_TOLERANCE};
+                      .stop = INFINITY, .tolerance = c->default_tolerance};
     const size_t given = (size_t)c->n.parameters + c->n.inputs + c->n.states;
     memset(c->values, 0, c->count * sizeof *c->values);
     if (given) memcpy(c->values, m4e_program_starts(c->program), given * sizeof *c->values);
@@ -159,19 +158,23 @@ static int make_room(instance *c) {
     return c->model != NULL;
 }
 
-/* fmu.txt: the GUID, then the integration method (its number in m4e.h). */
+/* fmu.txt: the GUID, the integration method (its number in m4e.h) and the default tolerance, without
+   a decimal point, which strtod would look for as the locale writes it. */
 static int read_identity(instance *c, const char *guid) {
-    char method = 0, *path = files_path(c->resources, "fmu.txt");
+    char *path = files_path(c->resources, "fmu.txt");
     size_t size = 0, length = strlen(guid);
     char *text = path ? (char *)files_read(path, &size) : NULL;
     const int there = text != NULL;
-    const int same = there && size == length + 3 && memcmp(text, guid, length) == 0;
-    if (same) method = text[length + 1];
+    const int same = there && size > length && memcmp(text, guid, length) == 0 && text[length] == ' ';
+    if (same) {
+        char *end = NULL;
+        c->method = (int32_t)strtol(text + length, &end, 10);
+        c->default_tolerance = strtod(end, NULL);
+    }
     free(text);
     if (!there) tell(c, fmi2Error, "%s cannot be read", path ? path : "fmu.txt");
     if (there && !same) tell(c, fmi2Error, "the GUID %.80s is not that of this FMU", guid);
     free(path);
-    c->method = method - '0';
     c->now.identity = UINT64_C(0xcbf29ce484222325); /* FNV-1a */
     for (const char *g = guid; *g; ++g)
         c->now.identity = (c->now.identity ^ (uint8_t)*g) * UINT64_C(0x100000001b3);

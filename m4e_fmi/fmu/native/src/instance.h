@@ -40,7 +40,7 @@ typedef struct {
     double *direction, *changes; /* inputs and results of the tangent */
     int stale_tangent;
     int32_t method;
-    double built_tolerance; /* of the integrator */
+    double default_tolerance, built_tolerance; /* of the integrator: the last is the present one */
 
     char *name, *resources;
     fmi2ComponentEnvironment environment;
