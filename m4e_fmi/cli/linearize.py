@@ -7,7 +7,6 @@ from pathlib import Path
 
 from m4e_fmi.cli.options import MODEL_FILE, add_start_values, print_files, start_values
 
-
 POINTS = {
     "equilibrium": "equilibrium",
     "nearest": "nearest equilibrium",
