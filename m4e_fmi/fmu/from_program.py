@@ -5,21 +5,20 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import replace
+from itertools import count
 from pathlib import Path
-from typing import Any
 
 from m4e_fmi.fmu.description import FmuVariable, ModelDescription, PythonSource
-from m4e_fmi.fmu.native import program_bytes
+from m4e_fmi.fmu.program_files import PROGRAM, model_file
+from m4e_fmi.fmu.selection import GROUPS
 from m4e_fmi.program import Program, Variable
 from m4e_fmi.program.dependence import initial_kind, kinds
 from m4e_fmi.program.python_form import python_source
 from m4e_fmi.runtime import declarations, dormand_prince, runge_kutta
 from m4e_fmi.runtime.library import library_path
 
-LIBRARY, PROGRAM = "runtime.bin", "model.m4e"  # as runtime_engine names them
+LIBRARY = "runtime.bin"  # as runtime_engine names it
 EMBEDDED = Path(__file__).parent / "embedded"
-SECOND = 10**9
-"""Nanoseconds in which steps of fixed size are kept."""
 
 
 def with_rates(program: Program) -> Program:
@@ -107,15 +106,17 @@ def describe(
     )
 
 
-def python_slave(program: Program, description: ModelDescription, method: str) -> PythonSource:
-    """The Python slave that runs `program`, integrated by `method`."""
-    index = {v.name: k for k, v in enumerate(description.variables)}
-    groups = ("parameters", "calculated", "inputs", "states", "outputs")
-    layout: dict[str, Any] = {
-        group: [index[v.name] for v in getattr(program, group)] for group in groups
+def python_slave(
+    program: Program, description: ModelDescription, method: str = "dop853"
+) -> PythonSource:
+    """The Python slave that runs `program`; the variables of `description` follow it in order."""
+    references = count()
+    layout = {group: [next(references) for _ in getattr(program, group)] for group in GROUPS}
+    settings = {
+        "method": method,
+        "tolerance": description.tolerance,
+        "step_size": description.step_size,
     }
-    layout["method"] = method
-    layout["step_size"] = round(description.step_size * SECOND) / SECOND
     return PythonSource(
         description=description,
         slave="program_slave:ProgramSlave",
@@ -129,7 +130,7 @@ def python_slave(program: Program, description: ModelDescription, method: str) -
         },
         data={
             "model.py": python_source(program).encode(),
-            "layout.json": json.dumps(layout).encode(),
+            "layout.json": json.dumps({**layout, **settings}).encode(),
             **_runtime_files(program, method),
         },
     )
@@ -144,7 +145,7 @@ def _runtime_files(program: Program, method: str) -> dict[str, bytes]:
     path = library_path()
     if path is None:
         return {}
-    return {LIBRARY: path.read_bytes(), PROGRAM: program_bytes(program, method)}
+    return {LIBRARY: path.read_bytes(), PROGRAM: model_file(program, method, {})}
 
 
 def _causality(v: Variable) -> str:
