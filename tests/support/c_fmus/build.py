@@ -115,6 +115,10 @@ INTEGRATOR = (
     V("y", "1", "output", 0.0, initial="exact"),
 )
 BLIND_INTEGRATOR = (*INTEGRATOR[:-1], V("y", "1", "output", 0.0, needs=None, initial="exact"))
+NODE = (
+    *(V(f"u{k}", "1", "input", 0.0) for k in range(3)),
+    *(V(f"y{k}", "1", "output", 0.0, initial="exact") for k in range(3)),
+)
 ROGUE = (parameter("what", "1", 0.0), parameter("when", "s", 1.0), V("y", "s", "output"))
 
 MODELS: dict[str, tuple[str, tuple[V, ...]]] = {
@@ -130,6 +134,7 @@ MODELS: dict[str, tuple[str, tuple[V, ...]]] = {
     "stage": ("stage.c", STAGE),
     "integrator": ("integrator.c", INTEGRATOR),
     "blind_integrator": ("integrator.c", BLIND_INTEGRATOR),
+    "node": ("node.c", NODE),
     "rogue": ("rogue.c", ROGUE),
 }
 
