@@ -13,6 +13,7 @@ import m4e_fmi
 from m4e_fmi.fmu.description import FmuVariable, ModelDescription
 from m4e_fmi.units import BASE_UNITS, parse_unit
 
+XML = "modelDescription.xml"
 LOG_CATEGORIES = {
     "logStatusWarning": "Messages with status warning.",
     "logStatusDiscard": "Messages with status discard.",
@@ -50,12 +51,18 @@ def model_description_xml(
         "DefaultExperiment",
         startTime="0.0",
         stopTime=repr(description.stop_time),
+        tolerance=repr(description.tolerance),
         stepSize=repr(description.step_size),
     )
     _add_variables(root, description.variables)
     _add_structure(root, description, native=native)
     indent(root)
     return tostring(root, encoding="UTF-8", xml_declaration=True) + b"\n"
+
+
+def with_guid(xml: bytes, guid: str) -> bytes:
+    """The XML of a description that was written with an empty GUID."""
+    return xml.replace(b'guid=""', f'guid="{guid}"'.encode(), 1)  # the root's: it comes first
 
 
 def _legal(text: str) -> str:

@@ -25,7 +25,7 @@ def _doubles(values):
 class RuntimeEngine:
     """As PythonEngine. `states` and `outputs` are names, for messages; OSError without library."""
 
-    def __init__(self, folder, tolerance, states, outputs, calculated):
+    def __init__(self, folder, method, tolerance, states, outputs, calculated):
         self._lib = lib = _library(folder / LIBRARY)
         content = (folder / PROGRAM).read_bytes()
         message = create_string_buffer(128)
@@ -41,7 +41,7 @@ class RuntimeEngine:
         self._integrator = self._release = None
         self._built = 0.0
         self._states, self._outputs, self._calculated = states, outputs, calculated
-        self.tolerance = tolerance
+        self._method, self.tolerance = METHODS[method], tolerance
         self.step = 0.0
 
     def set_parameters(self, p):
@@ -80,7 +80,7 @@ class RuntimeEngine:
         if self._release:
             self._release()
         options = Options(
-            method=METHODS["dop853"],
+            method=self._method,
             rtol=self.tolerance,
             atol=self.tolerance,
             max_step=inf,

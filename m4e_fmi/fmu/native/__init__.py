@@ -2,48 +2,21 @@
 
 `src/` is the shell around the runtime's C library: `instance.h` first, then `fmi2.c`. Both together
 are one shared library, the same for every FMU; what a model is lies in `resources/`: `model.m4e`,
-the program in its binary form, `tangent.m4e`, its directional derivatives, and `fmu.txt`, the GUID
-and the number of the integration method. Imports `program`, `runtime`, `errors`.
+the program in its binary form, `tangent.m4e`, its directional derivatives, and `fmu.txt`, the GUID,
+the number of the integration method and the default tolerance. Imports `runtime`, `errors`.
 """
 
 from __future__ import annotations
 
 import sys
-from dataclasses import replace
 from pathlib import Path
 
 from m4e_fmi.errors import RunError
-from m4e_fmi.program import TIME, Program, rate_entries, tangent
-from m4e_fmi.program.binary_form import encode
 from m4e_fmi.runtime import compiler
 
 PACKAGED = Path(__file__).with_name(f"_fmi2{compiler.SUFFIX}")
 PLATFORM = {"win32": "win64", "darwin": "darwin64"}.get(sys.platform, "linux64")
 """FMI's name of the folder for this machine's binary."""
-
-
-def native_resources(program: Program, method: str) -> dict[str, bytes]:
-    """The programs that the shell reads: file name → content."""
-    entries = rate_entries(program) if method == "rodas" else ()
-    return {"model.m4e": encode(program, entries), "tangent.m4e": encode(tangent_program(program))}
-
-
-def tangent_program(program: Program) -> Program:
-    """Directional derivatives of rates, outputs and calculated parameters, in this order.
-
-    Directions follow the inputs: of time, states, inputs, parameters. Outputs are numbered: one may
-    be a rate, and have its name.
-    """
-    outputs = enumerate((*program.outputs, *program.calculated))
-    shown = replace(
-        program,
-        outputs=tuple(replace(v, name=f"y[{k}]", description=v.name) for k, v in outputs),
-        results=(*program.results, *program.constants),
-        calculated=(),
-        constants=(),
-    )
-    groups = (program.states, program.inputs, program.parameters)
-    return tangent(shown, along=[TIME, *(v.name for group in groups for v in group)])
 
 
 def shell_binary(identifier: str) -> dict[str, bytes]:
