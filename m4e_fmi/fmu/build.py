@@ -22,7 +22,7 @@ from m4e_fmi.fmu.selection import renamed, with_outputs
 from m4e_fmi.program import Program
 
 LAST_ERROR = "last_error"
-OF_PROGRAMS = ("native", "method", "outputs", "rename")
+OF_PROGRAMS = ("native", "fmi", "method", "outputs", "rename")
 """Options that say something of a program, and nothing of Python code."""
 
 

@@ -220,8 +220,8 @@ void instance_free(instance *c) {
     m4e_program_free(c->program);
     void *parts[] = {c->values,       c->before,        c->rates,        c->y,
                      c->direction,    c->changes,       c->layout.start, c->layout.scalar,
-                     c->layout.state, c->listed[0],     c->listed[1],    c->name,
-                     c->resources};
+                     c->layout.state, c->dependencies,  c->listed[0],    c->listed[1],
+                     c->name,         c->resources};
     for (size_t i = 0; i < sizeof parts / sizeof *parts; ++i) free(parts[i]);
     free(c);
 }
