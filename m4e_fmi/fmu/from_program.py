@@ -11,7 +11,7 @@ from pathlib import Path
 from m4e_fmi.fmu.description import FmuVariable, ModelDescription, PythonSource
 from m4e_fmi.fmu.program_files import PROGRAM, model_file
 from m4e_fmi.fmu.selection import GROUPS
-from m4e_fmi.program import Program, Variable
+from m4e_fmi.program import TIME, Program, Variable
 from m4e_fmi.program.dependence import initial_kind, kinds
 from m4e_fmi.program.python_form import python_source
 from m4e_fmi.runtime import declarations, dormand_prince, runge_kutta
@@ -63,7 +63,7 @@ def describe(
     program: Program, *, stop_time: float = 10.0, step_size: float = 0.01
 ) -> ModelDescription:
     """The FMU variables of `program`: parameters, calculated, inputs, states, outputs."""
-    moving = {v.name for v in (*program.inputs, *program.states)}
+    moving = {TIME, *(v.name for v in (*program.inputs, *program.states))}
     known = moving | {v.name for v in program.parameters}
     needs = kinds(program, [*program.results, *program.constants])
     rates = _rates_shown(program)

@@ -34,18 +34,13 @@ class ProgramSlave(M4eSlave):
 
     def _new_engine(self, method, step_size):
         states, outputs = ([self._names[k] for k in vrs] for vrs in (self._states, self._outputs))
+        how = {"method": method, "step_size": step_size}
         try:
             return RuntimeEngine(
-                self.resources,
-                self._default,
-                states,
-                outputs,
-                len(self._calculated),
-                method=method,
-                step_size=step_size,
+                self.resources, self._default, states, outputs, len(self._calculated), **how
             )
         except OSError:
-            return PythonEngine(self._default, method=method, step_size=step_size)
+            return PythonEngine(self._default, **how)
 
     def setup_experiment(self, start_time, stop_time=None, tolerance=None):
         super().setup_experiment(start_time, stop_time, tolerance)

@@ -186,8 +186,8 @@ static int make_room(instance *c) {
 }
 
 /* fmu.txt: the GUID, the integration method (its number in m4e.h), the default tolerance and the
-   longest step of a method with fixed ones [s]: without decimal points, which strtod would look for
-   as the locale writes them. */
+   longest step of rk4 in seconds, both without a decimal point, which strtod would look for as the
+   locale writes it. */
 static int read_identity(instance *c, const char *guid) {
     size_t size = 0, length = strlen(guid);
     char *text = (char *)read_resource(c, "fmu.txt", &size), *end = NULL;
@@ -220,8 +220,8 @@ void instance_free(instance *c) {
     m4e_program_free(c->program);
     void *parts[] = {c->values,       c->before,        c->rates,        c->y,
                      c->direction,    c->changes,       c->layout.start, c->layout.scalar,
-                     c->layout.state, c->listed[0],     c->listed[1],    c->name,
-                     c->resources};
+                     c->layout.state, c->dependencies,  c->listed[0],    c->listed[1],
+                     c->name,         c->resources};
     for (size_t i = 0; i < sizeof parts / sizeof *parts; ++i) free(parts[i]);
     free(c);
 }
