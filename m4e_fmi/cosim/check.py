@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from m4e_fmi.cosim.binary import Binary
 from m4e_fmi.cosim.instance import WARNING, Instance
 from m4e_fmi.errors import M4eError
 from m4e_fmi.fmu import Description, read_description
@@ -53,7 +54,11 @@ def _stepped_elsewhere(path: str | Path) -> list[str]:
 def _steps(description: Description) -> None:
     """Make the first steps; M4eError says what went wrong."""
     size = description.step_size or DEFAULT_STEP
-    with Instance(description.identifier, description) as instance:
+    name = description.identifier
+    with (
+        Binary(description, origin=f"{name} ({description.path.name})") as binary,
+        Instance(name, description, binary) as instance,
+    ):
         instance.setup(start=0.0, stop=STEPS * size, tolerance=None)
         instance.enter_initialization()
         instance.exit_initialization()

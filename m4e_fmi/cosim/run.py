@@ -5,6 +5,7 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cache
 from pathlib import Path
 
 from m4e_fmi.cosim.certificate import Certificate, Trace, certificate
@@ -90,9 +91,10 @@ def prepare(
     """
     problems: list[Problem] = []
     descriptions: dict[str, Description] = {}
+    read = cache(read_description)  # many components may be of one file
     for name, path in fmu_files(system, build_directory, native=native, tell=tell).items():
         try:
-            descriptions[name] = read_description(path)
+            descriptions[name] = read(path)
         except InputError as error:
             problems += error.problems
     if problems:

@@ -143,8 +143,9 @@ OPTIONS = {
     "state": ("STATE", 'canGetAndSetFMUstate="true"'),
     "inputs": ("INPUTS", 'canInterpolateInputs="true"'),
     "jacobian": ("JACOBIAN", 'providesDirectionalDerivative="true"'),
+    "once": ("ONCE", 'canBeInstantiatedOnlyOncePerProcess="true"'),
 }
-"""What an FMU can do besides: flag of the compiler and attribute of the description."""
+"""What an FMU can do besides, or cannot: flag of the compiler and attribute of the description."""
 
 
 def build(name: str, folder: Path) -> Path:
