@@ -63,7 +63,7 @@ def test_true_error_is_what_is_stated(c_fmu: Fmus, algorithm: str) -> None:
         points = np.arange(len(found)) * STEP
         states = np.array([expm(t * matrix)[:, 0] for t in points])
         start = system.components[0].start
-        m, k, d = (float(start[name]) for name in ("mass", "stiffness", "damping"))
+        m, k, d = (float(str(start[name])) for name in ("mass", "stiffness", "damping"))
         force = m * (states @ matrix[1]) + k * states[:, 0] + d * states[:, 1]
         exact = np.column_stack((states[:, :2], force))
         errors = np.abs(np.array(found) - exact).max(axis=0) / np.ptp(exact, axis=0)
