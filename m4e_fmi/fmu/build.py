@@ -24,7 +24,7 @@ from m4e_fmi.fmu.binaries import binaries, pythonfmu_folder
 from m4e_fmi.fmu.description import FmuVariable, ModelDescription, PythonSource
 from m4e_fmi.fmu.from_program import EMBEDDED, describe, python_slave, with_rates
 from m4e_fmi.fmu.model_description import model_description_xml
-from m4e_fmi.fmu.native import native_resources, shell_binary
+from m4e_fmi.fmu.native import native_resources, shell_binaries
 from m4e_fmi.program import Program
 from m4e_fmi.runtime.declarations import METHODS
 
@@ -108,7 +108,7 @@ def native_fmu_files(program: Program, method: str) -> dict[str, bytes]:
     files = {
         f"resources/{name}": content for name, content in native_resources(program, method).items()
     }
-    files |= shell_binary(identifier)
+    files |= shell_binaries(identifier)
     files[SETTINGS] = b"%d" % METHODS[method]
     xml = model_description_xml(description, model_identifier=identifier, guid="", native=True)
     guid = _guid(files, xml)
