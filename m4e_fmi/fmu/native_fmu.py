@@ -10,7 +10,7 @@ from m4e_fmi.fmu.description import ModelDescription
 from m4e_fmi.fmu.layout_files import layout_files
 from m4e_fmi.fmu.model_description import XML, model_description_xml, with_guid
 from m4e_fmi.fmu.model_description_3 import model_description_3_xml
-from m4e_fmi.fmu.native import shell_binary
+from m4e_fmi.fmu.native import shell_binaries
 from m4e_fmi.fmu.options import Options
 from m4e_fmi.fmu.program_files import PROGRAM, TANGENT, model_file, tangent_file
 from m4e_fmi.program import Program
@@ -28,7 +28,7 @@ def native_fmu_files(
         f"resources/{PROGRAM}": model_file(program, options.method, options.rename),
         f"resources/{TANGENT}": tangent_file(program),
     }
-    files |= shell_binary(identifier, fmi=options.fmi) | dict(options.documentation)
+    files |= shell_binaries(identifier, fmi=options.fmi) | dict(options.documentation)
     numbers = (_without_point(v) for v in (description.tolerance, description.step_size))
     settings = f"{METHODS[options.method]} {' '.join(numbers)}\n"
     files[SETTINGS] = settings.encode()

@@ -180,7 +180,7 @@ class TestDescription:
     def test_without_a_compiler(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setenv("M4E_FMI_CACHE", str(tmp_path))
         monkeypatch.setattr("m4e_fmi.runtime.compiler.compiler", lambda: None)
-        monkeypatch.setattr("m4e_fmi.fmu.native.PACKAGED", tmp_path / "none")
+        monkeypatch.setattr("m4e_fmi.runtime.platforms.FOLDER", tmp_path / "none")
         with pytest.raises(RunError, match="no library for native FMUs"):
             build_fmu(driven(), tmp_path / "p.fmu", native=True)
 
