@@ -64,8 +64,8 @@ def model_description_xml(
 
 
 def with_guid(xml: bytes, guid: str) -> bytes:
-    """The XML of a description that was written with an empty GUID."""
-    return xml.replace(b'guid=""', f'guid="{guid}"'.encode(), 1)  # the root's: it comes first
+    """The XML of a description that was written with an empty GUID (FMI 3.0: token)."""
+    return re.sub(rb'(guid|instantiationToken)=""', rf'\1="{guid}"'.encode(), xml, count=1)
 
 
 def _legal(text: str) -> str:
@@ -196,7 +196,9 @@ def _add_structure(root: Element, description: ModelDescription, *, native: bool
             if names is None:
                 continue
             pairs = zip(names, kinds or [""] * len(names), strict=True)
-            chosen = sorted((position[n], kind) for n, kind in pairs if initial or n in known)
+            chosen = sorted(
+                (position[n], kind) for n, kind in pairs if n in (position if initial else known)
+            )
             element.set("dependencies", " ".join(str(place) for place, _ in chosen))
             if kinds is not None:
                 element.set("dependenciesKind", " ".join(kind for _, kind in chosen))
