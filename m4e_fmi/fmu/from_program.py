@@ -183,4 +183,7 @@ def _variable(
         initial_kinds=tuple(first.values()),
         derivative_of=v.derivative_of,
         display_unit=v.display_unit,
+        minimum=v.minimum,
+        maximum=v.maximum,
+        nominal=v.nominal,
     )
