@@ -192,7 +192,9 @@ def _package_files(source: PythonSource, description: ModelDescription) -> dict[
     for variable in description.variables:
         group, default = ("reals", 0.0) if variable.type == "Real" else ("strings", "")
         start = default if variable.start is None else variable.start
-        listed[group].append({"name": variable.name, "start": start})
+        always = variable.causality == "input" or variable.variability == "tunable"
+        settable = always and variable.causality != "calculatedParameter"
+        listed[group].append({"name": variable.name, "start": start, "settable": settable})
     return {
         "__init__.py": b"",
         **{name: path.read_bytes() for name, path in modules.items()},
