@@ -34,8 +34,8 @@ def description_findings(path: Path, folder: Path) -> tuple[tuple[Finding, ...],
     found += check_units(subject)
     found += _experiment(subject)
     found += _library(subject)
-    missing = [f for f in found if f.id == "library.missing"]
-    return tuple(found), missing[0].message if missing else ""
+    reasons = [f.message for f in found if f.id in ("library.missing", "library.exports")]
+    return tuple(found), next(iter(reasons), "")
 
 
 def _experiment(subject: Subject) -> Iterator[Finding]:

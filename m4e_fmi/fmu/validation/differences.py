@@ -41,10 +41,15 @@ def _extrapolated(
 
 
 def central(above: np.ndarray, below: np.ndarray, steps: np.ndarray) -> Estimate:
-    """∂/∂v from values at v ± each of three `steps`, in ratio 1 : 2 : 4, one row for each."""
+    """∂/∂v from values at v ± each of three `steps`, in ratio 1 : 2 : 4, one row for each.
+
+    The error covers what the three differ by, too, and rounding in the largest of all values: small
+    ones may be what is left of large ones.
+    """
     differences = (above - below) / (2 * steps[:, None])
-    rounding = _rounding(np.vstack([above, below]), float(steps[0]))
-    return _extrapolated(*differences, rounding=rounding)
+    rounding = np.max(_rounding(np.vstack([above, below]), float(steps[0])))
+    found = _extrapolated(*differences, rounding=np.full(len(differences[0]), rounding))
+    return Estimate(found.value, found.error + np.ptp(differences, axis=0))
 
 
 def _rounding(values: np.ndarray, spacing: float) -> np.ndarray:

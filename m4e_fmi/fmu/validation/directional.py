@@ -16,9 +16,9 @@ from m4e_fmi.fmu.validation.subject import limits, scale
 
 POINTS = 2
 SECONDS = 4.0  # for one place; after it no new point is begun
-STEPS = np.array([1.0, 2.0, 4.0]) * 2.0**-12
-"""Of the differences, in scales of the known: the sixth root of the machine's precision, about
-2⁻⁹, balances rounding with the error left by the extrapolation; smaller for stronger curvature."""
+STEPS = np.array([1.0, 2.0, 4.0]) * 2.0**-10
+"""Of the differences, in scales of the known. The sixth root of the machine's precision, about
+2⁻⁹, balances rounding with the error left by the extrapolation."""
 CLEAR = 0.01
 """Differences tell something where their error is below this part of the column's largest entry."""
 BASIS = "FMI 2.0.4, section 2.1.9"

@@ -28,6 +28,11 @@ class Finding:
     basis: str = ""
     words: tuple[str, ...] = ()
 
+    @classmethod
+    def from_dict(cls, told: dict[str, Any]) -> Finding:
+        """What `dataclasses.asdict` made, and JSON carried."""
+        return cls(**{**told, "words": tuple(told["words"])})
+
 
 @dataclass(frozen=True)
 class Group:
@@ -37,6 +42,12 @@ class Group:
     findings: tuple[Finding, ...] = ()
     skipped: str = ""
     seconds: float = 0.0
+
+    @classmethod
+    def from_dict(cls, told: dict[str, Any]) -> Group:
+        """What `dataclasses.asdict` made, and JSON carried."""
+        findings = tuple(Finding.from_dict(finding) for finding in told["findings"])
+        return cls(**{**told, "findings": findings})
 
     def count(self, severity: Severity) -> int:
         return sum(finding.severity == severity for finding in self.findings)
@@ -69,10 +80,7 @@ class Report:
 
     def as_dict(self) -> dict[str, Any]:
         """The report as JSON values."""
-        groups = [
-            {**asdict(group), "findings": [asdict(f) for f in group.findings]}
-            for group in self.groups
-        ]
+        groups = [asdict(group) for group in self.groups]
         return {"fmu": str(self.path), "ok": self.ok, "groups": groups}
 
 

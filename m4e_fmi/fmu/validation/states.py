@@ -42,9 +42,9 @@ def check(bench: Bench) -> Iterator[Finding | str]:
         yield from _compare(bench, first, again, "rollback", "a restored state does not repeat it")
         yield from _freed(probe, state)
     if "canSerializeFMUstate" in bench.facts.works:
-        yield from _serialised(bench, before, after, undisturbed)
+        yield from _serialised(bench, before, after, first)
     if not bench.subject.once:
-        yield from _into_another(bench, before, after, undisturbed)
+        yield from _into_another(bench, before, after, first)
 
 
 def _compare(
@@ -124,7 +124,7 @@ def _into_another(
 ) -> Iterator[Finding]:
     """A state of one instance in another: as bytes, and last as it is, which FMI leaves open."""
     ways: dict[str, Callable[[Probe, Probe], None]] = {}
-    if "canSerializeFMUstate" in bench.facts.works:
+    if (bench.folder / RESUME).exists():
         ways["bytes"] = lambda one, other: deserialise(other, serialise(one)[0])
     ways["handle"] = _handed_over
     for way, hand_over in ways.items():

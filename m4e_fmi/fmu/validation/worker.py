@@ -1,12 +1,13 @@
 """The process that runs one group of checks: FMU code may end it at any time.
 
-Started with the name of the group and two folders; what it finds goes line by line into a file of
-the first, the calls it makes into another. Standard output belongs to the FMU.
+What it finds goes line by line into a file, the calls it makes into another. Standard output
+belongs to the FMU, and goes nowhere.
 """
 
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable, Iterator
 from dataclasses import asdict
 from importlib import import_module
@@ -19,6 +20,7 @@ from m4e_fmi.fmu.validation.probe import Library, RefusedError
 from m4e_fmi.fmu.validation.starting import refused
 from m4e_fmi.fmu.validation.subject import Subject
 
+PACKAGE = "m4e_fmi.fmu.validation"
 FACTS = "facts.json"
 MODULES = {
     "start": "starting",
@@ -34,6 +36,8 @@ MODULES = {
     "parameters": "parameters",
 }
 """Group → module with its `check`, in the order in which they are run."""
+FOLLOWS = {"state_elsewhere": "state"}
+"""Groups that need what another has left."""
 
 Check = Callable[[Bench], Iterator[Finding | Facts | str]]
 """Yields findings; a text is the reason why there is nothing to check."""
@@ -47,10 +51,15 @@ def journal_file(folder: Path, group: str) -> Path:
     return folder / f"{group}.journal"
 
 
-def main(group: str, work: str, fmu: str) -> None:
-    """Run `group` on the FMU unpacked in folder `fmu`; its files go into folder `work`."""
-    folder = Path(work)
-    check: Check = import_module(f"m4e_fmi.fmu.validation.{MODULES[group]}").check
+def stderr_file(folder: Path, group: str) -> Path:
+    return folder / f"{group}.stderr"
+
+
+def work_on(group: str, folder: Path, fmu: str) -> None:
+    """Run `group` on the FMU unpacked in folder `fmu`; its files go into `folder`."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+    os.dup2(os.open(stderr_file(folder, group), os.O_WRONLY | os.O_CREAT), 2)
+    check: Check = import_module(f"{PACKAGE}.{MODULES[group]}").check
     subject = Subject.read(Path(fmu))
     facts = Facts()
     if (folder / FACTS).exists():
