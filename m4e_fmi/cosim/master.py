@@ -17,6 +17,7 @@ from m4e_fmi.cosim.energy import BondEnergy, EnergyBalance
 from m4e_fmi.cosim.instance import Instance
 from m4e_fmi.cosim.network import Network
 from m4e_fmi.cosim.results import ResultsWriter
+from m4e_fmi.cosim.start_values import start_values
 from m4e_fmi.cosim.step_control import StepControl
 from m4e_fmi.cosim.structure import Structure
 from m4e_fmi.cosim.system import SECOND, System
@@ -71,7 +72,7 @@ class Master:
                 stop=simulation.stop_time,
                 tolerance=simulation.tolerance,
             )
-            instance.set_start(component.start)
+            instance.set_start(start_values(component, instance.description))
         self.network = Network(instances, self._wiring, self._structure, time=simulation.start_time)
         self.network.initialise()
         self._algorithm = ALGORITHMS[simulation.algorithm](self.network)

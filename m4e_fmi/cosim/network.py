@@ -31,9 +31,9 @@ class Network:
 
     `time` is the present communication point [s].
     `sweep` is the order in which a Gauss–Seidel algorithm steps the components.
-    `inputs[k]` is the value of the connected input `targets[k]` at the present point and `links[k]`
-    what leads there; inputs of one component are consecutive (`input_slice`), and so are its
-    outputs (`output_slice`, within a block of `values`).
+    `inputs[k]` is the value of the connected input `targets[k]` at the present point, in the unit
+    of its source, and `links[k]` what leads there; inputs of one component are consecutive
+    (`input_slice`), and so are its outputs (`output_slice`, within a block of `values`).
     """
 
     def __init__(
@@ -45,6 +45,10 @@ class Network:
         time: float,
     ) -> None:
         self.instances = dict(instances)
+        for link in (*wiring.initial_links, *wiring.links):
+            if not link.is_plain:
+                instance = self.instances[link.target.component]
+                instance.scale_input(link.target.variable, link.factor, link.offset)
         self.time = time
         self.sweep = structure.sweep
         self._wiring = wiring
@@ -77,6 +81,11 @@ class Network:
     def unit(self, port: Port) -> str:
         """The unit of a variable, as its FMU names it."""
         return self._descriptions[port.component].variables[port.variable].unit
+
+    def to_si(self, port: Port) -> float:
+        """SI value over value of a variable, 1 if its FMU gives no unit."""
+        dimension = self._descriptions[port.component].variables[port.variable].dimension
+        return dimension.factor if dimension else 1.0
 
     def output_slice(self, component: str) -> slice:
         return _range_of(self.outputs, component)

@@ -35,6 +35,8 @@ class FmuVariable:
 class ModelDescription:
     """Name, description, variables and default experiment (times in seconds) of an FMU.
 
+    `tolerance` is the relative one of its integrator where an importer gives none.
+
     The value reference of a variable is its index among the variables of its type. `derivatives`
     names the rates of the states, in the order of the states; empty where they are not all there.
     """
@@ -44,6 +46,7 @@ class ModelDescription:
     variables: tuple[FmuVariable, ...]
     stop_time: float = 10.0
     step_size: float = 0.01
+    tolerance: float = 1e-8
     derivatives: tuple[str, ...] = ()
 
 

@@ -13,6 +13,7 @@ import m4e_fmi
 from m4e_fmi.fmu.description import FmuVariable, ModelDescription
 from m4e_fmi.units import BASE_UNITS, parse_unit
 
+XML = "modelDescription.xml"
 LOG_CATEGORIES = {
     "logStatusWarning": "Messages with status warning.",
     "logStatusDiscard": "Messages with status discard.",
@@ -50,12 +51,18 @@ def model_description_xml(
         "DefaultExperiment",
         startTime="0.0",
         stopTime=repr(description.stop_time),
+        tolerance=repr(description.tolerance),
         stepSize=repr(description.step_size),
     )
     _add_variables(root, description.variables)
     _add_structure(root, description, native=native)
     indent(root)
     return tostring(root, encoding="UTF-8", xml_declaration=True) + b"\n"
+
+
+def with_guid(xml: bytes, guid: str) -> bytes:
+    """The XML of a description that was written with an empty GUID (FMI 3.0: token)."""
+    return re.sub(rb'(guid|instantiationToken)=""', rf'\1="{guid}"'.encode(), xml, count=1)
 
 
 def _legal(text: str) -> str:
@@ -157,7 +164,9 @@ def _add_structure(root: Element, description: ModelDescription, *, native: bool
             if names is None:
                 continue
             pairs = zip(names, kinds or [""] * len(names), strict=True)
-            chosen = sorted((position[n], kind) for n, kind in pairs if initial or n in known)
+            chosen = sorted(
+                (position[n], kind) for n, kind in pairs if n in (position if initial else known)
+            )
             element.set("dependencies", " ".join(str(place) for place, _ in chosen))
             if kinds is not None:
                 element.set("dependenciesKind", " ".join(kind for _, kind in chosen))

@@ -8,8 +8,9 @@ from pathlib import Path
 import pytest
 from support.driven import driven
 
-from m4e_fmi.fmu.build import SETTINGS, native_fmu_files
-from m4e_fmi.fmu.from_program import with_rates
+from m4e_fmi.fmu.from_program import describe, with_rates
+from m4e_fmi.fmu.native_fmu import SETTINGS, native_fmu_files
+from m4e_fmi.fmu.options import Options
 from m4e_fmi.runtime.compiler import (
     FLAGS,
     SHELL_FLAGS,
@@ -44,7 +45,7 @@ def test_the_shell_compiles_without_a_warning_and_exports_fmi_only(tmp_path: Pat
 
 def test_random_calls_under_sanitizers(tmp_path: Path) -> None:
     program = with_rates(driven())
-    files = native_fmu_files(program, "dop853")
+    files = native_fmu_files(program, describe(program), Options(native=True))
     for name, content in files.items():
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_bytes(content)

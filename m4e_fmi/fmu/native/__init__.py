@@ -2,57 +2,39 @@
 
 `src/` is the shell around the runtime's C library: `instance.h` first, then `fmi2.c`. Both together
 are one shared library, the same for every FMU; what a model is lies in `resources/`: `model.m4e`,
-the program in its binary form, `tangent.m4e`, its directional derivatives, and `fmu.txt`, the GUID
-and the number of the integration method. Imports `program`, `runtime`, `errors`.
+the program in its binary form, `tangent.m4e`, its directional derivatives, and `fmu.txt`: the GUID,
+the number of the integration method, the default tolerance and the longest step [s] of rk4. Imports
+`runtime`, `errors`.
 """
 
 from __future__ import annotations
 
 import sys
-from dataclasses import replace
 from pathlib import Path
+from platform import machine
 
 from m4e_fmi.errors import RunError
-from m4e_fmi.program import TIME, Program, rate_entries, tangent
-from m4e_fmi.program.binary_form import encode
 from m4e_fmi.runtime import compiler
 
 PACKAGED = Path(__file__).with_name(f"_fmi2{compiler.SUFFIX}")
 PLATFORM = {"win32": "win64", "darwin": "darwin64"}.get(sys.platform, "linux64")
-"""FMI's name of the folder for this machine's binary."""
+"""FMI 2.0's name of the folder for this machine's binary."""
+PLATFORM_3 = {
+    "win64": "x86_64-windows",
+    "darwin64": f"{'aarch64' if machine() == 'arm64' else 'x86_64'}-darwin",
+    "linux64": f"{machine()}-linux",
+}[PLATFORM]
+"""FMI 3.0's."""
 
 
-def native_resources(program: Program, method: str) -> dict[str, bytes]:
-    """The programs that the shell reads: file name → content."""
-    entries = rate_entries(program) if method == "rodas" else ()
-    return {"model.m4e": encode(program, entries), "tangent.m4e": encode(tangent_program(program))}
-
-
-def tangent_program(program: Program) -> Program:
-    """Directional derivatives of rates, outputs and calculated parameters, in this order.
-
-    Directions follow the inputs: of time, states, inputs, parameters. Outputs are numbered: one may
-    be a rate, and have its name.
-    """
-    outputs = enumerate((*program.outputs, *program.calculated))
-    shown = replace(
-        program,
-        outputs=tuple(replace(v, name=f"y[{k}]", description=v.name) for k, v in outputs),
-        results=(*program.results, *program.constants),
-        calculated=(),
-        constants=(),
-    )
-    groups = (program.states, program.inputs, program.parameters)
-    return tangent(shown, along=[TIME, *(v.name for group in groups for v in group)])
-
-
-def shell_binary(identifier: str) -> dict[str, bytes]:
+def shell_binary(identifier: str, *, fmi: str = "2") -> dict[str, bytes]:
     """Name in the archive → content of the shared library for this machine.
 
     It comes with the package, or is compiled once into the cache; RunError if it cannot be.
     """
     path = PACKAGED if PACKAGED.exists() else _compiled()
-    return {f"binaries/{PLATFORM}/{identifier}{compiler.SUFFIX}": path.read_bytes()}
+    platform = PLATFORM_3 if fmi == "3" else PLATFORM
+    return {f"binaries/{platform}/{identifier}{compiler.SUFFIX}": path.read_bytes()}
 
 
 def _compiled() -> Path:

@@ -23,7 +23,7 @@
 #define M4E_API
 #endif
 
-#define M4E_ABI 2   /* changes with any declaration below */
+#define M4E_ABI 3   /* changes with any declaration below */
 #define M4E_LANES 8 /* models that an ensemble evaluates at once */
 
 typedef struct m4e_program m4e_program;
@@ -38,7 +38,7 @@ typedef struct {
     uint32_t hoisted;                  /* operations done once per change of a parameter */
 } m4e_counts;
 
-enum { M4E_RK45 = 0, M4E_DOP853 = 1, M4E_RODAS = 2 };
+enum { M4E_RK45 = 0, M4E_DOP853 = 1, M4E_RODAS = 2, M4E_RK4 = 3 };
 
 enum {
     M4E_DONE = 0,           /* every time asked for was reached */
@@ -54,7 +54,8 @@ enum {
 typedef struct {
     int32_t method;
     double rtol, atol; /* local error per step <= atol + rtol |x|, RMS norm */
-    double max_step;   /* s; INFINITY for no limit */
+    double max_step;   /* s; INFINITY for no limit. M4E_RK4 takes the fewest equal steps up to the
+                          next time asked for that are not longer, whatever their error */
     uint64_t max_steps;
     uint64_t quadratures; /* the last states, which no rate depends on: no part of the norm */
 } m4e_options;
@@ -148,7 +149,10 @@ M4E_API void m4e_integrator_free(m4e_integrator *integrator);
 M4E_API void m4e_start(m4e_integrator *integrator, double t, const double *x, double step);
 M4E_API int m4e_advance(m4e_integrator *integrator, double bound, size_t count,
                         const double *times, double *states, m4e_report *report);
-/* The states at the time that a failed `advance` reported. */
+/* One accepted step, not beyond `bound`: M4E_DONE, and where it ended. The same steps as `advance` to
+   that bound takes; without event functions. */
+M4E_API int m4e_step(m4e_integrator *integrator, double bound, double *state, m4e_report *report);
+/* The states at the time that a failed `advance` or `step` reported. */
 M4E_API void m4e_reached(const m4e_integrator *integrator, double *x);
 
 /* A whole simulation from (times[0], x): states (count x n) and selected outputs. */
