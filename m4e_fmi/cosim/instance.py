@@ -17,8 +17,8 @@ from typing import Any, NoReturn
 import numpy as np
 from fmpy import fmi2
 
-from m4e_fmi.cosim.messages import STATUS, Messages
 from m4e_fmi.errors import RunError
+from m4e_fmi.fmu.messages import STATUS, Messages
 from m4e_fmi.fmu.reading import Description
 from m4e_fmi.fmu.unpack import Unpacked
 

@@ -1,4 +1,4 @@
-"""Native FMUs: FMI 2.0 or 3.0, co-simulation and model exchange, without Python and without a compiler.
+"""Native FMUs: FMI 2.0 or 3.0, without Python and without a compiler.
 
 `src/` is the shell around the runtime's C library: `instance.h` first, then `fmi2.c`. Both together
 are one shared library, the same for every FMU of a platform; what a model is lies in `resources/`:
