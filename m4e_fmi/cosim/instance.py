@@ -48,6 +48,8 @@ _SET_DERIVATIVES = ctypes.CFUNCTYPE(
 class Instance:
     """An instance named `name`; `close` it, or use it as a context manager.
 
+    `scales` are factor and offset of the inputs that are set otherwise than by their own values.
+
     Every method raises RunError with component, time, the FMU's own words and a remedy when the
     FMU answers with more than a warning. After Fatal the FMU is never called again.
     """
@@ -60,6 +62,7 @@ class Instance:
         self._broken = False
         self._initialised = False
         self._kept: list[Any] = []
+        self.scales: dict[str, tuple[float, float]] = {}
         self._state = ctypes.c_void_p()
         self._state_time = 0.0
         self._fmu: Any = None
@@ -152,13 +155,75 @@ class Instance:
         if status > WARNING:
             self.fail(status, function)
 
+    def scale_input(self, name: str, factor: float, offset: float) -> None:
+        """From now on, calls that set or read `name` carry v where the FMU has factor·v + offset.
+
+        So the master's values are in the unit of the input's source. `read` tells the FMU's own.
+        """
+        self.scales[name] = factor, offset
+
+    def scales_of(self, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray] | None:
+        """Factors and offsets of variables of `scale_input`; None if all are as they are."""
+        if not any(name in self.scales for name in names):
+            return None
+        factor, offset = np.array([self.scales.get(name, (1.0, 0.0)) for name in names]).T
+        return factor, offset
+
     def getter(self, names: Sequence[str], view: np.ndarray) -> Call:
         """A call that reads the Real variables `names` into `view` (float64, contiguous)."""
-        return self._bound(self._get_real, names, view)
+        scales = self.scales_of(names)
+        if scales is None:
+            return self.own_getter(names, view)
+        factor, offset = scales
+        own = np.zeros(len(names))
+        call = self.own_getter(names, own)
+
+        def get() -> Status:
+            status = call()
+            view[:] = (own - offset) / factor
+            return status
+
+        return get
 
     def setter(self, names: Sequence[str], view: np.ndarray) -> Call:
         """A call that sets the Real variables `names` from `view` (float64, contiguous)."""
+        scales = self.scales_of(names)
+        if scales is None:
+            return self.own_setter(names, view)
+        factor, offset = scales
+        own = np.zeros(len(names))
+        call = self.own_setter(names, own)
+
+        def set_() -> Status:
+            np.multiply(view, factor, out=own)
+            np.add(own, offset, out=own)
+            return call()
+
+        return set_
+
+    def own_getter(self, names: Sequence[str], view: np.ndarray) -> Call:
+        """As `getter`, in the FMU's own units."""
+        return self._bound(self._get_real, names, view)
+
+    def own_setter(self, names: Sequence[str], view: np.ndarray) -> Call:
+        """As `setter`, in the FMU's own units."""
         return self._bound(self._set_real, names, view)
+
+    @property
+    def handle(self) -> int:
+        """The FMU's component: first argument of its functions."""
+        return self._component
+
+    def address(self, function: str) -> int:
+        """Address of a function of FMI in the FMU's library."""
+        address = ctypes.cast(getattr(self._fmu.dll, function), ctypes.c_void_p).value
+        assert address
+        return address
+
+    def references(self, names: Sequence[str]) -> np.ndarray:
+        """Value references of variables, uint32."""
+        variables = self.description.variables
+        return np.array([variables[name].value_reference for name in names], dtype=np.uint32)
 
     def _bound(self, function: Any, names: Sequence[str], view: np.ndarray) -> Call:
         assert view.dtype == np.float64
@@ -182,6 +247,20 @@ class Instance:
         assert view.dtype == np.float64
         assert view.flags.c_contiguous
         assert view.shape == (len(names), 2)
+        scales = self.scales_of(names)
+        if scales is not None:
+            factor = scales[0][:, None].copy()
+            own = np.zeros_like(view)
+            call = self._bound_derivatives(names, own)
+
+            def set_() -> Status:
+                np.multiply(view, factor, out=own)
+                return call()
+
+            return set_
+        return self._bound_derivatives(names, view)
+
+    def _bound_derivatives(self, names: Sequence[str], view: np.ndarray) -> Call:
         variables = self.description.variables
         count = 2 * len(names)
         twice = [variables[n].value_reference for n in names for _ in range(2)]
@@ -203,7 +282,7 @@ class Instance:
         self.time = self._state_time
 
     def directional_derivative(self, output: str, known: str) -> float:
-        """∂output/∂known of two Real variables at the present instant, as the FMU tells it."""
+        """∂output/∂known of two Real variables at the present instant; `known` may be scaled."""
         variables = self.description.variables
         references = [
             (ctypes.c_uint * 1)(variables[name].value_reference) for name in (output, known)
@@ -218,12 +297,12 @@ class Instance:
             ctypes.byref(seed),
             ctypes.byref(value),
         )
-        return value.value
+        return value.value * self.scales.get(known, (1.0, 0.0))[0]
 
     def read(self, name: str) -> float:
         """The present value of the Real variable `name`."""
         value = np.zeros(1)
-        status = self.getter([name], value)()
+        status = self._bound(self._get_real, [name], value)()
         del self._kept[-2:]
         if status > WARNING:
             self.fail(status, "fmi2GetReal")

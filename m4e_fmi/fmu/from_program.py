@@ -14,7 +14,7 @@ from m4e_fmi.fmu.selection import GROUPS
 from m4e_fmi.program import TIME, Program, Variable
 from m4e_fmi.program.dependence import initial_kind, kinds
 from m4e_fmi.program.python_form import python_source
-from m4e_fmi.runtime import declarations, dormand_prince
+from m4e_fmi.runtime import declarations, dormand_prince, runge_kutta
 from m4e_fmi.runtime.library import library_path
 
 LIBRARY = "runtime.bin"  # as runtime_engine names it
@@ -112,7 +112,11 @@ def python_slave(
     """The Python slave that runs `program`; the variables of `description` follow it in order."""
     references = count()
     layout = {group: [next(references) for _ in getattr(program, group)] for group in GROUPS}
-    settings = {"method": method, "tolerance": description.tolerance}
+    settings = {
+        "method": method,
+        "tolerance": description.tolerance,
+        "step_size": description.step_size,
+    }
     return PythonSource(
         description=description,
         slave="program_slave:ProgramSlave",
@@ -122,6 +126,7 @@ def python_slave(
             "python_engine.py": EMBEDDED / "python_engine.py",
             "declarations.py": Path(declarations.__file__),
             "dormand_prince.py": Path(dormand_prince.__file__),
+            "runge_kutta.py": Path(runge_kutta.__file__),
         },
         data={
             "model.py": python_source(program).encode(),

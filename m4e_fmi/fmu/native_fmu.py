@@ -29,7 +29,8 @@ def native_fmu_files(
         f"resources/{TANGENT}": tangent_file(program),
     }
     files |= shell_binary(identifier, fmi=options.fmi) | dict(options.documentation)
-    settings = f"{METHODS[options.method]} {_without_point(description.tolerance)}\n"
+    numbers = (_without_point(v) for v in (description.tolerance, description.step_size))
+    settings = f"{METHODS[options.method]} {' '.join(numbers)}\n"
     files[SETTINGS] = settings.encode()
     if options.fmi == "3":
         variables = grouped(description)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import zipfile
 import zlib
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -29,7 +30,8 @@ class Variable:
     """One variable of an FMU.
 
     `dimension` is the unit with its base-unit exponents and factor, None where the FMU gives no
-    unit; `offset` is what the unit adds after the factor (0 for all but temperatures).
+    unit; `offset` is what the unit adds after the factor (0 for all but temperatures). `items` are
+    the values of an enumeration by their names.
     """
 
     name: str
@@ -43,6 +45,7 @@ class Variable:
     offset: float
     description: str
     derivative_of: str | None
+    items: Mapping[str, int] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -115,7 +118,7 @@ def _check_archive(path: Path) -> tuple[set[str], bytes]:
     try:
         with zipfile.ZipFile(path) as archive:
             infos = archive.infolist()
-            _check_entries(path, infos)
+            check_entries(path, infos)
             if MODEL_DESCRIPTION not in archive.namelist():
                 message = f"not an FMU: there is no {MODEL_DESCRIPTION} at the top of the archive"
                 raise _bad(path, message, "pack the content of the folder, not the folder itself")
@@ -129,7 +132,8 @@ def _check_archive(path: Path) -> tuple[set[str], bytes]:
     return {info.filename for info in infos}, text
 
 
-def _check_entries(path: Path, infos: list[zipfile.ZipInfo]) -> None:
+def check_entries(path: Path, infos: list[zipfile.ZipInfo]) -> None:
+    """InputError if an archive should not be unpacked: see `read_description`."""
     distrust = "do not use this file: no tool that exports FMUs writes such an archive"
     seen: set[str] = set()
     for info in infos:
@@ -235,7 +239,14 @@ def _variable(raw: Any, units: dict[str, Any]) -> Variable:
         offset=offset,
         description=raw.description or "",
         derivative_of=raw.derivative.name if raw.derivative is not None else None,
+        items=_items(raw.declaredType),
     )
+
+
+def _items(declared: Any) -> dict[str, int]:
+    """Values of an enumeration type by name; empty for any other type."""
+    items = declared.items if declared is not None else None
+    return {item.name: int(item.value) for item in items or ()}
 
 
 def _dimension(text: str, definition: Any) -> tuple[Unit | None, float]:

@@ -38,7 +38,7 @@ typedef struct {
     uint32_t hoisted;                  /* operations done once per change of a parameter */
 } m4e_counts;
 
-enum { M4E_RK45 = 0, M4E_DOP853 = 1, M4E_RODAS = 2 };
+enum { M4E_RK45 = 0, M4E_DOP853 = 1, M4E_RODAS = 2, M4E_RK4 = 3 };
 
 enum {
     M4E_DONE = 0,           /* every time asked for was reached */
@@ -54,7 +54,8 @@ enum {
 typedef struct {
     int32_t method;
     double rtol, atol; /* local error per step <= atol + rtol |x|, RMS norm */
-    double max_step;   /* s; INFINITY for no limit */
+    double max_step;   /* s; INFINITY for no limit. M4E_RK4 takes the fewest equal steps up to the
+                          next time asked for that are not longer, whatever their error */
     uint64_t max_steps;
     uint64_t quadratures; /* the last states, which no rate depends on: no part of the norm */
 } m4e_options;

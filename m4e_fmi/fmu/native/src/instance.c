@@ -158,7 +158,8 @@ int have_integrator(instance *c) {
     const double tolerance = c->now.tolerance;
     if (c->integrator && c->built_tolerance == tolerance) return 1;
     const m4e_options options = {.method = c->method, .rtol = tolerance, .atol = tolerance,
-                                 .max_step = INFINITY, .max_steps = MOST_STEPS};
+                                 .max_step = c->method == M4E_RK4 ? c->step_size : INFINITY,
+                                 .max_steps = MOST_STEPS};
     m4e_integrator_free(c->integrator);
     c->integrator = m4e_integrator_new(c->model, &options, NULL);
     c->built_tolerance = tolerance;
@@ -184,8 +185,9 @@ static int make_room(instance *c) {
     return c->model != NULL;
 }
 
-/* fmu.txt: the GUID, the integration method (its number in m4e.h) and the default tolerance, without
-   a decimal point, which strtod would look for as the locale writes it. */
+/* fmu.txt: the GUID, the integration method (its number in m4e.h), the default tolerance and the
+   longest step of rk4 in seconds, both without a decimal point, which strtod would look for as the
+   locale writes it. */
 static int read_identity(instance *c, const char *guid) {
     size_t size = 0, length = strlen(guid);
     char *text = (char *)read_resource(c, "fmu.txt", &size), *end = NULL;
@@ -193,7 +195,8 @@ static int read_identity(instance *c, const char *guid) {
     const int same = size > length && memcmp(text, guid, length) == 0 && text[length] == ' ';
     if (same) {
         c->method = (int32_t)strtol(text + length, &end, 10);
-        c->default_tolerance = strtod(end, NULL);
+        c->default_tolerance = strtod(end, &end);
+        c->step_size = strtod(end, NULL);
     }
     free(text);
     if (!same) tell(c, FMI_ERROR, "the GUID %.80s is not that of this FMU", guid);

@@ -62,6 +62,7 @@ struct instance {
     double *direction, *changes; /* inputs and results of the tangent */
     int stale_tangent;
     int32_t method;
+    double step_size; /* s; the longest of M4E_RK4 */
     double default_tolerance, built_tolerance; /* of the integrator: the last is the present one */
 
     /* Called after each step of the integrator, unless NULL; answers where to stop. */
