@@ -17,8 +17,8 @@ import numpy as np
 from fmpy import fmi2
 
 from m4e_fmi.cosim.binary import Binary
-from m4e_fmi.cosim.messages import STATUS, Messages
 from m4e_fmi.errors import RunError
+from m4e_fmi.fmu.messages import STATUS, Messages
 from m4e_fmi.fmu.reading import Description
 
 WARNING, DISCARD, ERROR, FATAL = 1, 2, 3, 4
