@@ -207,8 +207,8 @@ def describe(name: str, variables: tuple[V, ...], options: Sequence[str] = ()) -
         f"<UnitDefinitions>{units}</UnitDefinitions><ModelVariables>"
         + "".join(_scalar(k, v, index) for k, v in enumerate(variables))
         + f"</ModelVariables><ModelStructure><Outputs>{listed(outputs)}</Outputs>"
-        f"<InitialUnknowns>{listed(unknowns)}</InitialUnknowns></ModelStructure>"
-        "</fmiModelDescription>"
+        + (f"<InitialUnknowns>{listed(unknowns)}</InitialUnknowns>" if unknowns else "")
+        + "</ModelStructure></fmiModelDescription>"
     )
 
 
