@@ -6,6 +6,7 @@ import time as clock
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
+from math import ceil
 from pathlib import Path
 
 from m4e_fmi.cosim.certificate import Certificate, Trace, certificate
@@ -141,7 +142,9 @@ def run(
                 "algorithm": settings.algorithm,
                 "step_size": f"{settings.step_size:g} s",
             }
-            with ResultsWriter(path, master.network, attributes) as writer:
+            interval = settings.output_interval or settings.step_size
+            rows = ceil((settings.stop_time - settings.start_time) / interval) + 1
+            with ResultsWriter(path, master.network, attributes, expected=rows) as writer:
                 try:
                     master.run(results=writer, observers=observers, progress=progress)
                 except RunError as error:
