@@ -28,6 +28,8 @@ _VECTORS = {
 }
 """Last part of a scalar's name → the vector's, and the axis."""
 
+LIMITS = ("minimum", "maximum", "nominal")
+
 _TIME = FmuVariable(TIME, "s", "Simulation time", causality="independent")
 
 
@@ -65,8 +67,8 @@ def places(variables: Sequence[Grouped]) -> dict[str, Place]:
 def grouped(description: ModelDescription) -> tuple[Grouped, ...]:
     """Variables of FMI 3.0: time, then all of the description's, each at the place of its first.
 
-    Scalars become elements if they agree in type, causality, variability, display unit and in
-    whether they have a start value; vectors in their unit, too. Where they are derivatives they
+    Scalars become elements if they agree in type, causality, variability, display unit, limits and
+    in whether they have a start value; vectors in their unit, too. Where they are derivatives they
     are those of the elements of another array, and the rates of an array of states are an array.
     """
     variables = {v.name: v for v in description.variables}
@@ -118,7 +120,7 @@ def _candidates(names: Sequence[str]) -> dict[str, tuple[tuple[int, ...], list[s
 
 
 def _uniform(group: Grouped) -> bool:
-    keys = ("type", "causality", "variability", "initial", "display_unit")
+    keys = ("type", "causality", "variability", "initial", "display_unit", *LIMITS)
     agreed = {tuple(getattr(v, key) for key in keys) for v in group.members}
     started = {v.start is None for v in group.members}
     one_unit = len(group.shape) > 1 or len({v.unit for v in group.members}) == 1
