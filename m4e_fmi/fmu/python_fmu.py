@@ -72,7 +72,9 @@ def _package_files(source: PythonSource, description: ModelDescription) -> dict[
     for variable in description.variables:
         group, default = ("reals", 0.0) if variable.type == "Real" else ("strings", "")
         start = default if variable.start is None else variable.start
-        entry = {"name": variable.name, "start": start}
+        always = variable.causality == "input" or variable.variability == "tunable"
+        settable = always and variable.causality != "calculatedParameter"
+        entry = {"name": variable.name, "start": start, "settable": settable}
         for key in ("minimum", "maximum"):
             if math.isfinite(limit := getattr(variable, key)):
                 entry[key] = limit

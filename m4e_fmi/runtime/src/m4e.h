@@ -13,7 +13,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#ifdef M4E_STATIC /* part of another library */
+#ifndef M4E_SHARED /* part of another library, without ensembles */
 #define M4E_API
 #elif defined _WIN32
 #define M4E_API __declspec(dllexport)
