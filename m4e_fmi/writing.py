@@ -12,6 +12,8 @@ from typing import Any
 
 from m4e_fmi.errors import RunError
 
+PROBE = 2**18
+"""Bytes: more than what is left of a disk on which a block of results did not fit, usually."""
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 _FORBIDDEN = (errno.EROFS, errno.EACCES, errno.EPERM)
 _REMEDIES = {
@@ -45,9 +47,23 @@ def written(path: str | Path) -> Iterator[Path]:
 
 def cannot_write(path: Path, error: Exception) -> RunError:
     """What to raise when writing `path` failed with `error`."""
-    why = getattr(error, "strerror", None) or error
-    remedy = _REMEDIES.get(getattr(error, "errno", 0), "is the disk full? choose another file")
+    cause = _plain_cause(path) or error  # netCDF gives others
+    why = getattr(cause, "strerror", None) or cause
+    remedy = _REMEDIES.get(getattr(cause, "errno", 0), "choose another file")
     return RunError(f"{path}: cannot be written: {why}", remedy)
+
+
+def _plain_cause(path: Path) -> OSError | None:
+    """Why a plain file beside `path` cannot be written; None if it can."""
+    probe = path.with_name(f".{uuid.uuid4().hex}")
+    try:
+        probe.write_bytes(bytes(PROBE))
+    except OSError as error:
+        return error
+    finally:
+        with suppress(OSError):
+            probe.unlink(missing_ok=True)
+    return None
 
 
 @contextmanager

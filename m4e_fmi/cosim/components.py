@@ -57,10 +57,10 @@ def fmu_files(
 
 
 def _library_is_there(tell: Tell) -> bool:
-    from m4e_fmi.fmu.native import shell_binary
+    from m4e_fmi.fmu.native import shell_binaries
 
     try:
-        shell_binary("any")
+        shell_binaries("any")
     except RunError as error:
         tell(f"Python FMUs instead of native ones: {error.message}")
         return False

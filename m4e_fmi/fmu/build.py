@@ -22,7 +22,7 @@ from m4e_fmi.fmu.selection import renamed, with_outputs
 from m4e_fmi.program import Program
 
 LAST_ERROR = "last_error"
-OF_PROGRAMS = ("native", "method", "outputs", "rename")
+OF_PROGRAMS = ("native", "fmi", "method", "outputs", "rename")
 """Options that say something of a program, and nothing of Python code."""
 
 
@@ -43,9 +43,11 @@ def build_fmu(
     """Write the FMU of `source` to `path` (replaced as a whole) and return the path.
 
     A `native` FMU needs no Python where it runs, and serves co-simulation and model exchange; `fmi`
-    is the version of the standard. `method` integrates its co-simulation (dop853, rk45, rodas), to
-    `tolerance` (default 1e-8) where the importer gives none. `stop_time` and `step_size` [s] are
-    those of the default experiment (10 and 0.01). `outputs` are shell patterns of the outputs and
+    is the version of the standard. `method` integrates a program in co-simulation: dop853, rk45 or
+    rodas (stiff), to `tolerance` (default 1e-8) where the importer gives none, or rk4, which does
+    not control its error: it divides each communication step into the fewest equal steps that are
+    not longer than `step_size`. `stop_time` and `step_size` [s] are those of the default experiment
+    (10 and 0.01). `outputs` are shell patterns of the outputs and
     states to be seen; what computes the others only is left out; default all. `rename` gives
     variables other names, old → new. `documentation` has more files: name in the archive, below
     ``documentation/`` or ``model.png``, → content.
@@ -79,12 +81,22 @@ def fmu_files(source: Program | PythonSource, options: Options) -> dict[str, byt
         _check_python_source(source, options)
         description = _asked(source.description, options)
         return python_fmu_files(replace(source, description=description), options)
-    program = source if options.outputs is None else with_outputs(source, options.outputs)
-    program = with_rates(program)
-    description = _asked(describe(renamed(program, options.rename)), options)
+    program = shown(source, options)
+    description = described(program, options)
     if options.native:
         return native_fmu_files(program, description, options)
     return python_fmu_files(python_slave(program, description, options.method), options)
+
+
+def shown(program: Program, options: Options) -> Program:
+    """What an FMU of `program` shows, by the names before they are changed."""
+    chosen = program if options.outputs is None else with_outputs(program, options.outputs)
+    return with_rates(chosen)
+
+
+def described(program: Program, options: Options) -> ModelDescription:
+    """What an FMU says of a program that is as `shown`."""
+    return _asked(describe(renamed(program, options.rename)), options)
 
 
 def _check_python_source(source: PythonSource, options: Options) -> None:

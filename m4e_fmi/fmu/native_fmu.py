@@ -5,9 +5,12 @@ from __future__ import annotations
 from decimal import Decimal
 
 from m4e_fmi.fmu.archive import content_guid, model_identifier
+from m4e_fmi.fmu.arrays import grouped
 from m4e_fmi.fmu.description import ModelDescription
+from m4e_fmi.fmu.layout_files import layout_files
 from m4e_fmi.fmu.model_description import XML, model_description_xml, with_guid
-from m4e_fmi.fmu.native import shell_binary
+from m4e_fmi.fmu.model_description_3 import model_description_3_xml
+from m4e_fmi.fmu.native import shell_binaries
 from m4e_fmi.fmu.options import Options
 from m4e_fmi.fmu.program_files import PROGRAM, TANGENT, model_file, tangent_file
 from m4e_fmi.program import Program
@@ -25,10 +28,17 @@ def native_fmu_files(
         f"resources/{PROGRAM}": model_file(program, options.method, options.rename),
         f"resources/{TANGENT}": tangent_file(program),
     }
-    files |= shell_binary(identifier) | dict(options.documentation)
-    settings = f"{METHODS[options.method]} {_without_point(description.tolerance)}\n"
+    files |= shell_binaries(identifier, fmi=options.fmi) | dict(options.documentation)
+    numbers = (_without_point(v) for v in (description.tolerance, description.step_size))
+    settings = f"{METHODS[options.method]} {' '.join(numbers)}\n"
     files[SETTINGS] = settings.encode()
-    xml = model_description_xml(description, model_identifier=identifier, guid="", native=True)
+    if options.fmi == "3":
+        variables = grouped(description)
+        for name, content in layout_files(description, variables).items():
+            files[f"resources/{name}"] = content
+        xml = model_description_3_xml(description, variables, model_identifier=identifier)
+    else:
+        xml = model_description_xml(description, model_identifier=identifier, guid="", native=True)
     guid = content_guid(files, xml)
     files[SETTINGS] = f"{guid} {settings}".encode()
     files[XML] = with_guid(xml, guid)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.runtime.declarations import METHODS
 
-FMI_VERSIONS = ("2",)
+FMI_VERSIONS = ("2", "3")
 DOCUMENTATION = ("documentation/", "model.png")
 """How names of files of documentation begin: FMI 2.0.4, section 2.3."""
 
@@ -43,6 +43,8 @@ class Options:
         ):
             if value is not None and not (value > 0 and math.isfinite(value)):
                 problems.append(Problem(f"the {what} must be positive, got {value:g}"))
+        if self.fmi == "3" and not self.native:
+            problems.append(Problem("FMI 3.0 is for native FMUs", "add native, or take FMI 2"))
         problems += [
             Problem(f"{name!r} is no place for documentation", "documentation/… or model.png")
             for name in self.documentation

@@ -114,7 +114,7 @@ def test_native_components_change_no_bit(
     system: System, files: dict[str, Path], python_files: dict[str, Path]
 ):
     """With inputs held, both kinds of FMU get the same calls and give the same numbers."""
-    shorter = system.changed(stop_time=5.0)
+    shorter = system.changed(stop_time=5.0, algorithm="gauss_seidel")
     seen: list[dict[str, list[float]]] = []
     for found in (files, python_files):
         fixed = replace(
@@ -130,7 +130,7 @@ def test_native_components_change_no_bit(
         run(fixed, observers=[observe])
         seen.append(series)
     assert seen[0] == seen[1]
-    assert len(seen[0]["generator.power"]) == 101
+    assert len(seen[0]["generator.power"]) == 51
 
 
 @pytest.fixture(scope="module")

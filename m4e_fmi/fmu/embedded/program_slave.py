@@ -1,8 +1,9 @@
 """Slave of a program: integrates its states, computes its outputs.
 
 The C runtime does it where its library, which is packed, can be loaded; plain Python elsewhere,
-with another integrator. Inputs are held during a step. The local error per step is bounded by the
-importer's tolerance, or by the one that `layout.json` gives.
+with another integrator unless the method is rk4. Inputs are held during a step. The local error per
+step is bounded by the importer's tolerance, or by the one that `layout.json` gives; rk4 takes fixed
+steps.
 """
 
 import json
@@ -16,7 +17,7 @@ LAYOUT = "layout.json"
 
 class ProgramSlave(M4eSlave):
     """`layout.json` gives the value references of the program's vectors, in their order, the method
-    of integration and the tolerance where the importer gives none."""
+    of integration, the tolerance where the importer gives none, and the longest step of rk4."""
 
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
@@ -29,16 +30,17 @@ class ProgramSlave(M4eSlave):
         self._fixed = set(self._parameters)
         self._default = layout["tolerance"]
         self._known = False
-        self._engine = self._new_engine(layout["method"])
+        self._engine = self._new_engine(layout["method"], layout["step_size"])
 
-    def _new_engine(self, method):
+    def _new_engine(self, method, step_size):
         states, outputs = ([self._names[k] for k in vrs] for vrs in (self._states, self._outputs))
+        how = {"method": method, "step_size": step_size}
         try:
             return RuntimeEngine(
-                self.resources, method, self._default, states, outputs, len(self._calculated)
+                self.resources, self._default, states, outputs, len(self._calculated), **how
             )
         except OSError:
-            return PythonEngine(self._default)
+            return PythonEngine(self._default, **how)
 
     def setup_experiment(self, start_time, stop_time=None, tolerance=None):
         super().setup_experiment(start_time, stop_time, tolerance)

@@ -5,11 +5,11 @@
 #include "integrator.h"
 
 const method *m4e_method_of(const m4e_model *m, const m4e_options *o) {
-    static const method *const known[] = {&m4e_rk45, &m4e_dop853, &m4e_rodas};
+    static const method *const known[] = {&m4e_rk45, &m4e_dop853, &m4e_rodas, &m4e_rk4};
     const int sound = o->rtol >= 0.0 && o->atol >= 0.0 && o->rtol + o->atol > 0.0 &&
                       isfinite(o->rtol + o->atol) && o->max_step > 0.0 &&
                       (o->quadratures == 0 || o->quadratures < m->program->count.states);
-    if (!sound || o->method < 0 || o->method > M4E_RODAS) return NULL;
+    if (!sound || o->method < 0 || o->method > M4E_RK4) return NULL;
     return o->method == M4E_RODAS && m->lanes > 1 ? NULL : known[o->method];
 }
 

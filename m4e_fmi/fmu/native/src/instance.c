@@ -57,15 +57,20 @@ uint32_t first_state(const instance *c) { return first_input(c) + c->n.inputs; }
 uint32_t first_output(const instance *c) { return first_state(c) + c->n.states; }
 uint32_t scalars(const instance *c) { return first_output(c) + c->n.outputs; }
 
-/* In the binary form calculated parameters come last. */
+/* Place in the binary form, where calculated parameters come last. */
+static uint32_t place_of(const instance *c, uint32_t scalar) {
+    if (scalar >= first_input(c)) return scalar - c->n.calculated;
+    if (scalar >= c->n.parameters) return scalar + c->n.inputs + c->n.states + c->n.outputs;
+    return scalar;
+}
+
 const char *name_of(const instance *c, uint32_t scalar) {
-    uint32_t place = scalar;
     if (scalar == scalars(c)) return "time";
-    if (scalar >= first_input(c))
-        place -= c->n.calculated;
-    else if (scalar >= c->n.parameters)
-        place += c->n.inputs + c->n.states + c->n.outputs;
-    return m4e_program_name(c->program, place);
+    return m4e_program_name(c->program, place_of(c, scalar));
+}
+
+const m4e_limits *limits_of(const instance *c, uint32_t scalar) {
+    return m4e_program_limits(c->program) + place_of(c, scalar);
 }
 
 answer set_experiment(instance *c, int tolerant, double tolerance, double start, int stops,
@@ -158,7 +163,8 @@ int have_integrator(instance *c) {
     const double tolerance = c->now.tolerance;
     if (c->integrator && c->built_tolerance == tolerance) return 1;
     const m4e_options options = {.method = c->method, .rtol = tolerance, .atol = tolerance,
-                                 .max_step = INFINITY, .max_steps = MOST_STEPS};
+                                 .max_step = c->method == M4E_RK4 ? c->step_size : INFINITY,
+                                 .max_steps = MOST_STEPS};
     m4e_integrator_free(c->integrator);
     c->integrator = m4e_integrator_new(c->model, &options, NULL);
     c->built_tolerance = tolerance;
@@ -184,8 +190,9 @@ static int make_room(instance *c) {
     return c->model != NULL;
 }
 
-/* fmu.txt: the GUID, the integration method (its number in m4e.h) and the default tolerance, without
-   a decimal point, which strtod would look for as the locale writes it. */
+/* fmu.txt: the GUID, the integration method (its number in m4e.h), the default tolerance and the
+   longest step of rk4 in seconds, both without a decimal point, which strtod would look for as the
+   locale writes it. */
 static int read_identity(instance *c, const char *guid) {
     size_t size = 0, length = strlen(guid);
     char *text = (char *)read_resource(c, "fmu.txt", &size), *end = NULL;
@@ -193,7 +200,8 @@ static int read_identity(instance *c, const char *guid) {
     const int same = size > length && memcmp(text, guid, length) == 0 && text[length] == ' ';
     if (same) {
         c->method = (int32_t)strtol(text + length, &end, 10);
-        c->default_tolerance = strtod(end, NULL);
+        c->default_tolerance = strtod(end, &end);
+        c->step_size = strtod(end, NULL);
     }
     free(text);
     if (!same) tell(c, FMI_ERROR, "the GUID %.80s is not that of this FMU", guid);
@@ -217,8 +225,8 @@ void instance_free(instance *c) {
     m4e_program_free(c->program);
     void *parts[] = {c->values,       c->before,        c->rates,        c->y,
                      c->direction,    c->changes,       c->layout.start, c->layout.scalar,
-                     c->layout.state, c->listed[0],     c->listed[1],    c->name,
-                     c->resources};
+                     c->layout.state, c->dependencies,  c->listed[0],    c->listed[1],
+                     c->name,         c->resources};
     for (size_t i = 0; i < sizeof parts / sizeof *parts; ++i) free(parts[i]);
     free(c);
 }

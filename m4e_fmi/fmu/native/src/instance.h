@@ -52,7 +52,8 @@ struct instance {
     double *calculated, *y; /* valid unless `stale` */
     int stale, stale_parameters, stale_inputs;
     layout layout;
-    uint32_t *listed[2]; /* scalars */
+    struct dependencies *dependencies; /* read when they are asked for */
+    uint32_t *listed[2];               /* scalars */
     size_t room[2];
 
     m4e_program *program, *tangent_program;
@@ -61,6 +62,7 @@ struct instance {
     double *direction, *changes; /* inputs and results of the tangent */
     int stale_tangent;
     int32_t method;
+    double step_size; /* s; the longest of M4E_RK4 */
     double default_tolerance, built_tolerance; /* of the integrator: the last is the present one */
 
     /* Called after each step of the integrator, unless NULL; answers where to stop. */
@@ -106,10 +108,14 @@ int allowed(instance *c, unsigned phases, const char *function);
 
 /* Name of a scalar, which must be one. */
 const char *name_of(const instance *c, uint32_t scalar);
+/* Limits of a variable of the program. */
+const m4e_limits *limits_of(const instance *c, uint32_t scalar);
 uint32_t scalars(const instance *c); /* without time, whose number it is */
 uint32_t first_input(const instance *c), first_state(const instance *c),
     first_output(const instance *c);
 
+/* Whether a text is of decimal digits, spaces and ends of lines only; counts lines and numbers. */
+int count_numbers(const char *text, size_t *lines, size_t *numbers);
 /* Content of a file in resources and a zero byte; NULL and a message. */
 uint8_t *read_resource(instance *c, const char *file, size_t *size);
 /* Fills c->layout from a file, or without one; 0 and a message. */
@@ -155,6 +161,15 @@ answer adjoint_derivative(instance *c, const uint32_t unknown[], size_t unknowns
                           size_t seeds, double result[], size_t results);
 answer output_derivatives(instance *c, const uint32_t references[], size_t count,
                           const int32_t order[], double values[], size_t room);
+
+/* dependencies.c: how an element of a variable depends on an element of a known one. Elements count
+   from 1, kinds are those of fmi3DependencyKind. */
+typedef struct {
+    uint32_t variable, element, known, known_element, kind;
+} dependency;
+answer count_dependencies(instance *c, uint32_t reference, size_t *count);
+/* The `count` dependencies of a variable, NULL and a message if they are not so many. */
+const dependency *dependencies_of(instance *c, uint32_t reference, size_t count);
 
 /* step.c */
 answer set_input_derivatives(instance *c, const uint32_t references[], size_t count,

@@ -4,8 +4,7 @@
 
 #include "instance.h"
 
-/* The file has a line for each value reference, with the numbers of its scalars. */
-static int count_numbers(const char *text, size_t *lines, size_t *numbers) {
+int count_numbers(const char *text, size_t *lines, size_t *numbers) {
     int within = 0;
     *lines = *numbers = 0;
     for (; *text; ++text) {
@@ -18,6 +17,7 @@ static int count_numbers(const char *text, size_t *lines, size_t *numbers) {
     return 1;
 }
 
+/* The file has a line for each value reference, with the numbers of its scalars. */
 static int fill(instance *c, const char *text) {
     layout *l = &c->layout;
     uint32_t line = 0, place = 0;
@@ -91,9 +91,7 @@ static uint32_t *list_of(instance *c, int list, size_t numbers) {
 const uint32_t *scalars_of(instance *c, const uint32_t references[], size_t count, size_t numbers,
                            int list) {
     const layout *l = &c->layout;
-    uint32_t *found = list_of(c, list, numbers);
     size_t all = 0;
-    if (!found) return NULL;
     if (count && !references) {
         tell(c, FMI_ERROR, "%s: no value references are given", c->function);
         return NULL;
@@ -104,10 +102,15 @@ const uint32_t *scalars_of(instance *c, const uint32_t references[], size_t coun
             tell(c, FMI_ERROR, "%s: there is no number with value reference %u", c->function, r);
             return NULL;
         }
-        for (uint32_t k = l->start[r]; k < l->start[r + 1]; ++k, ++all)
-            if (all < numbers) found[all] = l->scalar[k];
+        all += l->start[r + 1] - l->start[r];
     }
-    if (all == numbers) return found;
-    tell(c, FMI_ERROR, "%s: %zu numbers are given for %zu", c->function, numbers, all);
-    return NULL;
+    if (all != numbers) {
+        tell(c, FMI_ERROR, "%s: %zu values for %zu numbers", c->function, numbers, all);
+        return NULL;
+    }
+    uint32_t *found = list_of(c, list, numbers);
+    for (size_t i = 0, place = 0; found && i < count; ++i)
+        for (uint32_t k = l->start[references[i]]; k < l->start[references[i] + 1]; ++k)
+            found[place++] = l->scalar[k];
+    return found;
 }
