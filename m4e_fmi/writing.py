@@ -54,7 +54,9 @@ def cannot_write(path: Path, error: Exception) -> RunError:
 
 
 def _plain_cause(path: Path) -> OSError | None:
-    """Why a plain file beside `path` cannot be written; None if it can."""
+    """Why a plain file beside `path` cannot be written; None if it can, or there is no folder."""
+    if not path.parent.is_dir():
+        return None
     probe = path.with_name(f".{uuid.uuid4().hex}")
     try:
         probe.write_bytes(bytes(PROBE))

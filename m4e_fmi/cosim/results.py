@@ -41,6 +41,9 @@ class ResultsWriter:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             self._file = Dataset(self.path, "w", format="NETCDF4")
         except (OSError, RuntimeError) as error:
+            with suppress(OSError):
+                if not self.path.stat().st_size:
+                    self.path.unlink()
             raise cannot_write(self.path, error) from error
         self._times = np.zeros(BLOCK)
         self._rows = 0
