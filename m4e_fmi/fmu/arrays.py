@@ -18,6 +18,8 @@ from m4e_fmi.program import TIME
 _MOTION = {"": "position", "v": "velocity", "a": "acceleration"}
 """What stands before the axis in the last part of a name → the vector's name."""
 
+LIMITS = ("minimum", "maximum", "nominal")
+
 _TIME = FmuVariable(TIME, "s", "Simulation time", causality="independent")
 
 
@@ -55,8 +57,8 @@ def places(variables: Sequence[Grouped]) -> dict[str, Place]:
 def grouped(description: ModelDescription) -> tuple[Grouped, ...]:
     """Variables of FMI 3.0: time, then all of the description's, each at the place of its first.
 
-    Scalars become elements if they agree in type, causality, variability, display unit and in
-    whether they have a start value; vectors in their unit, too. Where they are derivatives they
+    Scalars become elements if they agree in type, causality, variability, display unit, limits and
+    in whether they have a start value; vectors in their unit, too. Where they are derivatives they
     are those of the elements of another array, and the rates of an array of states are an array.
     """
     variables = {v.name: v for v in description.variables}
@@ -117,7 +119,7 @@ def _component(last: str) -> tuple[str, str] | None:
 
 
 def _uniform(group: Grouped) -> bool:
-    keys = ("type", "causality", "variability", "initial", "display_unit")
+    keys = ("type", "causality", "variability", "initial", "display_unit", *LIMITS)
     agreed = {tuple(getattr(v, key) for key in keys) for v in group.members}
     started = {v.start is None for v in group.members}
     one_unit = len(group.shape) > 1 or len({v.unit for v in group.members}) == 1
