@@ -43,7 +43,7 @@ def build_fmu(
     """Write the FMU of `source` to `path` (replaced as a whole) and return the path.
 
     A `native` FMU needs no Python where it runs, and serves co-simulation and model exchange; `fmi`
-    is the version of the standard. `method` integrates a program in co-simulation: dop853, rk45 or
+    is the version of the standard, "2" or, for native ones, "3": `arrays` says what becomes one. `method` integrates a program in co-simulation: dop853, rk45 or
     rodas (stiff), to `tolerance` (default 1e-8) where the importer gives none, or rk4, which does
     not control its error: it divides each communication step into the fewest equal steps that are
     not longer than `step_size`. `stop_time` and `step_size` [s] are those of the default experiment
