@@ -1,9 +1,9 @@
 """What a macro step costs beside the FMUs: `python -m benchmark.master_loop`, from tests/.
 
 Ring: each component feeds the next with three Reals, and the last the first. Chain: with one Real,
-which goes through at once. The FMUs do next to nothing: a loop in C over them, the floor, is what
-they cost. Processor time of a step and component, from runs of two lengths, the best of three;
-results are all outputs at each step.
+which goes through at once. The FMUs do next to nothing: what they cost themselves is what a loop in
+C costs that is written for the system. Processor time of a step and component, from runs of two
+lengths, the best of three; results are all outputs at each step.
 """
 
 from __future__ import annotations
