@@ -55,7 +55,8 @@ fmi2Status fmi2Reset(fmi2Component component) {
 /* ---- variables ---- */
 
 static fmi2Status not_finite(instance *c, uint32_t reference, double value) {
-    return tell(c, fmi2Discard, "%s is %g at t = %.9g s", name_of(c, reference), value, c->now.t);
+    const char *what = value != value ? "nan" : value > 0 ? "inf" : "-inf"; /* on every system */
+    return tell(c, fmi2Discard, "%s is %s at t = %.9g s", name_of(c, reference), what, c->now.t);
 }
 
 static double value_of(const instance *c, uint32_t r) {
