@@ -116,8 +116,8 @@ def test_a_disk_that_fills_up_during_a_run(
     """What was written before can be read."""
     disk = project / "disk"
     disk.mkdir()
-    words = ["run", "system.yaml", "--output-file", str(disk / "r.nc"), "--stop-time", "500"]
-    with mounted(disk, "size=4m"):
+    words = ["run", "system.yaml", "--output-file", str(disk / "r.nc"), "--stop-time", "2000"]
+    with mounted(disk, "size=2m"):
         assert main(words) == 1
         time = load(disk / "r.nc").time
     assert len(time) >= 256
