@@ -15,13 +15,17 @@ from typing import Any
 
 import numpy as np
 
+from m4e_fmi.cosim.instance import Instance
 from m4e_fmi.cosim.network import Network
 from m4e_fmi.cosim.operations import Get
 from m4e_fmi.cosim.schedule import Schedule
+from m4e_fmi.fmu.reading import Variable
 from m4e_fmi.writing import cannot_write
 
-BLOCK = 256
-"""Rows that are kept in memory before they are written."""
+CHUNK = 1024
+"""Rows of a variable that lie together in the file."""
+MOST_ROWS, MOST_VALUES = 4096, 2**21
+"""Rows, and values in all of them, that are kept in memory before they are written."""
 FLUSH = 5.0
 """Seconds of wall time after which rows reach the disk even if the block is not full."""
 
@@ -29,8 +33,8 @@ FLUSH = 5.0
 class ResultsWriter:
     """Writes rows of all scalar Real outputs of a network; use it as a context manager.
 
-    A row reaches the disk with its block of 256, or after five seconds; a run that is killed leaves
-    a readable file.
+    A row reaches the disk with its block (1024 to 4096 rows), or after five seconds; a run that is
+    killed leaves a readable file.
     """
 
     def __init__(self, path: str | Path, network: Network, attributes: Mapping[str, str]) -> None:
@@ -45,7 +49,6 @@ class ResultsWriter:
                 if not self.path.stat().st_size:
                     self.path.unlink()
             raise cannot_write(self.path, error) from error
-        self._times = np.zeros(BLOCK)
         self._rows = 0
         self._written = 0
         self._flushed = clock.monotonic()
@@ -55,9 +58,16 @@ class ResultsWriter:
     def _declare(self, network: Network, attributes: Mapping[str, str]) -> None:
         self._file.setncatts({**attributes, "created": datetime.now(UTC).isoformat("T", "seconds")})
         self._file.createDimension("time", None)
-        self._time = self._file.createVariable("time", "f8", ("time",), chunksizes=(BLOCK,))
+        self._time = self._file.createVariable("time", "f8", ("time",), chunksizes=(CHUNK,))
         self._time.setncatts({"units": "s", "long_name": "simulated time"})
-        self._groups = [_Group(self._file, network, name) for name in network.instances]
+        outputs = {name: _outputs(network.instances[name]) for name in network.instances}
+        count = sum(map(len, outputs.values()))
+        self._block = max(CHUNK, min(MOST_ROWS, MOST_VALUES // (count + 1)))
+        self._times = np.zeros(self._block)
+        self._groups = [
+            _Group(self._file, network.instances[name], outputs[name], self._block)
+            for name in network.instances
+        ]
         self.schedule = Schedule([o for group in self._groups for o in group.operations])
         self._file.sync()
 
@@ -69,8 +79,13 @@ class ResultsWriter:
 
     @property
     def row(self) -> int:
-        """The next row of the block, which `schedule` fills; below BLOCK."""
+        """The next row of the block, which `schedule` fills."""
         return self._rows
+
+    @property
+    def room(self) -> int:
+        """Rows of the block that are not yet filled; one at least."""
+        return self._block - self._rows
 
     def record(self, time: float) -> None:
         """Read all outputs, at `time` [s], into the next row."""
@@ -82,7 +97,7 @@ class ResultsWriter:
         last = self._rows + len(times)
         self._times[self._rows : last] = times
         self._rows = last
-        if self._rows == BLOCK or clock.monotonic() - self._flushed > FLUSH:
+        if self._rows == self._block or clock.monotonic() - self._flushed > FLUSH:
             self.flush()
 
     def flush(self) -> None:
@@ -121,24 +136,24 @@ class ResultsWriter:
             raise cannot_write(self.path, error) from error
 
 
+def _outputs(instance: Instance) -> list[Variable]:
+    """The scalar Real outputs of a component."""
+    outputs = instance.description.of_causality("output")
+    return [v for v in outputs if v.type == "Real" and not v.name.endswith("]")]
+
+
 class _Group:
     """The outputs of one component: a block of rows, and the netCDF variables they go to."""
 
-    def __init__(self, file: Any, network: Network, component: str) -> None:
-        group = file.createGroup(component)
-        outputs = [
-            v
-            for v in network.instances[component].description.of_causality("output")
-            if v.type == "Real" and not v.name.endswith("]")
-        ]
+    def __init__(self, file: Any, instance: Instance, outputs: list[Variable], rows: int) -> None:
+        group = file.createGroup(instance.name)
         self._variables = []
         for output in outputs:
-            variable = group.createVariable(output.name, "f8", ("time",), chunksizes=(BLOCK,))
+            variable = group.createVariable(output.name, "f8", ("time",), chunksizes=(CHUNK,))
             variable.setncatts({"units": output.unit or "1", "long_name": output.description})
             self._variables.append(variable)
-        self._block = np.zeros((BLOCK, len(outputs)))
+        self._block = np.zeros((rows, len(outputs)))
         names = tuple(output.name for output in outputs)
-        instance = network.instances[component]
         self.operations = (Get(instance, names, self._block),) if names else ()
 
     def write(self, rows: slice, count: int) -> None:
