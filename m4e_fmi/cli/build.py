@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from m4e_fmi.cli.options import add_build_folder, is_system, print_files, say
+from m4e_fmi.cli.options import add_build_folder, is_system, load_system, print_files, say
 from m4e_fmi.errors import InputError
 
 
@@ -15,6 +15,9 @@ def add(commands: argparse._SubParsersAction) -> None:
     command.add_argument(
         "--native", action="store_true", help="of a model: no Python inside, model exchange too"
     )
+    command.add_argument(
+        "--ssp", action="store_true", help="of a system: one package of it and all its FMUs (.ssp)"
+    )
     add_build_folder(command)
     command.set_defaults(command=_run)
 
@@ -23,14 +26,20 @@ def _run(options: argparse.Namespace) -> None:
     from m4e_fmi.fmu import build_fmu
 
     if is_system(options.source):
-        from m4e_fmi.cosim import System, fmu_files
+        from m4e_fmi.cosim import fmu_files
 
         if options.native:
             raise InputError.single("--native builds the FMU of a model, not those of a system")
-        files = fmu_files(System.load(options.source), options.build_folder, tell=say)
+        system = load_system(options.source)
+        files = fmu_files(system, options.build_folder, tell=say)
         for name, path in files.items():
             print(f"{name}: {path}")
+        if options.ssp:
+            package = options.build_folder / f"{system.name}.ssp"
+            print_files([system.save(package, build_directory=options.build_folder)])
         return
+    if options.ssp:
+        raise InputError.single("--ssp packs a system, not the FMU of a model")
     from m4e_fmi.multibody import model_program
 
     program = model_program(options.source)

@@ -5,12 +5,14 @@ from __future__ import annotations
 import hashlib
 import os
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 from m4e_fmi.cosim.system import Component, FmuFile, Kind, ModelFile, System, kind_module, kinds
+from m4e_fmi.fmu.reading import Description, read_description
 
 Tell = Callable[[str], None]
 
@@ -32,10 +34,29 @@ def fmu_files(
     for component in system.components:
         source = component.source
         if isinstance(source, FmuFile):
-            files[component.name] = source.path
+            files[component.name] = _found(source, folder)
         else:
             files[component.name] = _built(system, component, source, folder, tell or _silent)
     return files
+
+
+def read_component(component: Component, path: Path) -> Description:
+    """What the component's FMU at `path` says, with the units that the system adds."""
+    description = read_description(path)
+    variables = dict(description.variables)
+    for name, unit in component.units.items():
+        if name in variables and variables[name].dimension is None:
+            variables[name] = replace(variables[name], unit=unit.text, dimension=unit)
+    return replace(description, variables=variables)
+
+
+def _found(source: FmuFile, folder: Path) -> Path:
+    """The FMU itself; if it is packed, its copy in `folder`."""
+    if not source.member:
+        return source.path
+    from m4e_fmi.cosim.ssp import unpack_member
+
+    return unpack_member(source.path, source.member, folder)
 
 
 def _silent(_: str) -> None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from m4e_fmi.cosim.certificate import Certificate, Trace, certificate
-from m4e_fmi.cosim.components import fmu_files
+from m4e_fmi.cosim.components import fmu_files, read_component
 from m4e_fmi.cosim.connect import Wiring, connect
 from m4e_fmi.cosim.energy import BondEnergy
 from m4e_fmi.cosim.master import Master, Observer, Progress
@@ -16,7 +16,7 @@ from m4e_fmi.cosim.results import ResultsWriter
 from m4e_fmi.cosim.structure import Structure, analyse
 from m4e_fmi.cosim.system import SOLVES_LOOPS, System
 from m4e_fmi.errors import InputError, Problem, RunError
-from m4e_fmi.fmu import Description, read_description
+from m4e_fmi.fmu import Description
 from m4e_fmi.results import Results, load
 
 
@@ -89,9 +89,10 @@ def prepare(
     """
     problems: list[Problem] = []
     descriptions: dict[str, Description] = {}
-    for name, path in fmu_files(system, build_directory, tell=tell).items():
+    files = fmu_files(system, build_directory, tell=tell)
+    for component in system.components:
         try:
-            descriptions[name] = read_description(path)
+            descriptions[component.name] = read_component(component, files[component.name])
         except InputError as error:
             problems += error.problems
     if problems:
