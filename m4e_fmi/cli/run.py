@@ -27,7 +27,7 @@ def add(commands: argparse._SubParsersAction) -> None:
     ):
         command.add_argument(flag, type=float, metavar="S", help=f"{text}; default: as in the file")
     command.add_argument(
-        "--algorithm", help="gauss_seidel, corrector, implicit or jacobi; default: as in the file"
+        "--algorithm", help="corrector, gauss_seidel, implicit or jacobi; default: as in the file"
     )
     command.add_argument(
         "--check",

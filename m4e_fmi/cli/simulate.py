@@ -26,7 +26,11 @@ def add(commands: argparse._SubParsersAction) -> None:
     command.add_argument(
         "--method",
         default="dop853",
-        help="dop853 (default), rk45, rodas (stiff), python, or SciPy's, as scipy.RK45",
+        help="dop853 (default), rk45, rodas (stiff), rk4 (fixed steps), python, or SciPy's, as "
+        "scipy.RK45",
+    )
+    command.add_argument(
+        "--step-size", type=float, metavar="S", help="of rk4, at most; default the output interval"
     )
     for flag, text in (
         ("--event", "tell when this output or state changes sign, as load.STOP.gap at contact"),
@@ -70,6 +74,7 @@ def _run(options: argparse.Namespace) -> None:
             start_values=start_values(options),
             tolerance=options.tolerance,
             method=options.method,
+            step_size=options.step_size,
             events=events,
             progress=progress,
         )

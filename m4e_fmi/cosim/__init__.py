@@ -3,7 +3,7 @@
     System ──prepare──► Prepared (FMUs built, connections checked, order known) ──run──► Outcome
 
 Start reading at `system` (what is coupled), then `connect` and `structure` (what follows from it),
-`network` and `master` (the time loop), `algorithms` (how a step is made; `gauss_seidel` explains
+`network` and `master` (the time loop), `algorithms` (how a step is made; `corrector` is
 the default). Imports m4e_fmi.errors, document, units and, to build components, m4e_fmi.fmu.
 """
 

@@ -7,7 +7,7 @@ component `buoy` under their FMI names, each with `units` and `long_name`.
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -15,6 +15,8 @@ from typing import Any
 import numpy as np
 
 from m4e_fmi.cosim.network import Network
+from m4e_fmi.cosim.operations import Get
+from m4e_fmi.cosim.schedule import Schedule
 from m4e_fmi.errors import RunError
 
 BLOCK = 256
@@ -45,6 +47,7 @@ class ResultsWriter:
         self._time.setncatts({"units": "s", "long_name": "simulated time"})
         self._times = np.zeros(BLOCK)
         self._groups = [_Group(self._file, network, name) for name in network.instances]
+        self.schedule = Schedule([o for group in self._groups for o in group.operations])
         self._rows = 0
         self._written = 0
         self._flushed = clock.monotonic()
@@ -56,13 +59,21 @@ class ResultsWriter:
     def __exit__(self, *_: object) -> None:
         self.close()
 
+    @property
+    def row(self) -> int:
+        """The next row of the block, which `schedule` fills; below BLOCK."""
+        return self._rows
+
     def record(self, time: float) -> None:
         """Read all outputs, at `time` [s], into the next row."""
-        row = self._rows
-        for group in self._groups:
-            group.read(row)
-        self._times[row] = time
-        self._rows = row + 1
+        self.schedule.run(time, row=self._rows)
+        self.keep([time])
+
+    def keep(self, times: Sequence[float]) -> None:
+        """So many further rows are filled, read at `times` [s]."""
+        last = self._rows + len(times)
+        self._times[self._rows : last] = times
+        self._rows = last
         if self._rows == BLOCK or clock.monotonic() - self._flushed > FLUSH:
             self.flush()
 
@@ -101,13 +112,9 @@ class _Group:
             variable.setncatts({"units": output.unit or "1", "long_name": output.description})
             self._variables.append(variable)
         self._block = np.zeros((BLOCK, len(outputs)))
-        names = [output.name for output in outputs]
-        rows = self._block if names else ()
-        self._reads = [network.reader(component, names, row) for row in rows]
-
-    def read(self, row: int) -> None:
-        if self._reads:
-            self._reads[row]()
+        names = tuple(output.name for output in outputs)
+        instance = network.instances[component]
+        self.operations = (Get(instance, names, self._block),) if names else ()
 
     def write(self, rows: slice, count: int) -> None:
         for variable, column in zip(self._variables, self._block.T, strict=True):

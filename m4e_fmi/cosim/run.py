@@ -80,16 +80,17 @@ def prepare(
     system: System,
     *,
     build_directory: str | Path = "build",
+    native: bool | None = None,
     tell: Callable[[str], None] | None = None,
 ) -> Prepared:
-    """Build what is missing, read the FMUs, resolve the connections.
+    """Build what is missing (`native` or not: see `fmu_files`), read the FMUs, connect them.
 
     InputError with all problems of the FMU files, then of the connections; RunError for an
     algebraic loop or a build that failed. `tell` receives a line per step of a build.
     """
     problems: list[Problem] = []
     descriptions: dict[str, Description] = {}
-    files = fmu_files(system, build_directory, tell=tell)
+    files = fmu_files(system, build_directory, native=native, tell=tell)
     for component in system.components:
         try:
             descriptions[component.name] = read_component(component, files[component.name])

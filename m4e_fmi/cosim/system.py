@@ -15,7 +15,7 @@ from m4e_fmi.document import Document, Location, Section
 from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.units import Quantity, Unit
 
-ALGORITHMS = ("gauss_seidel", "corrector", "implicit", "jacobi")
+ALGORITHMS = ("corrector", "gauss_seidel", "implicit", "jacobi")
 ADAPTIVE = ("corrector",)
 """Those that can choose their steps by a coupling tolerance."""
 SOLVES_LOOPS = ("implicit",)

@@ -5,17 +5,23 @@
 `program`, `runtime`, `units`, `errors`. Start with `description`, then `build`; or with `reading`.
 """
 
-from m4e_fmi.fmu.build import build_fmu
+from m4e_fmi.fmu.build import build_fmu, described, shown
 from m4e_fmi.fmu.description import FmuVariable, ModelDescription, PythonSource
 from m4e_fmi.fmu.from_program import describe
+from m4e_fmi.fmu.options import Options
 from m4e_fmi.fmu.reading import Description, read_description
+from m4e_fmi.fmu.selection import renamed
 
 __all__ = [
     "Description",
     "FmuVariable",
     "ModelDescription",
+    "Options",
     "PythonSource",
     "build_fmu",
     "describe",
+    "described",
     "read_description",
+    "renamed",
+    "shown",
 ]

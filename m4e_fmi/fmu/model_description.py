@@ -5,14 +5,17 @@ Source: FMI Specification 2.0.4, section 2.2. Element order and attributes follo
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 import m4e_fmi
 from m4e_fmi.fmu.description import FmuVariable, ModelDescription
+from m4e_fmi.fmu.quantities import QUANTITIES, display_factor, quantities_of
 from m4e_fmi.units import BASE_UNITS, parse_unit
 
+XML = "modelDescription.xml"
 LOG_CATEGORIES = {
     "logStatusWarning": "Messages with status warning.",
     "logStatusDiscard": "Messages with status discard.",
@@ -42,6 +45,7 @@ def model_description_xml(
         root.set("numberOfEventIndicators", "0")
     _add_kinds(root, model_identifier, native=native)
     _add_units(root, description.variables)
+    _add_types(root, description.variables)
     categories = SubElement(root, "LogCategories")
     for name, text in LOG_CATEGORIES.items():
         SubElement(categories, "Category", name=name, description=text)
@@ -50,12 +54,18 @@ def model_description_xml(
         "DefaultExperiment",
         startTime="0.0",
         stopTime=repr(description.stop_time),
+        tolerance=repr(description.tolerance),
         stepSize=repr(description.step_size),
     )
     _add_variables(root, description.variables)
     _add_structure(root, description, native=native)
     indent(root)
     return tostring(root, encoding="UTF-8", xml_declaration=True) + b"\n"
+
+
+def with_guid(xml: bytes, guid: str) -> bytes:
+    """The XML of a description that was written with an empty GUID (FMI 3.0: token)."""
+    return re.sub(rb'(guid|instantiationToken)=""', rf'\1="{guid}"'.encode(), xml, count=1)
 
 
 def _legal(text: str) -> str:
@@ -101,9 +111,22 @@ def _add_units(root: Element, variables: tuple[FmuVariable, ...]) -> None:
         if unit.factor != 1.0:
             powers["factor"] = repr(unit.factor)
         SubElement(element, "BaseUnit", powers)
-        for display in sorted(displays[name]):
-            factor = unit.factor / parse_unit(display).factor
+        offered = QUANTITIES[name].displays if name in QUANTITIES else ()
+        for display in sorted({*displays[name], *offered}):
+            factor = display_factor(name, display)
             SubElement(element, "DisplayUnit", name=display, factor=repr(factor))
+
+
+def _add_types(root: Element, variables: tuple[FmuVariable, ...]) -> None:
+    quantities = quantities_of([v.unit for v in variables if v.type == "Real"])
+    if not quantities:
+        return
+    definitions = SubElement(root, "TypeDefinitions")
+    for quantity in quantities:
+        element = SubElement(definitions, "SimpleType", name=quantity.type_name)
+        real = SubElement(element, "Real", quantity=quantity.name, unit=quantity.unit)
+        if quantity.shown:
+            real.set("displayUnit", quantity.shown)
 
 
 def _add_variables(root: Element, variables: tuple[FmuVariable, ...]) -> None:
@@ -130,13 +153,29 @@ def _add_variables(root: Element, variables: tuple[FmuVariable, ...]) -> None:
         element = SubElement(parent, "ScalarVariable", attributes)
         kind = SubElement(element, variable.type)
         if variable.type == "Real":
-            kind.set("unit", variable.unit)
-            if variable.display_unit:
-                kind.set("displayUnit", variable.display_unit)
+            _add_real(kind, variable)
         if variable.start is not None:
             kind.set("start", str(variable.start))
         if variable.derivative_of:
             kind.set("derivative", str(position[variable.derivative_of]))
+
+
+def _add_real(element: Element, variable: FmuVariable) -> None:
+    """Attributes of a Real; its unit stands here, too, for importers that do not look at types."""
+    quantity = QUANTITIES.get(variable.unit)
+    if quantity:
+        element.set("declaredType", quantity.type_name)
+    element.set("unit", variable.unit)
+    display = variable.display_unit or (quantity.shown if quantity else None)
+    if display:
+        element.set("displayUnit", display)
+    for key, value, default in (
+        ("min", variable.minimum, -math.inf),
+        ("max", variable.maximum, math.inf),
+        ("nominal", variable.nominal, 1.0),
+    ):
+        if value != default:
+            element.set(key, repr(value))
 
 
 def _add_structure(root: Element, description: ModelDescription, *, native: bool) -> None:
@@ -157,7 +196,9 @@ def _add_structure(root: Element, description: ModelDescription, *, native: bool
             if names is None:
                 continue
             pairs = zip(names, kinds or [""] * len(names), strict=True)
-            chosen = sorted((position[n], kind) for n, kind in pairs if initial or n in known)
+            chosen = sorted(
+                (position[n], kind) for n, kind in pairs if n in (position if initial else known)
+            )
             element.set("dependencies", " ".join(str(place) for place, _ in chosen))
             if kinds is not None:
                 element.set("dependenciesKind", " ".join(kind for _, kind in chosen))

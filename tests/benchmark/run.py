@@ -14,7 +14,7 @@ from typing import Any
 for _variable in ("OMP", "OPENBLAS", "MKL"):  # before NumPy is loaded, here and in children
     os.environ[f"{_variable}_NUM_THREADS"] = "1"
 
-from benchmark import measure, process  # noqa: E402
+from benchmark import fmu_steps, measure, process  # noqa: E402
 from benchmark.engine import UnavailableError  # noqa: E402
 from benchmark.engines.registry import engines, versions  # noqa: E402
 from benchmark.native_code import ROOT  # noqa: E402
@@ -86,6 +86,7 @@ def main() -> None:
         "accuracy": compared[middle].error,
         "memory": step("memory", lambda: process.memory(middle)),
         "process": step("whole process", lambda: process.whole_process(middle)),
+        "fmu_steps": step("steps of FMUs", fmu_steps.measured),
         "missing": missing,
     }
     _write(result)

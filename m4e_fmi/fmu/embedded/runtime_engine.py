@@ -1,12 +1,13 @@
 """A program run by the C runtime that is packed beside this file: the bits of a native FMU."""
 
+import sys
 import weakref
 from ctypes import byref, c_double, c_uint32, create_string_buffer
 from math import inf, isfinite
 
 from .declarations import METHODS, Options, Report, load  # type: ignore[import]  # packed, too
 
-LIBRARY, PROGRAM = "runtime.bin", "model.m4e"
+LIBRARY, PROGRAM = f"runtime.{sys.platform}", "model.m4e"
 DONE, SMALL_STEP, MANY_STEPS = 0, -2, -3
 MOST_STEPS = 1_000_000  # of one call of advance
 _loaded = []  # once per process: the folder of the first instance may be gone by now
@@ -25,7 +26,7 @@ def _doubles(values):
 class RuntimeEngine:
     """As PythonEngine. `states` and `outputs` are names, for messages; OSError without library."""
 
-    def __init__(self, folder, tolerance, states, outputs, calculated):
+    def __init__(self, folder, tolerance, states, outputs, calculated, *, method, step_size):
         self._lib = lib = _library(folder / LIBRARY)
         content = (folder / PROGRAM).read_bytes()
         message = create_string_buffer(128)
@@ -38,6 +39,7 @@ class RuntimeEngine:
         if not self._model:
             raise OSError(f"{PROGRAM} does not fit into memory")
         self._held = weakref.finalize(self, _free, lib, self._held, self._model)
+        self._method, self._step_size = method, step_size
         self._integrator = self._release = None
         self._built = 0.0
         self._states, self._outputs, self._calculated = states, outputs, calculated
@@ -80,10 +82,10 @@ class RuntimeEngine:
         if self._release:
             self._release()
         options = Options(
-            method=METHODS["dop853"],
+            method=METHODS[self._method],
             rtol=self.tolerance,
             atol=self.tolerance,
-            max_step=inf,
+            max_step=self._step_size if self._method == "rk4" else inf,
             max_steps=MOST_STEPS,
         )
         self._integrator = self._lib.m4e_integrator_new(self._model, options, None)
