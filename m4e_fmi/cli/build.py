@@ -16,6 +16,9 @@ def add(commands: argparse._SubParsersAction) -> None:
         "--native", action="store_true", help="of a model: no Python inside, model exchange too"
     )
     command.add_argument(
+        "--fmi", choices=("2", "3"), default="2", help="version of FMI of --native; default 2"
+    )
+    command.add_argument(
         "--ssp", action="store_true", help="of a system: one package of it and all its FMUs (.ssp)"
     )
     add_build_folder(command)
@@ -28,8 +31,9 @@ def _run(options: argparse.Namespace) -> None:
     if is_system(options.source):
         from m4e_fmi.cosim import fmu_files
 
-        if options.native:
-            raise InputError.single("--native builds the FMU of a model, not those of a system")
+        if options.native or options.fmi != "2":
+            message = "--native and --fmi are for the FMU of a model, not for those of a system"
+            raise InputError.single(message)
         system = load_system(options.source)
         files = fmu_files(system, options.build_folder, tell=say)
         for name, path in files.items():
@@ -44,4 +48,4 @@ def _run(options: argparse.Namespace) -> None:
 
     program = model_program(options.source)
     path = options.build_folder / f"{program.name}.fmu"
-    print_files([build_fmu(program, path, native=options.native)])
+    print_files([build_fmu(program, path, native=options.native, fmi=options.fmi)])

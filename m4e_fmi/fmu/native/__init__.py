@@ -3,8 +3,8 @@
 `src/` is the shell around the runtime's C library: `instance.h` first, then `fmi2.c`. Both together
 are one shared library, the same for every FMU of a platform; what a model is lies in `resources/`:
 `model.m4e`, the program in its binary form, `tangent.m4e`, its directional derivatives, and
-`fmu.txt`: the GUID, the number of the integration method, the default tolerance and the longest step
-[s] of rk4. Imports `runtime`, `errors`.
+`fmu.txt`: the GUID, the number of the integration method, the default tolerance and the longest
+step [s] of rk4. Imports `runtime`, `errors`.
 """
 
 from __future__ import annotations

@@ -15,6 +15,7 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field
 from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 from m4e_fmi.fmu.validation.findings import Finding, Group
 from m4e_fmi.fmu.validation.journal import last_call
@@ -36,7 +37,7 @@ _POLL = 0.005  # s
 _UNFINISHED = "no FMU may end or block its host; what this group checks after it was not looked at"
 _WORDS = 400  # characters of what the process wrote last
 _START = "start"
-_PROCESSES = multiprocessing.get_context("fork" if hasattr(os, "fork") else "spawn")
+_PROCESSES: Any = multiprocessing.get_context("fork" if hasattr(os, "fork") else "spawn")
 
 
 def main(work: str, fmu: str, call_limit: str, *groups: str) -> None:
