@@ -14,7 +14,7 @@ from m4e_fmi.cosim.algorithms.scheduled import Scheduled
 from m4e_fmi.cosim.energy import BLOCK as ENERGY_BLOCK
 from m4e_fmi.cosim.energy import EnergyBalance
 from m4e_fmi.cosim.network import Network
-from m4e_fmi.cosim.results import BLOCK, ResultsWriter
+from m4e_fmi.cosim.results import ResultsWriter
 from m4e_fmi.cosim.schedule import Loop, Schedule
 from m4e_fmi.cosim.step_control import StepControl
 from m4e_fmi.cosim.system import SECOND, Simulation
@@ -139,7 +139,7 @@ class Repeated:
         state = self._loop.state
         room = ENERGY_BLOCK - state.noted
         if self._results:
-            room = min(room, (BLOCK - state.written) * state.every - state.since)
+            room = min(room, self._results.room * state.every - state.since)
         return max(1, min(self._most, room, (self._stop - state.now) // state.size))
 
     def _adapt(self, spent: float) -> None:

@@ -15,6 +15,7 @@ from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no
 from m4e_fmi.cosim.ssp.names import SCHEMAS, SSD_FILE
 from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.fmu.reading import check_entries
+from m4e_fmi.writing import written
 
 Element = Any
 """An lxml element."""
@@ -139,8 +140,6 @@ def unpack_member(package: Path, member: str, folder: Path) -> Path:
     content = Package(package).bytes(member)
     if target.is_file() and target.read_bytes() == content:
         return target
-    folder.mkdir(parents=True, exist_ok=True)
-    fresh = folder / f"{target.name}.{os.getpid()}"
-    fresh.write_bytes(content)
-    fresh.replace(target)
+    with written(target) as part:
+        part.write_bytes(content)
     return target

@@ -9,7 +9,6 @@ also in the words of the Open Simulation Platform.
 from __future__ import annotations
 
 import json
-import os
 import zipfile
 from collections.abc import Iterable
 from dataclasses import asdict
@@ -36,6 +35,7 @@ from m4e_fmi.cosim.ssp.package import Element
 from m4e_fmi.cosim.ssp.units import Definition, write_units
 from m4e_fmi.cosim.start_values import start_values
 from m4e_fmi.fmu.reading import Variable
+from m4e_fmi.writing import written
 
 EPOCH = (1980, 1, 1, 0, 0, 0)
 """Time stamp in the archive: the same system gives the same bytes."""
@@ -43,23 +43,17 @@ _JSON = "{urn:m4e_fmi}json"
 
 
 def write_ssp(prepared: Prepared, path: str | Path) -> Path:
-    """Write the system with all its FMUs to `path`; an existing file is replaced at the end."""
+    """Write the system with all its FMUs to `path`; RunError if that cannot be written."""
     path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
     resources = _resources(prepared)
     parameters = _parameter_sets(prepared)
     descriptions = prepared.descriptions
-    fresh = path.with_name(f"{path.name}.{os.getpid()}")
-    try:
-        with zipfile.ZipFile(fresh, "w", zipfile.ZIP_DEFLATED) as archive:
-            _add(archive, SSD_FILE, _xml(_description(prepared, resources, set(parameters))))
-            for name, element in parameters.items():
-                _add(archive, PARAMETER_FILE.format(name), _xml(element))
-            for file, fmu in {resources[n]: d.path for n, d in descriptions.items()}.items():
-                _add(archive, file, fmu.read_bytes(), zipfile.ZIP_STORED)
-        fresh.replace(path)
-    finally:
-        fresh.unlink(missing_ok=True)
+    with written(path) as part, zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as archive:
+        _add(archive, SSD_FILE, _xml(_description(prepared, resources, set(parameters))))
+        for name, element in parameters.items():
+            _add(archive, PARAMETER_FILE.format(name), _xml(element))
+        for file, fmu in {resources[n]: d.path for n, d in descriptions.items()}.items():
+            _add(archive, file, fmu.read_bytes(), zipfile.ZIP_STORED)
     return path
 
 

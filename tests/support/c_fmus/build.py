@@ -140,6 +140,10 @@ ROESSLER_YZ = (
     V("y", "1", "output", 0.0, initial="exact"),
     V("z", "1", "output", 0.0, initial="exact"),
 )
+NODE = (
+    *(V(f"u{k}", "1", "input", 0.0) for k in range(3)),
+    *(V(f"y{k}", "1", "output", 0.0, initial="exact") for k in range(3)),
+)
 ROGUE = (parameter("what", "1", 0.0), parameter("when", "s", 1.0), V("y", "s", "output"))
 
 MODELS: dict[str, tuple[str, tuple[V, ...]]] = {
@@ -160,6 +164,7 @@ MODELS: dict[str, tuple[str, tuple[V, ...]]] = {
     "pi": ("pi.c", PI),
     "roessler_x": ("roessler_x.c", ROESSLER_X),
     "roessler_yz": ("roessler_yz.c", ROESSLER_YZ),
+    "node": ("node.c", NODE),
     "rogue": ("rogue.c", ROGUE),
 }
 
