@@ -9,7 +9,7 @@ from typing import Any
 from m4e_fmi.cli.options import MODEL_FILE, add_build_folder, is_system, print_files, say
 from m4e_fmi.errors import InputError
 
-OF_MODELS = {
+ARGUMENTS = {
     "native": False,
     "fmi": "2",
     "method": "dop853",
@@ -19,7 +19,7 @@ OF_MODELS = {
     "outputs": None,
     "rename": [],
 }
-"""Options that say something of one model's FMU, with their defaults."""
+"""Arguments of `build_fmu` that are options here, with their defaults."""
 
 
 def add(commands: argparse._SubParsersAction) -> None:
@@ -30,9 +30,10 @@ def add(commands: argparse._SubParsersAction) -> None:
         "--native", action="store_true", help="no Python inside; model exchange, too"
     )
     of_model.add_argument("--fmi", metavar="VERSION", help="2 (default), or 3 of native FMUs")
-    of_model.add_argument(
-        "--outputs", nargs="+", metavar="PATTERN", help="only these, as 'body.*'; default all"
-    )
+    for flag in ("--inputs", "--outputs"):
+        of_model.add_argument(
+            flag, nargs="+", metavar="PATTERN", help="only these, as 'body.*'; default all"
+        )
     of_model.add_argument(
         "--rename", action="append", metavar="OLD=NEW", help="call a variable NEW; may be repeated"
     )
@@ -46,21 +47,23 @@ def add(commands: argparse._SubParsersAction) -> None:
         "--no-documentation", action="store_true", help="no page, picture and reference series"
     )
     add_build_folder(command)
-    command.set_defaults(command=_run, **OF_MODELS)
+    command.set_defaults(command=_run, **ARGUMENTS)
 
 
 def _run(options: argparse.Namespace) -> None:
     if is_system(options.source):
         _build_system(options)
         return
-    from m4e_fmi.fmu import build_fmu
+    from m4e_fmi.fmu import build_fmu, matching
     from m4e_fmi.model import load_model
     from m4e_fmi.multibody import model_program
 
-    chosen: dict[str, Any] = {name: getattr(options, name) for name in OF_MODELS}
+    chosen: dict[str, Any] = {name: getattr(options, name) for name in ARGUMENTS}
     chosen["rename"] = dict(_renaming(text) for text in options.rename)
     model = load_model(options.source)
     program = model_program(model)
+    if options.inputs is not None:
+        program = model_program(model, inputs=matching(program.inputs, options.inputs, "input"))
     documentation: dict[str, bytes] = {}
     if not options.no_documentation:
         from m4e_fmi.fmu import Options
@@ -74,7 +77,8 @@ def _run(options: argparse.Namespace) -> None:
 def _build_system(options: argparse.Namespace) -> None:
     from m4e_fmi.cosim import System, fmu_files
 
-    given = [name for name, default in OF_MODELS.items() if getattr(options, name) != default]
+    defaults = {**ARGUMENTS, "inputs": None, "no_documentation": False}
+    given = [name for name, default in defaults.items() if getattr(options, name) != default]
     if given:
         flag = f"--{given[0].replace('_', '-')}"
         raise InputError.single(f"{flag} is for the FMU of a model, not for those of a system")

@@ -10,7 +10,7 @@ from m4e_fmi.fmu.description import FmuVariable, ModelDescription, PythonSource
 from m4e_fmi.fmu.from_program import describe
 from m4e_fmi.fmu.options import Options
 from m4e_fmi.fmu.reading import Description, read_description
-from m4e_fmi.fmu.selection import renamed
+from m4e_fmi.fmu.selection import matching, renamed
 
 __all__ = [
     "Description",
@@ -21,6 +21,7 @@ __all__ = [
     "build_fmu",
     "describe",
     "described",
+    "matching",
     "read_description",
     "renamed",
     "shown",
