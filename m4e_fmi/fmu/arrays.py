@@ -15,18 +15,8 @@ from itertools import product
 from m4e_fmi.fmu.description import FmuVariable, ModelDescription
 from m4e_fmi.program import TIME
 
-_PATTERNS = {
-    "position": "{}",
-    "velocity": "v{}",
-    "acceleration": "a{}",
-    "force": "force_{}",
-    "moment": "moment_{}",
-    "reaction": "reaction_{}",
-}
-_VECTORS = {
-    pattern.format(axis): (vector, axis) for vector, pattern in _PATTERNS.items() for axis in "xyz"
-}
-"""Last part of a scalar's name → the vector's, and the axis."""
+_MOTION = {"": "position", "v": "velocity", "a": "acceleration"}
+"""What stands before the axis in the last part of a name → the vector's name."""
 
 LIMITS = ("minimum", "maximum", "nominal")
 
@@ -102,8 +92,8 @@ def _candidates(names: Sequence[str]) -> dict[str, tuple[tuple[int, ...], list[s
         if index:
             array = f"der({index[1]})" if rate else index[1]
             indexed.setdefault(array, {})[tuple(map(int, index[2].split(",")))] = name
-        elif prefix and last in _VECTORS:
-            vector, axis = _VECTORS[last]
+        elif prefix and (component := _component(last)):
+            vector, axis = component
             array = f"{prefix}.{vector}"
             vectors.setdefault(f"der({array})" if rate else array, {})[axis] = name
     arrays: dict[str, tuple[tuple[int, ...], list[str]]] = {
@@ -117,6 +107,15 @@ def _candidates(names: Sequence[str]) -> dict[str, tuple[tuple[int, ...], list[s
         if sorted(parts) == places and len(places) > 1:
             arrays[name] = shape, [parts[place] for place in places]
     return arrays
+
+
+def _component(last: str) -> tuple[str, str] | None:
+    """Vector and axis of the last part of a name, as in `vx` and `force_x`."""
+    motion = re.fullmatch(r"([va]?)([xyz])", last)
+    if motion:
+        return _MOTION[motion[1]], motion[2]
+    other = re.fullmatch(r"(.+)_([xyz])", last)
+    return (other[1], other[2]) if other else None
 
 
 def _uniform(group: Grouped) -> bool:
