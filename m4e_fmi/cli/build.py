@@ -15,6 +15,9 @@ def add(commands: argparse._SubParsersAction) -> None:
     command.add_argument(
         "--native", action="store_true", help="of a model: no Python inside, model exchange too"
     )
+    command.add_argument(
+        "--fmi", choices=("2", "3"), default="2", help="version of FMI of --native; default 2"
+    )
     add_build_folder(command)
     command.set_defaults(command=_run)
 
@@ -25,8 +28,9 @@ def _run(options: argparse.Namespace) -> None:
     if is_system(options.source):
         from m4e_fmi.cosim import System, fmu_files
 
-        if options.native:
-            raise InputError.single("--native builds the FMU of a model, not those of a system")
+        if options.native or options.fmi != "2":
+            message = "--native and --fmi are for the FMU of a model, not for those of a system"
+            raise InputError.single(message)
         files = fmu_files(System.load(options.source), options.build_folder, tell=say)
         for name, path in files.items():
             print(f"{name}: {path}")
@@ -35,4 +39,4 @@ def _run(options: argparse.Namespace) -> None:
 
     program = model_program(options.source)
     path = options.build_folder / f"{program.name}.fmu"
-    print_files([build_fmu(program, path, native=options.native)])
+    print_files([build_fmu(program, path, native=options.native, fmi=options.fmi)])

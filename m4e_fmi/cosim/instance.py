@@ -162,8 +162,8 @@ class Instance:
         """
         self.scales[name] = factor, offset
 
-    def _scaled(self, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray] | None:
-        """Factors and offsets of variables; None if all are as they are."""
+    def scales_of(self, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray] | None:
+        """Factors and offsets of variables of `scale_input`; None if all are as they are."""
         if not any(name in self.scales for name in names):
             return None
         factor, offset = np.array([self.scales.get(name, (1.0, 0.0)) for name in names]).T
@@ -171,12 +171,12 @@ class Instance:
 
     def getter(self, names: Sequence[str], view: np.ndarray) -> Call:
         """A call that reads the Real variables `names` into `view` (float64, contiguous)."""
-        scales = self._scaled(names)
+        scales = self.scales_of(names)
         if scales is None:
-            return self._bound(self._get_real, names, view)
+            return self.own_getter(names, view)
         factor, offset = scales
         own = np.zeros(len(names))
-        call = self._bound(self._get_real, names, own)
+        call = self.own_getter(names, own)
 
         def get() -> Status:
             status = call()
@@ -187,12 +187,12 @@ class Instance:
 
     def setter(self, names: Sequence[str], view: np.ndarray) -> Call:
         """A call that sets the Real variables `names` from `view` (float64, contiguous)."""
-        scales = self._scaled(names)
+        scales = self.scales_of(names)
         if scales is None:
-            return self._bound(self._set_real, names, view)
+            return self.own_setter(names, view)
         factor, offset = scales
         own = np.zeros(len(names))
-        call = self._bound(self._set_real, names, own)
+        call = self.own_setter(names, own)
 
         def set_() -> Status:
             np.multiply(view, factor, out=own)
@@ -200,6 +200,30 @@ class Instance:
             return call()
 
         return set_
+
+    def own_getter(self, names: Sequence[str], view: np.ndarray) -> Call:
+        """As `getter`, in the FMU's own units."""
+        return self._bound(self._get_real, names, view)
+
+    def own_setter(self, names: Sequence[str], view: np.ndarray) -> Call:
+        """As `setter`, in the FMU's own units."""
+        return self._bound(self._set_real, names, view)
+
+    @property
+    def handle(self) -> int:
+        """The FMU's component: first argument of its functions."""
+        return self._component
+
+    def address(self, function: str) -> int:
+        """Address of a function of FMI in the FMU's library."""
+        address = ctypes.cast(getattr(self._fmu.dll, function), ctypes.c_void_p).value
+        assert address
+        return address
+
+    def references(self, names: Sequence[str]) -> np.ndarray:
+        """Value references of variables, uint32."""
+        variables = self.description.variables
+        return np.array([variables[name].value_reference for name in names], dtype=np.uint32)
 
     def _bound(self, function: Any, names: Sequence[str], view: np.ndarray) -> Call:
         assert view.dtype == np.float64
@@ -223,7 +247,7 @@ class Instance:
         assert view.dtype == np.float64
         assert view.flags.c_contiguous
         assert view.shape == (len(names), 2)
-        scales = self._scaled(names)
+        scales = self.scales_of(names)
         if scales is not None:
             factor = scales[0][:, None].copy()
             own = np.zeros_like(view)

@@ -6,11 +6,13 @@
 `units`, `errors`. Start with `description`, then `build`; or with `reading`, then `validation`.
 """
 
-from m4e_fmi.fmu.build import build_fmu
+from m4e_fmi.fmu.build import build_fmu, described, shown
 from m4e_fmi.fmu.contents import fmu_contents
 from m4e_fmi.fmu.description import FmuVariable, ModelDescription, PythonSource
 from m4e_fmi.fmu.from_program import describe
+from m4e_fmi.fmu.options import Options
 from m4e_fmi.fmu.reading import Description, read_description
+from m4e_fmi.fmu.selection import renamed
 from m4e_fmi.fmu.validation import Finding, Group, Report, validate_fmu
 
 __all__ = [
@@ -19,11 +21,15 @@ __all__ = [
     "FmuVariable",
     "Group",
     "ModelDescription",
+    "Options",
     "PythonSource",
     "Report",
     "build_fmu",
     "describe",
+    "described",
     "fmu_contents",
     "read_description",
+    "renamed",
+    "shown",
     "validate_fmu",
 ]

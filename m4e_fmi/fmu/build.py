@@ -81,12 +81,22 @@ def fmu_files(source: Program | PythonSource, options: Options) -> dict[str, byt
         _check_python_source(source, options)
         description = _asked(source.description, options)
         return python_fmu_files(replace(source, description=description), options)
-    program = source if options.outputs is None else with_outputs(source, options.outputs)
-    program = with_rates(program)
-    description = _asked(describe(renamed(program, options.rename)), options)
+    program = shown(source, options)
+    description = described(program, options)
     if options.native:
         return native_fmu_files(program, description, options)
     return python_fmu_files(python_slave(program, description, options.method), options)
+
+
+def shown(program: Program, options: Options) -> Program:
+    """What an FMU of `program` shows, by the names before they are changed."""
+    chosen = program if options.outputs is None else with_outputs(program, options.outputs)
+    return with_rates(chosen)
+
+
+def described(program: Program, options: Options) -> ModelDescription:
+    """What an FMU says of a program that is as `shown`."""
+    return _asked(describe(renamed(program, options.rename)), options)
 
 
 def _check_python_source(source: PythonSource, options: Options) -> None:

@@ -5,12 +5,14 @@ Source: FMI Specification 2.0.4, section 2.2. Element order and attributes follo
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 import m4e_fmi
 from m4e_fmi.fmu.description import FmuVariable, ModelDescription
+from m4e_fmi.fmu.quantities import QUANTITIES, display_factor, quantities_of
 from m4e_fmi.units import BASE_UNITS, parse_unit
 
 XML = "modelDescription.xml"
@@ -43,6 +45,7 @@ def model_description_xml(
         root.set("numberOfEventIndicators", "0")
     _add_kinds(root, model_identifier, native=native)
     _add_units(root, description.variables)
+    _add_types(root, description.variables)
     categories = SubElement(root, "LogCategories")
     for name, text in LOG_CATEGORIES.items():
         SubElement(categories, "Category", name=name, description=text)
@@ -108,9 +111,22 @@ def _add_units(root: Element, variables: tuple[FmuVariable, ...]) -> None:
         if unit.factor != 1.0:
             powers["factor"] = repr(unit.factor)
         SubElement(element, "BaseUnit", powers)
-        for display in sorted(displays[name]):
-            factor = unit.factor / parse_unit(display).factor
+        offered = QUANTITIES[name].displays if name in QUANTITIES else ()
+        for display in sorted({*displays[name], *offered}):
+            factor = display_factor(name, display)
             SubElement(element, "DisplayUnit", name=display, factor=repr(factor))
+
+
+def _add_types(root: Element, variables: tuple[FmuVariable, ...]) -> None:
+    quantities = quantities_of([v.unit for v in variables if v.type == "Real"])
+    if not quantities:
+        return
+    definitions = SubElement(root, "TypeDefinitions")
+    for quantity in quantities:
+        element = SubElement(definitions, "SimpleType", name=quantity.type_name)
+        real = SubElement(element, "Real", quantity=quantity.name, unit=quantity.unit)
+        if quantity.shown:
+            real.set("displayUnit", quantity.shown)
 
 
 def _add_variables(root: Element, variables: tuple[FmuVariable, ...]) -> None:
@@ -137,13 +153,29 @@ def _add_variables(root: Element, variables: tuple[FmuVariable, ...]) -> None:
         element = SubElement(parent, "ScalarVariable", attributes)
         kind = SubElement(element, variable.type)
         if variable.type == "Real":
-            kind.set("unit", variable.unit)
-            if variable.display_unit:
-                kind.set("displayUnit", variable.display_unit)
+            _add_real(kind, variable)
         if variable.start is not None:
             kind.set("start", str(variable.start))
         if variable.derivative_of:
             kind.set("derivative", str(position[variable.derivative_of]))
+
+
+def _add_real(element: Element, variable: FmuVariable) -> None:
+    """Attributes of a Real; its unit stands here, too, for importers that do not look at types."""
+    quantity = QUANTITIES.get(variable.unit)
+    if quantity:
+        element.set("declaredType", quantity.type_name)
+    element.set("unit", variable.unit)
+    display = variable.display_unit or (quantity.shown if quantity else None)
+    if display:
+        element.set("displayUnit", display)
+    for key, value, default in (
+        ("min", variable.minimum, -math.inf),
+        ("max", variable.maximum, math.inf),
+        ("nominal", variable.nominal, 1.0),
+    ):
+        if value != default:
+            element.set(key, repr(value))
 
 
 def _add_structure(root: Element, description: ModelDescription, *, native: bool) -> None:

@@ -39,6 +39,11 @@ class M4eSlave(Fmi2Slave):
         self.text = {variable["name"]: variable["start"] for variable in description["strings"]}
         self._strings = [variable["name"] for variable in description["strings"]]
         self._names = [variable["name"] for variable in description["reals"]]
+        self._limits = {
+            k: (variable.get("minimum", -inf), variable.get("maximum", inf))
+            for k, variable in enumerate(description["reals"])
+            if "minimum" in variable or "maximum" in variable
+        }
         settable = [variable["settable"] for variable in description["reals"]]
         self._closed = {k for k, always in enumerate(settable) if not always}
         self.time = 0.0
@@ -181,9 +186,17 @@ class M4eSlave(Fmi2Slave):
             for vr, value in zip(vrs, values, strict=True):
                 if not isfinite(value):
                     self._fail(f"{self._names[vr]} was set to {value}")
+                elif vr in self._limits:
+                    self._check_limits(vr, value)
                 self.values[vr] = value
         except IndexError:
             self._unknown(vrs, nan)
+
+    def _check_limits(self, vr, value):
+        low, high = self._limits[vr]
+        if not low <= value <= high:
+            where = f"outside its range from {low:g} to {high:g}"
+            self._fail(f"{self._names[vr]} was set to {value:g}, {where}")
 
     def get_string(self, vrs):
         self.text[LAST_ERROR] = self._error

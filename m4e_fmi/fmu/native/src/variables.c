@@ -69,6 +69,10 @@ answer set_values(instance *c, const uint32_t references[], size_t count, const 
         const char *why = refusal(c, s[i]);
         CHECK(!why, "%s %s", name_of(c, s[i]), why);
         CHECK(isfinite(values[i]), "%s was set to %g", name_of(c, s[i]), values[i]);
+        const m4e_limits *l = limits_of(c, s[i]);
+        CHECK(values[i] >= l->minimum && values[i] <= l->maximum,
+              "%s was set to %g, outside its range from %g to %g", name_of(c, s[i]), values[i],
+              l->minimum, l->maximum);
     }
     for (size_t i = 0; i < given; ++i) set_value(c, s[i], values[i]);
     return FMI_OK;
@@ -130,6 +134,7 @@ answer get_rates(instance *c, double rates[], size_t count) {
 
 answer get_nominals(instance *c, double nominals[], size_t count) {
     CHECK_STATES(nominals, count);
-    for (size_t k = 0; k < count; ++k) nominals[k] = 1.0;
+    for (size_t k = 0; k < count; ++k)
+        nominals[k] = limits_of(c, first_state(c) + c->layout.state[k])->nominal;
     return FMI_OK;
 }
