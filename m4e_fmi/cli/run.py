@@ -7,8 +7,10 @@ from pathlib import Path
 
 from m4e_fmi.cli.options import (
     add_build_folder,
+    add_native,
     add_output_file,
     add_start_values,
+    load_system,
     output_file,
     print_files,
     say,
@@ -18,7 +20,7 @@ from m4e_fmi.cli.options import (
 
 def add(commands: argparse._SubParsersAction) -> None:
     command = commands.add_parser("run", help="co-simulate a system of FMUs")
-    command.add_argument("system", type=Path, help="a system file (YAML)")
+    command.add_argument("system", type=Path, help="a system file (YAML) or package (.ssp)")
     for flag, text in (
         ("--stop-time", "end of the run"),
         ("--step-size", "time between communication points"),
@@ -33,6 +35,7 @@ def add(commands: argparse._SubParsersAction) -> None:
         action="store_true",
         help="run once more at half the step, and tell how large the coupling errors are",
     )
+    add_native(command, "build native FMUs of models and other programs (default), or Python ones")
     add_start_values(command, "COMPONENT.VARIABLE")
     add_output_file(command)
     add_build_folder(command)
@@ -40,10 +43,10 @@ def add(commands: argparse._SubParsersAction) -> None:
 
 
 def _run(options: argparse.Namespace) -> None:
-    from m4e_fmi.cosim import System, prepare, run
+    from m4e_fmi.cosim import prepare, run
     from m4e_fmi.report import plot_run, progress_bar, run_summary
 
-    system = System.load(options.system).changed(
+    system = load_system(options.system).changed(
         start=start_values(options),
         stop_time=options.stop_time,
         step_size=options.step_size,
@@ -51,7 +54,9 @@ def _run(options: argparse.Namespace) -> None:
         algorithm=options.algorithm,
     )
     output = output_file(options, system.name)
-    prepared = prepare(system, build_directory=options.build_folder, tell=say)
+    prepared = prepare(
+        system, build_directory=options.build_folder, native=options.native, tell=say
+    )
     count, links = len(system.components), len(prepared.wiring.links)
     print(f"{system.name}: {count} FMUs, {links} connected variables", flush=True)
     times = system.simulation
