@@ -7,7 +7,8 @@ component `buoy` under their FMI names, each with `units` and `long_name`.
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -18,8 +19,8 @@ from m4e_fmi.cosim.instance import Instance
 from m4e_fmi.cosim.network import Network
 from m4e_fmi.cosim.operations import Get
 from m4e_fmi.cosim.schedule import Schedule
-from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.reading import Variable
+from m4e_fmi.writing import cannot_write
 
 CHUNK = 1024
 """Rows of a variable that lie together in the file."""
@@ -43,8 +44,18 @@ class ResultsWriter:
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             self._file = Dataset(self.path, "w", format="NETCDF4")
-        except OSError as error:
-            raise RunError(f"{path}: cannot be written: {error}", "choose another file") from error
+        except (OSError, RuntimeError) as error:
+            with suppress(OSError):
+                if not self.path.stat().st_size:
+                    self.path.unlink()
+            raise cannot_write(self.path, error) from error
+        self._rows = 0
+        self._written = 0
+        self._flushed = clock.monotonic()
+        with self._errors():
+            self._declare(network, attributes)
+
+    def _declare(self, network: Network, attributes: Mapping[str, str]) -> None:
         self._file.setncatts({**attributes, "created": datetime.now(UTC).isoformat("T", "seconds")})
         self._file.createDimension("time", None)
         self._time = self._file.createVariable("time", "f8", ("time",), chunksizes=(CHUNK,))
@@ -58,9 +69,6 @@ class ResultsWriter:
             for name in network.instances
         ]
         self.schedule = Schedule([o for group in self._groups for o in group.operations])
-        self._rows = 0
-        self._written = 0
-        self._flushed = clock.monotonic()
         self._file.sync()
 
     def __enter__(self) -> ResultsWriter:
@@ -93,22 +101,39 @@ class ResultsWriter:
             self.flush()
 
     def flush(self) -> None:
-        """Bring all rows to the disk."""
+        """Bring all rows to the disk; RunError if it does not take them."""
+        with self._errors():
+            self._flush()
+
+    def _flush(self) -> None:
         if self._rows:
             rows = slice(self._written, self._written + self._rows)
             self._time[rows] = self._times[: self._rows]
             for group in self._groups:
                 group.write(rows, self._rows)
+            self._file.sync()
             self._written += self._rows
             self._rows = 0
-            self._file.sync()
         self._flushed = clock.monotonic()
 
     def close(self) -> None:
-        """Write what is left and close the file."""
+        """Write what is left and close the file; RunError if the disk does not take it."""
         if self._file.isopen():
-            self.flush()
-            self._file.close()
+            with self._errors():
+                self._flush()
+                self._file.close()
+
+    @contextmanager
+    def _errors(self) -> Iterator[None]:
+        """Errors of netCDF as RunError; what had reached the disk before can be read, if any."""
+        try:
+            yield
+        except (OSError, RuntimeError) as error:
+            with suppress(RuntimeError):
+                self._file.close()
+            if not self._written:
+                self.path.unlink(missing_ok=True)
+            raise cannot_write(self.path, error) from error
 
 
 def _outputs(instance: Instance) -> list[Variable]:

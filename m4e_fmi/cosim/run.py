@@ -143,6 +143,8 @@ def run(
                 try:
                     master.run(results=writer, observers=observers, progress=progress)
                 except RunError as error:
+                    if not path.is_file():  # the disk was full from the start
+                        raise
                     note = f"{error.remedy}; results up to there are in {path}".lstrip("; ")
                     raise RunError(error.message, note) from error
         return Outcome(

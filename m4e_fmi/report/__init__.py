@@ -16,6 +16,7 @@ from m4e_fmi.report.progress import progress_bar
 from m4e_fmi.report.schematic import draw_model, model_figure
 from m4e_fmi.report.summaries import run_summary, simulation_summary
 from m4e_fmi.report.tables import model_tables
+from m4e_fmi.report.validation_text import validation_text
 
 __all__ = [
     "animate",
@@ -34,5 +35,6 @@ __all__ = [
     "progress_bar",
     "run_summary",
     "simulation_summary",
+    "validation_text",
     "write_simulation",
 ]

@@ -19,6 +19,7 @@ from m4e_fmi.report.labels import Labels
 from m4e_fmi.report.parts import colour_of, ground_lines, guides, placed, ranks, tie_lines
 from m4e_fmi.report.scene import Scene, scene, turned
 from m4e_fmi.report.style import BODY_COLOURS, FORCE, GREY, GRID, INK, PAPER, pale
+from m4e_fmi.writing import written
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -35,8 +36,8 @@ def draw_model(model: Model, picture: Path, *, program: Program | None = None) -
     The start pose is that of `program`, the model's own if none is given.
     """
     figure = model_figure(model, program=program)
-    picture.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(picture, dpi=DOTS_PER_INCH, bbox_inches="tight", pad_inches=0.15)
+    with written(picture) as part:
+        figure.savefig(part, dpi=DOTS_PER_INCH, bbox_inches="tight", pad_inches=0.15)
     return picture
 
 
