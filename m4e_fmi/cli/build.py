@@ -6,11 +6,17 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from m4e_fmi.cli.options import MODEL_FILE, add_build_folder, is_system, print_files, say
+from m4e_fmi.cli.options import (
+    MODEL_FILE,
+    add_build_folder,
+    add_native,
+    is_system,
+    print_files,
+    say,
+)
 from m4e_fmi.errors import InputError
 
 OF_MODELS = {
-    "native": False,
     "fmi": "2",
     "method": "dop853",
     "tolerance": None,
@@ -25,11 +31,11 @@ OF_MODELS = {
 def add(commands: argparse._SubParsersAction) -> None:
     command = commands.add_parser("build", help="build the FMU of a model, or all of a system")
     command.add_argument("source", type=Path, help=f"{MODEL_FILE}, or a system file")
+    add_native(command, "no Python inside, model exchange too; default for a system, not a model")
     of_model = command.add_argument_group("of a model")
     of_model.add_argument(
-        "--native", action="store_true", help="no Python inside; model exchange, too"
+        "--fmi", choices=("2", "3"), help="version of the standard; 3 of native FMUs; default 2"
     )
-    of_model.add_argument("--fmi", metavar="VERSION", help="2 (default), or 3 of native FMUs")
     of_model.add_argument(
         "--outputs", nargs="+", metavar="PATTERN", help="only these, as 'body.*'; default all"
     )
@@ -58,6 +64,7 @@ def _run(options: argparse.Namespace) -> None:
     from m4e_fmi.multibody import model_program
 
     chosen: dict[str, Any] = {name: getattr(options, name) for name in OF_MODELS}
+    chosen["native"] = bool(options.native)
     chosen["rename"] = dict(_renaming(text) for text in options.rename)
     model = load_model(options.source)
     program = model_program(model)
@@ -78,7 +85,8 @@ def _build_system(options: argparse.Namespace) -> None:
     if given:
         flag = f"--{given[0].replace('_', '-')}"
         raise InputError.single(f"{flag} is for the FMU of a model, not for those of a system")
-    files = fmu_files(System.load(options.source), options.build_folder, tell=say)
+    system = System.load(options.source)
+    files = fmu_files(system, options.build_folder, native=options.native, tell=say)
     for name, path in files.items():
         print(f"{name}: {path}")
 

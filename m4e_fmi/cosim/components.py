@@ -58,13 +58,16 @@ def fmu_files(
 
 def _library_is_there(tell: Tell) -> bool:
     from m4e_fmi.fmu.native import shell_binaries
+    from m4e_fmi.runtime.platforms import this_platform
 
+    why = "there is none for this machine"
     try:
-        shell_binaries("any")
+        if any(this_platform().fmi2 in name for name in shell_binaries("any")):
+            return True
     except RunError as error:
-        tell(f"Python FMUs instead of native ones: {error.message}")
-        return False
-    return True
+        why = error.message
+    tell(f"Python FMUs instead of native ones: {why}")
+    return False
 
 
 def _silent(_: str) -> None:
