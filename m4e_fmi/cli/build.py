@@ -11,6 +11,7 @@ from m4e_fmi.cli.options import (
     add_build_folder,
     add_native,
     is_system,
+    load_system,
     print_files,
     say,
 )
@@ -51,6 +52,9 @@ def add(commands: argparse._SubParsersAction) -> None:
     of_model.add_argument(
         "--no-documentation", action="store_true", help="no page, picture and reference series"
     )
+    command.add_argument(
+        "--ssp", action="store_true", help="of a system: one package of it and all its FMUs (.ssp)"
+    )
     add_build_folder(command)
     command.set_defaults(command=_run, **OF_MODELS)
 
@@ -59,6 +63,8 @@ def _run(options: argparse.Namespace) -> None:
     if is_system(options.source):
         _build_system(options)
         return
+    if options.ssp:
+        raise InputError.single("--ssp packs a system, not the FMU of a model")
     from m4e_fmi.fmu import build_fmu
     from m4e_fmi.model import load_model
     from m4e_fmi.multibody import model_program
@@ -79,16 +85,19 @@ def _run(options: argparse.Namespace) -> None:
 
 
 def _build_system(options: argparse.Namespace) -> None:
-    from m4e_fmi.cosim import System, fmu_files
+    from m4e_fmi.cosim import fmu_files
 
     given = [name for name, default in OF_MODELS.items() if getattr(options, name) != default]
     if given:
         flag = f"--{given[0].replace('_', '-')}"
         raise InputError.single(f"{flag} is for the FMU of a model, not for those of a system")
-    system = System.load(options.source)
+    system = load_system(options.source)
     files = fmu_files(system, options.build_folder, native=options.native, tell=say)
     for name, path in files.items():
         print(f"{name}: {path}")
+    if options.ssp:
+        package = options.build_folder / f"{system.name}.ssp"
+        print_files([system.save(package, build_directory=options.build_folder)])
 
 
 def _renaming(text: str) -> tuple[str, str]:

@@ -125,7 +125,8 @@ def test_an_fmu_of_another_platform(
     assert f"export it for {fmpy.platform}" in said.err
 
 
-def test_an_output_that_is_full(project: Path) -> None:
+@pytest.mark.usefixtures("project")
+def test_an_output_that_is_full() -> None:
     if not Path("/dev/full").exists():
         pytest.skip("there is no /dev/full")
     command = [sys.executable, "-c", ELSEWHERE.format(missing="none"), "info", MODEL]

@@ -264,6 +264,20 @@ def test_run_writes_results_picture_and_summary(here, capsys):
         assert (here / "build" / name).stat().st_size > 1000
 
 
+@pytest.mark.usefixtures("here")
+def test_a_system_is_packed_and_runs_from_its_package(capsys):
+    system = FLEXIBLE / "system.yaml"
+    assert main(["build", str(system), "--ssp"]) == 0
+    assert "wrote build/flexible_pendulum.ssp" in capsys.readouterr().out
+    short = ["--stop-time", "0.5", "--step-size", "0.005"]
+    assert main(["run", "build/flexible_pendulum.ssp", *short]) == 0
+    assert "body.end <-> line.end" in capsys.readouterr().out
+    assert main(["info", "build/flexible_pendulum.ssp"]) == 0
+    assert "body.end <-> line.end" in capsys.readouterr().out
+    assert main(["build", str(PENDULUM), "--ssp"]) == 2
+    assert "packs a system" in capsys.readouterr().err
+
+
 def test_doctor_finds_this_machine_fit(capsys):
     assert main(["doctor"]) == 0
     text = capsys.readouterr().out
