@@ -13,6 +13,7 @@ import pytest
 from fmpy.validation import validate_fmu
 
 from m4e_fmi.cli import main
+from m4e_fmi.fmu import read_description
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 PENDULUM = EXAMPLES / "double_pendulum" / "double_pendulum.model.yaml"
@@ -346,3 +347,36 @@ class TestLinearize:
     def test_unknown_output(self, capsys) -> None:
         text = refused(capsys, "linearize", PENDULUM, "--outputs", "point.tip.alpha")
         assert "no output or state point.tip.alpha" in text
+
+
+def test_build_with_options(here):
+    options = ["--native", "--no-documentation", "--inputs", "point.*", "--outputs", "body.upper.*"]
+    options += ["--rename", "m=mass", "--rename", "body.upper.*=boom.*", "--stop-time", "3"]
+    assert main(["build", str(PENDULUM), *options]) == 0
+    description = read_description(here / "build" / "double_pendulum.fmu")
+    inputs = {v.name for v in description.of_causality("input")}
+    outputs = {v.name for v in description.of_causality("output")}
+    assert inputs == {"point.tip.force_x", "point.tip.force_z"}
+    assert {name.split(".")[0] for name in outputs} == {"boom"}
+    assert "mass" in description.variables
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--inputs", "points.*"], "no input matches 'points.*'"),
+        (["--outputs", "energy.totl"], "did you mean 'energy.total'?"),
+        (["--rename", "m"], "expected OLD=NEW"),
+        (["--rename", "m=J"], "two variables would be called 'J'"),
+        (["--method", "euler"], "there is no method 'euler'"),
+        (["--step-size", "0"], "the step size must be positive"),
+    ],
+)
+def test_build_with_options_that_are_wrong(here, capsys, options, message):
+    assert message in refused(capsys, "build", PENDULUM, *options)
+    assert not (here / "build").exists()
+
+
+def test_options_of_a_model_with_a_system(capsys):
+    text = refused(capsys, "build", BUOY, "--no-documentation")
+    assert "--no-documentation is for the FMU of a model" in text
