@@ -198,6 +198,8 @@ def test_build_fmi_3(here, capsys):
     assert validate_fmu(str(here / "build" / "double_pendulum.fmu")) == []
     assert main(["build", str(PENDULUM), "--fmi", "3"]) == 2
     assert "FMI 3.0 is for native FMUs" in capsys.readouterr().err
+    assert main(["build", str(BUOY), "--fmi", "3"]) == 2
+    assert "--fmi is for the FMU of a model" in capsys.readouterr().err
 
 
 def test_build_validate_info_simulate(here, capsys):
