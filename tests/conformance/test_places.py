@@ -113,7 +113,8 @@ def test_an_fmu_of_another_platform(
     assert main(["build", MODEL, "--native"]) == 0
     with zipfile.ZipFile("build/double_pendulum.fmu") as old, zipfile.ZipFile("x.fmu", "w") as new:
         for name in old.namelist():
-            new.writestr(name.replace(f"binaries/{fmpy.platform}/", "binaries/os9/"), old.read(name))
+            renamed = name.replace(f"binaries/{fmpy.platform}/", "binaries/os9/")
+            new.writestr(renamed, old.read(name))
     (project / "system.yaml").write_text(SYSTEM.replace(f"model: {MODEL}", "fmu: x.fmu"))
     capsys.readouterr()
     code = main([command, "system.yaml" if command == "run" else "x.fmu"])
@@ -123,7 +124,8 @@ def test_an_fmu_of_another_platform(
     assert f"export it for {fmpy.platform}" in said.err
 
 
-def test_an_output_that_is_full(project: Path) -> None:
+@pytest.mark.usefixtures("project")
+def test_an_output_that_is_full() -> None:
     if not Path("/dev/full").exists():
         pytest.skip("there is no /dev/full")
     command = [sys.executable, "-c", ELSEWHERE.format(missing="none"), "info", MODEL]
