@@ -86,7 +86,7 @@ def _elf(subject: Subject, elf: SharedLibrary) -> Iterator[Finding]:
         message = f"the library does not export {some(missing)}"
         basis = "all functions must be there, supported or not: FMI 2.0.4, section 2.1.1"
         yield Finding("library.exports", "error", message, basis)
-    foreign = sorted(name for name in elf.exports if not name.startswith("fmi2"))
+    foreign = sorted(name for name in elf.exports if not name.startswith("fmi"))
     if foreign:
         message = f"the library exports {len(foreign)} symbols besides FMI's: {some(foreign)}"
         remedy = "two libraries may clash over them in one process: hide them (visibility, -s)"

@@ -7,15 +7,14 @@ imported once, here.
 from __future__ import annotations
 
 import json
-import multiprocessing
 import os
 import signal
 import time
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field
 from importlib import import_module
+from multiprocessing import get_context
 from pathlib import Path
-from typing import Any
 
 from m4e_fmi.fmu.validation.findings import Finding, Group
 from m4e_fmi.fmu.validation.journal import last_call
@@ -37,7 +36,7 @@ _POLL = 0.005  # s
 _UNFINISHED = "no FMU may end or block its host; what this group checks after it was not looked at"
 _WORDS = 400  # characters of what the process wrote last
 _START = "start"
-_PROCESSES: Any = multiprocessing.get_context("fork" if hasattr(os, "fork") else "spawn")
+_FORKS = hasattr(os, "fork")
 
 
 def main(work: str, fmu: str, call_limit: str, *groups: str) -> None:
@@ -100,7 +99,8 @@ class _Watched:
     def __post_init__(self) -> None:
         print(self.name, flush=True)
         arguments = (self.name, self.work, self.fmu)
-        self.process = _PROCESSES.Process(target=work_on, args=arguments, daemon=True)
+        process = get_context("fork").Process if _FORKS else get_context("spawn").Process
+        self.process = process(target=work_on, args=arguments, daemon=True)
         self.process.start()
 
     def outcome(self) -> Group | None:
