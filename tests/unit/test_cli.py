@@ -191,8 +191,6 @@ def test_build_native(here, capsys):
     assert main(["validate", "build/double_pendulum.fmu"]) == 0
     assert "no errors, no warnings" in capsys.readouterr().out
     assert (here / "build" / "double_pendulum.fmu").stat().st_size < 300_000
-    assert main(["build", str(EXAMPLES / "moored_buoy" / "system.yaml"), "--native"]) == 2
-    assert "not for those of a system" in capsys.readouterr().err
 
 
 def test_build_fmi_3(here, capsys):
@@ -200,6 +198,8 @@ def test_build_fmi_3(here, capsys):
     assert validate_fmu(str(here / "build" / "double_pendulum.fmu")) == []
     assert main(["build", str(PENDULUM), "--fmi", "3"]) == 2
     assert "FMI 3.0 is for native FMUs" in capsys.readouterr().err
+    assert main(["build", str(BUOY), "--fmi", "3"]) == 2
+    assert "--fmi is for the FMU of a model" in capsys.readouterr().err
 
 
 def test_build_validate_info_simulate(here, capsys):
