@@ -14,12 +14,14 @@ from m4e_fmi.report.motion import plot_modes, plot_phase
 from m4e_fmi.report.progress import progress_bar
 from m4e_fmi.report.schematic import draw_model, model_figure
 from m4e_fmi.report.summaries import run_summary, simulation_summary
+from m4e_fmi.report.system_graph import draw_system, system_figure
 from m4e_fmi.report.tables import model_tables
 
 __all__ = [
     "animate",
     "check_animation_path",
     "draw_model",
+    "draw_system",
     "fmu_text",
     "linear_json",
     "linear_text",
@@ -32,5 +34,6 @@ __all__ = [
     "progress_bar",
     "run_summary",
     "simulation_summary",
+    "system_figure",
     "write_simulation",
 ]
