@@ -7,6 +7,7 @@ from pathlib import Path
 
 from m4e_fmi.cli.options import (
     add_build_folder,
+    add_native,
     add_output_file,
     add_start_values,
     load_system,
@@ -47,6 +48,7 @@ def add(commands: argparse._SubParsersAction) -> None:
         metavar="FILE",
         help="a parameter set: start values in a file (YAML, or SSP's .ssv)",
     )
+    add_native(command, "build native FMUs of models and other programs (default), or Python ones")
     add_start_values(command, "COMPONENT.VARIABLE")
     add_output_file(command)
     add_build_folder(command)
@@ -66,7 +68,9 @@ def _run(options: argparse.Namespace) -> None:
         algorithm=options.algorithm,
     )
     output = output_file(options, system.name)
-    prepared = prepare(system, build_directory=options.build_folder, tell=say)
+    prepared = prepare(
+        system, build_directory=options.build_folder, native=options.native, tell=say
+    )
     count, links = len(system.components), len(prepared.wiring.links)
     print(f"{system.name}: {count} FMUs, {links} connected variables", flush=True)
     times = system.simulation

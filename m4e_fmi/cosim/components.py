@@ -12,7 +12,7 @@ from typing import Any
 
 from m4e_fmi.cosim.system import Component, FmuFile, Kind, ModelFile, System, kind_module, kinds
 from m4e_fmi.errors import RunError
-from m4e_fmi.fmu.reading import Description, read_description
+from m4e_fmi.fmu.reading import Description
 from m4e_fmi.writing import cannot_write, written
 
 Tell = Callable[[str], None]
@@ -58,9 +58,8 @@ def fmu_files(
     return files
 
 
-def read_component(component: Component, path: Path) -> Description:
-    """What the component's FMU at `path` says, with the units that the system adds."""
-    description = read_description(path)
+def with_units(component: Component, description: Description) -> Description:
+    """What the component's FMU says, with the units that the system adds."""
     variables = dict(description.variables)
     for name, unit in component.units.items():
         if name in variables and variables[name].dimension is None:
@@ -79,13 +78,16 @@ def _found(source: FmuFile, folder: Path) -> Path:
 
 def _library_is_there(tell: Tell) -> bool:
     from m4e_fmi.fmu.native import shell_binaries
+    from m4e_fmi.runtime.platforms import this_platform
 
+    why = "there is none for this machine"
     try:
-        shell_binaries("any")
+        if any(this_platform().fmi2 in name for name in shell_binaries("any")):
+            return True
     except RunError as error:
-        tell(f"Python FMUs instead of native ones: {error.message}")
-        return False
-    return True
+        why = error.message
+    tell(f"Python FMUs instead of native ones: {why}")
+    return False
 
 
 def _silent(_: str) -> None:

@@ -306,7 +306,7 @@ def _outside_problems(
     for at, text in named:
         port = Port(*text.partition(".")[::2])
         kind = at[0].removesuffix("s")
-        known = descriptions[port.component] if port.component in descriptions else None
+        known = descriptions.get(port.component)
         variable = known.variables.get(port.variable) if known else None
         if variable is None:
             there = known.of_causality(kind) if known else ()

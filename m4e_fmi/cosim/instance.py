@@ -8,19 +8,18 @@ from __future__ import annotations
 
 import ctypes
 import math
-import os
 from collections.abc import Callable, Mapping, Sequence
+from copy import copy
 from functools import partial
-from pathlib import Path
 from typing import Any, NoReturn
 
 import numpy as np
 from fmpy import fmi2
 
+from m4e_fmi.cosim.binary import Binary
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.messages import STATUS, Messages
 from m4e_fmi.fmu.reading import Description
-from m4e_fmi.fmu.unpack import Unpacked
 
 WARNING, DISCARD, ERROR, FATAL = 1, 2, 3, 4
 LAST_ERROR = "last_error"
@@ -46,7 +45,7 @@ _SET_DERIVATIVES = ctypes.CFUNCTYPE(
 
 
 class Instance:
-    """An instance named `name`; `close` it, or use it as a context manager.
+    """An instance named `name` of a loaded FMU; `close` it, or use it as a context manager.
 
     `scales` are factor and offset of the inputs that are set otherwise than by their own values.
 
@@ -54,7 +53,7 @@ class Instance:
     FMU answers with more than a warning. After Fatal the FMU is never called again.
     """
 
-    def __init__(self, name: str, description: Description) -> None:
+    def __init__(self, name: str, description: Description, binary: Binary) -> None:
         self.name = name
         self.description = description
         self._messages = Messages()
@@ -66,9 +65,8 @@ class Instance:
         self._state = ctypes.c_void_p()
         self._state_time = 0.0
         self._fmu: Any = None
-        self._unpacked = Unpacked(description.path)
         try:
-            self._open()
+            self._open(binary)
         except BaseException:
             self.close()
             raise
@@ -79,24 +77,11 @@ class Instance:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _open(self) -> None:
-        here = Path.cwd()
-        description = self.description
-        try:
-            self._fmu = fmi2.FMU2Slave(
-                guid=description.guid,
-                unzipDirectory=str(self._unpacked.folder),
-                modelIdentifier=description.identifier,
-                instanceName=self.name,
-            )
-        except Exception as error:
-            text = str(error).replace(str(self._unpacked.folder), "")
-            remedy = "a library it needs is missing, or the file is not an FMI 2.0 binary"
-            raise RunError(
-                f"{self._origin}: its binary cannot be loaded: {text}", remedy
-            ) from error
-        finally:
-            os.chdir(here)  # loading leaves the process elsewhere when it fails
+    def _open(self, binary: Binary) -> None:
+        self._binary = binary
+        self._fmu = copy(binary.functions)
+        self._fmu.instanceName = self.name
+        binary.in_use += 1
         try:
             self._fmu.instantiate(callbacks=self._messages.callbacks, loggingOn=True)
         except Exception as error:
@@ -353,7 +338,7 @@ class Instance:
         return text.decode("utf-8", errors="replace").strip() if status <= WARNING and text else ""
 
     def close(self) -> None:
-        """Terminate, free and unload as far as the FMU's condition allows; remove its folder."""
+        """Terminate and free as far as the FMU's condition allows."""
         fmu, self._fmu = self._fmu, None
         if fmu is not None and fmu.component is not None:
             status = 0
@@ -362,9 +347,9 @@ class Instance:
             if self._state and not self._broken:
                 fmu.dll.fmi2FreeFMUstate(fmu.component, ctypes.byref(self._state))
             if status < FATAL:
-                fmu.freeInstance()
+                fmu.fmi2FreeInstance(fmu.component)
+                self._binary.in_use -= 1
         self._kept.clear()
-        self._unpacked.remove()
 
 
 def _prototype(kind: Any, function: Any) -> Any:

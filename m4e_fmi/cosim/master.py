@@ -12,6 +12,7 @@ import numpy as np
 
 from m4e_fmi.cosim.algorithms import ALGORITHMS
 from m4e_fmi.cosim.algorithms.scheduled import Scheduled
+from m4e_fmi.cosim.binary import binaries
 from m4e_fmi.cosim.connect import Wiring
 from m4e_fmi.cosim.energy import BondEnergy, EnergyBalance
 from m4e_fmi.cosim.instance import Instance
@@ -53,8 +54,9 @@ class Master:
 
     def __enter__(self) -> Master:
         with ExitStack() as stack:
+            loaded = binaries(self._descriptions, stack)
             instances = {
-                name: stack.enter_context(Instance(name, description))
+                name: stack.enter_context(Instance(name, description, loaded[name]))
                 for name, description in self._descriptions.items()
             }
             self._initialise(instances)

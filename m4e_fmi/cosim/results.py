@@ -24,9 +24,9 @@ from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.reading import Variable
 from m4e_fmi.writing import cannot_write
 
-CHUNK = 1024
-"""Rows of a variable that lie together in the file."""
-MOST_ROWS, MOST_VALUES = 4096, 2**21
+CHUNK = 64, 4096
+"""Least and most rows of a variable that lie together in the file."""
+MOST_ROWS, MOST_VALUES = 16384, 2**22
 """Rows, and values in all of them, that are kept in memory before they are written."""
 FLUSH = 5.0
 """Seconds of wall time after which rows reach the disk even if the block is not full."""
@@ -36,8 +36,9 @@ class ResultsWriter:
     """Writes rows of Real variables of a network; use it as a context manager.
 
     These are all scalar outputs, or what `variables` choose (see `chosen`). A row reaches the disk
-    with its block (1024 to 4096 rows), or after five seconds; a run that is killed leaves a
-    readable file. The file's attribute `ended` says how the run did.
+    with its block (of 4 million values at most), or after five seconds; a run that is killed leaves
+    a readable file. `expected` is the number of rows, for a file of the right size: there may be
+    more or less. The file's attribute `ended` says how the run did.
     """
 
     def __init__(
@@ -46,6 +47,7 @@ class ResultsWriter:
         network: Network,
         attributes: Mapping[str, str],
         *,
+        expected: int,
         variables: Sequence[str] = (),
     ) -> None:
         from netCDF4 import Dataset
@@ -66,24 +68,26 @@ class ResultsWriter:
         self.last = network.time
         self._flushed = clock.monotonic()
         with self._errors():
-            self._declare(network, attributes, names)
+            self._declare(network, attributes, names, expected)
 
     def _declare(
         self,
         network: Network,
         attributes: Mapping[str, str],
         outputs: Mapping[str, list[Variable]],
+        expected: int,
     ) -> None:
         self._file.setncatts({**attributes, "created": datetime.now(UTC).isoformat("T", "seconds")})
         self._file.createDimension("time", None)
-        self._time = self._file.createVariable("time", "f8", ("time",), chunksizes=(CHUNK,))
+        chunk = (min(max(expected, CHUNK[0]), CHUNK[1]),)
+        self._time = self._file.createVariable("time", "f8", ("time",), chunksizes=chunk)
         self._time.setncatts({"units": "s", "long_name": "simulated time"})
         count = sum(map(len, outputs.values()))
-        self._block = max(CHUNK, min(MOST_ROWS, MOST_VALUES // (count + 1)))
+        self._block = max(CHUNK[0], min(MOST_ROWS, MOST_VALUES // (count + 1)))
         self._times = np.zeros(self._block)
         self._groups = [
-            _Group(self._file, network.instances[name], outputs[name], self._block)
-            for name in network.instances
+            _Group(self._file, instance, outputs[name], self._block, chunk)
+            for name, instance in network.instances.items()
         ]
         self.schedule = Schedule([o for group in self._groups for o in group.operations])
         self._file.sync()
@@ -168,12 +172,17 @@ class _Group:
     """What is recorded of one component: a block of rows, and the netCDF variables they go to."""
 
     def __init__(
-        self, file: Any, instance: Instance, outputs: Sequence[Variable], rows: int
+        self,
+        file: Any,
+        instance: Instance,
+        outputs: Sequence[Variable],
+        rows: int,
+        chunk: tuple[int],
     ) -> None:
         group = file.createGroup(instance.name)
         self._variables = []
         for output in outputs:
-            variable = group.createVariable(output.name, "f8", ("time",), chunksizes=(CHUNK,))
+            variable = group.createVariable(output.name, "f8", ("time",), chunksizes=chunk)
             variable.setncatts({"units": output.unit or "1", "long_name": output.description})
             self._variables.append(variable)
         self._block = np.zeros((rows, len(outputs)))

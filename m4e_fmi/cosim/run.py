@@ -6,20 +6,22 @@ import time as clock
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from functools import cache
+from math import ceil
 from pathlib import Path
 
 from m4e_fmi.cosim.certificate import Certificate, Trace, certificate
-from m4e_fmi.cosim.components import fmu_files, read_component
+from m4e_fmi.cosim.components import fmu_files, with_units
 from m4e_fmi.cosim.connect import Link, Wiring, connect
 from m4e_fmi.cosim.energy import BondEnergy
 from m4e_fmi.cosim.master import Master, Observer, Progress
 from m4e_fmi.cosim.overview import overview
 from m4e_fmi.cosim.results import ResultsWriter
 from m4e_fmi.cosim.structure import Structure, analyse
-from m4e_fmi.cosim.system import SOLVES_LOOPS, System
+from m4e_fmi.cosim.system import SOLVES_LOOPS, Simulation, System
 from m4e_fmi.cosim.timing import Timing, timings
 from m4e_fmi.errors import InputError, Problem, RunError
-from m4e_fmi.fmu import Description
+from m4e_fmi.fmu import Description, read_description
 from m4e_fmi.results import Results, check_export, export, load, stream_of
 
 
@@ -85,9 +87,11 @@ def prepare(
     problems: list[Problem] = []
     descriptions: dict[str, Description] = {}
     files = fmu_files(system, build_directory, native=native, tell=tell)
+    read = cache(read_description)  # many components may be of one file
     for component in system.components:
         try:
-            descriptions[component.name] = read_component(component, files[component.name])
+            description = read(files[component.name])
+            descriptions[component.name] = with_units(component, description)
         except InputError as error:
             problems += error.problems
     if problems:
@@ -136,7 +140,11 @@ def run(
         else:
             path = stream_of(results)
             writer = ResultsWriter(
-                path, master.network, _attributes(system.system), variables=variables
+                path,
+                master.network,
+                _attributes(system.system),
+                expected=_rows(system.system.simulation),
+                variables=variables,
             )
             with _exported(path, Path(results), writer), writer:
                 master.run(results=writer, observers=observers, progress=progress)
@@ -150,6 +158,12 @@ def run(
             order=master.order,
             rejected=master.rejected,
         )
+
+
+def _rows(simulation: Simulation) -> int:
+    """How many rows of results are expected."""
+    interval = simulation.output_interval or simulation.step_size
+    return ceil((simulation.stop_time - simulation.start_time) / interval) + 1
 
 
 def _attributes(system: System) -> dict[str, str]:

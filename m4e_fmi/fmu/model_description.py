@@ -5,15 +5,13 @@ Source: FMI Specification 2.0.4, section 2.2. Element order and attributes follo
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Iterable
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 import m4e_fmi
 from m4e_fmi.fmu.description import FmuVariable, ModelDescription
-from m4e_fmi.fmu.quantities import QUANTITIES, display_factor, quantities_of
-from m4e_fmi.units import BASE_UNITS, parse_unit
+from m4e_fmi.fmu.xml_parts import add_quantity, add_types, add_units, legal
 
 XML = "modelDescription.xml"
 LOG_CATEGORIES = {
@@ -37,15 +35,15 @@ def model_description_xml(
         fmiVersion="2.0",
         modelName=description.name,
         guid=guid,
-        description=_legal(description.description),
+        description=legal(description.description),
         generationTool=f"m4e_fmi {m4e_fmi.__version__}",
         variableNamingConvention="structured",
     )
     if native:
         root.set("numberOfEventIndicators", "0")
     _add_kinds(root, model_identifier, native=native)
-    _add_units(root, description.variables)
-    _add_types(root, description.variables)
+    add_units(root, description.variables)
+    add_types(root, description.variables, "SimpleType")
     categories = SubElement(root, "LogCategories")
     for name, text in LOG_CATEGORIES.items():
         SubElement(categories, "Category", name=name, description=text)
@@ -68,11 +66,6 @@ def with_guid(xml: bytes, guid: str) -> bytes:
     return re.sub(rb'(guid|instantiationToken)=""', rf'\1="{guid}"'.encode(), xml, count=1)
 
 
-def _legal(text: str) -> str:
-    """`text` with the characters that XML 1.0 cannot hold replaced."""
-    return re.sub("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]", "\ufffd", text)
-
-
 def _add_kinds(root: Element, identifier: str, *, native: bool) -> None:
     both = {
         "modelIdentifier": identifier,
@@ -90,45 +83,6 @@ def _add_kinds(root: Element, identifier: str, *, native: bool) -> None:
     SubElement(root, "CoSimulation", {**both, **stepping})
 
 
-def _add_units(root: Element, variables: tuple[FmuVariable, ...]) -> None:
-    displays: dict[str, set[str]] = {}
-    for variable in variables:
-        if variable.type == "Real":
-            displays.setdefault(variable.unit, set())
-            if variable.display_unit:
-                displays[variable.unit].add(variable.display_unit)
-    if not displays:
-        return
-    definitions = SubElement(root, "UnitDefinitions")
-    for name in sorted(displays):
-        unit = parse_unit(name)
-        element = SubElement(definitions, "Unit", name=name)
-        powers = {
-            base: str(power)
-            for base, power in zip(BASE_UNITS, unit.exponents, strict=True)
-            if power
-        }
-        if unit.factor != 1.0:
-            powers["factor"] = repr(unit.factor)
-        SubElement(element, "BaseUnit", powers)
-        offered = QUANTITIES[name].displays if name in QUANTITIES else ()
-        for display in sorted({*displays[name], *offered}):
-            factor = display_factor(name, display)
-            SubElement(element, "DisplayUnit", name=display, factor=repr(factor))
-
-
-def _add_types(root: Element, variables: tuple[FmuVariable, ...]) -> None:
-    quantities = quantities_of([v.unit for v in variables if v.type == "Real"])
-    if not quantities:
-        return
-    definitions = SubElement(root, "TypeDefinitions")
-    for quantity in quantities:
-        element = SubElement(definitions, "SimpleType", name=quantity.type_name)
-        real = SubElement(element, "Real", quantity=quantity.name, unit=quantity.unit)
-        if quantity.shown:
-            real.set("displayUnit", quantity.shown)
-
-
 def _add_variables(root: Element, variables: tuple[FmuVariable, ...]) -> None:
     position = {variable.name: k + 1 for k, variable in enumerate(variables)}
     if len(position) != len(variables):
@@ -144,7 +98,7 @@ def _add_variables(root: Element, variables: tuple[FmuVariable, ...]) -> None:
         attributes = {
             "name": variable.name,
             "valueReference": str(reference),
-            "description": _legal(variable.description),
+            "description": legal(variable.description),
             "causality": variable.causality,
             "variability": variable.variability,
         }
@@ -153,29 +107,11 @@ def _add_variables(root: Element, variables: tuple[FmuVariable, ...]) -> None:
         element = SubElement(parent, "ScalarVariable", attributes)
         kind = SubElement(element, variable.type)
         if variable.type == "Real":
-            _add_real(kind, variable)
+            add_quantity(kind, variable)
         if variable.start is not None:
             kind.set("start", str(variable.start))
         if variable.derivative_of:
             kind.set("derivative", str(position[variable.derivative_of]))
-
-
-def _add_real(element: Element, variable: FmuVariable) -> None:
-    """Attributes of a Real; its unit stands here, too, for importers that do not look at types."""
-    quantity = QUANTITIES.get(variable.unit)
-    if quantity:
-        element.set("declaredType", quantity.type_name)
-    element.set("unit", variable.unit)
-    display = variable.display_unit or (quantity.shown if quantity else None)
-    if display:
-        element.set("displayUnit", display)
-    for key, value, default in (
-        ("min", variable.minimum, -math.inf),
-        ("max", variable.maximum, math.inf),
-        ("nominal", variable.nominal, 1.0),
-    ):
-        if value != default:
-            element.set(key, repr(value))
 
 
 def _add_structure(root: Element, description: ModelDescription, *, native: bool) -> None:
@@ -184,10 +120,13 @@ def _add_structure(root: Element, description: ModelDescription, *, native: bool
     by_name = {variable.name: variable for variable in variables}
     # at a communication point of co-simulation only the inputs are known
     states = {by_name[name].derivative_of for name in description.derivatives if native}
-    known = {v.name for v in variables if v.causality == "input" or v.name in states}
+    known = {
+        v.name: position[v.name] for v in variables if v.causality == "input" or v.name in states
+    }
+    numbers = [str(k) for k in range(len(variables) + 1)]
 
     def unknowns(title: str, listed: Iterable[FmuVariable], *, initial: bool = False) -> None:
-        parent = Element(title)
+        parent, places = Element(title), position if initial else known
         for v in listed:
             names, kinds = v.dependencies, v.kinds
             if initial:
@@ -196,12 +135,10 @@ def _add_structure(root: Element, description: ModelDescription, *, native: bool
             if names is None:
                 continue
             pairs = zip(names, kinds or [""] * len(names), strict=True)
-            chosen = sorted(
-                (position[n], kind) for n, kind in pairs if n in (position if initial else known)
-            )
-            element.set("dependencies", " ".join(str(place) for place, _ in chosen))
+            chosen = sorted([(places[n], kind) for n, kind in pairs if n in places])
+            element.set("dependencies", " ".join([numbers[place] for place, _ in chosen]))
             if kinds is not None:
-                element.set("dependenciesKind", " ".join(kind for _, kind in chosen))
+                element.set("dependenciesKind", " ".join([kind for _, kind in chosen]))
         if len(parent):
             structure.append(parent)
 

@@ -60,7 +60,8 @@ class Description:
     `step_size` is the default experiment's [s].
 
     What the FMU can do: `saves_state` (fmi2GetFMUstate, fmi2SetFMUstate), `interpolates_inputs`
-    (fmi2SetRealInputDerivatives), `directional_derivatives` (fmi2GetDirectionalDerivative).
+    (fmi2SetRealInputDerivatives), `directional_derivatives` (fmi2GetDirectionalDerivative). What it
+    cannot: be instantiated more than once in a process (`once_per_process`).
     """
 
     path: Path
@@ -76,6 +77,7 @@ class Description:
     saves_state: bool = False
     interpolates_inputs: bool = False
     directional_derivatives: bool = False
+    once_per_process: bool = False
 
     def of_causality(self, *causalities: str) -> list[Variable]:
         return [v for v in self.variables.values() if v.causality in causalities]
@@ -209,6 +211,7 @@ def _translated(path: Path, raw: Any) -> Description:
         saves_state=bool(raw.coSimulation.canGetAndSetFMUstate),
         interpolates_inputs=bool(raw.coSimulation.canInterpolateInputs),
         directional_derivatives=bool(raw.coSimulation.providesDirectionalDerivative),
+        once_per_process=bool(raw.coSimulation.canBeInstantiatedOnlyOncePerProcess),
     )
 
 

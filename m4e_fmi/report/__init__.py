@@ -8,6 +8,7 @@ give its outlines, `style` the colours.
 from m4e_fmi.report.animation import animate, check_animation_path
 from m4e_fmi.report.figures import plot_run, plot_simulation
 from m4e_fmi.report.files import write_simulation
+from m4e_fmi.report.fmu_documentation import fmu_documentation
 from m4e_fmi.report.fmu_text import fmu_text
 from m4e_fmi.report.linear_text import linear_json, linear_text
 from m4e_fmi.report.motion import plot_modes, plot_phase
@@ -16,12 +17,14 @@ from m4e_fmi.report.schematic import draw_model, model_figure
 from m4e_fmi.report.summaries import run_summary, simulation_summary
 from m4e_fmi.report.system_graph import draw_system, system_figure
 from m4e_fmi.report.tables import model_tables
+from m4e_fmi.report.validation_text import validation_text
 
 __all__ = [
     "animate",
     "check_animation_path",
     "draw_model",
     "draw_system",
+    "fmu_documentation",
     "fmu_text",
     "linear_json",
     "linear_text",
@@ -35,5 +38,6 @@ __all__ = [
     "run_summary",
     "simulation_summary",
     "system_figure",
+    "validation_text",
     "write_simulation",
 ]

@@ -15,12 +15,14 @@ from typing import TYPE_CHECKING, Any
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu import ModelDescription, Options, described, renamed, shown
 from m4e_fmi.fmu.archive import model_identifier
+from m4e_fmi.fmu.options import ICON
 from m4e_fmi.model import Model
 from m4e_fmi.multibody import Equations
 from m4e_fmi.program import Program
 from m4e_fmi.report.fmu_page import fmu_page
 from m4e_fmi.report.schematic import model_figure, model_icon
 from m4e_fmi.simulate import simulate
+from m4e_fmi.simulate.simulation import FIXED
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -31,7 +33,7 @@ ICON_DOTS = 128  # per inch
 
 
 def fmu_documentation(model: Model, program: Program, options: Options) -> dict[str, bytes]:
-    """Name in the archive → content: ``model.png``, and below ``documentation/`` the page
+    """Name in the archive → content: a picture, and below ``documentation/`` the page
     ``index.html`` and the reference series.
 
     `program` is that of `model`; `options` are those that the FMU is built with. InputError as from
@@ -39,18 +41,20 @@ def fmu_documentation(model: Model, program: Program, options: Options) -> dict[
     """
     visible = shown(program, options)
     description = described(visible, options)
-    series, others = _series(renamed(visible, options.rename), description, options)
+    named = renamed(visible, options.rename)
+    series, others = _series(named, description, options)
     page = fmu_page(
         description,
         options,
         drawing=_svg(model_figure(model, program=program)),
         equations=Equations(model),
+        states={v.name: w.name for v, w in zip(visible.states, named.states, strict=True)},
         others=others,
     )
     icon = io.BytesIO()
     _save(model_icon(model, program=program), icon, format="png", dpi=ICON_DOTS)
     return {
-        "model.png": icon.getvalue(),
+        ICON[options.fmi]: icon.getvalue(),
         "documentation/index.html": page.encode(),
         **{f"documentation/{name}": content for name, content in series.items()},
     }
@@ -69,6 +73,7 @@ def _series(
             output_interval=interval,
             tolerance=description.tolerance,
             method=options.method,
+            step_size=description.step_size if options.method == FIXED else None,
         )
     except RunError as error:
         return {}, [f"no reference series, because the default experiment fails: {error.message}"]

@@ -12,6 +12,7 @@ from m4e_fmi.fmu.options import Options
 from m4e_fmi.fmu.quantities import QUANTITIES, display_factor
 from m4e_fmi.multibody import Equations
 from m4e_fmi.report.mathml import equations_markup
+from m4e_fmi.simulate.simulation import FIXED
 
 MOST_COORDINATES = 12
 """Of models whose equations are written out; longer ones nobody reads."""
@@ -38,11 +39,13 @@ def fmu_page(
     *,
     drawing: str,
     equations: Equations,
+    states: Mapping[str, str],
     others: Sequence[str],
 ) -> str:
     """The page: what the FMU is, the `drawing` (SVG), connectors, variables, equations.
 
-    `others` are lines about further files.
+    `states` says what the states of the model's program are called; `others` are lines about
+    further files.
     """
     sections = [
         _facts(description, options, others),
@@ -52,7 +55,7 @@ def fmu_page(
         "<h2>Variables</h2>",
         *_variables(description.variables),
         "<h2>Equations of motion</h2>",
-        *_equations(equations, options.rename),
+        *_equations(equations, states),
     ]
     page = files("m4e_fmi.report").joinpath("fmu_page.html").read_text(encoding="utf-8")
     for mark, text in (
@@ -66,15 +69,16 @@ def fmu_page(
 
 def _facts(description: ModelDescription, options: Options, others: Sequence[str]) -> str:
     kinds = "co-simulation and model exchange" if options.native else "co-simulation"
-    needs = "nothing else" if options.native else "Python 3.8 to 3.13 in the importing tool"
+    needs = "nothing else" if options.native else "Python 3.10 to 3.13 in the importing tool"
     experiment = (
         f"0 to {description.stop_time:g} s in steps of {description.step_size:g} s, "
         f"tolerance {description.tolerance:g}"
     )
+    steps = "in fixed steps" if options.method == FIXED else "step size by error control"
     rows = {
         "Standard": f"FMI {options.fmi}.0, {kinds}",
         "Needs": needs,
-        "Integrates with": f"{options.method}; step size by error control",
+        "Integrates with": f"{options.method}, {steps}",
         "Default experiment": experiment,
         "Values": "SI units, angles in radians; X to the right, Z up, angles from Z towards X",
         "Written by": f"m4e_fmi {m4e_fmi.__version__}, whose runtime is inside (BSD 3-Clause)",
@@ -161,7 +165,7 @@ def _table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     return f'<div class="card scroll"><table><tr>{head}</tr>{body}</table></div>'
 
 
-def _equations(equations: Equations, rename: Mapping[str, str]) -> Iterable[str]:
+def _equations(equations: Equations, states: Mapping[str, str]) -> Iterable[str]:
     count = len(equations.topology.coordinate_names)
     if count > MOST_COORDINATES:
         yield (
@@ -170,6 +174,6 @@ def _equations(equations: Equations, rename: Mapping[str, str]) -> Iterable[str]
         )
         return
     yield f"<p>{EQUATIONS}</p>"
-    for title, lines in equations_markup(equations, rename):
+    for title, lines in equations_markup(equations, states):
         items = "".join(f"<li>{line}</li>" for line in lines)
         yield f'<h3>{title}</h3><div class="card scroll"><ol class="equations">{items}</ol></div>'

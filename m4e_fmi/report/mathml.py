@@ -16,12 +16,12 @@ DOTTED = '<mover>{}<mo lspace="0" rspace="0">.</mo></mover>'
 
 
 def equations_markup(
-    equations: Equations, rename: Mapping[str, str]
+    equations: Equations, names: Mapping[str, str]
 ) -> Iterator[tuple[str, list[str]]]:
     """Titles and lines of the equations M u̇ = f: what is shared first, then M, then f.
 
-    Each line is HTML with a `math` element. What is zero is left out. `rename` gives variables of
-    the model's program other names.
+    Each line is HTML with a `math` element. What is zero is left out. `names` says what the states
+    of the model's program are called.
     """
     import sympy
 
@@ -31,7 +31,7 @@ def equations_markup(
     forces = [(i, sympy.sympify(f[i, 0], strict=True)) for i in range(n) if f[i, 0] != 0]
     shared, reduced = intermediates([*values, *(v for _, v in forces)], equations.q.flat())
     printer = _printer()
-    yield "Coordinates q, velocities u, and the states that they are", _vectors(equations, rename)
+    yield "Coordinates q, velocities u, and the states that they are", _vectors(equations, names)
     if shared:
         lines = [_line(_name(symbol.name), printer.doprint(value)) for symbol, value in shared]
         yield "Used more than once below", lines
@@ -47,14 +47,14 @@ def equations_markup(
     yield "Forcing, without inputs", lines
 
 
-def _vectors(equations: Equations, rename: Mapping[str, str]) -> list[str]:
+def _vectors(equations: Equations, names: Mapping[str, str]) -> list[str]:
     tree, lines = equations.topology, []
     for link in tree.links:
         for states, k in zip(state_names(link), link.coordinates, strict=True):
             symbols = tree.coordinate_names[k], tree.velocity_names[k]
             for letter, symbol, state in zip("qu", symbols, states, strict=True):
                 math = _line(_indexed(letter, k + 1), _name(symbol))
-                lines.append(f"{math}<code>{escape(rename.get(state, state))}</code>")
+                lines.append(f"{math}<code>{escape(names[state])}</code>")
     return lines
 
 

@@ -43,6 +43,13 @@ def test_three_axes() -> None:
     assert [v.name for v in found["p.moment"].members] == [f"p.moment_{axis}" for axis in "xyz"]
 
 
+def test_forces_of_any_name() -> None:
+    listed = [output(f"p.{name}_{axis}") for name in ("reaction", "wave_force") for axis in "xz"]
+    assert names(*listed, output("p.lift_z")) == [
+        *("time", "p.reaction", "p.wave_force", "p.lift_z")
+    ]
+
+
 def test_indices() -> None:
     matrix = [output(f"a.m[{i},{j}]", unit=f"m{i + j}") for j in (1, 2, 3) for i in (1, 2)]
     found = arrays(*matrix, output("v[2]"), output("v[1]"), output("w[1]"))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -14,6 +15,8 @@ from m4e_fmi.fmu.validation.probe import Library, Probe
 from m4e_fmi.fmu.validation.subject import Subject, scale, start, within
 
 SEED = 20
+PATIENCE = 8.0
+"""Seconds after which a group leaves out repetitions, for FMUs that are slow to start or step."""
 
 
 @dataclass(frozen=True)
@@ -34,6 +37,11 @@ class Bench:
     facts: Facts
     folder: Path
     rng: np.random.Generator = field(default_factory=lambda: np.random.default_rng(SEED))
+    began: float = field(default_factory=time.monotonic)
+
+    @property
+    def late(self) -> bool:
+        return time.monotonic() - self.began > PATIENCE
 
     @contextmanager
     def probe(self, **how: Any) -> Iterator[Probe]:

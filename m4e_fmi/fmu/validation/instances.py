@@ -14,7 +14,8 @@ from m4e_fmi.fmu.validation.probe import Probe
 from m4e_fmi.fmu.validation.subject import scale, start, within
 
 STEPS = 5
-WARM_UP, CYCLES = 10, 40
+WARM_UP, CYCLES, LEAST = 10, 40, 4
+"""Instances before any are counted, instances counted, and how many at least if they are slow."""
 LEAK = 65536
 """Bytes that an instance may leave behind: well above what an allocator keeps, or an interpreter
 that compiles a small script (5 to 8 kB have been measured)."""
@@ -94,18 +95,18 @@ def _shared(bench: Bench, *, exchange: bool) -> Iterator[Finding]:
 def _leak(bench: Bench) -> Iterator[Finding]:
     if not _STATM.exists():
         return
-    before = 0
-    for cycle in range(WARM_UP + CYCLES):
-        if cycle == WARM_UP:
-            before = _resident()
+    sizes: list[int] = []
+    while len(sizes) <= WARM_UP + CYCLES and not (bench.late and len(sizes) > LEAST):
         with bench.probe(exchange=not bench.subject.steps) as probe:
             probe.setup()
             probe.must("fmi2EnterInitializationMode")
             probe.must("fmi2ExitInitializationMode")
             probe.must("fmi2Terminate")
-    each = (_resident() - before) / CYCLES
+        sizes.append(_resident())
+    counted = sizes[min(WARM_UP, len(sizes) // 2) :]
+    each = (counted[-1] - counted[0]) / (len(counted) - 1)
     if each > LEAK:
-        message = f"{CYCLES} instances left {each / 1024:.0f} kB each behind when they were freed"
+        message = f"{len(counted)} instances left {each / 1024:.0f} kB each behind when freed"
         yield Finding("instances.leak", "warning", message, "FMI 2.0.4, section 2.1.5")
 
 

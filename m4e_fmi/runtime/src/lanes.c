@@ -4,7 +4,7 @@
 #endif
 
 #include "dispatch.h"
-#include "elementary.h"
+#include "functions.h"
 
 #define M4E_REGISTER(name, k) const double *const name##s = r + (size_t)(k) * M4E_LANES;
 #define M4E_STEP(name, operands, values, expression)                                              \

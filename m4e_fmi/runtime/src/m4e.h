@@ -5,8 +5,8 @@
    A program is read from its binary form (`m4e_program_read`, format in program.c). A model is one
    instance of it: its own parameters, inputs and registers. An integrator advances a model.
    Nothing here has global state; a model and its integrator belong to one thread at a time.
-   The same inputs give the same bits on every run; sine, cosine and step size control use basic
-   arithmetic only, so they agree between platforms as well. */
+   The same inputs give the same bits on every run; elementary functions and step size control use
+   basic arithmetic only, so they agree between platforms as well. */
 #ifndef M4E_H
 #define M4E_H
 

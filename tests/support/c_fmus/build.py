@@ -173,8 +173,9 @@ OPTIONS = {
     "state": ("STATE", 'canGetAndSetFMUstate="true"'),
     "inputs": ("INPUTS", 'canInterpolateInputs="true"'),
     "jacobian": ("JACOBIAN", 'providesDirectionalDerivative="true"'),
+    "once": ("ONCE", 'canBeInstantiatedOnlyOncePerProcess="true"'),
 }
-"""What an FMU can do besides: flag of the compiler and attribute of the description."""
+"""What an FMU can do besides, or cannot: flag of the compiler and attribute of the description."""
 
 
 def build(name: str, folder: Path) -> Path:
@@ -216,8 +217,8 @@ def describe(name: str, variables: tuple[V, ...], options: Sequence[str] = ()) -
         f"<UnitDefinitions>{units}</UnitDefinitions><ModelVariables>"
         + "".join(_scalar(k, v, index) for k, v in enumerate(variables))
         + f"</ModelVariables><ModelStructure><Outputs>{listed(outputs)}</Outputs>"
-        f"<InitialUnknowns>{listed(unknowns)}</InitialUnknowns></ModelStructure>"
-        "</fmiModelDescription>"
+        + (f"<InitialUnknowns>{listed(unknowns)}</InitialUnknowns>" if unknowns else "")
+        + "</ModelStructure></fmiModelDescription>"
     )
 
 

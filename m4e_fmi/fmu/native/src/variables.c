@@ -5,7 +5,8 @@
 #include "instance.h"
 
 answer not_finite(instance *c, uint32_t scalar, double value) {
-    return tell(c, FMI_DISCARD, "%s is %g at t = %.9g s", name_of(c, scalar), value, c->now.t);
+    const char *what = value != value ? "nan" : value > 0 ? "inf" : "-inf"; /* on every system */
+    return tell(c, FMI_DISCARD, "%s is %s at t = %.9g s", name_of(c, scalar), what, c->now.t);
 }
 
 static double value_of(const instance *c, uint32_t s) {
