@@ -5,20 +5,30 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from m4e_fmi.cli.options import add_build_folder, is_system, load_system, say
+from m4e_fmi.cli.options import (
+    add_build_folder,
+    is_system,
+    load_system,
+    print_files,
+    say,
+)
 
 
 def add(commands: argparse._SubParsersAction) -> None:
     command = commands.add_parser("info", help="show what is in a model, a system or an FMU")
-    command.add_argument("source", type=Path, help="a model, system or .fmu file")
+    command.add_argument("source", type=Path, help="a model, system, .ssp or .fmu file")
     command.add_argument("--json", action="store_true", help="all of an FMU, as JSON")
     command.add_argument("--latex", action="store_true", help="a model's tables, in LaTeX")
+    command.add_argument(
+        "--output-file", type=Path, metavar="FILE", help="draw a system here (.png, .svg or .pdf)"
+    )
+    command.add_argument("--algorithm", help="of a system, instead of the one in its file")
     add_build_folder(command)
     command.set_defaults(command=_run)
 
 
 def _run(options: argparse.Namespace) -> None:
-    from m4e_fmi.report import fmu_text
+    from m4e_fmi.report import draw_system, fmu_text
 
     if options.source.suffix == ".fmu" and options.json:
         import json
@@ -31,8 +41,12 @@ def _run(options: argparse.Namespace) -> None:
     elif is_system(options.source):
         from m4e_fmi.cosim import prepare
 
-        system = load_system(options.source)
-        print(prepare(system, build_directory=options.build_folder, tell=say))
+        system = load_system(options.source).changed(algorithm=options.algorithm)
+        folder = options.build_folder
+        prepared = prepare(system, build_directory=folder, tell=say, refuse_loops=False)
+        print(prepared)
+        if options.output_file:
+            print_files([draw_system(prepared, options.output_file)])
     else:
         from m4e_fmi.model import load_model
         from m4e_fmi.multibody import model_program

@@ -35,6 +35,19 @@ def add(commands: argparse._SubParsersAction) -> None:
         action="store_true",
         help="run once more at half the step, and tell how large the coupling errors are",
     )
+    command.add_argument(
+        "--variables",
+        nargs="+",
+        default=(),
+        metavar="NAME",
+        help="what the results hold, as 'buoy.*'; default: all outputs but arrays",
+    )
+    command.add_argument(
+        "--parameters",
+        type=Path,
+        metavar="FILE",
+        help="a parameter set: start values in a file (YAML, or SSP's .ssv)",
+    )
     add_native(command, "build native FMUs of models and other programs (default), or Python ones")
     add_start_values(command, "COMPONENT.VARIABLE")
     add_output_file(command)
@@ -43,11 +56,12 @@ def add(commands: argparse._SubParsersAction) -> None:
 
 
 def _run(options: argparse.Namespace) -> None:
-    from m4e_fmi.cosim import prepare, run
+    from m4e_fmi.cosim import prepare, read_parameters, run
     from m4e_fmi.report import plot_run, progress_bar, run_summary
 
+    values = read_parameters(options.parameters) if options.parameters else {}
     system = load_system(options.system).changed(
-        start=start_values(options),
+        start={**values, **start_values(options)},
         stop_time=options.stop_time,
         step_size=options.step_size,
         output_interval=options.output_interval,
@@ -61,7 +75,14 @@ def _run(options: argparse.Namespace) -> None:
     print(f"{system.name}: {count} FMUs, {links} connected variables", flush=True)
     times = system.simulation
     with progress_bar(times.stop_time, start=times.start_time) as progress:
-        outcome = run(prepared, results=output, progress=progress, check=options.check)
-    picture = plot_run(output, output.with_suffix(".png"))
+        outcome = run(
+            prepared,
+            results=output,
+            progress=progress,
+            check=options.check,
+            variables=options.variables,
+        )
+    assert outcome.path is not None
+    picture = plot_run(outcome.path, output.with_suffix(".png"))
     print(run_summary(outcome))
-    print_files([output, picture])
+    print_files(dict.fromkeys([outcome.path, output, picture]))

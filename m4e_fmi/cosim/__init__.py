@@ -14,6 +14,8 @@ from m4e_fmi.cosim.energy import BondEnergy
 from m4e_fmi.cosim.network import Network
 from m4e_fmi.cosim.run import Outcome, Prepared, prepare, run
 from m4e_fmi.cosim.system import Component, FmuFile, Kind, ModelFile, Simulation, System
+from m4e_fmi.cosim.system_file import read_parameters
+from m4e_fmi.cosim.timing import Timing
 from m4e_fmi.results import Results, Series, load
 
 __all__ = [
@@ -34,9 +36,11 @@ __all__ = [
     "Series",
     "Simulation",
     "System",
+    "Timing",
     "Wiring",
     "fmu_files",
     "load",
     "prepare",
+    "read_parameters",
     "run",
 ]

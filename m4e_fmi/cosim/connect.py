@@ -105,6 +105,7 @@ def connect(system: System, descriptions: Mapping[str, Description]) -> Wiring:
     links = _one_source_each(system, links, problems)
     problems += start_problems(system, descriptions)
     problems += _moved_problems(system, descriptions, links)
+    problems += _outside_problems(system, descriptions, {link.target for link in links})
     if problems:
         raise InputError(problems)
 
@@ -294,6 +295,31 @@ def _one_source_each(system: System, links: list[Link], problems: list[Problem])
             remedy = f"drop one; the other is connected by {system.connections[other.connection]!r}"
             problems.append(system.problem(("connections", link.connection), message, remedy))
     return list(first.values())
+
+
+def _outside_problems(
+    system: System, descriptions: Mapping[str, Description], driven: set[Port]
+) -> Iterable[Problem]:
+    """What is wrong with the system's own inputs and outputs."""
+    named = [(("inputs", name), text) for name, texts in system.inputs.items() for text in texts]
+    named += [(("outputs", name), text) for name, text in system.outputs.items()]
+    for at, text in named:
+        port = Port(*text.partition(".")[::2])
+        kind = at[0].removesuffix("s")
+        known = descriptions.get(port.component)
+        variable = known.variables.get(port.variable) if known else None
+        if variable is None:
+            there = known.of_causality(kind) if known else ()
+            remedy = suggestion(port.variable, [v.name for v in there], f"{kind}s")
+            if known is None:
+                remedy = suggestion(port.component, descriptions, "components")
+            yield system.problem(at, f"{at[1]!r} stands for {text!r}, which is no variable", remedy)
+        elif variable.causality != kind:
+            message = f"{at[1]!r} stands for {text} ({variable.causality}), which is no {kind}"
+            yield system.problem(at, message, f"name an {kind}")
+        elif port in driven:
+            message = f"{at[1]!r} stands for {text}, which is connected"
+            yield system.problem(at, message, "name an input that nothing leads to")
 
 
 def _moved_problems(

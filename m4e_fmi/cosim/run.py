@@ -12,12 +12,14 @@ from pathlib import Path
 
 from m4e_fmi.cosim.certificate import Certificate, Trace, certificate
 from m4e_fmi.cosim.components import fmu_files, with_units
-from m4e_fmi.cosim.connect import Wiring, connect
+from m4e_fmi.cosim.connect import Link, Wiring, connect
 from m4e_fmi.cosim.energy import BondEnergy
 from m4e_fmi.cosim.master import Master, Observer, Progress
+from m4e_fmi.cosim.overview import overview
 from m4e_fmi.cosim.results import ResultsWriter
 from m4e_fmi.cosim.structure import Structure, analyse
 from m4e_fmi.cosim.system import SOLVES_LOOPS, Simulation, System
+from m4e_fmi.cosim.timing import Timing, timings
 from m4e_fmi.errors import InputError, Problem, RunError
 from m4e_fmi.fmu import Description, read_description
 from m4e_fmi.results import Results, check_export, export, load, stream_of
@@ -25,32 +27,21 @@ from m4e_fmi.results import Results, check_export, export, load, stream_of
 
 @dataclass(frozen=True)
 class Prepared:
-    """A system with its FMUs built, its connections resolved and its loops excluded."""
+    """A system with its FMUs built, its connections resolved and its loops known."""
 
     system: System
     descriptions: dict[str, Description] = field(repr=False)
     wiring: Wiring = field(repr=False)
     structure: Structure = field(repr=False)
 
+    @property
+    def timings(self) -> dict[Link, Timing]:
+        """How late each connected input is, under the system's algorithm."""
+        algorithm = self.system.simulation.algorithm
+        return timings(self.descriptions, self.wiring, self.structure, algorithm)
+
     def __str__(self) -> str:
-        simulation = self.system.simulation
-        lines = [f"system {self.system.name}", "components, in the order they step:"]
-        lines += [f"  {name}  {self.descriptions[name].path}" for name in self.structure.sweep]
-        lines.append("connections:")
-        links = (*self.wiring.initial_links, *self.wiring.links)
-        for index, text in enumerate(self.system.connections):
-            count = sum(link.connection == index for link in links)
-            lines.append(f"  {text}  ({count} variables)")
-        lines.append("unconnected inputs, which keep their start values:")
-        lines += [f"  {port}" for port in self.wiring.unconnected] or ["  none"]
-        if self.structure.delayed:
-            lines.append("extrapolated, because their sources step later:")
-            lines += [f"  {link}" for link in self.structure.delayed]
-        lines.append(
-            f"{simulation.start_time:g} s to {simulation.stop_time:g} s, step "
-            f"{simulation.step_size:g} s, {simulation.algorithm}"
-        )
-        return "\n".join(lines)
+        return overview(self)
 
 
 @dataclass(frozen=True)
@@ -85,11 +76,13 @@ def prepare(
     build_directory: str | Path = "build",
     native: bool | None = None,
     tell: Callable[[str], None] | None = None,
+    refuse_loops: bool = True,
 ) -> Prepared:
     """Build what is missing (`native` or not: see `fmu_files`), read the FMUs, connect them.
 
-    InputError with all problems of the FMU files, then of the connections; RunError for an
-    algebraic loop or a build that failed. `tell` receives a line per step of a build.
+    InputError with all problems of the FMU files, then of the connections; RunError for a build
+    that failed and, unless they are only to be looked at, for algebraic loops that the system's
+    algorithm does not solve. `tell` receives a line per step of a build.
     """
     problems: list[Problem] = []
     descriptions: dict[str, Description] = {}
@@ -104,7 +97,7 @@ def prepare(
     if problems:
         raise InputError(problems)
     wiring = connect(system, descriptions)
-    solves_loops = system.simulation.algorithm in SOLVES_LOOPS
+    solves_loops = not refuse_loops or system.simulation.algorithm in SOLVES_LOOPS
     structure = analyse(descriptions, wiring, solves_loops=solves_loops)
     return Prepared(system, descriptions, wiring, structure)
 

@@ -31,10 +31,14 @@ class Transfer:
 
 @dataclass(frozen=True)
 class Loop:
-    """Inputs and outputs that depend on one another within an instant: to be solved together."""
+    """Inputs and outputs that depend on one another within an instant: to be solved together.
+
+    `cycle` are some of them, each of which depends on the one before.
+    """
 
     sets: tuple[Transfer, ...]
     gets: tuple[Transfer, ...]
+    cycle: tuple[Port, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -50,6 +54,11 @@ class Structure:
     exchange: tuple[Transfer | Loop, ...]
     sweep: tuple[str, ...]
     delayed: tuple[Link, ...]
+
+    @property
+    def loops(self) -> tuple[tuple[Port, ...], ...]:
+        """A cycle of inputs and outputs in each algebraic loop, at communication points."""
+        return tuple(step.cycle for step in self.exchange if isinstance(step, Loop))
 
 
 def analyse(
@@ -160,7 +169,7 @@ def _order(
                 steps += _merged(transfers)
                 transfers = []
                 sets, gets = ([t for t in calls if t.action == a] for a in ("set", "get"))
-                steps.append(Loop(tuple(sets), tuple(gets)))
+                steps.append(Loop(tuple(sets), tuple(gets), _cycle(graph, ports)))
     return (*steps, *_merged(transfers))
 
 
@@ -186,6 +195,13 @@ def _merged(transfers: list[Transfer]) -> tuple[Transfer, ...]:
     return tuple(result)
 
 
+def _cycle(graph: nx.DiGraph, members: Iterable[Port]) -> tuple[Port, ...]:
+    """A cycle among the ports of a loop, from the first by name on."""
+    ports = [edge[0] for edge in nx.find_cycle(graph.subgraph(members))]
+    start = ports.index(min(ports))
+    return (*ports[start:], *ports[:start])
+
+
 def _refuse_loops(descriptions: Mapping[str, Description], graph: nx.DiGraph, when: str) -> None:
     loops = [c for c in nx.strongly_connected_components(graph) if len(c) > 1]
     if not loops:
@@ -193,10 +209,7 @@ def _refuse_loops(descriptions: Mapping[str, Description], graph: nx.DiGraph, wh
     texts = []
     blind: set[str] = set()
     for loop in loops:
-        edges = nx.find_cycle(graph.subgraph(loop))
-        ports = [edge[0] for edge in edges]
-        start = ports.index(min(ports))
-        ports = ports[start:] + ports[:start]
+        ports = _cycle(graph, loop)
         texts.append(" -> ".join(str(port) for port in [*ports, ports[0]]))
         blind |= {p.component for p in ports if p.variable in descriptions[p.component].undeclared}
     remedy = "give one of these FMUs an output that does not depend on its input within an instant"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 from typing import Any
 
 from pydantic import Field
@@ -69,6 +70,23 @@ def read_system(document: Document) -> System:
         folder=document.path.parent,
         document=document,
     )
+
+
+class _ParameterSection(Section):
+    name: str = ""
+    values: dict[str, bool | int | float | str]
+
+
+def read_parameters(path: str | Path) -> Start:
+    """Start values ``component.variable`` from a file: YAML with `values`, or SSP's `.ssv`.
+
+    InputError with all problems of the file; `System.changed` takes what is read.
+    """
+    if Path(path).suffix.lower() == ".ssv":
+        from m4e_fmi.cosim.ssp import read_parameter_set
+
+        return read_parameter_set(path)
+    return Document.load(path).validate(_ParameterSection).values
 
 
 def _read_simulation(

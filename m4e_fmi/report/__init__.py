@@ -15,6 +15,7 @@ from m4e_fmi.report.motion import plot_modes, plot_phase
 from m4e_fmi.report.progress import progress_bar
 from m4e_fmi.report.schematic import draw_model, model_figure
 from m4e_fmi.report.summaries import run_summary, simulation_summary
+from m4e_fmi.report.system_graph import draw_system, system_figure
 from m4e_fmi.report.tables import model_tables
 from m4e_fmi.report.validation_text import validation_text
 
@@ -22,6 +23,7 @@ __all__ = [
     "animate",
     "check_animation_path",
     "draw_model",
+    "draw_system",
     "fmu_documentation",
     "fmu_text",
     "linear_json",
@@ -35,6 +37,7 @@ __all__ = [
     "progress_bar",
     "run_summary",
     "simulation_summary",
+    "system_figure",
     "validation_text",
     "write_simulation",
 ]

@@ -279,6 +279,24 @@ def test_a_system_is_packed_and_runs_from_its_package(capsys):
     assert "packs a system" in capsys.readouterr().err
 
 
+def test_a_run_with_a_parameter_set_and_chosen_variables(here, capsys):
+    (here / "heavy.yaml").write_text("values: {body.M: 8e4}\n")
+    system = str(FLEXIBLE / "system.yaml")
+    short = ["--stop-time", "0.1", "--step-size", "0.005", "--output-file", "out.csv"]
+    chosen = ["--variables", "body.M", "body.point.*", "--parameters", "heavy.yaml"]
+    assert main(["run", system, *short, *chosen]) == 0
+    assert "wrote out.csv" in capsys.readouterr().out
+    header, first, *_ = (here / "out.csv").read_text().splitlines()
+    assert header.startswith("time [s],body.M [kg],body.point.")
+    assert first.startswith("0.0,80000.0,")
+    assert (here / "out.nc").exists()
+    assert main(["info", system, "--output-file", "graph.svg", "--algorithm", "jacobi"]) == 0
+    assert "one step late" in capsys.readouterr().out
+    assert (here / "graph.svg").stat().st_size > 5000
+    (here / "wrong.yaml").write_text("value: {body.M: 8e4}\n")
+    assert "did you mean 'values'" in refused(capsys, "run", system, "--parameters", "wrong.yaml")
+
+
 def test_doctor_finds_this_machine_fit(capsys):
     assert main(["doctor"]) == 0
     text = capsys.readouterr().out

@@ -217,3 +217,22 @@ def test_a_rate_is_carried_over_like_what_it_moves(c_fmu: Fmus) -> None:
     assert "give both the factor 2" in str(caught.value)
     even = ("a.body.m.x * 2 + 1 -> b.end.x", "a.body.m.vx * 2 -> b.end.vx")
     assert len(prepare(System("s", parts, even, SIMULATION)).wiring.links) == 2
+
+
+def test_the_systems_own_inputs_and_outputs_are_checked(c_fmu: Fmus) -> None:
+    parts = tuple(Component(n, FmuFile(c_fmu(m))) for n, m in (("a", "mass"), ("b", "spring")))
+    inputs = {"one": ("a.body.m.force_x",), "two": ("a.body.m.x", "c.u"), "three": ("b.end.y",)}
+    outputs = {"four": "b.end.force_x", "five": "b.end.x"}
+    system = System("s", parts, ("a.body.m <-> b.end",), SIMULATION, inputs=inputs, outputs=outputs)
+    with pytest.raises(InputError) as caught:
+        prepare(system)
+    messages = [problem.message for problem in caught.value.problems]
+    for told in (
+        "'one' stands for a.body.m.force_x, which is connected",
+        "'two' stands for a.body.m.x (output), which is no input",
+        "'two' stands for 'c.u', which is no variable",
+        "'three' stands for 'b.end.y', which is no variable",
+        "'five' stands for b.end.x (input), which is no output",
+    ):
+        assert any(told in message for message in messages)
+    assert len(messages) == 5

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from m4e_fmi.cosim import Component, FmuFile, Prepared, Simulation, System, prepare
+from m4e_fmi.cosim import Component, FmuFile, Prepared, Simulation, System, Timing, prepare
 from m4e_fmi.cosim.structure import Transfer
 from m4e_fmi.errors import RunError
 
@@ -16,7 +16,7 @@ Fmus = Callable[[str], Path]
 
 def prepared(fmus: Fmus, components: dict[str, str], *connections: str) -> Prepared:
     parts = tuple(Component(name, FmuFile(fmus(model))) for name, model in components.items())
-    return prepare(System("s", parts, connections, Simulation(1, 0.1)))
+    return prepare(System("s", parts, connections, Simulation(1, 0.1, "gauss_seidel")))
 
 
 def test_outputs_are_fetched_when_what_they_depend_on_is_set(c_fmu: Fmus) -> None:
@@ -46,7 +46,8 @@ def test_a_cycle_is_broken_where_listed_first_and_told(c_fmu: Fmus) -> None:
     found = prepared(c_fmu, names, "b.y -> a.u", "a.y -> b.u")
     assert found.structure.sweep == ("a", "b")
     assert [str(link) for link in found.structure.delayed] == ["b.y -> a.u"]
-    assert "b.y -> a.u" in str(found).partition("extrapolated")[2]
+    told = str(found).splitlines()
+    assert "extrapolated from the step before" in told[told.index("  b.y -> a.u  (1 variable)") + 1]
 
 
 def test_an_algebraic_loop_is_refused_by_name(c_fmu: Fmus) -> None:
@@ -64,3 +65,40 @@ def test_a_loop_through_undeclared_dependencies_says_so(c_fmu: Fmus) -> None:
         prepared(c_fmu, names, "b.y -> c.u", "c.y -> b.u")
     assert "b.u -> b.y -> c.u -> c.y -> b.u" in caught.value.message
     assert "b and c declare no dependencies" in caught.value.remedy
+
+
+@pytest.mark.parametrize(
+    ("algorithm", "options", "force", "motion"),
+    [
+        ("jacobi", "", Timing.LATE, Timing.LATE),
+        ("gauss_seidel", "", Timing.KNOWN, Timing.PREDICTED),
+        ("corrector", "+state", Timing.CORRECTED, Timing.CORRECTED),
+        ("corrector", "", Timing.KNOWN, Timing.PREDICTED),
+        ("implicit", "+state", Timing.SOLVED, Timing.SOLVED),
+    ],
+)
+def test_how_late_each_connection_is(
+    c_fmu: Fmus, algorithm: str, options: str, force: Timing, motion: Timing
+) -> None:
+    names = {"a": f"mass{options}", "b": f"spring{options}", "c": f"stage{options}"}
+    parts = tuple(Component(name, FmuFile(c_fmu(model))) for name, model in names.items())
+    links = ("a.body.m <-> b.end", "b.end.force_x * 2 -> c.u, units ignored")
+    found = prepare(System("s", parts, links, Simulation(1, 0.1, algorithm)))
+    timings = {str(link): timing for link, timing in found.timings.items()}
+    assert timings["b.end.force_x -> a.body.m.force_x"] is force
+    assert timings["a.body.m.x -> b.end.x"] is motion
+    beyond = Timing.KNOWN if algorithm in ("corrector", "gauss_seidel") else force
+    assert timings["b.end.force_x -> c.u"] is beyond
+    told = str(found)
+    assert "components that act on one another:\n  b, a" in told
+    assert "converted: c.u = 2 * b.end.force_x" in told
+
+
+def test_loops_can_be_looked_at(c_fmu: Fmus) -> None:
+    parts = tuple(Component(name, FmuFile(c_fmu("stage"))) for name in "ab")
+    ring = System("s", parts, ("a.y -> b.u", "b.y -> a.u"), Simulation(1, 0.1))
+    found = prepare(ring, refuse_loops=False)
+    assert [list(map(str, loop)) for loop in found.structure.loops] == [
+        ["a.u", "a.y", "b.u", "b.y"]
+    ]
+    assert "a.u -> a.y -> b.u -> b.y -> a.u" in str(found)

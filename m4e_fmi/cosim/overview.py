@@ -1,0 +1,71 @@
+"""A prepared system as text: components, connections and how late they are, loops, loose ends."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from m4e_fmi.cosim.connect import Link
+from m4e_fmi.cosim.system import SOLVES_LOOPS
+from m4e_fmi.cosim.timing import Timing, component_cycles
+
+if TYPE_CHECKING:
+    from m4e_fmi.cosim.run import Prepared
+
+
+def overview(prepared: Prepared) -> str:
+    """What is coupled, and how, as lines of text."""
+    system, wiring, structure = prepared.system, prepared.wiring, prepared.structure
+    lines = [f"system {system.name}", "components, in the order they step:"]
+    lines += [f"  {name}  {prepared.descriptions[name].path}" for name in structure.sweep]
+    lines += ["connections:", *_connections(prepared)]
+    cycles = component_cycles(prepared.descriptions, wiring.links)
+    if cycles:
+        lines.append("components that act on one another:")
+        lines += ["  " + ", ".join(n for n in structure.sweep if n in cycle) for cycle in cycles]
+    if structure.loops:
+        solved = system.simulation.algorithm in SOLVES_LOOPS
+        how = "solved at every communication point" if solved else (
+            f"which {system.simulation.algorithm} does not solve: "
+            f"choose algorithm {' or '.join(SOLVES_LOOPS)}"
+        )  # fmt: skip
+        lines.append(f"algebraic loops, {how}:")
+        lines += [f"  {' -> '.join(map(str, (*loop, loop[0])))}" for loop in structure.loops]
+    lines.append("unconnected inputs, which keep their start values:")
+    lines += [f"  {port}" for port in wiring.unconnected] or ["  none"]
+    simulation = system.simulation
+    times = f"{simulation.start_time:g} s to {simulation.stop_time:g} s"
+    lines.append(f"{times}, step {simulation.step_size:g} s, {simulation.algorithm}")
+    return "\n".join(lines)
+
+
+def _connections(prepared: Prepared) -> list[str]:
+    """Each connection with what it carries, and under it how its inputs follow their sources."""
+    timings = prepared.timings
+    lines = []
+    for index, text in enumerate(prepared.system.connections):
+        own = [link for link in prepared.wiring.links if link.connection == index]
+        once = [link for link in prepared.wiring.initial_links if link.connection == index]
+        count = len(own) + len(once)
+        lines.append(f"  {text}  ({count} variable{'s' * (count != 1)})")
+        for timing in Timing:
+            late = [link for link in own if timings[link] is timing]
+            if late:
+                lines.append(f"      {_named(late, len(own))}{timing.value}")
+        if once:
+            lines.append("      carried over once, at initialisation")
+        converted = [link for link in (*own, *once) if not link.is_plain]
+        if converted:
+            lines.append(f"      converted: {', '.join(map(_conversion, converted))}")
+    return lines
+
+
+def _named(links: list[Link], count: int) -> str:
+    """The links by their sources, if they are not all there are."""
+    if len(links) == count:
+        return ""
+    return ", ".join(str(link.source) for link in links) + ": "
+
+
+def _conversion(link: Link) -> str:
+    shift = "" if link.offset == 0.0 else f" {'+-'[link.offset < 0]} {abs(link.offset):g}"
+    return f"{link.target} = {link.factor:g} * {link.source}{shift}"

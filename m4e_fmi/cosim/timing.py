@@ -1,0 +1,74 @@
+"""When a connected input has the value of its source: how late each connection is.
+
+During a step an algorithm knows some outputs only as they were at its start, and some not only at
+the start but over the whole step. This tells which, for the algorithm that a system has chosen.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from enum import Enum
+
+import networkx as nx
+
+from m4e_fmi.cosim.connect import Link, Wiring
+from m4e_fmi.cosim.structure import Structure
+from m4e_fmi.fmu.reading import Description
+
+
+class Timing(Enum):
+    """What an input follows during a step."""
+
+    KNOWN = "in time: its source has made the step before"
+    SOLVED = "in time: solved together with its source"
+    CORRECTED = "in time: corrected by a second pass"
+    PREDICTED = "predicted from derivatives that its FMU declares"
+    EXTRAPOLATED = "extrapolated from the step before"
+    LATE = "one step late: held at its value at the start of the step"
+
+
+def timings(
+    descriptions: Mapping[str, Description],
+    wiring: Wiring,
+    structure: Structure,
+    algorithm: str,
+) -> dict[Link, Timing]:
+    """The timing of every link that carries values at communication points."""
+    knots = component_cycles(descriptions, wiring.links)
+    knot_of = {name: knot for knot in knots for name in knot}
+    corrects = all(any(descriptions[name].saves_state for name in knot) for knot in knots)
+    place = {name: k for k, name in enumerate(structure.sweep)}
+
+    def in_sweep(link: Link) -> Timing:
+        source, target = link.source, link.target
+        if place[source.component] < place[target.component]:
+            return Timing.KNOWN
+        if source.variable in descriptions[source.component].output_derivatives:
+            return Timing.PREDICTED
+        return Timing.EXTRAPOLATED
+
+    def timing(link: Link) -> Timing:
+        if algorithm == "jacobi":
+            return Timing.LATE
+        if algorithm == "implicit":
+            return Timing.SOLVED
+        if algorithm == "gauss_seidel" or not corrects:
+            return in_sweep(link)
+        if link.target.component not in knot_of.get(link.source.component, ()):
+            return Timing.KNOWN
+        returns = descriptions[link.target.component].saves_state
+        return Timing.CORRECTED if returns else in_sweep(link)
+
+    return {link: timing(link) for link in wiring.links}
+
+
+def component_cycles(names: Iterable[str], links: Iterable[Link]) -> list[frozenset[str]]:
+    """Sets of components that depend on one another in a cycle of connections."""
+    graph: nx.DiGraph = nx.DiGraph()
+    graph.add_nodes_from(names)
+    graph.add_edges_from((link.source.component, link.target.component) for link in links)
+    return [
+        frozenset(knot)
+        for knot in nx.strongly_connected_components(graph)
+        if len(knot) > 1 or any(graph.has_edge(name, name) for name in knot)
+    ]
