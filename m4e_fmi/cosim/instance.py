@@ -63,8 +63,7 @@ class Instance:
         self._initialised = False
         self._kept: list[Any] = []
         self.scales: dict[str, tuple[float, float]] = {}
-        self._state = ctypes.c_void_p()
-        self._state_time = 0.0
+        self._states: dict[int, tuple[ctypes.c_void_p, float]] = {}
         self._fmu: Any = None
         self._unpacked = Unpacked(description.path)
         try:
@@ -247,15 +246,21 @@ class Instance:
         addresses = (ctypes.addressof(references), count, ctypes.addressof(orders))
         return partial(function, self._component, *addresses, view.ctypes.data)
 
-    def save_state(self) -> None:
-        """Keep the FMU's state, in place of the one kept before."""
-        self._checked("fmi2GetFMUstate", ctypes.byref(self._state))
-        self._state_time = self.time
+    def save_state(self, place: int = 0) -> None:
+        """Keep the FMU's state, instead of the one kept before in the same place."""
+        state, _ = self._states.get(place) or (ctypes.c_void_p(), 0.0)
+        self._checked("fmi2GetFMUstate", ctypes.byref(state))
+        self._states[place] = state, self.time
 
-    def restore_state(self) -> None:
-        """Bring the FMU back to the state kept last; it may be restored again."""
-        self._checked("fmi2SetFMUstate", self._state)
-        self.time = self._state_time
+    def restore_state(self, place: int = 0) -> None:
+        """Bring the FMU back to the state kept in a place, also after a step that failed.
+
+        It may be restored again. After Fatal there is no way back.
+        """
+        self._broken = self._fmu.component is None
+        state, time = self._states[place]
+        self._checked("fmi2SetFMUstate", state)
+        self.time = time
 
     def directional_derivative(self, output: str, known: str) -> float:
         """∂output/∂known of two Real variables at the present instant; `known` may be scaled."""
@@ -335,8 +340,9 @@ class Instance:
             status = 0
             if self._initialised and not self._broken:
                 status = fmu.dll.fmi2Terminate(fmu.component)
-            if self._state and not self._broken:
-                fmu.dll.fmi2FreeFMUstate(fmu.component, ctypes.byref(self._state))
+            for state, _ in self._states.values():
+                if not self._broken:
+                    fmu.dll.fmi2FreeFMUstate(fmu.component, ctypes.byref(state))
             if status < FATAL:
                 fmu.freeInstance()
         self._kept.clear()

@@ -11,7 +11,8 @@ from typing import cast
 
 import numpy as np
 
-from m4e_fmi.cosim.algorithms import ALGORITHMS, Returning
+from m4e_fmi.cosim.algorithms import ALGORITHMS, Algorithm, Returning
+from m4e_fmi.cosim.certificate import Certificate, certificate
 from m4e_fmi.cosim.connect import Wiring
 from m4e_fmi.cosim.energy import BondEnergy, EnergyBalance
 from m4e_fmi.cosim.instance import Instance
@@ -21,6 +22,7 @@ from m4e_fmi.cosim.start_values import start_values
 from m4e_fmi.cosim.step_control import StepControl
 from m4e_fmi.cosim.structure import Structure
 from m4e_fmi.cosim.system import SECOND, System
+from m4e_fmi.cosim.witness import Witness
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.reading import Description
 
@@ -42,11 +44,15 @@ class Master:
         descriptions: dict[str, Description],
         wiring: Wiring,
         structure: Structure,
+        *,
+        certify: bool = True,
     ) -> None:
+        """With `certify`, some steps are made twice, from which `certificate` follows."""
         self._system = system
         self._descriptions = descriptions
         self._wiring = wiring
         self._structure = structure
+        self._certify = certify
         self._open = ExitStack()
         self.steps = 0
 
@@ -78,6 +84,32 @@ class Master:
         self._algorithm = ALGORITHMS[simulation.algorithm](self.network)
         self._control = self._step_control()
         self._energy = EnergyBalance(self.network, self._wiring.bonds)
+        self._witness, self._unwatched = None, ""
+        if self._certify and self.network.links:
+            self._watch(ALGORITHMS[simulation.algorithm])
+
+    def _watch(self, make: Callable[[Network], Algorithm]) -> None:
+        rigid = [name for name, d in self._descriptions.items() if not d.saves_state]
+        if rigid:
+            self._unwatched = f"{' and '.join(rigid)} cannot go back (canGetAndSetFMUstate)"
+            return
+        sources = [self.network.index(link.source) for link in self.network.links]
+        self._witness = Witness(self.network, make, np.array(sources, dtype=np.intp))
+
+    def certificate(self) -> Certificate | str:
+        """The coupling errors of the run that has ended, or why they are not known."""
+        witness, network = self._witness, self.network
+        if not network.links:
+            return Certificate((), 1.0)
+        if witness is None:
+            return self._unwatched
+        witness.finish()
+        if witness.failure:
+            return witness.failure
+        errors = witness.difference() / (2.0**self.order - 1)
+        connections = self._system.connections
+        ranges = witness.ranges()
+        return certificate(network, connections, errors=errors, ranges=ranges, order=self.order)
 
     def _step_control(self) -> StepControl | None:
         simulation = self._system.simulation
@@ -126,17 +158,22 @@ class Master:
         every = round((simulation.output_interval or simulation.step_size) * SECOND)
         every = every if simulation.output_interval or self._control is None else 1
         network, algorithm, energy = self.network, self._algorithm, self._energy
+        witness = self._witness
         tell = _ticker(progress)
         now, row = start, start
         self._observe(results, observers)
         # an overflow is found, and told with its place, where values are read from the FMUs
         with _interruption() as interrupted, np.errstate(over="ignore", invalid="ignore"):
             while now < stop:
+                if witness:
+                    witness.before()
                 size = self._step(now, stop, row + every)
                 now += size
                 network.advance(now / SECOND)
                 energy.add(algorithm.held, size / SECOND)
                 self.steps += 1
+                if witness:
+                    witness.after()
                 recorded = now >= row + every or now == stop
                 row = now if recorded else row
                 self._observe(results if recorded else None, observers)

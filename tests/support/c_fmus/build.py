@@ -83,6 +83,12 @@ PARTNER = (
     V("x", "m", "output", 0.0, initial="exact"),
     V("vx", "m/s", "output", 0.0, rate_of="x", initial="exact"),
 )
+MIDDLE = (
+    *PARTNER[:7],
+    V("body.m.force_x", "N", "input", 0.0),
+    V("end.force_x", "N", "output", needs=END),
+    *motion("body.m.", acceleration_needs=(*END, "body.m.force_x")),
+)
 MOVING_PARTNER = (*PARTNER[:5], *end(moves=True), *PARTNER[7:])
 SPRING = (STIFFNESS, DAMPING, *end(moves=False), V("end.force_x", "N", "output", needs=END))
 BLIND_SPRING = (*SPRING[:-1], V("end.force_x", "N", "output", needs=None))
@@ -136,6 +142,7 @@ ROGUE = (parameter("what", "1", 0.0), parameter("when", "s", 1.0), V("y", "s", "
 MODELS: dict[str, tuple[str, tuple[V, ...]]] = {
     "mass": ("mass.c", MASS),
     "partner": ("partner.c", PARTNER),
+    "middle": ("middle.c", MIDDLE),
     "moving_partner": ("partner.c", MOVING_PARTNER),
     "spring": ("spring.c", SPRING),
     "blind_spring": ("spring.c", BLIND_SPRING),
