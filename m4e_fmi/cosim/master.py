@@ -11,7 +11,7 @@ from typing import cast
 
 import numpy as np
 
-from m4e_fmi.cosim.algorithms import ALGORITHMS, Algorithm, Returning
+from m4e_fmi.cosim.algorithms import ALGORITHMS, Algorithm, Returning, returning
 from m4e_fmi.cosim.certificate import Certificate, certificate
 from m4e_fmi.cosim.connect import Wiring
 from m4e_fmi.cosim.energy import BondEnergy, EnergyBalance
@@ -81,20 +81,29 @@ class Master:
             instance.set_start(start_values(component, instance.description))
         self.network = Network(instances, self._wiring, self._structure, time=simulation.start_time)
         self.network.initialise()
-        self._algorithm = ALGORITHMS[simulation.algorithm](self.network)
-        self._control = self._step_control()
+        self._control, self._algorithm = None, self._make(self.network)
+        if simulation.coupling_tolerance is not None:
+            self._control = self._step_control(cast("Returning", self._algorithm))
         self._energy = EnergyBalance(self.network, self._wiring.bonds)
         self._witness, self._unwatched = None, ""
         if self._certify and self.network.links:
-            self._watch(ALGORITHMS[simulation.algorithm])
+            self._watch()
 
-    def _watch(self, make: Callable[[Network], Algorithm]) -> None:
+    def _make(self, network: Network) -> Algorithm:
+        """The algorithm of the system, with an estimate of its error if the steps are adaptive."""
+        simulation = self._system.simulation
+        if simulation.coupling_tolerance is None:
+            return ALGORITHMS[simulation.algorithm](network)
+        self._refuse_rigid()
+        return returning(simulation.algorithm, network)
+
+    def _watch(self) -> None:
         rigid = [name for name, d in self._descriptions.items() if not d.saves_state]
         if rigid:
             self._unwatched = f"{' and '.join(rigid)} cannot go back (canGetAndSetFMUstate)"
             return
         sources = [self.network.index(link.source) for link in self.network.links]
-        self._witness = Witness(self.network, make, np.array(sources, dtype=np.intp))
+        self._witness = Witness(self.network, self._make, np.array(sources, dtype=np.intp))
 
     def certificate(self) -> Certificate | str:
         """The coupling errors of the run that has ended, or why they are not known."""
@@ -111,11 +120,14 @@ class Master:
         ranges = witness.ranges()
         return certificate(network, connections, errors=errors, ranges=ranges, order=self.order)
 
-    def _step_control(self) -> StepControl | None:
+    def _step_control(self, algorithm: Returning) -> StepControl:
         simulation = self._system.simulation
         tolerance = simulation.coupling_tolerance
-        if tolerance is None:
-            return None
+        assert tolerance is not None
+        largest = round(simulation.step_size * SECOND)
+        return StepControl(self.network, tolerance, largest, algorithm.estimate_order)
+
+    def _refuse_rigid(self) -> None:
         rigid = [name for name, d in self._descriptions.items() if not d.saves_state]
         if rigid:
             raise RunError(
@@ -123,7 +135,6 @@ class Master:
                 f"{' and '.join(rigid)} cannot",
                 "leave coupling_tolerance out, and halve step_size to see the error",
             )
-        return StepControl(self.network, tolerance, round(simulation.step_size * SECOND))
 
     @property
     def rejected(self) -> int:

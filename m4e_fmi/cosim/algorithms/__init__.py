@@ -13,7 +13,8 @@ from typing import Protocol
 
 import numpy as np
 
-from m4e_fmi.cosim.algorithms.corrector import corrector
+from m4e_fmi.cosim.algorithms.corrector import Corrector, corrector
+from m4e_fmi.cosim.algorithms.doubling import Doubling
 from m4e_fmi.cosim.algorithms.gauss_seidel import GaussSeidel
 from m4e_fmi.cosim.algorithms.implicit import Implicit
 from m4e_fmi.cosim.algorithms.jacobi import Jacobi
@@ -47,8 +48,13 @@ class Returning(Algorithm, Protocol):
     """An algorithm that can take its step back, and so can have its step chosen."""
 
     @property
+    def estimate_order(self) -> int:
+        """The power of the step with which `change` falls."""
+        ...
+
+    @property
     def change(self) -> np.ndarray:
-        """What the last pass changed in the exchanged outputs at the end of the step."""
+        """Estimated error of the exchanged outputs at the end of the step, or a bound of it."""
         ...
 
     @property
@@ -67,3 +73,9 @@ ALGORITHMS: dict[str, Callable[[Network], Algorithm]] = {
     "implicit": Implicit,
     "jacobi": Jacobi,
 }
+
+
+def returning(name: str, network: Network) -> Returning:
+    """The algorithm `name` with an estimate of its error in each step."""
+    algorithm = ALGORITHMS[name](network)
+    return algorithm if isinstance(algorithm, Corrector) else Doubling(network, algorithm)

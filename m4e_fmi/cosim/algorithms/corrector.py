@@ -48,6 +48,8 @@ def corrector(network: Network) -> Corrector | GaussSeidel:
 class Corrector:
     """See the module."""
 
+    estimate_order = 3
+
     def __init__(self, network: Network) -> None:
         self._interface = Interface(network)
         self.held = np.zeros_like(network.inputs)

@@ -55,6 +55,7 @@ class GaussSeidel:
         self.notes: tuple[str, ...] = ()
         self.order = 2
         self._last = 0.0
+        self._attempt = (network.time, 0.0)
         self._prepared = (0.0, 0.0)
         order = network.sweep
         self._components = tuple(
@@ -63,7 +64,14 @@ class GaussSeidel:
         )
 
     def step(self, time: float, size: float) -> None:
-        """Step all components from `time` by `size` [s]."""
+        """Step all components from `time` by `size` [s].
+
+        A step that begins where the last one began takes that one's place.
+        """
+        begun, last = self._attempt
+        if time > begun:
+            self._last = last
+        self._attempt = (time, size)
         sizes = (size, self._last)
         if sizes != self._prepared:
             for component in self._components:
@@ -71,7 +79,6 @@ class GaussSeidel:
             self._prepared = sizes
         for component in self._components:
             component.step(time, size)
-        self._last = size
 
 
 class _Component:
