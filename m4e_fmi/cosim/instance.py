@@ -45,6 +45,14 @@ _SET_DERIVATIVES = ctypes.CFUNCTYPE(
 )
 
 
+class DiscardedError(RunError):
+    """An FMU discarded a step; `reached` is the time [s] up to which it could, None if not told."""
+
+    def __init__(self, message: str, remedy: str, reached: float | None) -> None:
+        super().__init__(message, remedy)
+        self.reached = reached
+
+
 class Instance:
     """An instance named `name`; `close` it, or use it as a context manager.
 
@@ -306,7 +314,17 @@ class Instance:
         words = self._own_words(status)
         if status >= FATAL:
             self._fmu.component = None
-        raise RunError(f"{self._origin}: {what}{words}", remedy)
+        message = f"{self._origin}: {what}{words}"
+        if status == DISCARD and function == "fmi2DoStep":
+            raise DiscardedError(message, remedy, self._reached())
+        raise RunError(message, remedy)
+
+    def _reached(self) -> float | None:
+        """Time [s] up to which the step could be made that has just been discarded."""
+        value = ctypes.c_double()
+        kind = fmi2.fmi2LastSuccessfulTime
+        status = self._fmu.dll.fmi2GetRealStatus(self._component, kind, ctypes.byref(value))
+        return value.value if status <= WARNING and math.isfinite(value.value) else None
 
     def not_finite(self, names: Sequence[str], values: np.ndarray) -> NoReturn:
         """Raise for the first of the outputs `names` whose value is nan or infinite."""

@@ -11,15 +11,15 @@ from typing import cast
 
 import numpy as np
 
-from m4e_fmi.cosim.algorithms import ALGORITHMS, Algorithm, Returning, returning
+from m4e_fmi.cosim.algorithms import ALGORITHMS, Algorithm, Returning, Undoing, returning
 from m4e_fmi.cosim.certificate import Certificate, certificate
 from m4e_fmi.cosim.connect import Wiring
 from m4e_fmi.cosim.energy import BondEnergy, EnergyBalance
-from m4e_fmi.cosim.instance import Instance
+from m4e_fmi.cosim.instance import DiscardedError, Instance
 from m4e_fmi.cosim.network import Network
 from m4e_fmi.cosim.results import ResultsWriter
 from m4e_fmi.cosim.start_values import start_values
-from m4e_fmi.cosim.step_control import StepControl
+from m4e_fmi.cosim.step_control import SMALLEST, StepControl
 from m4e_fmi.cosim.structure import Structure
 from m4e_fmi.cosim.system import SECOND, System
 from m4e_fmi.cosim.witness import Witness
@@ -55,6 +55,7 @@ class Master:
         self._certify = certify
         self._open = ExitStack()
         self.steps = 0
+        self._discarded = 0
 
     def __enter__(self) -> Master:
         with ExitStack() as stack:
@@ -139,7 +140,7 @@ class Master:
     @property
     def rejected(self) -> int:
         """Number of steps that were taken back and made again, smaller."""
-        return self._control.rejected if self._control else 0
+        return self._discarded + (self._control.rejected if self._control else 0)
 
     @property
     def order(self) -> int:
@@ -195,21 +196,49 @@ class Master:
     def _step(self, now: int, stop: int, row: int) -> int:
         """Step all components from `now`, not beyond `stop`; the size of the step. All in ns.
 
-        Adaptive steps end where the next row of the results is due, at `row`.
+        Adaptive steps end where the next row of the results is due, at `row`; others where they
+        would if none had been shortened by an FMU.
         """
-        control = self._control
-        if control is None:
-            size = min(round(self._system.simulation.step_size * SECOND), stop - now)
-            self._algorithm.step(now / SECOND, size / SECOND)
-            return size
+        control, algorithm = self._control, self._algorithm
+        size = self._wanted(now, stop, row)
         while True:
-            end = min(row, stop) if row > now + 1 else stop
-            size = min(control.size, end - now)
-            algorithm = cast("Returning", self._algorithm)
-            algorithm.step(now / SECOND, size / SECOND)
+            try:
+                algorithm.step(now / SECOND, size / SECOND)
+            except DiscardedError as discarded:
+                size = self._shorter(now, size, discarded)
+                continue
+            if control is None:
+                return size
+            algorithm = cast("Returning", algorithm)
             if control.accepts(algorithm.change, algorithm.end, size):
                 return size
             algorithm.undo()
+            size = self._wanted(now, stop, row)
+
+    def _wanted(self, now: int, stop: int, row: int) -> int:
+        """The size of the step from `now` if no FMU objects."""
+        simulation = self._system.simulation
+        if self._control is not None:
+            end = min(row, stop) if row > now + 1 else stop
+            return min(self._control.size, end - now)
+        regular = round(simulation.step_size * SECOND)
+        done = now - round(simulation.start_time * SECOND)
+        return min(regular - done % regular, stop - now)
+
+    def _shorter(self, now: int, size: int, discarded: DiscardedError) -> int:
+        """Take back the step of `size` that an FMU has discarded; the size to try next.
+
+        That is up to where the FMU could go, or half. Raises what it is given if there is no way
+        back, or the step is too short already.
+        """
+        smallest = max(1, round(SMALLEST * self._system.simulation.step_size * SECOND))
+        stuck = not all(d.saves_state for d in self._descriptions.values())
+        if stuck or size <= smallest or not isinstance(self._algorithm, Undoing):
+            raise discarded
+        self._algorithm.undo()
+        self._discarded += 1
+        reached = round((discarded.reached or 0.0) * SECOND) - now
+        return reached if smallest <= reached < size else max(smallest, size // 2)
 
     def _observe(self, results: ResultsWriter | None, observers: Sequence[Observer]) -> None:
         network = self.network

@@ -53,7 +53,8 @@ def _certified(outcome: Outcome) -> list[str]:
 def _sizes(outcome: Outcome) -> str:
     settings = outcome.prepared.system.simulation
     if settings.coupling_tolerance is None:
-        return f"{settings.step_size:g} s"
+        shortened = f", {outcome.rejected} made again" if outcome.rejected else ""
+        return f"{settings.step_size:g} s{shortened}"
     return f"up to {settings.step_size:g} s, {outcome.rejected} made again"
 
 

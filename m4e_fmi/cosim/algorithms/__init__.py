@@ -9,7 +9,7 @@ entry in `ALGORITHMS`, its name in `m4e_fmi.cosim.system.ALGORITHMS`.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -44,8 +44,17 @@ class Algorithm(Protocol):
         ...
 
 
-class Returning(Algorithm, Protocol):
-    """An algorithm that can take its step back, and so can have its step chosen."""
+@runtime_checkable
+class Undoing(Protocol):
+    """An algorithm that can take its step back, also one that failed, where all FMUs can."""
+
+    def undo(self) -> None:
+        """Return all components to the start of the step."""
+        ...
+
+
+class Returning(Algorithm, Undoing, Protocol):
+    """An algorithm that estimates the error of its step, and so can have its step chosen."""
 
     @property
     def estimate_order(self) -> int:
@@ -62,10 +71,6 @@ class Returning(Algorithm, Protocol):
         """The exchanged outputs at the end of the step."""
         ...
 
-    def undo(self) -> None:
-        """Return all components to the start of the step."""
-        ...
-
 
 ALGORITHMS: dict[str, Callable[[Network], Algorithm]] = {
     "corrector": corrector,
@@ -78,4 +83,6 @@ ALGORITHMS: dict[str, Callable[[Network], Algorithm]] = {
 def returning(name: str, network: Network) -> Returning:
     """The algorithm `name` with an estimate of its error in each step."""
     algorithm = ALGORITHMS[name](network)
-    return algorithm if isinstance(algorithm, Corrector) else Doubling(network, algorithm)
+    if isinstance(algorithm, Corrector) and algorithm.estimates:
+        return algorithm
+    return Doubling(network, algorithm)

@@ -71,6 +71,11 @@ class Corrector:
         return self._interface.end
 
     @property
+    def estimates(self) -> bool:
+        """Whether `change` tells of all exchanged outputs: each belongs to a cycle."""
+        return all(knot.cyclic or not knot.gives for knot in self._knots)
+
+    @property
     def can_correct(self) -> bool:
         """Whether a component of each cycle of connections can make its step again."""
         return all(knot.again for knot in self._knots if knot.cyclic)
@@ -107,6 +112,7 @@ class _Knot:
 
     def __init__(self, parts: list[Part], cyclic: bool) -> None:
         self.cyclic = cyclic
+        self.gives = any(part.outputs.stop > part.outputs.start for part in parts)
         self.again = tuple(part for part in parts if part.can_return)
         self.once = tuple(part for part in parts if not part.can_return)
 

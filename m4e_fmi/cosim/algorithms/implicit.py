@@ -78,6 +78,11 @@ class Implicit:
         self._scale.keep(self._scale.with_values(interface.end))
         self.held[:] = interface.mean(Way.LINES)
 
+    def undo(self) -> None:
+        """Return all components to the start of the step."""
+        for part in self._interface.parts:
+            part.restore()
+
     def _found(self) -> np.ndarray:
         """Values of the connected inputs' sources, in the middle and at the end."""
         interface = self._interface

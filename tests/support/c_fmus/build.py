@@ -137,6 +137,7 @@ ROESSLER_YZ = (
     V("y", "1", "output", 0.0, initial="exact"),
     V("z", "1", "output", 0.0, initial="exact"),
 )
+SWITCH = (parameter("when", "s", 1.0), V("y", "1", "output", 0.0, initial="exact"))
 ROGUE = (parameter("what", "1", 0.0), parameter("when", "s", 1.0), V("y", "s", "output"))
 
 MODELS: dict[str, tuple[str, tuple[V, ...]]] = {
@@ -157,6 +158,7 @@ MODELS: dict[str, tuple[str, tuple[V, ...]]] = {
     "pi": ("pi.c", PI),
     "roessler_x": ("roessler_x.c", ROESSLER_X),
     "roessler_yz": ("roessler_yz.c", ROESSLER_YZ),
+    "switch": ("switch.c", SWITCH),
     "rogue": ("rogue.c", ROGUE),
 }
 
