@@ -1,13 +1,14 @@
 # Two commands do all: `make demo` sets up and runs the main job, `make test` sets up and tests.
 # `make docs` builds the documentation. `make bench` measures us beside our peers, in environments
-# of their own (`make bench FULL=--full`).
+# of their own (`make bench FULL=--full`). `make platforms` compiles the libraries of every platform
+# for this source tree, and puts a wheel that has them into dist/; the first time it takes minutes.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 JOBS ?= 2
 
-.PHONY: demo test lint docs bench setup clean
+.PHONY: demo test lint docs bench platforms setup clean
 
 demo: setup
 	$(BIN)/m4e-fmi run examples/moored_buoy/system.yaml
@@ -32,6 +33,17 @@ bench: .venv-bench/ready
 	tests/benchmark/install $(PYTHON)
 	touch $@
 
+platforms: .venv-platforms/ready
+	.venv-platforms/bin/python -m m4e_fmi.runtime.platforms
+	M4E_FMI_PLATFORMS=all .venv-platforms/bin/python -m pip --disable-pip-version-check --quiet \
+		wheel --no-deps --no-build-isolation --wheel-dir dist .
+
+.venv-platforms/ready: constraints.txt
+	$(PYTHON) -m venv .venv-platforms
+	.venv-platforms/bin/python -m pip --disable-pip-version-check --quiet \
+		install --constraint constraints.txt hatchling ziglang
+	touch $@
+
 setup: $(VENV)/ready
 
 $(VENV)/ready: pyproject.toml constraints.txt
@@ -40,4 +52,4 @@ $(VENV)/ready: pyproject.toml constraints.txt
 	touch $@
 
 clean:
-	rm -rf $(VENV) .venv-bench .venv-bench-pym4e build dist
+	rm -rf $(VENV) .venv-bench .venv-bench-pym4e .venv-platforms build dist m4e_fmi/runtime/binaries

@@ -29,7 +29,15 @@ class Finding:
 
 def examine() -> list[Finding]:
     """Everything the doctor looks at, in the order of a report."""
-    return [*_python(), *_packages(), *_compiler(), *_binaries(), *_temporary(), *_plugins()]
+    return [
+        *_python(),
+        *_packages(),
+        *_compiler(),
+        *_binaries(),
+        *_native(),
+        *_temporary(),
+        *_plugins(),
+    ]
 
 
 def report(findings: list[Finding]) -> str:
@@ -97,6 +105,19 @@ def _binaries() -> Iterator[Finding]:
     if here not in BINARIES:
         text = f"no Python FMU runs on {here}: use {' or '.join(BINARIES)}"
         yield Finding(f"FMU binary {here}", False, text)
+
+
+def _native() -> Iterator[Finding]:
+    """Which platforms native FMUs are built for."""
+    from m4e_fmi.runtime.compiler import compiler
+    from m4e_fmi.runtime.platforms import packaged_platforms, this_platform
+
+    names = [p.name for p in packaged_platforms()]
+    here = this_platform().name
+    if here not in names and compiler():
+        names.append(f"{here}, compiled here")
+    detail = f"for {'; '.join(names)}" if names else "none: install a C compiler, then they can be"
+    yield Finding("native FMUs", bool(names), detail, needed=False)
 
 
 def _fmi_platform() -> str:

@@ -11,6 +11,7 @@ from m4e_fmi.cli.options import add_build_folder, is_system, say
 def add(commands: argparse._SubParsersAction) -> None:
     command = commands.add_parser("info", help="show what is in a model, a system or an FMU")
     command.add_argument("source", type=Path, help="a model, system or .fmu file")
+    command.add_argument("--json", action="store_true", help="all of an FMU, as JSON")
     command.add_argument("--latex", action="store_true", help="a model's tables, in LaTeX")
     add_build_folder(command)
     command.set_defaults(command=_run)
@@ -19,7 +20,13 @@ def add(commands: argparse._SubParsersAction) -> None:
 def _run(options: argparse.Namespace) -> None:
     from m4e_fmi.report import fmu_text
 
-    if options.source.suffix == ".fmu":
+    if options.source.suffix == ".fmu" and options.json:
+        import json
+
+        from m4e_fmi.fmu import fmu_contents
+
+        print(json.dumps(fmu_contents(options.source), indent=2))
+    elif options.source.suffix == ".fmu":
         print(fmu_text(options.source))
     elif is_system(options.source):
         from m4e_fmi.cosim import System, prepare

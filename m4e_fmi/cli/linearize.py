@@ -46,6 +46,7 @@ def _run(options: argparse.Namespace) -> None:
     from m4e_fmi.analysis import equilibrium, linearize, modes
     from m4e_fmi.model import load_model
     from m4e_fmi.report import linear_json, linear_text
+    from m4e_fmi.writing import written
 
     model, at = load_model(options.model), start_values(options)
     if options.at != "start":
@@ -59,8 +60,8 @@ def _run(options: argparse.Namespace) -> None:
     else:
         print(linear_text(linear, found, title=POINTS[options.at]))
     if options.output_file:
-        options.output_file.parent.mkdir(parents=True, exist_ok=True)
         text = json.dumps(linear_json(linear, found), indent=2)
-        options.output_file.write_text(text + "\n", encoding="utf-8")
+        with written(options.output_file) as part:
+            part.write_text(text + "\n", encoding="utf-8")
         if not options.json:
             print_files([options.output_file])

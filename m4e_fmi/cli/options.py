@@ -41,6 +41,11 @@ def add_build_folder(command: argparse.ArgumentParser) -> None:
     )
 
 
+def add_native(command: argparse.ArgumentParser, text: str) -> None:
+    """--native and --no-native; None where neither is given."""
+    command.add_argument("--native", action=argparse.BooleanOptionalAction, help=text)
+
+
 def start_values(options: argparse.Namespace) -> dict[str, float]:
     values = {}
     for name, text in options.start_value:

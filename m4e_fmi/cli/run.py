@@ -7,6 +7,7 @@ from pathlib import Path
 
 from m4e_fmi.cli.options import (
     add_build_folder,
+    add_native,
     add_output_file,
     add_start_values,
     output_file,
@@ -33,6 +34,7 @@ def add(commands: argparse._SubParsersAction) -> None:
         action="store_true",
         help="run once more at half the step, and tell how large the coupling errors are",
     )
+    add_native(command, "build native FMUs of models and other programs (default), or Python ones")
     add_start_values(command, "COMPONENT.VARIABLE")
     add_output_file(command)
     add_build_folder(command)
@@ -51,7 +53,9 @@ def _run(options: argparse.Namespace) -> None:
         algorithm=options.algorithm,
     )
     output = output_file(options, system.name)
-    prepared = prepare(system, build_directory=options.build_folder, tell=say)
+    prepared = prepare(
+        system, build_directory=options.build_folder, native=options.native, tell=say
+    )
     count, links = len(system.components), len(prepared.wiring.links)
     print(f"{system.name}: {count} FMUs, {links} connected variables", flush=True)
     times = system.simulation

@@ -8,7 +8,6 @@ the default). Imports m4e_fmi.errors, document, units and, to build components, 
 """
 
 from m4e_fmi.cosim.certificate import Certificate, CouplingError
-from m4e_fmi.cosim.check import check_fmu
 from m4e_fmi.cosim.components import fmu_files
 from m4e_fmi.cosim.connect import Bond, Link, Port, Wiring
 from m4e_fmi.cosim.energy import BondEnergy
@@ -36,7 +35,6 @@ __all__ = [
     "Simulation",
     "System",
     "Wiring",
-    "check_fmu",
     "fmu_files",
     "load",
     "prepare",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import os
 from collections.abc import Callable, Iterator
 from functools import cache
 from importlib.util import find_spec
@@ -12,6 +11,7 @@ from typing import Any
 
 from m4e_fmi.cosim.system import Component, FmuFile, Kind, ModelFile, System, kind_module, kinds
 from m4e_fmi.errors import RunError
+from m4e_fmi.writing import cannot_write, written
 
 Tell = Callable[[str], None]
 
@@ -57,14 +57,17 @@ def fmu_files(
 
 
 def _library_is_there(tell: Tell) -> bool:
-    from m4e_fmi.fmu.native import shell_binary
+    from m4e_fmi.fmu.native import shell_binaries
+    from m4e_fmi.runtime.platforms import this_platform
 
+    why = "there is none for this machine"
     try:
-        shell_binary("any")
+        if any(this_platform().fmi2 in name for name in shell_binaries("any")):
+            return True
     except RunError as error:
-        tell(f"Python FMUs instead of native ones: {error.message}")
-        return False
-    return True
+        why = error.message
+    tell(f"Python FMUs instead of native ones: {why}")
+    return False
 
 
 def _silent(_: str) -> None:
@@ -88,16 +91,14 @@ def _built(
     from m4e_fmi.program import Program
 
     tell(f"{component.name}: building {fmu}")
-    folder.mkdir(parents=True, exist_ok=True)
-    stamp.unlink(missing_ok=True)
-    fresh = folder / f"{component.name}.{os.getpid()}.fmu"
+    made = _made(system, component.name, source, tell)
     try:
-        made = _made(system, component.name, source, tell)
-        build_fmu(made, fresh, native=native and isinstance(made, Program))
-        fresh.replace(fmu)
-    finally:
-        fresh.unlink(missing_ok=True)
-    stamp.write_text(wanted, encoding="ascii")
+        stamp.unlink(missing_ok=True)  # of the FMU that goes now
+    except OSError as error:
+        raise cannot_write(fmu, error) from error
+    build_fmu(made, fmu, native=native and isinstance(made, Program))
+    with written(stamp) as part:
+        part.write_text(wanted, encoding="ascii")
     return fmu
 
 

@@ -22,6 +22,7 @@ import numpy as np
 
 from m4e_fmi.cosim.connect import Bond
 from m4e_fmi.cosim.network import Network
+from m4e_fmi.cosim.operations import Operation, gather
 
 BLOCK = 256
 """Steps that are noted before they are evaluated."""
@@ -93,8 +94,28 @@ class EnergyBalance:
         step = self._steps
         self._values.take(self._index, out=self._points[step + 1], mode="clip")
         held.take(self._target, out=self._held[step], mode="clip")
-        self._sizes[step] = size
-        self._steps = step + 1
+        self.note(1, size)
+
+    def operations(self, held: np.ndarray) -> tuple[Operation, ...]:
+        """What notes a step at place `noted` of a block, as `add` does; `held` stays the array."""
+        if not self._bonds:
+            return ()
+        return (
+            gather(self._points[1:], self._values, self._index),
+            gather(self._held, held, self._target),
+        )
+
+    @property
+    def noted(self) -> int:
+        """Steps in the present block, below BLOCK."""
+        return self._steps
+
+    def note(self, count: int, size: float) -> None:
+        """Account for `count` steps of `size` [s] that the operations have noted."""
+        if not self._bonds:
+            return
+        self._sizes[self._steps : self._steps + count] = size
+        self._steps += count
         if self._steps == BLOCK:
             self._evaluate()
 

@@ -8,19 +8,18 @@ from __future__ import annotations
 
 import ctypes
 import math
-import os
 from collections.abc import Callable, Mapping, Sequence
+from copy import copy
 from functools import partial
-from pathlib import Path
 from typing import Any, NoReturn
 
 import numpy as np
 from fmpy import fmi2
 
-from m4e_fmi.cosim.messages import STATUS, Messages
+from m4e_fmi.cosim.binary import Binary
 from m4e_fmi.errors import RunError
+from m4e_fmi.fmu.messages import STATUS, Messages
 from m4e_fmi.fmu.reading import Description
-from m4e_fmi.fmu.unpack import Unpacked
 
 WARNING, DISCARD, ERROR, FATAL = 1, 2, 3, 4
 LAST_ERROR = "last_error"
@@ -54,7 +53,7 @@ class DiscardedError(RunError):
 
 
 class Instance:
-    """An instance named `name`; `close` it, or use it as a context manager.
+    """An instance named `name` of a loaded FMU; `close` it, or use it as a context manager.
 
     `scales` are factor and offset of the inputs that are set otherwise than by their own values.
 
@@ -62,7 +61,7 @@ class Instance:
     FMU answers with more than a warning. After Fatal the FMU is never called again.
     """
 
-    def __init__(self, name: str, description: Description) -> None:
+    def __init__(self, name: str, description: Description, binary: Binary) -> None:
         self.name = name
         self.description = description
         self._messages = Messages()
@@ -73,9 +72,8 @@ class Instance:
         self.scales: dict[str, tuple[float, float]] = {}
         self._states: dict[int, tuple[ctypes.c_void_p, float]] = {}
         self._fmu: Any = None
-        self._unpacked = Unpacked(description.path)
         try:
-            self._open()
+            self._open(binary)
         except BaseException:
             self.close()
             raise
@@ -86,24 +84,11 @@ class Instance:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _open(self) -> None:
-        here = Path.cwd()
-        description = self.description
-        try:
-            self._fmu = fmi2.FMU2Slave(
-                guid=description.guid,
-                unzipDirectory=str(self._unpacked.folder),
-                modelIdentifier=description.identifier,
-                instanceName=self.name,
-            )
-        except Exception as error:
-            text = str(error).replace(str(self._unpacked.folder), "")
-            remedy = "a library it needs is missing, or the file is not an FMI 2.0 binary"
-            raise RunError(
-                f"{self._origin}: its binary cannot be loaded: {text}", remedy
-            ) from error
-        finally:
-            os.chdir(here)  # loading leaves the process elsewhere when it fails
+    def _open(self, binary: Binary) -> None:
+        self._binary = binary
+        self._fmu = copy(binary.functions)
+        self._fmu.instanceName = self.name
+        binary.in_use += 1
         try:
             self._fmu.instantiate(callbacks=self._messages.callbacks, loggingOn=True)
         except Exception as error:
@@ -169,8 +154,8 @@ class Instance:
         """
         self.scales[name] = factor, offset
 
-    def _scaled(self, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray] | None:
-        """Factors and offsets of variables; None if all are as they are."""
+    def scales_of(self, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray] | None:
+        """Factors and offsets of variables of `scale_input`; None if all are as they are."""
         if not any(name in self.scales for name in names):
             return None
         factor, offset = np.array([self.scales.get(name, (1.0, 0.0)) for name in names]).T
@@ -178,12 +163,12 @@ class Instance:
 
     def getter(self, names: Sequence[str], view: np.ndarray) -> Call:
         """A call that reads the Real variables `names` into `view` (float64, contiguous)."""
-        scales = self._scaled(names)
+        scales = self.scales_of(names)
         if scales is None:
-            return self._bound(self._get_real, names, view)
+            return self.own_getter(names, view)
         factor, offset = scales
         own = np.zeros(len(names))
-        call = self._bound(self._get_real, names, own)
+        call = self.own_getter(names, own)
 
         def get() -> Status:
             status = call()
@@ -194,12 +179,12 @@ class Instance:
 
     def setter(self, names: Sequence[str], view: np.ndarray) -> Call:
         """A call that sets the Real variables `names` from `view` (float64, contiguous)."""
-        scales = self._scaled(names)
+        scales = self.scales_of(names)
         if scales is None:
-            return self._bound(self._set_real, names, view)
+            return self.own_setter(names, view)
         factor, offset = scales
         own = np.zeros(len(names))
-        call = self._bound(self._set_real, names, own)
+        call = self.own_setter(names, own)
 
         def set_() -> Status:
             np.multiply(view, factor, out=own)
@@ -207,6 +192,30 @@ class Instance:
             return call()
 
         return set_
+
+    def own_getter(self, names: Sequence[str], view: np.ndarray) -> Call:
+        """As `getter`, in the FMU's own units."""
+        return self._bound(self._get_real, names, view)
+
+    def own_setter(self, names: Sequence[str], view: np.ndarray) -> Call:
+        """As `setter`, in the FMU's own units."""
+        return self._bound(self._set_real, names, view)
+
+    @property
+    def handle(self) -> int:
+        """The FMU's component: first argument of its functions."""
+        return self._component
+
+    def address(self, function: str) -> int:
+        """Address of a function of FMI in the FMU's library."""
+        address = ctypes.cast(getattr(self._fmu.dll, function), ctypes.c_void_p).value
+        assert address
+        return address
+
+    def references(self, names: Sequence[str]) -> np.ndarray:
+        """Value references of variables, uint32."""
+        variables = self.description.variables
+        return np.array([variables[name].value_reference for name in names], dtype=np.uint32)
 
     def _bound(self, function: Any, names: Sequence[str], view: np.ndarray) -> Call:
         assert view.dtype == np.float64
@@ -230,7 +239,7 @@ class Instance:
         assert view.dtype == np.float64
         assert view.flags.c_contiguous
         assert view.shape == (len(names), 2)
-        scales = self._scaled(names)
+        scales = self.scales_of(names)
         if scales is not None:
             factor = scales[0][:, None].copy()
             own = np.zeros_like(view)
@@ -352,7 +361,7 @@ class Instance:
         return text.decode("utf-8", errors="replace").strip() if status <= WARNING and text else ""
 
     def close(self) -> None:
-        """Terminate, free and unload as far as the FMU's condition allows; remove its folder."""
+        """Terminate and free as far as the FMU's condition allows."""
         fmu, self._fmu = self._fmu, None
         if fmu is not None and fmu.component is not None:
             status = 0
@@ -362,9 +371,9 @@ class Instance:
                 if not self._broken:
                     fmu.dll.fmi2FreeFMUstate(fmu.component, ctypes.byref(state))
             if status < FATAL:
-                fmu.freeInstance()
+                fmu.fmi2FreeInstance(fmu.component)
+                self._binary.in_use -= 1
         self._kept.clear()
-        self._unpacked.remove()
 
 
 def _prototype(kind: Any, function: Any) -> Any:

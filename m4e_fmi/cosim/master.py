@@ -11,15 +11,18 @@ from typing import cast
 
 import numpy as np
 
-from m4e_fmi.cosim.algorithms import ALGORITHMS, Algorithm, Returning, Undoing, returning
+from m4e_fmi.cosim.algorithms import ALGORITHMS, Algorithm, Returning, returning
+from m4e_fmi.cosim.algorithms.scheduled import Scheduled
+from m4e_fmi.cosim.binary import binaries
 from m4e_fmi.cosim.certificate import Certificate, certificate
 from m4e_fmi.cosim.connect import Wiring
 from m4e_fmi.cosim.energy import BondEnergy, EnergyBalance
-from m4e_fmi.cosim.instance import DiscardedError, Instance
+from m4e_fmi.cosim.instance import Instance
 from m4e_fmi.cosim.network import Network
 from m4e_fmi.cosim.results import ResultsWriter
 from m4e_fmi.cosim.start_values import start_values
-from m4e_fmi.cosim.step_control import SMALLEST, StepControl
+from m4e_fmi.cosim.step_control import StepControl
+from m4e_fmi.cosim.stepping import Repeated, Stepwise
 from m4e_fmi.cosim.structure import Structure
 from m4e_fmi.cosim.system import SECOND, System
 from m4e_fmi.cosim.witness import Witness
@@ -55,12 +58,13 @@ class Master:
         self._certify = certify
         self._open = ExitStack()
         self.steps = 0
-        self._discarded = 0
+        self._shortened = 0
 
     def __enter__(self) -> Master:
         with ExitStack() as stack:
+            loaded = binaries(self._descriptions, stack)
             instances = {
-                name: stack.enter_context(Instance(name, description))
+                name: stack.enter_context(Instance(name, description, loaded[name]))
                 for name, description in self._descriptions.items()
             }
             self._initialise(instances)
@@ -140,7 +144,7 @@ class Master:
     @property
     def rejected(self) -> int:
         """Number of steps that were taken back and made again, smaller."""
-        return self._discarded + (self._control.rejected if self._control else 0)
+        return self._shortened + (self._control.rejected if self._control else 0)
 
     @property
     def order(self) -> int:
@@ -164,88 +168,36 @@ class Master:
         observers: Sequence[Observer] = (),
         progress: Progress | None = None,
     ) -> None:
-        """Step to the stop time; KeyboardInterrupt stops at the next communication point."""
-        simulation = self._system.simulation
-        start, stop = round(simulation.start_time * SECOND), round(simulation.stop_time * SECOND)
-        every = round((simulation.output_interval or simulation.step_size) * SECOND)
-        every = every if simulation.output_interval or self._control is None else 1
-        network, algorithm, energy = self.network, self._algorithm, self._energy
-        witness = self._witness
+        """Step to the stop time; KeyboardInterrupt stops at a communication point."""
+        stop = round(self._system.simulation.stop_time * SECOND)
+        steps = self._stepping(results, singly=bool(observers))
         tell = _ticker(progress)
-        now, row = start, start
-        self._observe(results, observers)
+        if results is not None:
+            results.record(self.network.time)
+        self._observe(observers)
         # an overflow is found, and told with its place, where values are read from the FMUs
         with _interruption() as interrupted, np.errstate(over="ignore", invalid="ignore"):
-            while now < stop:
-                if witness:
-                    witness.before()
-                size = self._step(now, stop, row + every)
-                now += size
-                network.advance(now / SECOND)
-                energy.add(algorithm.held, size / SECOND)
-                self.steps += 1
-                if witness:
-                    witness.after()
-                recorded = now >= row + every or now == stop
-                row = now if recorded else row
-                self._observe(results if recorded else None, observers)
-                tell(now / SECOND)
+            while steps.now < stop:
+                try:
+                    steps.advance()
+                finally:
+                    self.steps, self._shortened = steps.steps, steps.shortened
+                self._observe(observers)
+                tell(steps.now / SECOND)
                 if interrupted():
                     raise KeyboardInterrupt
 
-    def _step(self, now: int, stop: int, row: int) -> int:
-        """Step all components from `now`, not beyond `stop`; the size of the step. All in ns.
+    def _stepping(self, results: ResultsWriter | None, *, singly: bool) -> Stepwise | Repeated:
+        algorithm, rest = self._algorithm, (self._energy, self._system.simulation, results)
+        rest = (*rest, self._witness)
+        if not isinstance(algorithm, Scheduled):
+            returns = all(d.saves_state for d in self._descriptions.values())
+            return Stepwise(self.network, algorithm, *rest, self._control, returns=returns)
+        return Repeated(self.network, algorithm, *rest, singly=singly, most_time=PROGRESS_INTERVAL)
 
-        Adaptive steps end where the next row of the results is due, at `row`; others where they
-        would if none had been shortened by an FMU.
-        """
-        control, algorithm = self._control, self._algorithm
-        size = self._wanted(now, stop, row)
-        while True:
-            try:
-                algorithm.step(now / SECOND, size / SECOND)
-            except DiscardedError as discarded:
-                size = self._shorter(now, size, discarded)
-                continue
-            if control is None:
-                return size
-            algorithm = cast("Returning", algorithm)
-            if control.accepts(algorithm.change, algorithm.end, size):
-                return size
-            algorithm.undo()
-            size = self._wanted(now, stop, row)
-
-    def _wanted(self, now: int, stop: int, row: int) -> int:
-        """The size of the step from `now` if no FMU objects."""
-        simulation = self._system.simulation
-        if self._control is not None:
-            end = min(row, stop) if row > now + 1 else stop
-            return min(self._control.size, end - now)
-        regular = round(simulation.step_size * SECOND)
-        done = now - round(simulation.start_time * SECOND)
-        return min(regular - done % regular, stop - now)
-
-    def _shorter(self, now: int, size: int, discarded: DiscardedError) -> int:
-        """Take back the step of `size` that an FMU has discarded; the size to try next.
-
-        That is up to where the FMU could go, or half. Raises what it is given if there is no way
-        back, or the step is too short already.
-        """
-        smallest = max(1, round(SMALLEST * self._system.simulation.step_size * SECOND))
-        stuck = not all(d.saves_state for d in self._descriptions.values())
-        if stuck or size <= smallest or not isinstance(self._algorithm, Undoing):
-            raise discarded
-        self._algorithm.undo()
-        self._discarded += 1
-        reached = round((discarded.reached or 0.0) * SECOND) - now
-        return reached if smallest <= reached < size else max(smallest, size // 2)
-
-    def _observe(self, results: ResultsWriter | None, observers: Sequence[Observer]) -> None:
-        network = self.network
-        if results is not None:
-            results.record(network.time)
+    def _observe(self, observers: Sequence[Observer]) -> None:
         for observer in observers:
-            observer(network.time, network)
+            observer(self.network.time, self.network)
 
 
 def _ticker(progress: Progress | None) -> Callable[[float], None]:

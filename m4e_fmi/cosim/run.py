@@ -5,6 +5,8 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cache
+from math import ceil
 from pathlib import Path
 
 from m4e_fmi.cosim.certificate import Certificate, Trace, compared
@@ -92,9 +94,10 @@ def prepare(
     """
     problems: list[Problem] = []
     descriptions: dict[str, Description] = {}
+    read = cache(read_description)  # many components may be of one file
     for name, path in fmu_files(system, build_directory, native=native, tell=tell).items():
         try:
-            descriptions[name] = read_description(path)
+            descriptions[name] = read(path)
         except InputError as error:
             problems += error.problems
     if problems:
@@ -153,10 +156,14 @@ def _once(
                 "algorithm": settings.algorithm,
                 "step_size": f"{settings.step_size:g} s",
             }
-            with ResultsWriter(path, master.network, attributes) as writer:
+            interval = settings.output_interval or settings.step_size
+            rows = ceil((settings.stop_time - settings.start_time) / interval) + 1
+            with ResultsWriter(path, master.network, attributes, expected=rows) as writer:
                 try:
                     master.run(results=writer, observers=observers, progress=progress)
                 except RunError as error:
+                    if not path.is_file():  # the disk was full from the start
+                        raise
                     note = f"{error.remedy}; results up to there are in {path}".lstrip("; ")
                     raise RunError(error.message, note) from error
         return Outcome(

@@ -39,6 +39,8 @@ FIRST, SHARE = 256, 8
 """Steps of the first window; octaves over windows after it."""
 START, END = 1, 2
 """Where the FMUs keep the states at the ends of a window."""
+FAR = 2**62
+"""More steps than a run has."""
 LEAST, MOST = 0.05, 2.0
 """Bounds of the exponent."""
 ROUNDING = 1e-14
@@ -88,9 +90,16 @@ class Witness:
             self._open = _Window(now, [now.time], [values], nothing, same)
             self._windows.append(self._open)
 
-    def after(self) -> None:
-        """After a step of the run."""
-        self._steps += 1
+    @property
+    def room(self) -> int:
+        """How many steps may be made at once before `after` is told."""
+        if self.failure:
+            return FAR
+        return 1 if self._open or self._steps >= self._begins else self._begins - self._steps
+
+    def after(self, steps: int = 1) -> None:
+        """After a step of the run, or several where there is `room`."""
+        self._steps += steps
         if self._open is not None:
             self._open.times.append(self._network.time)
             self._open.values.append(self._network.values[self._sources])

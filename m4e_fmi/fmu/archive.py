@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from m4e_fmi.errors import InputError
+from m4e_fmi.writing import written
 
 GUID_NAMESPACE = uuid.UUID("5c1f3a52-6a0e-5c1c-9a0b-6d34655f666d")
 EARLIEST_ZIP_DATE = (1980, 1, 1, 0, 0, 0)
@@ -44,18 +45,11 @@ def content_hash(files: Files, *, length: int = HASH_LENGTH) -> str:
 
 
 def write_archive(files: Files, path: Path) -> None:
-    """Write a ZIP whose bytes depend on `files` only; `path` appears complete or not at all."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f"{path.name}.{uuid.uuid4().hex}.part")
-    try:
-        with zipfile.ZipFile(temporary, "x") as archive:
-            for name in sorted(files):
-                info = zipfile.ZipInfo(name, EARLIEST_ZIP_DATE)
-                info.compress_type = zipfile.ZIP_DEFLATED
-                info.create_system = 3  # Unix, wherever it is written
-                info.external_attr = 0o644 << 16
-                archive.writestr(info, files[name], compresslevel=6)
-        temporary.replace(path)
-    except BaseException:
-        temporary.unlink(missing_ok=True)
-        raise
+    """Write a ZIP whose bytes depend on `files` only; RunError if it cannot be written."""
+    with written(path) as part, zipfile.ZipFile(part, "x") as archive:
+        for name in sorted(files):
+            info = zipfile.ZipInfo(name, EARLIEST_ZIP_DATE)
+            info.compress_type = zipfile.ZIP_DEFLATED
+            info.create_system = 3  # Unix, wherever it is written
+            info.external_attr = 0o644 << 16
+            archive.writestr(info, files[name], compresslevel=6)

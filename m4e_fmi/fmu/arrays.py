@@ -15,18 +15,10 @@ from itertools import product
 from m4e_fmi.fmu.description import FmuVariable, ModelDescription
 from m4e_fmi.program import TIME
 
-_PATTERNS = {
-    "position": "{}",
-    "velocity": "v{}",
-    "acceleration": "a{}",
-    "force": "force_{}",
-    "moment": "moment_{}",
-    "reaction": "reaction_{}",
-}
-_VECTORS = {
-    pattern.format(axis): (vector, axis) for vector, pattern in _PATTERNS.items() for axis in "xyz"
-}
-"""Last part of a scalar's name → the vector's, and the axis."""
+_MOTION = {"": "position", "v": "velocity", "a": "acceleration"}
+"""What stands before the axis in the last part of a name → the vector's name."""
+
+LIMITS = ("minimum", "maximum", "nominal")
 
 _TIME = FmuVariable(TIME, "s", "Simulation time", causality="independent")
 
@@ -65,8 +57,8 @@ def places(variables: Sequence[Grouped]) -> dict[str, Place]:
 def grouped(description: ModelDescription) -> tuple[Grouped, ...]:
     """Variables of FMI 3.0: time, then all of the description's, each at the place of its first.
 
-    Scalars become elements if they agree in type, causality, variability, display unit and in
-    whether they have a start value; vectors in their unit, too. Where they are derivatives they
+    Scalars become elements if they agree in type, causality, variability, display unit, limits and
+    in whether they have a start value; vectors in their unit, too. Where they are derivatives they
     are those of the elements of another array, and the rates of an array of states are an array.
     """
     variables = {v.name: v for v in description.variables}
@@ -100,8 +92,8 @@ def _candidates(names: Sequence[str]) -> dict[str, tuple[tuple[int, ...], list[s
         if index:
             array = f"der({index[1]})" if rate else index[1]
             indexed.setdefault(array, {})[tuple(map(int, index[2].split(",")))] = name
-        elif prefix and last in _VECTORS:
-            vector, axis = _VECTORS[last]
+        elif prefix and (component := _component(last)):
+            vector, axis = component
             array = f"{prefix}.{vector}"
             vectors.setdefault(f"der({array})" if rate else array, {})[axis] = name
     arrays: dict[str, tuple[tuple[int, ...], list[str]]] = {
@@ -117,8 +109,17 @@ def _candidates(names: Sequence[str]) -> dict[str, tuple[tuple[int, ...], list[s
     return arrays
 
 
+def _component(last: str) -> tuple[str, str] | None:
+    """Vector and axis of the last part of a name, as in `vx` and `force_x`."""
+    motion = re.fullmatch(r"([va]?)([xyz])", last)
+    if motion:
+        return _MOTION[motion[1]], motion[2]
+    other = re.fullmatch(r"(.+)_([xyz])", last)
+    return (other[1], other[2]) if other else None
+
+
 def _uniform(group: Grouped) -> bool:
-    keys = ("type", "causality", "variability", "initial", "display_unit")
+    keys = ("type", "causality", "variability", "initial", "display_unit", *LIMITS)
     agreed = {tuple(getattr(v, key) for key in keys) for v in group.members}
     started = {v.start is None for v in group.members}
     one_unit = len(group.shape) > 1 or len({v.unit for v in group.members}) == 1

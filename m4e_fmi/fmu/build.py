@@ -43,14 +43,15 @@ def build_fmu(
     """Write the FMU of `source` to `path` (replaced as a whole) and return the path.
 
     A `native` FMU needs no Python where it runs, and serves co-simulation and model exchange; `fmi`
-    is the version of the standard. `method` integrates a program in co-simulation: dop853, rk45 or
-    rodas (stiff), to `tolerance` (default 1e-8) where the importer gives none, or rk4, which does
-    not control its error: it divides each communication step into the fewest equal steps that are
-    not longer than `step_size`. `stop_time` and `step_size` [s] are those of the default experiment
-    (10 and 0.01). `outputs` are shell patterns of the outputs and
-    states to be seen; what computes the others only is left out; default all. `rename` gives
-    variables other names, old → new. `documentation` has more files: name in the archive, below
-    ``documentation/`` or ``model.png``, → content.
+    is the version of the standard, "2" or, for native ones, "3": `arrays` says what becomes one.
+    `method` integrates a program in co-simulation: dop853, rk45 or rodas (stiff), to `tolerance`
+    (default 1e-8) where the importer gives none, or rk4, which does not control its error: it
+    divides each communication step into the fewest equal steps that are not longer than
+    `step_size`. `stop_time` and `step_size` [s] are those of the default experiment (10 and 0.01).
+    `outputs` are shell patterns of the outputs and states to be seen; what computes the others only
+    is left out; default all. `rename` gives variables other names, old → new. `documentation` has
+    more files: name in the archive, below ``documentation/`` or ``model.png`` (FMI 3.0:
+    ``terminalsAndIcons/icon.png``), → content.
 
     Variables and value references of a program are the same for both kinds, and so are results, to
     the bit. The same source gives the same bytes. InputError if an option is not one, if the name
@@ -81,12 +82,22 @@ def fmu_files(source: Program | PythonSource, options: Options) -> dict[str, byt
         _check_python_source(source, options)
         description = _asked(source.description, options)
         return python_fmu_files(replace(source, description=description), options)
-    program = source if options.outputs is None else with_outputs(source, options.outputs)
-    program = with_rates(program)
-    description = _asked(describe(renamed(program, options.rename)), options)
+    program = shown(source, options)
+    description = described(program, options)
     if options.native:
         return native_fmu_files(program, description, options)
     return python_fmu_files(python_slave(program, description, options.method), options)
+
+
+def shown(program: Program, options: Options) -> Program:
+    """What an FMU of `program` shows, by the names before they are changed."""
+    chosen = program if options.outputs is None else with_outputs(program, options.outputs)
+    return with_rates(chosen)
+
+
+def described(program: Program, options: Options) -> ModelDescription:
+    """What an FMU says of a program that is as `shown`."""
+    return _asked(describe(renamed(program, options.rename)), options)
 
 
 def _check_python_source(source: PythonSource, options: Options) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,7 +13,8 @@ class FmuVariable:
 
     `dependencies` names the inputs and states that an output depends on at one moment (None: all);
     `initial_dependencies` names what its initial value depends on (None: all). `kinds` and
-    `initial_kinds` say how, in FMI's words, one for each name; None says nothing.
+    `initial_kinds` say how, in FMI's words, one for each name; None says nothing. What is set
+    outside `minimum` … `maximum`, both included, is refused. `nominal` is an order of magnitude.
     """
 
     name: str
@@ -29,6 +31,9 @@ class FmuVariable:
     initial_kinds: tuple[str, ...] | None = None
     derivative_of: str | None = None
     display_unit: str | None = None
+    minimum: float = -math.inf
+    maximum: float = math.inf
+    nominal: float = 1.0
 
 
 @dataclass(frozen=True)

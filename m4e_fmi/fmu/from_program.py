@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from collections.abc import Mapping
 from dataclasses import replace
 from itertools import count
@@ -16,8 +17,10 @@ from m4e_fmi.program.dependence import initial_kind, kinds
 from m4e_fmi.program.python_form import python_source
 from m4e_fmi.runtime import declarations, dormand_prince, runge_kutta
 from m4e_fmi.runtime.library import library_path
+from m4e_fmi.runtime.platforms import PLATFORMS, packaged
 
-LIBRARY = "runtime.bin"  # as runtime_engine names it
+LIBRARY = "runtime.{}"  # as runtime_engine names it
+PLATFORMS_OF_PYTHONFMU = {"linux": "x86_64-linux", "win32": "x86_64-windows"}
 EMBEDDED = Path(__file__).parent / "embedded"
 
 
@@ -141,11 +144,14 @@ def _initial(needs: Mapping[str, str], known: set[str]) -> dict[str, str]:
 
 
 def _runtime_files(program: Program, method: str) -> dict[str, bytes]:
-    """What the C runtime needs, where it is there."""
-    path = library_path()
-    if path is None:
-        return {}
-    return {LIBRARY: path.read_bytes(), PROGRAM: model_file(program, method, {})}
+    """What the C runtime needs, for those systems that its library is there for."""
+    files = {}
+    for system, name in PLATFORMS_OF_PYTHONFMU.items():
+        own = system == sys.platform
+        path = library_path() if own else packaged("runtime", PLATFORMS[name])
+        if path is not None:
+            files[LIBRARY.format(system)] = path.read_bytes()
+    return {**files, PROGRAM: model_file(program, method, {})} if files else {}
 
 
 def _causality(v: Variable) -> str:
@@ -177,4 +183,7 @@ def _variable(
         initial_kinds=tuple(first.values()),
         derivative_of=v.derivative_of,
         display_unit=v.display_unit,
+        minimum=v.minimum,
+        maximum=v.maximum,
+        nominal=v.nominal,
     )

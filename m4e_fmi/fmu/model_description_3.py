@@ -12,8 +12,7 @@ import m4e_fmi
 from m4e_fmi.fmu.arrays import Grouped, Place, places
 from m4e_fmi.fmu.description import FmuVariable, ModelDescription
 from m4e_fmi.fmu.model_description import LOG_CATEGORIES
-from m4e_fmi.fmu.model_description import _add_units as add_units
-from m4e_fmi.fmu.model_description import _legal as legal
+from m4e_fmi.fmu.xml_parts import add_quantity, add_types, add_units, legal
 from m4e_fmi.program.dependence import KINDS
 
 EVERYWHERE = {
@@ -57,7 +56,9 @@ def model_description_3_xml(
     both = {"modelIdentifier": model_identifier, **EVERYWHERE}
     SubElement(root, "ModelExchange", both)
     SubElement(root, "CoSimulation", {**both, **STEPPING})
-    add_units(root, tuple(m for v in variables for m in v.members))
+    scalars = [member for variable in variables for member in variable.members]
+    add_units(root, scalars)
+    add_types(root, scalars, "Float64Type")
     categories = SubElement(root, "LogCategories")
     for name, text in LOG_CATEGORIES.items():
         SubElement(categories, "Category", name=name, description=text)
@@ -102,9 +103,7 @@ def _add_numbers(element: Element, variable: Grouped, place: Mapping[str, Place]
     if first.variability == "continuous" and first.causality != "independent":
         element.set("intermediateUpdate", "true")
     if len({v.unit for v in variable.members}) == 1:
-        element.set("unit", first.unit)
-    if first.display_unit:
-        element.set("displayUnit", first.display_unit)
+        add_quantity(element, first)
     if first.start is not None:
         element.set("start", " ".join(str(v.start) for v in variable.members))
     if first.derivative_of:

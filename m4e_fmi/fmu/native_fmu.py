@@ -5,14 +5,15 @@ from __future__ import annotations
 from decimal import Decimal
 
 from m4e_fmi.fmu.archive import content_guid, model_identifier
-from m4e_fmi.fmu.arrays import grouped
+from m4e_fmi.fmu.arrays import Grouped, grouped
 from m4e_fmi.fmu.description import ModelDescription
 from m4e_fmi.fmu.layout_files import layout_files
 from m4e_fmi.fmu.model_description import XML, model_description_xml, with_guid
 from m4e_fmi.fmu.model_description_3 import model_description_3_xml
-from m4e_fmi.fmu.native import shell_binary
+from m4e_fmi.fmu.native import shell_binaries
 from m4e_fmi.fmu.options import Options
 from m4e_fmi.fmu.program_files import PROGRAM, TANGENT, model_file, tangent_file
+from m4e_fmi.fmu.terminals import TERMINALS, terminals_xml
 from m4e_fmi.program import Program
 from m4e_fmi.runtime.declarations import METHODS
 
@@ -28,14 +29,13 @@ def native_fmu_files(
         f"resources/{PROGRAM}": model_file(program, options.method, options.rename),
         f"resources/{TANGENT}": tangent_file(program),
     }
-    files |= shell_binary(identifier, fmi=options.fmi) | dict(options.documentation)
+    files |= shell_binaries(identifier, fmi=options.fmi) | dict(options.documentation)
     numbers = (_without_point(v) for v in (description.tolerance, description.step_size))
     settings = f"{METHODS[options.method]} {' '.join(numbers)}\n"
     files[SETTINGS] = settings.encode()
     if options.fmi == "3":
         variables = grouped(description)
-        for name, content in layout_files(description, variables).items():
-            files[f"resources/{name}"] = content
+        files |= _files_of_version_3(description, variables)
         xml = model_description_3_xml(description, variables, model_identifier=identifier)
     else:
         xml = model_description_xml(description, model_identifier=identifier, guid="", native=True)
@@ -43,6 +43,15 @@ def native_fmu_files(
     files[SETTINGS] = f"{guid} {settings}".encode()
     files[XML] = with_guid(xml, guid)
     return files
+
+
+def _files_of_version_3(
+    description: ModelDescription, variables: tuple[Grouped, ...]
+) -> dict[str, bytes]:
+    lists = layout_files(description, variables)
+    files = {f"resources/{name}": content for name, content in lists.items()}
+    terminals = terminals_xml(variables)
+    return files if terminals is None else {**files, TERMINALS: terminals}
 
 
 def _without_point(value: float) -> str:

@@ -10,8 +10,8 @@ from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.runtime.declarations import METHODS
 
 FMI_VERSIONS = ("2", "3")
-DOCUMENTATION = ("documentation/", "model.png")
-"""How names of files of documentation begin: FMI 2.0.4, section 2.3."""
+ICON = {"2": "model.png", "3": "terminalsAndIcons/icon.png"}
+"""Where the picture of an FMU is: FMI 2.0.4, section 2.3; FMI 3.0.2, section 2.5.1."""
 
 
 @dataclass(frozen=True)
@@ -45,10 +45,11 @@ class Options:
                 problems.append(Problem(f"the {what} must be positive, got {value:g}"))
         if self.fmi == "3" and not self.native:
             problems.append(Problem("FMI 3.0 is for native FMUs", "add native, or take FMI 2"))
+        icon = ICON.get(self.fmi, "")
         problems += [
-            Problem(f"{name!r} is no place for documentation", "documentation/… or model.png")
+            Problem(f"{name!r} is no place for documentation", f"documentation/… or {icon}")
             for name in self.documentation
-            if not name.startswith(DOCUMENTATION)
+            if not name.startswith("documentation/") and name != icon
         ]
         if problems:
             raise InputError(problems)

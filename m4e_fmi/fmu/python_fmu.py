@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ast
 import json
+import math
 
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.fmu.archive import content_guid, content_hash, model_identifier
@@ -67,11 +68,17 @@ def _check_modules(source: PythonSource) -> None:
 
 def _package_files(source: PythonSource, description: ModelDescription) -> dict[str, bytes]:
     modules = {"slave_base.py": EMBEDDED / "slave_base.py", **source.modules}
-    listed: dict[str, list] = {"reals": [], "strings": []}
+    listed: dict[str, list[dict]] = {"reals": [], "strings": []}
     for variable in description.variables:
         group, default = ("reals", 0.0) if variable.type == "Real" else ("strings", "")
         start = default if variable.start is None else variable.start
-        listed[group].append({"name": variable.name, "start": start})
+        always = variable.causality == "input" or variable.variability == "tunable"
+        settable = always and variable.causality != "calculatedParameter"
+        entry = {"name": variable.name, "start": start, "settable": settable}
+        for key in ("minimum", "maximum"):
+            if math.isfinite(limit := getattr(variable, key)):
+                entry[key] = limit
+        listed[group].append(entry)
     return {
         "__init__.py": b"",
         **{name: path.read_bytes() for name, path in modules.items()},

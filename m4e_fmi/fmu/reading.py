@@ -60,7 +60,8 @@ class Description:
     `step_size` is the default experiment's [s].
 
     What the FMU can do: `saves_state` (fmi2GetFMUstate, fmi2SetFMUstate), `interpolates_inputs`
-    (fmi2SetRealInputDerivatives), `directional_derivatives` (fmi2GetDirectionalDerivative).
+    (fmi2SetRealInputDerivatives), `directional_derivatives` (fmi2GetDirectionalDerivative). What it
+    cannot: be instantiated more than once in a process (`once_per_process`).
     """
 
     path: Path
@@ -76,6 +77,7 @@ class Description:
     saves_state: bool = False
     interpolates_inputs: bool = False
     directional_derivatives: bool = False
+    once_per_process: bool = False
 
     def of_causality(self, *causalities: str) -> list[Variable]:
         return [v for v in self.variables.values() if v.causality in causalities]
@@ -89,7 +91,7 @@ def read_description(path: str | Path) -> Description:
     this platform. InputError names the file and the remedy.
     """
     path = Path(path)
-    names, text = _check_archive(path)
+    names, text = check_archive(path)
     version = re.search(rb'fmiVersion\s*=\s*["\']([^"\']*)', text)
     if version and version[1] != b"2.0":
         message = f"is an FMI {version[1].decode(errors='replace')} FMU; the master runs FMI 2.0"
@@ -110,8 +112,11 @@ def _bad(path: Path, message: str, remedy: str) -> InputError:
     return InputError([Problem(message, remedy, str(path))])
 
 
-def _check_archive(path: Path) -> tuple[set[str], bytes]:
-    """Names in the archive, and the model description; InputError if it should not be unpacked."""
+def check_archive(path: Path) -> tuple[set[str], bytes]:
+    """Names in the FMU at `path`, and its model description (bytes of the XML file).
+
+    InputError if it is no readable archive with a model description, or should not be unpacked.
+    """
     if not path.is_file():
         near = [p.name for p in path.parent.glob("*.fmu")] if path.parent.is_dir() else []
         raise _bad(path, "no such file", suggestion(path.name, near, "FMUs here"))
@@ -206,6 +211,7 @@ def _translated(path: Path, raw: Any) -> Description:
         saves_state=bool(raw.coSimulation.canGetAndSetFMUstate),
         interpolates_inputs=bool(raw.coSimulation.canInterpolateInputs),
         directional_derivatives=bool(raw.coSimulation.providesDirectionalDerivative),
+        once_per_process=bool(raw.coSimulation.canBeInstantiatedOnlyOncePerProcess),
     )
 
 

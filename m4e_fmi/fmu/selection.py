@@ -51,12 +51,13 @@ def with_outputs(program: Program, patterns: Iterable[str]) -> Program:
 def renamed(program: Program, names: Mapping[str, str]) -> Program:
     """`program` with other names for variables, old → new; ``der(old)`` becomes ``der(new)``.
 
-    Its tape has the same nodes, of other symbols; it does not know how its rates were solved for.
-    InputError if there is no old name, or if a new one is taken or no structured name of FMI.
+    ``body.hull.*`` → ``ship.*`` renames all that begin with ``body.hull.``. The tape has the same
+    nodes, of other symbols; the result does not know how its rates were solved for. InputError if
+    there is no old name, or if a new one is taken or no structured name of FMI.
     """
     if not names:
         return program
-    _check_names(program, names)
+    names = _checked(program, names)
     table = {**names, **{f"der({old})": f"der({new})" for old, new in names.items()}}
 
     def named(v: Variable) -> Variable:
@@ -72,18 +73,27 @@ def renamed(program: Program, names: Mapping[str, str]) -> Program:
     return replace(program, tape=tape, solution=None, **groups)
 
 
-def _check_names(program: Program, names: Mapping[str, str]) -> None:
-    known = [v.name for group in GROUPS for v in getattr(program, group)]
+def _checked(program: Program, names: Mapping[str, str]) -> dict[str, str]:
+    """`names` with a line for each variable; InputError with all that is wrong with them."""
+    known: list[str] = [v.name for group in GROUPS for v in getattr(program, group)]
+    table: dict[str, str] = {}
     problems = []
     for old, new in names.items():
-        if old not in known:
+        if old.endswith(".*") and new.endswith(".*"):
+            stem = old[:-1]
+            found = {name: new[:-1] + name[len(stem) :] for name in known if name.startswith(stem)}
+        else:
+            found = {old: new} if old in known else {}
+        table |= found
+        if not found:
             remedy = suggestion(old, known, "variables")
             problems.append(Problem(f"{program.name} has no variable {old!r} to rename", remedy))
-        if not STRUCTURED_NAME.fullmatch(new) or new == TIME:
+        if not all(STRUCTURED_NAME.fullmatch(name) and name != TIME for name in found.values()):
             remedy = "write letters, digits and _, parts separated by dots, as in arm.tip[2].x"
             problems.append(Problem(f"{new!r} cannot name a variable of an FMU", remedy))
-    after = [names.get(name, name) for name in known]
+    after = [table.get(name, name) for name in known]
     twice = sorted({name for name in after if after.count(name) > 1})
     problems += [Problem(f"two variables would be called {name!r}") for name in twice]
     if problems:
         raise InputError(problems)
+    return table

@@ -25,16 +25,19 @@ FLAGS = (
     "-std=c11",
     "-O2",
     "-ftree-vectorize",
+    "-fno-unroll-loops",
     "-ffp-contract=off",
     "-fno-math-errno",
     "-fno-trapping-math",
     "-fvisibility=hidden",
     "-shared",
-    *(() if sys.platform == "win32" else ("-fPIC",)),
 )
 
-SHELL_FLAGS = ("-DM4E_STATIC", "-s")
+RUNTIME_FLAGS = ("-DM4E_SHARED", "-s")
+"""Of the runtime as a library of its own, which exports its functions and runs ensembles."""
+SHELL_FLAGS = ("-s",)
 """Of the library of native FMUs, which exports nothing but FMI."""
+FOR_ENSEMBLES = ("ensemble.c", "lanes.c")
 
 VECTOR_FLAGS = {
     "avx512": ("-mavx512f", "-mprefer-vector-width=512"),
@@ -44,9 +47,15 @@ VECTOR_FLAGS = {
 """By instruction set of the processor. None of them fuses operations: the bits are the same."""
 
 
+def runtime_sources() -> list[Path]:
+    """C files of the runtime as a library of its own."""
+    return sorted(SOURCES.glob("*.c"))
+
+
 def shell_sources() -> list[Path]:
     """C files of the library of native FMUs: the runtime and the FMI shell around it."""
-    return sorted([*SOURCES.glob("*.c"), *SHELL_SOURCES.glob("*.c")])
+    runtime = (path for path in runtime_sources() if path.name not in FOR_ENSEMBLES)
+    return sorted([*runtime, *SHELL_SOURCES.glob("*.c")])
 
 
 class CompilationError(Exception):
@@ -73,18 +82,25 @@ def cache_folder() -> Path:
     return Path(platformdirs.user_cache_dir("m4e_fmi", appauthor=False))
 
 
-def compile_shared(sources: Sequence[Path], target: Path, *, flags: Sequence[str] = ()) -> None:
+def compile_shared(
+    sources: Sequence[Path],
+    target: Path,
+    *,
+    flags: Sequence[str] = (),
+    command: Sequence[str] | None = None,
+) -> None:
     """Compile C files into the shared library `target`, which appears whole or not at all.
 
-    Raises CompilationError.
+    `command` is that of another compiler than this machine's. Raises CompilationError.
     """
-    command = compiler()
+    command = command or compiler()
     if command is None:
         raise CompilationError("no C compiler was found (cc, gcc, clang, or the package ziglang)")
     target.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=target.parent) as folder:
         made = Path(folder) / target.name
-        arguments = [*command, *FLAGS, *flags, "-I", str(SOURCES), "-o", str(made)]
+        place = () if target.suffix == ".dll" else ("-fPIC",)
+        arguments = [*command, *FLAGS, *place, *flags, "-I", str(SOURCES), "-o", str(made)]
         try:
             run = subprocess.run(
                 [*arguments, *map(str, sources), "-lm"], capture_output=True, text=True, check=False

@@ -6,18 +6,22 @@ import ctypes
 import functools
 from pathlib import Path
 
-from m4e_fmi.runtime.compiler import SOURCES, SUFFIX, CompilationError, cached_shared
+from m4e_fmi.runtime.compiler import (
+    RUNTIME_FLAGS,
+    CompilationError,
+    cached_shared,
+    runtime_sources,
+)
 from m4e_fmi.runtime.declarations import load
-
-PACKAGED = Path(__file__).with_name(f"_m4e{SUFFIX}")
+from m4e_fmi.runtime.platforms import packaged, this_platform
 
 
 @functools.cache
 def _found() -> tuple[ctypes.CDLL | None, str]:
+    path = packaged("runtime", this_platform())
     try:
-        if PACKAGED.exists():
-            return load(PACKAGED), str(PACKAGED)
-        path = cached_shared("m4e_runtime", sorted(SOURCES.glob("*.c")))
+        if path is None:
+            path = cached_shared("m4e_runtime", runtime_sources(), flags=RUNTIME_FLAGS)
         return load(path), str(path)
     except (CompilationError, OSError) as error:
         return None, str(error)

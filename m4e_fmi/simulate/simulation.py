@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from m4e_fmi.errors import InputError, RunError, suggestion
+from m4e_fmi.errors import InputError, Problem, RunError, suggestion
 from m4e_fmi.model import Model, load_model
 from m4e_fmi.multibody import model_program
 from m4e_fmi.program import Program, Variable
@@ -218,15 +218,24 @@ def output_times(stop_time: float, interval: float) -> list[float]:
 
 
 def started(program: Program, values: Mapping[str, float]) -> Program:
-    """`program` with other start values; InputError names what is unknown or not finite."""
+    """`program` with other start values; InputError names what is unknown, not finite, or outside
+    its limits."""
     bad = [name for name, value in values.items() if not np.isfinite(value)]
     if bad:
         listed = ", ".join(f"{name} = {values[name]}" for name in bad)
         raise InputError.single(f"start values must be finite numbers: {listed}")
     try:
-        return program.with_start(dict(values))
+        result = program.with_start(dict(values))
     except KeyError as error:
         groups = (program.parameters, program.inputs, program.states)
         names = [v.name for group in groups for v in group]
         first = next(name for name in values if name not in names)
         raise InputError.single(str(error.args[0]), suggestion(first, names)) from None
+    outside = [
+        Problem(f"{v.name} = {v.start:g} is outside its range from {v.minimum:g} to {v.maximum:g}")
+        for v in (*result.parameters, *result.inputs, *result.states)
+        if not v.minimum <= v.start <= v.maximum
+    ]
+    if outside:
+        raise InputError(outside)
+    return result

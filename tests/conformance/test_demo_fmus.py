@@ -13,7 +13,6 @@ from pathlib import Path
 import fmpy
 import numpy as np
 import pytest
-from fmpy.validation import validate_fmu
 
 from m4e_fmi.cosim import (
     Component,
@@ -21,11 +20,11 @@ from m4e_fmi.cosim import (
     Network,
     Simulation,
     System,
-    check_fmu,
     fmu_files,
     load,
     run,
 )
+from m4e_fmi.fmu import validate_fmu
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "moored_buoy" / "system.yaml"
 NAMES = ("buoy", "hydro", "mooring", "generator")
@@ -55,9 +54,10 @@ def python_files(system: System, tmp_path_factory: pytest.TempPathFactory) -> di
 
 @pytest.mark.parametrize("name", NAMES)
 def test_no_finding(files: dict[str, Path], python_files: dict[str, Path], name: str):
+    # each start of MoorDyn looks for its rest first: all groups would take a minute
+    only = ("description", "start") if name == "mooring" else ()
     for fmu in {files[name], python_files[name]}:
-        assert validate_fmu(str(fmu)) == []
-        assert check_fmu(fmu) == []  # steps it twice in a fresh process
+        assert validate_fmu(fmu, only=only).of_severity("error", "warning") == ()
 
 
 def test_same_bytes_when_built_again(

@@ -180,7 +180,7 @@ class TestDescription:
     def test_without_a_compiler(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setenv("M4E_FMI_CACHE", str(tmp_path))
         monkeypatch.setattr("m4e_fmi.runtime.compiler.compiler", lambda: None)
-        monkeypatch.setattr("m4e_fmi.fmu.native.PACKAGED", tmp_path / "none")
+        monkeypatch.setattr("m4e_fmi.runtime.platforms.FOLDER", tmp_path / "none")
         with pytest.raises(RunError, match="no library for native FMUs"):
             build_fmu(driven(), tmp_path / "p.fmu", native=True)
 
@@ -278,26 +278,6 @@ class TestResults:
             for k in range(10):
                 instance.step(0.1 * k, 0.1 * (k + 1) - 0.1 * k)
             assert instance["x"] == expected["x"][-1]
-
-    def test_other_models_of_one_name_in_one_process(self, tmp_path: Path) -> None:
-        """Twenty versions of one model, opened together and stepped by turns: each as if alone."""
-        starts = [0.05 * k for k in range(20)]
-        opened = []
-        for k, x in enumerate(starts):
-            path = build_fmu(driven().with_start({"x": x}), tmp_path / f"{k}.fmu", native=True)
-            opened.append(Instance(path, tmp_path / f"unpacked_{k}").initialise())
-        for k in range(5):
-            for instance in opened:
-                instance.step(0.1 * k, 0.1)
-        for x, instance in zip(starts, opened, strict=True):
-            with instance:
-                found = instance["x"]
-                instance.fmu.reset()
-                instance.initialise({"x": x})
-                for k in range(5):
-                    instance.step(0.1 * k, 0.1)
-                assert instance["x"] == found
-        assert len({instance.description.guid for instance in opened}) == len(opened)
 
     def test_in_the_master(self, fmus: dict[str, Path], tmp_path: Path) -> None:
         """Two coupled oscillators with held inputs, native or in Python: the same bits."""

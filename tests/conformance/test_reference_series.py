@@ -1,8 +1,8 @@
 """Every library FMU gives the series beside its README: fmus/m4e_fmus/<kind>/reference.csv.
 
 The FMU of reference.yaml is stepped by plain FMPy for 20 s at 0.05 s while its point or body moves
-as in `motion` below. Those that are programs give the same bits natively. `pytest --update` writes
-the series anew.
+as in `motion` below. Those that are programs give the same bits natively, and are valid in FMI 3.0.
+`pytest --update` writes the series anew.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from pathlib import Path
 import fmpy
 import numpy as np
 import pytest
+from fmpy.validation import validate_fmu
 
 from m4e_fmi.document import Document
 from m4e_fmi.fmu import build_fmu
@@ -49,6 +50,9 @@ def stepped(kind: str, folder: Path) -> dict[bool, np.ndarray]:
     config = Document.load(FMUS / kind / "reference.yaml").validate(module.Config)
     source = module.make(config, name=kind, folder=FMUS / kind, progress=lambda _: None)
     natives = (False, True) if isinstance(source, Program) else (False,)
+    if isinstance(source, Program):
+        newer = build_fmu(source, folder / f"{kind}_3.fmu", native=True, fmi="3")
+        assert validate_fmu(str(newer)) == []
     return {
         native: series(kind, build_fmu(source, folder / f"{kind}_{native}.fmu", native=native))
         for native in natives

@@ -125,7 +125,7 @@ def test_native_where_it_can_be(
     # a machine without compiler, and a wheel without library
     monkeypatch.setenv("M4E_FMI_CACHE", str(tmp_path / "cache"))
     monkeypatch.setattr(compiler, "compiler", lambda: None)
-    monkeypatch.setattr(native_module, "PACKAGED", tmp_path / "none.so")
+    monkeypatch.setattr(native_module, "packaged_platforms", list)
     assert backends(None) == {"python"}
     assert "Python FMUs instead of native ones: there is no library" in told[-1]
     with pytest.raises(RunError, match="build without --native"):

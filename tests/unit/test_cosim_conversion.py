@@ -44,11 +44,12 @@ def test_millimetres_reach_the_same_place(c_fmu: Fmus, algorithm: str, options: 
     whole = "body.m <-> spring.end"
     plain, expected = motion(pair(c_fmu, "spring", options, 3.0, whole), algorithm)
     converted, outcome = motion(pair(c_fmu, "mm_spring", options, 3e-3, whole), algorithm)
-    close = TOLERANCE if algorithm == "implicit" else ROUNDING  # where an iteration ends
-    np.testing.assert_allclose(converted, plain, rtol=0, atol=close)
+    # implicit solves each step to residuals of 1e-9 of the largest value
+    tolerance = 50 * TOLERANCE if algorithm == "implicit" else ROUNDING
+    np.testing.assert_allclose(converted, plain, rtol=0, atol=tolerance)
     (bond,), (wanted,) = outcome.energy, expected.energy
-    assert bond.given == pytest.approx(wanted.given, abs=close)
-    assert bond.received == pytest.approx(wanted.received, abs=close)
+    assert bond.given == pytest.approx(wanted.given, abs=tolerance)
+    assert bond.received == pytest.approx(wanted.received, abs=tolerance)
 
 
 @pytest.mark.parametrize("algorithm", ["jacobi", "gauss_seidel", "corrector", "implicit"])

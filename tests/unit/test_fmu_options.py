@@ -88,6 +88,13 @@ class TestRenamed:
             engine.set_inputs(u)
         assert list(before.rates(0.2, x)) == list(after.rates(0.2, x))
 
+    def test_a_whole_group(self) -> None:
+        grouped = renamed(driven(), {"x": "arm.x", "v": "arm.v"})
+        program = renamed(with_rates(grouped), {"arm.*": "lever.tip.*"})
+        assert [v.name for v in program.states] == ["lever.tip.x", "lever.tip.v"]
+        assert program.states[1].derivative_of == "lever.tip.x"
+        assert "der(lever.tip.x)" in names(program)
+
     def test_same_nodes(self) -> None:
         program = with_rates(driven())
         entries = rate_entries(program)
@@ -99,6 +106,7 @@ class TestRenamed:
         ("table", "message"),
         [
             ({"energie": "e"}, "did you mean 'energy'"),
+            ({"arms.*": "lever.*"}, "no variable 'arms"),
             ({"energy": "x"}, "two variables would be called 'x'"),
             ({"energy": "time"}, "cannot name a variable"),
             ({"energy": "total energy"}, "cannot name a variable"),

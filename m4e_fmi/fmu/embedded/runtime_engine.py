@@ -1,12 +1,13 @@
 """A program run by the C runtime that is packed beside this file: the bits of a native FMU."""
 
+import sys
 import weakref
 from ctypes import byref, c_double, c_uint32, create_string_buffer
 from math import inf, isfinite
 
 from .declarations import METHODS, Options, Report, load  # type: ignore[import]  # packed, too
 
-LIBRARY, PROGRAM = "runtime.bin", "model.m4e"
+LIBRARY, PROGRAM = f"runtime.{sys.platform}", "model.m4e"
 DONE, SMALL_STEP, MANY_STEPS = 0, -2, -3
 MOST_STEPS = 1_000_000  # of one call of advance
 _loaded = []  # once per process: the folder of the first instance may be gone by now

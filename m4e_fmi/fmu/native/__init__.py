@@ -1,47 +1,51 @@
-"""Native FMUs: FMI 2.0 co-simulation and model exchange, without Python and without a compiler.
+"""Native FMUs: FMI 2.0 or 3.0, without Python and without a compiler.
 
-`src/` is the shell around the runtime's C library: `instance.h` first, then `fmi2.c`. Both together
-are one shared library, the same for every FMU; what a model is lies in `resources/`: `model.m4e`,
-the program in its binary form, `tangent.m4e`, its directional derivatives, and `fmu.txt`: the GUID,
-the number of the integration method, the default tolerance and the longest step [s] of rk4. Imports
-`runtime`, `errors`.
+`src/` is the shell around the runtime's C library: `instance.h` first, then `fmi2.c` and `fmi3.c`,
+the standards' names for what is declared there. Both together are one shared library, the same for
+every FMU of a platform; what a model is lies in `resources/`: `model.m4e`, the program in its
+binary form, `tangent.m4e`, its directional derivatives, and `fmu.txt`: the GUID, the number of the
+integration method, the default tolerance and the longest step [s] of rk4; for FMI 3.0 also
+`variables.txt` and `dependencies.txt`, which `layout_files` explains. Imports `runtime`, `errors`.
 """
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-from platform import machine
-
 from m4e_fmi.errors import RunError
+from m4e_fmi.fmu.native.universal import universal
 from m4e_fmi.runtime import compiler
-
-PACKAGED = Path(__file__).with_name(f"_fmi2{compiler.SUFFIX}")
-PLATFORM = {"win32": "win64", "darwin": "darwin64"}.get(sys.platform, "linux64")
-"""FMI 2.0's name of the folder for this machine's binary."""
-PLATFORM_3 = {
-    "win64": "x86_64-windows",
-    "darwin64": f"{'aarch64' if machine() == 'arm64' else 'x86_64'}-darwin",
-    "linux64": f"{machine()}-linux",
-}[PLATFORM]
-"""FMI 3.0's."""
+from m4e_fmi.runtime.platforms import packaged, packaged_platforms, this_platform
 
 
-def shell_binary(identifier: str, *, fmi: str = "2") -> dict[str, bytes]:
-    """Name in the archive → content of the shared library for this machine.
+def shell_binaries(identifier: str, *, fmi: str = "2") -> dict[str, bytes]:
+    """Name in the archive → content of the shared library, for every platform there is one for.
 
-    It comes with the package, or is compiled once into the cache; RunError if it cannot be.
+    Libraries come with the package; where this machine's is missing, it is compiled once into the
+    cache. Folders are those of version `fmi` of the standard. RunError if there is none at all.
     """
-    path = PACKAGED if PACKAGED.exists() else _compiled()
-    platform = PLATFORM_3 if fmi == "3" else PLATFORM
-    return {f"binaries/{platform}/{identifier}{compiler.SUFFIX}": path.read_bytes()}
+    here = this_platform()
+    found = {p: path.read_bytes() for p in packaged_platforms() if (path := packaged("fmi", p))}
+    if here not in found:
+        try:
+            found[here] = _compiled()
+        except compiler.CompilationError as error:
+            if not found:
+                message = f"there is no library for native FMUs, and none can be compiled: {error}"
+                remedy = "install a C compiler, or build without --native"
+                raise RunError(message, remedy) from error
+    if fmi == "3":
+        return {f"binaries/{p.name}/{identifier}{p.suffix}": found[p] for p in found}
+    darwin = [content for p, content in found.items() if p.fmi2 == "darwin64"]
+    chosen = {p.fmi2: (p, content) for p, content in reversed(found.items())}
+    chosen |= {p.fmi2: (p, content) for p, content in found.items() if p == here}
+    return {
+        f"binaries/{folder}/{identifier}{p.suffix}": universal(darwin)
+        if folder == "darwin64"
+        else content
+        for folder, (p, content) in chosen.items()
+    }
 
 
-def _compiled() -> Path:
-    try:
-        return compiler.cached_shared(
-            "m4e_fmi2", compiler.shell_sources(), flags=compiler.SHELL_FLAGS
-        )
-    except compiler.CompilationError as error:
-        message = f"there is no library for native FMUs, and none can be compiled: {error}"
-        raise RunError(message, "install a C compiler, or build without --native") from error
+def _compiled() -> bytes:
+    flags = compiler.SHELL_FLAGS
+    path = compiler.cached_shared("m4e_fmi", compiler.shell_sources(), flags=flags)
+    return path.read_bytes()

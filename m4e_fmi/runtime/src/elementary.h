@@ -33,9 +33,32 @@ static inline double el_double(uint64_t bits) {
     return x;
 }
 
-/* Sine and cosine of (quadrant) pi/2 + hi + lo, |hi + lo| <= pi/4. */
-static inline void el_finish(uint64_t quadrant, double hi, double lo, double *sine,
-                             double *cosine) {
+/* hi + lo, the sum not carried out */
+typedef struct {
+    double hi, lo;
+} el_pair;
+
+/* a + b exactly */
+static inline el_pair el_sum(double a, double b) {
+    const double hi = a + b, back = hi - a;
+    return (el_pair){hi, (a - (hi - back)) + (b - back)};
+}
+
+/* the same for |a| >= |b| */
+static inline el_pair el_quick(double a, double b) {
+    const double hi = a + b;
+    return (el_pair){hi, b - (hi - a)};
+}
+
+/* a b exactly, unless it overflows or is subnormal: halves of 26 digits (Veltkamp, Dekker) */
+static inline el_pair el_product(double a, double b) {
+    const double half = 0x1p27 + 1.0, hi = a * b, a_ = half * a, b_ = half * b;
+    const double a1 = a_ - (a_ - a), a2 = a - a1, b1 = b_ - (b_ - b), b2 = b - b1;
+    return (el_pair){hi, ((a1 * b1 - hi) + a1 * b2 + a2 * b1) + a2 * b2};
+}
+
+/* Sine and cosine of hi + lo, |hi + lo| <= pi/4. */
+static inline void el_series(double hi, double lo, el_pair *sine, el_pair *cosine) {
     const double z = hi * hi, zz = z * z;
     const double s = (-0x1.5555555555548p-3 + z * 0x1.111111110f730p-7) +
                      zz * ((-0x1.a01a019be9218p-13 + z * 0x1.71de35552b731p-19) +
@@ -44,16 +67,23 @@ static inline void el_finish(uint64_t quadrant, double hi, double lo, double *si
                      zz * ((0x1.a01a019c8ed08p-16 + z * -0x1.27e4f7f1412acp-22) +
                            zz * (0x1.1ee9db8e514f3p-29 + z * -0x1.8fa65eab9caecp-37));
     const double half = 0.5 * z, most = 1.0 - half;
-    const double sin_r = hi + (hi * z * s + lo * most);
-    const double cos_r = most + (((1.0 - most) - half) + (zz * c - hi * lo));
+    *sine = el_quick(hi, hi * z * s + lo * most);
+    *cosine = el_quick(most, ((1.0 - most) - half) + (zz * c - hi * lo));
+}
+
+/* Sine and cosine of (quadrant) pi/2 + hi + lo, |hi + lo| <= pi/4. */
+static inline void el_finish(uint64_t quadrant, double hi, double lo, double *sine,
+                             double *cosine) {
+    el_pair sin_r, cos_r;
+    el_series(hi, lo, &sin_r, &cos_r);
     const uint64_t swap = 0 - (quadrant & 1);
-    const uint64_t a = el_bits(sin_r), b = el_bits(cos_r);
+    const uint64_t a = el_bits(sin_r.hi), b = el_bits(cos_r.hi);
     *sine = el_double(((a & ~swap) | (b & swap)) ^ ((quadrant & 2) << 62));
     *cosine = el_double(((b & ~swap) | (a & swap)) ^ (((quadrant + 1) & 2) << 62));
 }
 
 /* |x| <= EL_LIMIT. The difference of two exact terms is split exactly (Knuth's two-sum). */
-static inline void el_core(double x, double *sine, double *cosine) {
+static inline void el_reduce(double x, uint64_t *quadrant, double *hi_, double *lo_) {
     const double shifted = x * EL_TWO_OVER_PI + EL_ROUND;
     const double k = shifted - EL_ROUND;
     const double first = x - k * 0x1.921fb54440000p+0; /* exact */
@@ -61,7 +91,16 @@ static inline void el_core(double x, double *sine, double *cosine) {
     const double hi = first - second;
     const double back = hi - first;
     const double lo = ((first - (hi - back)) - (second + back)) - k * 0x1.98a2e03707345p-77;
-    el_finish(el_bits(shifted), hi, lo, sine, cosine);
+    *quadrant = el_bits(shifted);
+    *hi_ = hi;
+    *lo_ = lo;
+}
+
+static inline void el_core(double x, double *sine, double *cosine) {
+    uint64_t quadrant;
+    double hi, lo;
+    el_reduce(x, &quadrant, &hi, &lo);
+    el_finish(quadrant, hi, lo, sine, cosine);
 }
 
 static inline uint64_t el_word(const uint32_t *digits, unsigned bit) {
@@ -72,7 +111,7 @@ static inline uint64_t el_word(const uint32_t *digits, unsigned bit) {
 
 /* Any finite |x| > EL_LIMIT: x = m 2^e; m times seven 32-bit digits of 2/pi, of which those worth
    multiples of four are left out, gives the quadrant and 128 bits of the fraction. */
-static void el_large(double x, double *sine, double *cosine) {
+static void el_reduce_large(double x, uint64_t *quadrant_, double *hi_, double *lo_) {
     static const uint32_t two_over_pi[] = {
         0xa2f9836e, 0x4e441529, 0xfc2757d1, 0xf534ddc0, 0xdb629599, 0x3c439041, 0xfe5163ab,
         0xdebbc561, 0xb7246e3a, 0x424dd2e0, 0x06492eea, 0x09d1921c, 0xfe1deb1c, 0xb129a73e,
@@ -110,18 +149,22 @@ static void el_large(double x, double *sine, double *cosine) {
     const double a = (double)(high >> 11) * 0x1p-53;
     const double b = (double)((high & 0x7ff) << 42 | low >> 22) * 0x1p-106;
     const double f = a + b, rest = (b - (f - a)) + (double)(low & 0x3fffff) * 0x1p-128;
-    const double hi = f * 0x1.921fb54442d18p+0;
-    const double lo = fma(f, 0x1.921fb54442d18p+0, -hi) +
-                      (f * 0x1.1a62633145c07p-54 + rest * 0x1.921fb54442d18p+0);
-    el_finish(quadrant, sign * hi, sign * lo, sine, cosine);
+    const el_pair turned = el_product(f, 0x1.921fb54442d18p+0);
+    const double lo = turned.lo + (f * 0x1.1a62633145c07p-54 + rest * 0x1.921fb54442d18p+0);
+    *quadrant_ = quadrant;
+    *hi_ = sign * turned.hi;
+    *lo_ = sign * lo;
 }
 
 static inline void el_sincos(double x, double *sine, double *cosine) {
     if (fabs(x) <= EL_LIMIT)
         el_core(x, sine, cosine);
-    else if (isfinite(x))
-        el_large(x, sine, cosine);
-    else
+    else if (isfinite(x)) {
+        uint64_t quadrant;
+        double hi, lo;
+        el_reduce_large(x, &quadrant, &hi, &lo);
+        el_finish(quadrant, hi, lo, sine, cosine);
+    } else
         *sine = *cosine = x - x; /* nan */
 }
 

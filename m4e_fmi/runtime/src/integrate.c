@@ -6,6 +6,8 @@
 #include "integrator.h"
 
 static const double SAFETY = 0.9, SMALLEST_FACTOR = 0.2;
+/* Part of the way to go below which a step is too small, also near t = 0, where roundings are not. */
+static const double HOPELESS = 1e-20;
 
 /* x^(-1/root) for root 4, 5, 8, in basic arithmetic: the same bits on every platform. */
 static double inverse_root(int root, double x) {
@@ -130,7 +132,8 @@ static void equal_step(const m4e_integrator *s, lane *now) {
 
 /* Chooses the step of the next attempt; stops the lane if there is none. */
 static void propose(m4e_integrator *s, lane *now) {
-    const double smallest = 10.0 * (nextafter(now->t, INFINITY) - now->t);
+    const double roundings = 10.0 * (nextafter(now->t, INFINITY) - now->t);
+    const double smallest = fmax(roundings, HOPELESS * (now->bound - now->t));
     now->h = 0.0;
     if (now->done) return;
     if (now->report.accepted + now->report.rejected >= s->options.max_steps) {

@@ -32,6 +32,7 @@ struct m4e_program {
     uint8_t *op;
     uint32_t *a, *b, *slot;
     double *literals, *starts;
+    m4e_limits *limits;
     uint32_t *flags;
     char *text;
     uint32_t *rates, *results, *constants, *rows, *columns, *derivatives;
@@ -43,10 +44,12 @@ struct m4e_program {
    OP_SINCOS puts the sine of a into b and the cosine into d. */
 typedef m4e_instruction instruction;
 typedef m4e_block block;
+typedef void runner(const instruction *code, double *registers);
 
 struct m4e_model {
     const m4e_program *program;
     uint32_t lanes;
+    runner *run;
     double *registers; /* [register][lane] */
     void *memory;
     block *blocks[M4E_BLOCKS];
@@ -59,8 +62,8 @@ struct m4e_model {
 block *m4e_block_new(const m4e_program *program, uint32_t count, const uint32_t *roots,
                      int hoisting);
 void m4e_block_free(block *b);
-void m4e_run(const instruction *code, double *registers);
-void m4e_run_lanes(const instruction *code, double *registers);
+runner m4e_run;
+runner *m4e_lanes_runner(void); /* on M4E_LANES register files, for this processor */
 
 /* A block at (t, x): one time per lane, vectors as [component][lane]. */
 void m4e_evaluate(m4e_model *model, int which, const double *t, const double *x, double *result);

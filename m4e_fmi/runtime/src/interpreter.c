@@ -1,6 +1,6 @@
 /* Running instructions on one register file. */
 #include "dispatch.h"
-#include "elementary.h"
+#include "functions.h"
 
 enum { CHUNK = 64 };
 

@@ -1,7 +1,7 @@
 /* What the text of a compiled kernel begins with. LANES models run side by side: a `real` is one
    number of each. Sums, differences, products and quotients of reals are written as such; for the
    other operations there is each_NAME(a, b). */
-#include "elementary.h"
+#include "functions.h"
 #include "operations.h"
 
 #if LANES == 1

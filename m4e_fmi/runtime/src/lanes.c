@@ -1,6 +1,10 @@
 /* Running instructions on M4E_LANES register files side by side: [register][lane]. */
+#if defined(__GNUC__) && defined(__x86_64__)
+#include <cpuid.h>
+#endif
+
 #include "dispatch.h"
-#include "elementary.h"
+#include "functions.h"
 
 #define M4E_REGISTER(name, k) const double *const name##s = r + (size_t)(k) * M4E_LANES;
 #define M4E_STEP(name, operands, values, expression)                                              \
@@ -30,29 +34,32 @@
 #define M4E_TARGETED __attribute__((target("avx2")))
 #include "lanes.h"
 #define M4E_NAME run_avx512
+#ifdef __clang__
+#define M4E_TARGETED __attribute__((target("avx512f")))
+#else
 #define M4E_TARGETED __attribute__((target("avx512f,prefer-vector-width=512")))
+#endif
 #include "lanes.h"
 #endif
 
-const char *m4e_instruction_set(void) {
 #if defined(__GNUC__) && defined(__x86_64__)
-    if (__builtin_cpu_supports("avx512f")) return "avx512";
-    if (__builtin_cpu_supports("avx2")) return "avx2";
-#endif
-    return "";
+/* Asked of the processor itself: not every compiler's library answers __builtin_cpu_supports. */
+const char *m4e_instruction_set(void) {
+    enum { AVX_KEPT = 0x6, AVX512_KEPT = 0xe6 }; /* registers that the system saves */
+    unsigned a, b, c, d, kept, high;
+    if (!__get_cpuid(1, &a, &b, &c, &d) || !(c & bit_OSXSAVE)) return "";
+    __asm__("xgetbv" : "=a"(kept), "=d"(high) : "c"(0));
+    if (!__get_cpuid_count(7, 0, &a, &b, &c, &d)) return "";
+    if ((kept & AVX512_KEPT) == AVX512_KEPT && (b & bit_AVX512F)) return "avx512";
+    return (kept & AVX_KEPT) == AVX_KEPT && (b & bit_AVX2) ? "avx2" : "";
 }
 
-void m4e_run_lanes(const instruction *code, double *r) {
-#if defined(__GNUC__) && defined(__x86_64__)
+runner *m4e_lanes_runner(void) {
     const char *set = m4e_instruction_set();
-    if (strcmp(set, "avx512") == 0) {
-        run_avx512(code, r);
-        return;
-    }
-    if (strcmp(set, "avx2") == 0) {
-        run_avx2(code, r);
-        return;
-    }
-#endif
-    run_plain(code, r);
+    if (strcmp(set, "avx512") == 0) return run_avx512;
+    return strcmp(set, "avx2") == 0 ? run_avx2 : run_plain;
 }
+#else
+const char *m4e_instruction_set(void) { return ""; }
+runner *m4e_lanes_runner(void) { return run_plain; }
+#endif

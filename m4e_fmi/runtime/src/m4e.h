@@ -5,15 +5,15 @@
    A program is read from its binary form (`m4e_program_read`, format in program.c). A model is one
    instance of it: its own parameters, inputs and registers. An integrator advances a model.
    Nothing here has global state; a model and its integrator belong to one thread at a time.
-   The same inputs give the same bits on every run; sine, cosine and step size control use basic
-   arithmetic only, so they agree between platforms as well. */
+   The same inputs give the same bits on every run; elementary functions and step size control use
+   basic arithmetic only, so they agree between platforms as well. */
 #ifndef M4E_H
 #define M4E_H
 
 #include <stddef.h>
 #include <stdint.h>
 
-#ifdef M4E_STATIC /* part of another library */
+#ifndef M4E_SHARED /* part of another library, without ensembles */
 #define M4E_API
 #elif defined _WIN32
 #define M4E_API __declspec(dllexport)
@@ -23,7 +23,7 @@
 #define M4E_API
 #endif
 
-#define M4E_ABI 3   /* changes with any declaration below */
+#define M4E_ABI 4   /* changes with any declaration below */
 #define M4E_LANES 8 /* models that an ensemble evaluates at once */
 
 typedef struct m4e_program m4e_program;
@@ -37,6 +37,10 @@ typedef struct {
     uint32_t nodes, literals, entries; /* entries: of the Jacobian, 0 where there is none */
     uint32_t hoisted;                  /* operations done once per change of a parameter */
 } m4e_counts;
+
+typedef struct {
+    double minimum, maximum, nominal;
+} m4e_limits; /* of a variable */
 
 enum { M4E_RK45 = 0, M4E_DOP853 = 1, M4E_RODAS = 2, M4E_RK4 = 3 };
 
@@ -111,7 +115,8 @@ M4E_API void m4e_program_free(m4e_program *program);
 M4E_API void m4e_program_counts(const m4e_program *program, m4e_counts *counts);
 /* Start values of parameters, inputs and states, one after the other. */
 M4E_API const double *m4e_program_starts(const m4e_program *program);
-/* Of each variable, in the order of the binary form: flags, and the name (UTF-8). */
+/* Of each variable, in the order of the binary form: limits, flags, and the name (UTF-8). */
+M4E_API const m4e_limits *m4e_program_limits(const m4e_program *program);
 M4E_API const uint32_t *m4e_program_flags(const m4e_program *program);
 M4E_API const char *m4e_program_name(const m4e_program *program, uint32_t variable);
 

@@ -17,9 +17,14 @@ static block *plan_outputs(const m4e_program *p, uint32_t count, const uint32_t 
 m4e_model *m4e_model_new(const m4e_program *program, uint32_t lanes, uint32_t selected,
                          const uint32_t *outputs, uint32_t watched, const uint32_t *events) {
     const m4e_program *p = program;
-    if (lanes != 1 && lanes != M4E_LANES) return NULL;
+    runner *run = lanes == 1 ? m4e_run : NULL;
+#ifdef M4E_SHARED
+    if (lanes == M4E_LANES) run = m4e_lanes_runner();
+#endif
+    if (!run) return NULL;
     m4e_model *m = calloc(1, sizeof *m);
     if (!m) return NULL;
+    m->run = run;
     m->program = program;
     m->lanes = lanes;
     m->blocks[M4E_RATES] = m4e_block_new(p, p->count.states, p->rates, 0);
@@ -59,14 +64,7 @@ block *m4e_model_block(m4e_model *m, int which) {
     return which >= 0 && which < M4E_BLOCKS ? m->blocks[which] : NULL;
 }
 
-static void run(m4e_model *m, const block *b) {
-    if (m->lanes == 1)
-        m4e_run(b->code, m->registers);
-    else
-        m4e_run_lanes(b->code, m->registers);
-}
-
-void m4e_compute_constants(m4e_model *m) { run(m, m->blocks[M4E_CONSTANTS]); }
+void m4e_compute_constants(m4e_model *m) { m->run(m->blocks[M4E_CONSTANTS]->code, m->registers); }
 
 static void follow_curves(m4e_model *m, double t) {
     const double since = t - m->curves_from;
@@ -86,7 +84,7 @@ void m4e_evaluate(m4e_model *m, int which, const double *t, const double *x, dou
     }
     memcpy(r, t, lanes * sizeof *r);
     memcpy(r + lanes, x, states * lanes * sizeof *r);
-    run(m, b);
+    m->run(b->code, r);
     if (lanes == 1)
         for (size_t i = 0; i < b->results; ++i) result[i] = r[b->result[i]];
     else

@@ -138,6 +138,10 @@ ROESSLER_YZ = (
     V("z", "1", "output", 0.0, initial="exact"),
 )
 SWITCH = (parameter("when", "s", 1.0), V("y", "1", "output", 0.0, initial="exact"))
+NODE = (
+    *(V(f"u{k}", "1", "input", 0.0) for k in range(3)),
+    *(V(f"y{k}", "1", "output", 0.0, initial="exact") for k in range(3)),
+)
 ROGUE = (parameter("what", "1", 0.0), parameter("when", "s", 1.0), V("y", "s", "output"))
 
 MODELS: dict[str, tuple[str, tuple[V, ...]]] = {
@@ -159,6 +163,7 @@ MODELS: dict[str, tuple[str, tuple[V, ...]]] = {
     "roessler_x": ("roessler_x.c", ROESSLER_X),
     "roessler_yz": ("roessler_yz.c", ROESSLER_YZ),
     "switch": ("switch.c", SWITCH),
+    "node": ("node.c", NODE),
     "rogue": ("rogue.c", ROGUE),
 }
 
@@ -167,8 +172,9 @@ OPTIONS = {
     "state": ("STATE", 'canGetAndSetFMUstate="true"'),
     "inputs": ("INPUTS", 'canInterpolateInputs="true"'),
     "jacobian": ("JACOBIAN", 'providesDirectionalDerivative="true"'),
+    "once": ("ONCE", 'canBeInstantiatedOnlyOncePerProcess="true"'),
 }
-"""What an FMU can do besides: flag of the compiler and attribute of the description."""
+"""What an FMU can do besides, or cannot: flag of the compiler and attribute of the description."""
 
 
 def build(name: str, folder: Path) -> Path:
@@ -210,8 +216,8 @@ def describe(name: str, variables: tuple[V, ...], options: Sequence[str] = ()) -
         f"<UnitDefinitions>{units}</UnitDefinitions><ModelVariables>"
         + "".join(_scalar(k, v, index) for k, v in enumerate(variables))
         + f"</ModelVariables><ModelStructure><Outputs>{listed(outputs)}</Outputs>"
-        f"<InitialUnknowns>{listed(unknowns)}</InitialUnknowns></ModelStructure>"
-        "</fmiModelDescription>"
+        + (f"<InitialUnknowns>{listed(unknowns)}</InitialUnknowns>" if unknowns else "")
+        + "</ModelStructure></fmiModelDescription>"
     )
 
 

@@ -120,7 +120,8 @@ answer output_derivatives(instance *c, const uint32_t references[], size_t count
     CHECK((order && values) || count == 0, "%s: no orders are given", c->function);
     for (size_t i = 0; i < count; ++i)
         CHECK(order[i] == 1, "output derivatives are of order 1, not %d", (int)order[i]);
-    CHECK(c->now.type == CO_SIMULATION, "output derivatives belong to co-simulation");
+    CHECK(c->now.type == CO_SIMULATION, "%s: output derivatives belong to co-simulation",
+          c->function);
     if (!have_tangent(c)) return FMI_ERROR;
     clear_direction(c);
     prepare(c);

@@ -57,15 +57,20 @@ uint32_t first_state(const instance *c) { return first_input(c) + c->n.inputs; }
 uint32_t first_output(const instance *c) { return first_state(c) + c->n.states; }
 uint32_t scalars(const instance *c) { return first_output(c) + c->n.outputs; }
 
-/* In the binary form calculated parameters come last. */
+/* Place in the binary form, where calculated parameters come last. */
+static uint32_t place_of(const instance *c, uint32_t scalar) {
+    if (scalar >= first_input(c)) return scalar - c->n.calculated;
+    if (scalar >= c->n.parameters) return scalar + c->n.inputs + c->n.states + c->n.outputs;
+    return scalar;
+}
+
 const char *name_of(const instance *c, uint32_t scalar) {
-    uint32_t place = scalar;
     if (scalar == scalars(c)) return "time";
-    if (scalar >= first_input(c))
-        place -= c->n.calculated;
-    else if (scalar >= c->n.parameters)
-        place += c->n.inputs + c->n.states + c->n.outputs;
-    return m4e_program_name(c->program, place);
+    return m4e_program_name(c->program, place_of(c, scalar));
+}
+
+const m4e_limits *limits_of(const instance *c, uint32_t scalar) {
+    return m4e_program_limits(c->program) + place_of(c, scalar);
 }
 
 answer set_experiment(instance *c, int tolerant, double tolerance, double start, int stops,

@@ -108,6 +108,8 @@ int allowed(instance *c, unsigned phases, const char *function);
 
 /* Name of a scalar, which must be one. */
 const char *name_of(const instance *c, uint32_t scalar);
+/* Limits of a variable of the program. */
+const m4e_limits *limits_of(const instance *c, uint32_t scalar);
 uint32_t scalars(const instance *c); /* without time, whose number it is */
 uint32_t first_input(const instance *c), first_state(const instance *c),
     first_output(const instance *c);

@@ -6,7 +6,8 @@
 
 answer set_input_derivatives(instance *c, const uint32_t references[], size_t count,
                              const int32_t order[], const double values[]) {
-    CHECK(c->now.type == CO_SIMULATION, "input derivatives belong to co-simulation");
+    CHECK(c->now.type == CO_SIMULATION, "%s: input derivatives belong to co-simulation",
+          c->function);
     const uint32_t *s = scalars_of(c, references, count, count, 0);
     if (!s) return FMI_ERROR;
     CHECK((order && values) || count == 0, "%s: no orders are given", c->function);

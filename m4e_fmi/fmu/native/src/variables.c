@@ -5,7 +5,8 @@
 #include "instance.h"
 
 answer not_finite(instance *c, uint32_t scalar, double value) {
-    return tell(c, FMI_DISCARD, "%s is %g at t = %.9g s", name_of(c, scalar), value, c->now.t);
+    const char *what = value != value ? "nan" : value > 0 ? "inf" : "-inf"; /* on every system */
+    return tell(c, FMI_DISCARD, "%s is %s at t = %.9g s", name_of(c, scalar), what, c->now.t);
 }
 
 static double value_of(const instance *c, uint32_t s) {
@@ -69,6 +70,10 @@ answer set_values(instance *c, const uint32_t references[], size_t count, const 
         const char *why = refusal(c, s[i]);
         CHECK(!why, "%s %s", name_of(c, s[i]), why);
         CHECK(isfinite(values[i]), "%s was set to %g", name_of(c, s[i]), values[i]);
+        const m4e_limits *l = limits_of(c, s[i]);
+        CHECK(values[i] >= l->minimum && values[i] <= l->maximum,
+              "%s was set to %g, outside its range from %g to %g", name_of(c, s[i]), values[i],
+              l->minimum, l->maximum);
     }
     for (size_t i = 0; i < given; ++i) set_value(c, s[i], values[i]);
     return FMI_OK;
@@ -130,6 +135,7 @@ answer get_rates(instance *c, double rates[], size_t count) {
 
 answer get_nominals(instance *c, double nominals[], size_t count) {
     CHECK_STATES(nominals, count);
-    for (size_t k = 0; k < count; ++k) nominals[k] = 1.0;
+    for (size_t k = 0; k < count; ++k)
+        nominals[k] = limits_of(c, first_state(c) + c->layout.state[k])->nominal;
     return FMI_OK;
 }

@@ -1,0 +1,112 @@
+"""Native FMUs on Windows, as far as wine is one: the bits of this machine, value by value."""
+
+from __future__ import annotations
+
+import subprocess
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import fmpy
+import pytest
+from support.chains import hanging_chain
+from support.driven import fragile
+from support.flap_file import TEXT, WAVE
+from support.runtime_programs import every_operation
+from support.windows import compiled_program, run_on_windows, windows_path
+
+from m4e_fmi.fmu import build_fmu
+from m4e_fmi.fmu.from_program import with_rates
+from m4e_fmi.model import load_model
+from m4e_fmi.multibody import model_program
+from m4e_fmi.program import Program
+from m4e_fmi.runtime.compiler import SHELL_SOURCES, compiler
+from m4e_fmi.runtime.platforms import PLATFORMS, packaged
+
+HOST = Path(__file__).parents[1] / "support" / "fmu_host.c"
+INCLUDES = ("-I", str(SHELL_SOURCES))
+STEPS, H = 60, 0.02
+
+
+@dataclass(frozen=True)
+class Hosts:
+    """The same program for this machine and for Windows."""
+
+    here: Path
+    windows: Path
+
+
+@pytest.fixture(scope="module")
+def hosts(tmp_path_factory: pytest.TempPathFactory) -> Hosts:
+    if packaged("fmi", PLATFORMS["x86_64-windows"]) is None:
+        pytest.skip("no library of native FMUs for Windows here: make platforms")
+    folder = tmp_path_factory.mktemp("hosts")
+    windows = compiled_program(HOST, folder / "host.exe", flags=INCLUDES)
+    here = folder / "host"
+    command = [*(compiler() or ["cc"]), "-O2", *INCLUDES, str(HOST), "-o", str(here)]
+    subprocess.run([*command, "-ldl"], check=True)
+    return Hosts(here, windows)
+
+
+def chain(_: Path) -> Program:
+    return model_program(hanging_chain(10))
+
+
+def flap(folder: Path) -> Program:
+    """Tables, laws of springs and dampers, stops, drag, friction."""
+    (folder / "wave.csv").write_text(WAVE)
+    path = folder / "flap.model.yaml"
+    path.write_text(TEXT)
+    return model_program(load_model(path))
+
+
+def words(program: Program, guid: str, resources: str, library: str) -> list[str]:
+    program = with_rates(program)
+    first = len(program.parameters) + len(program.calculated)
+    inputs = len(program.inputs)
+    reals = first + inputs + len(program.states) + len(program.outputs)
+    return [library, resources, guid, *map(str, (reals, first, inputs, STEPS, H))]
+
+
+def lines(hosts: Hosts, program: Program, folder: Path) -> tuple[list[str], list[str]]:
+    """What the host prints here and on Windows."""
+    fmu = build_fmu(program, folder / "model.fmu", native=True)
+    unpacked = folder / "unpacked"
+    fmpy.extract(str(fmu), str(unpacked))
+    guid = fmpy.read_model_description(str(fmu)).guid or ""
+    uri = (unpacked / "resources").as_uri()
+    [library] = (unpacked / "binaries" / "linux64").iterdir()
+    here = subprocess.run(
+        [hosts.here, *words(program, guid, uri, str(library))],
+        capture_output=True,
+        encoding="utf-8",
+        check=False,
+    )
+    assert here.returncode == 0, here.stderr
+    [library] = (unpacked / "binaries" / "win64").iterdir()
+    uri = uri.replace("file:///", "file:///Z:/")
+    there = run_on_windows(hosts.windows, words(program, guid, uri, windows_path(library)))
+    assert there.returncode == 0, there.stdout + there.stderr
+    return here.stdout.splitlines(), there.stdout.splitlines()
+
+
+@pytest.mark.parametrize("make", [chain, flap, lambda _: every_operation()])
+def test_the_bits_of_this_machine(
+    hosts: Hosts, make: Callable[[Path], Program], tmp_path: Path
+) -> None:
+    """Values, logged messages, states as bytes, and what follows a restored state."""
+    here, there = lines(hosts, make(tmp_path), tmp_path)
+    for ours, theirs in zip(here, there, strict=True):
+        assert theirs == ours
+    assert sum(line.startswith("log host 3 logStatusError") for line in there) == 1
+    second = [line for line in there if line.startswith("second")]
+    assert len(second) == 3 * (STEPS // 2)
+    assert second[: STEPS // 2] * 3 == second
+
+
+def test_discard(hosts: Hosts, tmp_path: Path) -> None:
+    """x' = rate·x² has no state beyond some time; both say the same one."""
+    here, there = lines(hosts, fragile(), tmp_path)
+    assert there == here
+    assert any(line.startswith("reached") for line in there)
+    assert any(line.startswith("log host 2 logStatusDiscard") for line in there)
