@@ -1,12 +1,14 @@
-"""How far the coupling is off: the run compared with one at half the step.
+"""How far the coupling is off: the estimated error of each connection.
 
-Two runs of order p, y at the step H and z at H/2, differ by most of the error of the first:
+A run makes some of its steps a second time, in half as many that are twice as long (`witness`).
+With `--check` all of it is made again at half the step; two runs of order p, y at the step H and z
+at H/2, differ by most of the error of the first:
 
-    error of y = |y − z| · 2^p/(2^p − 1),     error of z = |y − z|/(2^p − 1)
+    error of y = |y − z| · 2^p/(2^p − 1)
 
-The largest over the run, at the communication points of the first, is told for each connection,
-relative to the range: how far the values of any exchanged output of that unit have been apart. This
-is the error of the coupling alone; each FMU's own error is the same in both runs.
+The largest over the run is told for each connection, relative to the range: how far the values of
+any exchanged output of that unit have been apart. This is the error of the coupling alone; each
+FMU's own error is the same in both courses.
 """
 
 from __future__ import annotations
@@ -62,26 +64,38 @@ class Trace:
         self.points[round(time * SECOND)] = network.values[self._places]
 
 
-def certificate(run: Trace, finer: Trace, connections: Sequence[str], order: float) -> Certificate:
-    """The certificate of a run by another, whose error is smaller by 2^`order`."""
-    network = run.network
-    assert network is not None
-    factor = 2.0**order
-    common = [time for time in run.points if time in finer.points]
-    first = np.array([run.points[time] for time in common])
-    second = np.array([finer.points[time] for time in common])
-    off = np.abs(first - second).max(axis=0) * factor / (factor - 1)
-    ranges = np.ptp(second, axis=0)
+def certificate(
+    network: Network,
+    connections: Sequence[str],
+    *,
+    errors: np.ndarray,
+    ranges: np.ndarray,
+    order: float,
+) -> Certificate:
+    """The certificate of a run of this order; `errors` and `ranges` are of each link's source."""
     units = [network.unit(link.source) for link in network.links]
     of_unit: dict[str, float] = {}
     for unit, span in zip(units, ranges.tolist(), strict=True):
         of_unit[unit] = max(span, of_unit.get(unit, 0.0))
     largest: dict[int, CouplingError] = {}
-    for link, unit, error in zip(network.links, units, off.tolist(), strict=True):
+    for link, unit, error in zip(network.links, units, errors.tolist(), strict=True):
         relative = error / of_unit[unit] if of_unit[unit] else 0.0
         known = largest.get(link.connection)
         if known is None or relative > known.error:
             text = connections[link.connection]
             largest[link.connection] = CouplingError(text, link.source, relative)
     ordered = sorted(largest.values(), key=lambda found: -found.error)
-    return Certificate(tuple(ordered), factor)
+    return Certificate(tuple(ordered), 2.0**order)
+
+
+def compared(run: Trace, finer: Trace, connections: Sequence[str], order: float) -> Certificate:
+    """The certificate of a run by another at half the step."""
+    network = run.network
+    assert network is not None
+    common = [time for time in run.points if time in finer.points]
+    first = np.array([run.points[time] for time in common])
+    second = np.array([finer.points[time] for time in common])
+    share = 2.0**order / (2.0**order - 1)
+    errors = np.abs(first - second).max(axis=0) * share
+    ranges = np.ptp(second, axis=0)
+    return certificate(network, connections, errors=errors, ranges=ranges, order=order)

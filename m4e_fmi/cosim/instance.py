@@ -44,6 +44,14 @@ _SET_DERIVATIVES = ctypes.CFUNCTYPE(
 )
 
 
+class DiscardedError(RunError):
+    """An FMU discarded a step; `reached` is the time [s] up to which it could, None if not told."""
+
+    def __init__(self, message: str, remedy: str, reached: float | None) -> None:
+        super().__init__(message, remedy)
+        self.reached = reached
+
+
 class Instance:
     """An instance named `name` of a loaded FMU; `close` it, or use it as a context manager.
 
@@ -62,8 +70,7 @@ class Instance:
         self._initialised = False
         self._kept: list[Any] = []
         self.scales: dict[str, tuple[float, float]] = {}
-        self._state = ctypes.c_void_p()
-        self._state_time = 0.0
+        self._states: dict[int, tuple[ctypes.c_void_p, float]] = {}
         self._fmu: Any = None
         try:
             self._open(binary)
@@ -256,15 +263,21 @@ class Instance:
         addresses = (ctypes.addressof(references), count, ctypes.addressof(orders))
         return partial(function, self._component, *addresses, view.ctypes.data)
 
-    def save_state(self) -> None:
-        """Keep the FMU's state, in place of the one kept before."""
-        self._checked("fmi2GetFMUstate", ctypes.byref(self._state))
-        self._state_time = self.time
+    def save_state(self, place: int = 0) -> None:
+        """Keep the FMU's state, instead of the one kept before in the same place."""
+        state, _ = self._states.get(place) or (ctypes.c_void_p(), 0.0)
+        self._checked("fmi2GetFMUstate", ctypes.byref(state))
+        self._states[place] = state, self.time
 
-    def restore_state(self) -> None:
-        """Bring the FMU back to the state kept last; it may be restored again."""
-        self._checked("fmi2SetFMUstate", self._state)
-        self.time = self._state_time
+    def restore_state(self, place: int = 0) -> None:
+        """Bring the FMU back to the state kept in a place, also after a step that failed.
+
+        It may be restored again. After Fatal there is no way back.
+        """
+        self._broken = self._fmu.component is None
+        state, time = self._states[place]
+        self._checked("fmi2SetFMUstate", state)
+        self.time = time
 
     def directional_derivative(self, output: str, known: str) -> float:
         """∂output/∂known of two Real variables at the present instant; `known` may be scaled."""
@@ -310,7 +323,17 @@ class Instance:
         words = self._own_words(status)
         if status >= FATAL:
             self._fmu.component = None
-        raise RunError(f"{self._origin}: {what}{words}", remedy)
+        message = f"{self._origin}: {what}{words}"
+        if status == DISCARD and function == "fmi2DoStep":
+            raise DiscardedError(message, remedy, self._reached())
+        raise RunError(message, remedy)
+
+    def _reached(self) -> float | None:
+        """Time [s] up to which the step could be made that has just been discarded."""
+        value = ctypes.c_double()
+        kind = fmi2.fmi2LastSuccessfulTime
+        status = self._fmu.dll.fmi2GetRealStatus(self._component, kind, ctypes.byref(value))
+        return value.value if status <= WARNING and math.isfinite(value.value) else None
 
     def not_finite(self, names: Sequence[str], values: np.ndarray) -> NoReturn:
         """Raise for the first of the outputs `names` whose value is nan or infinite."""
@@ -344,8 +367,9 @@ class Instance:
             status = 0
             if self._initialised and not self._broken:
                 status = fmu.dll.fmi2Terminate(fmu.component)
-            if self._state and not self._broken:
-                fmu.dll.fmi2FreeFMUstate(fmu.component, ctypes.byref(self._state))
+            for state, _ in self._states.values():
+                if not self._broken:
+                    fmu.dll.fmi2FreeFMUstate(fmu.component, ctypes.byref(state))
             if status < FATAL:
                 fmu.fmi2FreeInstance(fmu.component)
                 self._binary.in_use -= 1

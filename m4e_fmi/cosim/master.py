@@ -7,12 +7,14 @@ import threading
 import time as clock
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
+from typing import cast
 
 import numpy as np
 
-from m4e_fmi.cosim.algorithms import ALGORITHMS
+from m4e_fmi.cosim.algorithms import ALGORITHMS, Algorithm, Returning, returning
 from m4e_fmi.cosim.algorithms.scheduled import Scheduled
 from m4e_fmi.cosim.binary import binaries
+from m4e_fmi.cosim.certificate import Certificate, certificate
 from m4e_fmi.cosim.connect import Wiring
 from m4e_fmi.cosim.energy import BondEnergy, EnergyBalance
 from m4e_fmi.cosim.instance import Instance
@@ -23,6 +25,7 @@ from m4e_fmi.cosim.step_control import StepControl
 from m4e_fmi.cosim.stepping import Repeated, Stepwise
 from m4e_fmi.cosim.structure import Structure
 from m4e_fmi.cosim.system import SECOND, System
+from m4e_fmi.cosim.witness import Witness
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.reading import Description
 
@@ -44,13 +47,18 @@ class Master:
         descriptions: dict[str, Description],
         wiring: Wiring,
         structure: Structure,
+        *,
+        certify: bool = True,
     ) -> None:
+        """With `certify`, some steps are made twice, from which `certificate` follows."""
         self._system = system
         self._descriptions = descriptions
         self._wiring = wiring
         self._structure = structure
+        self._certify = certify
         self._open = ExitStack()
         self.steps = 0
+        self._shortened = 0
 
     def __enter__(self) -> Master:
         with ExitStack() as stack:
@@ -78,15 +86,53 @@ class Master:
             instance.set_start(start_values(component, instance.description))
         self.network = Network(instances, self._wiring, self._structure, time=simulation.start_time)
         self.network.initialise()
-        self._algorithm = ALGORITHMS[simulation.algorithm](self.network)
-        self._control = self._step_control()
+        self._control, self._algorithm = None, self._make(self.network)
+        if simulation.coupling_tolerance is not None:
+            self._control = self._step_control(cast("Returning", self._algorithm))
         self._energy = EnergyBalance(self.network, self._wiring.bonds)
+        self._witness, self._unwatched = None, ""
+        if self._certify and self.network.links:
+            self._watch()
 
-    def _step_control(self) -> StepControl | None:
+    def _make(self, network: Network) -> Algorithm:
+        """The algorithm of the system, with an estimate of its error if the steps are adaptive."""
+        simulation = self._system.simulation
+        if simulation.coupling_tolerance is None:
+            return ALGORITHMS[simulation.algorithm](network)
+        self._refuse_rigid()
+        return returning(simulation.algorithm, network)
+
+    def _watch(self) -> None:
+        rigid = [name for name, d in self._descriptions.items() if not d.saves_state]
+        if rigid:
+            self._unwatched = f"{' and '.join(rigid)} cannot go back (canGetAndSetFMUstate)"
+            return
+        sources = [self.network.index(link.source) for link in self.network.links]
+        self._witness = Witness(self.network, self._make, np.array(sources, dtype=np.intp))
+
+    def certificate(self) -> Certificate | str:
+        """The coupling errors of the run that has ended, or why they are not known."""
+        witness, network = self._witness, self.network
+        if not network.links:
+            return Certificate((), 1.0)
+        if witness is None:
+            return self._unwatched
+        witness.finish()
+        if witness.failure:
+            return witness.failure
+        errors = witness.difference() / (2.0**self.order - 1)
+        connections = self._system.connections
+        ranges = witness.ranges()
+        return certificate(network, connections, errors=errors, ranges=ranges, order=self.order)
+
+    def _step_control(self, algorithm: Returning) -> StepControl:
         simulation = self._system.simulation
         tolerance = simulation.coupling_tolerance
-        if tolerance is None:
-            return None
+        assert tolerance is not None
+        largest = round(simulation.step_size * SECOND)
+        return StepControl(self.network, tolerance, largest, algorithm.estimate_order)
+
+    def _refuse_rigid(self) -> None:
         rigid = [name for name, d in self._descriptions.items() if not d.saves_state]
         if rigid:
             raise RunError(
@@ -94,12 +140,11 @@ class Master:
                 f"{' and '.join(rigid)} cannot",
                 "leave coupling_tolerance out, and halve step_size to see the error",
             )
-        return StepControl(self.network, tolerance, round(simulation.step_size * SECOND))
 
     @property
     def rejected(self) -> int:
         """Number of steps that were taken back and made again, smaller."""
-        return self._control.rejected if self._control else 0
+        return self._shortened + (self._control.rejected if self._control else 0)
 
     @property
     def order(self) -> int:
@@ -136,7 +181,7 @@ class Master:
                 try:
                     steps.advance()
                 finally:
-                    self.steps = steps.steps
+                    self.steps, self._shortened = steps.steps, steps.shortened
                 self._observe(observers)
                 tell(steps.now / SECOND)
                 if interrupted():
@@ -144,8 +189,10 @@ class Master:
 
     def _stepping(self, results: ResultsWriter | None, *, singly: bool) -> Stepwise | Repeated:
         algorithm, rest = self._algorithm, (self._energy, self._system.simulation, results)
+        rest = (*rest, self._witness)
         if not isinstance(algorithm, Scheduled):
-            return Stepwise(self.network, algorithm, *rest, self._control)
+            returns = all(d.saves_state for d in self._descriptions.values())
+            return Stepwise(self.network, algorithm, *rest, self._control, returns=returns)
         return Repeated(self.network, algorithm, *rest, singly=singly, most_time=PROGRESS_INTERVAL)
 
     def _observe(self, observers: Sequence[Observer]) -> None:

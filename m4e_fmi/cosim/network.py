@@ -15,6 +15,7 @@ An algorithm steps every component from `now`; `advance` then makes the new poin
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -26,6 +27,19 @@ from m4e_fmi.cosim.schedule import Schedule
 from m4e_fmi.cosim.structure import Loop, Structure, Transfer, derivative_chain
 
 Action = Callable[[], None]
+
+
+@dataclass(frozen=True)
+class Point:
+    """A communication point to which a network can return; the FMUs keep their states in `place`.
+
+    `values` and `inputs` are copies of the network's.
+    """
+
+    place: int
+    time: float
+    values: np.ndarray
+    inputs: np.ndarray
 
 
 class Network:
@@ -116,6 +130,20 @@ class Network:
         parts = [part for part in self._exchange if isinstance(part, Schedule)]
         assert len(parts) == len(self._exchange)
         return tuple(operation for part in parts for operation in part.operations)
+
+    def snapshot(self, place: int) -> Point:
+        """The present point, instead of the one kept before in the same place."""
+        for instance in self.instances.values():
+            instance.save_state(place)
+        return Point(place, self.time, self.values.copy(), self.inputs.copy())
+
+    def restore(self, point: Point) -> None:
+        """Return to a point; an FMU that answered Fatal meanwhile cannot, which is a RunError."""
+        for instance in self.instances.values():
+            instance.restore_state(point.place)
+        self.time = point.time
+        self.values[:] = point.values
+        self.inputs[:] = point.inputs
 
     def initialise(self) -> None:
         """In initialization mode: carry over parameters, then outputs, along declared dependencies.

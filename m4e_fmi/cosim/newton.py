@@ -8,6 +8,7 @@ where that is not enough it is found anew. What does not converge is an error, n
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import Protocol
 
 import numpy as np
 
@@ -24,8 +25,15 @@ DIFFERENCE = 1e-6
 """Step of a difference, over the scale of the variable."""
 
 Residual = Callable[[np.ndarray], np.ndarray]
-Jacobian = Callable[[np.ndarray, np.ndarray], np.ndarray]
-"""Unknowns x and the residual there → matrix of its derivatives."""
+
+
+class Jacobian(Protocol):
+    """Unknowns x and the residual there → matrix of its derivatives.
+
+    `again` if one was found for this solution before, and was not good enough.
+    """
+
+    def __call__(self, x: np.ndarray, r: np.ndarray, /, *, again: bool) -> np.ndarray: ...
 
 
 class NotConvergedError(Exception):
@@ -55,13 +63,13 @@ class QuasiNewton:
         """
         r = residual(x)
         size = 0.0
-        for _ in range(RENEWALS):
+        for renewal in range(RENEWALS):
             for _ in range(ITERATIONS):
                 size = float(np.abs(r / scale).max(initial=0.0))
                 if size <= TOLERANCE:
                     return x
                 if self._matrix is None:
-                    self._matrix = jacobian(x, r) * scale / scale[:, None]
+                    self._matrix = jacobian(x, r, again=renewal > 0) * scale / scale[:, None]
                     r = residual(x)
                 way = np.linalg.lstsq(self._matrix, -r / scale, rcond=None)[0]
                 if not np.isfinite(way).all():
@@ -123,7 +131,8 @@ class AlgebraicLoop:
             instance.not_finite([port.variable], np.array([np.nan]))
         return self.output_values[self._source] - x
 
-    def _jacobian(self, x: np.ndarray, r: np.ndarray) -> np.ndarray:
+    def _jacobian(self, x: np.ndarray, r: np.ndarray, *, again: bool) -> np.ndarray:
+        del again  # derivatives are exact, differences cannot be had better
         matrix = np.zeros((len(x), len(x)))
         for column, port in enumerate(self.inputs):
             instance = self._instances[port.component]

@@ -10,7 +10,7 @@ from functools import cache
 from math import ceil
 from pathlib import Path
 
-from m4e_fmi.cosim.certificate import Certificate, Trace, certificate
+from m4e_fmi.cosim.certificate import Certificate, Trace, compared
 from m4e_fmi.cosim.components import fmu_files, with_units
 from m4e_fmi.cosim.connect import Link, Wiring, connect
 from m4e_fmi.cosim.energy import BondEnergy
@@ -50,7 +50,8 @@ class Outcome:
 
     `order` is that of the coupling, `rejected` steps were taken back and made again, smaller.
     `notes` tell what the algorithm did without because an FMU cannot, one line each. `certificate`
-    estimates the coupling errors, if the run was checked.
+    estimates the coupling errors; it is a text that tells why they are not known, where they are
+    not. `checked` is a second estimate, by a run at half the step, if there was one.
     """
 
     prepared: Prepared = field(repr=False)
@@ -61,7 +62,8 @@ class Outcome:
     order: int
     notes: tuple[str, ...] = ()
     rejected: int = 0
-    certificate: Certificate | None = None
+    certificate: Certificate | str = ""
+    checked: Certificate | None = None
 
     def results(self) -> Results:
         """The results file, in memory."""
@@ -120,7 +122,7 @@ def run(
     scalar Real outputs if empty. Each of `observers` is called as
     ``observer(time, network)`` at the start and after every step, `progress` as
     ``progress(time)`` about ten times a second. With `check`, the system runs once more at half the
-    step (and an eighth of the coupling tolerance), and the outcome has a certificate. RunError
+    step (and an eighth of the coupling tolerance), and the outcome has `checked`. RunError
     names component, variable and time; the results up to there are then on disk, as they are after
     KeyboardInterrupt.
     """
@@ -130,10 +132,25 @@ def run(
         return _checked(
             system, results=results, observers=observers, progress=progress, variables=variables
         )
+    return _once(
+        system, results=results, observers=observers, progress=progress, variables=variables
+    )
+
+
+def _once(
+    system: Prepared,
+    *,
+    results: str | Path | None = None,
+    observers: Sequence[Observer],
+    progress: Progress | None,
+    variables: Sequence[str] = (),
+    certify: bool = True,
+) -> Outcome:
     begun = clock.perf_counter()
     if results is not None:
         check_export(results)
-    with Master(system.system, system.descriptions, system.wiring, system.structure) as master:
+    parts = (system.system, system.descriptions, system.wiring, system.structure)
+    with Master(*parts, certify=certify) as master:
         path = None
         if results is None:
             master.run(observers=observers, progress=progress)
@@ -157,6 +174,7 @@ def run(
             notes=master.notes,
             order=master.order,
             rejected=master.rejected,
+            certificate=master.certificate() if certify else "",
         )
 
 
@@ -200,23 +218,21 @@ def _checked(
     progress: Progress | None,
     variables: Sequence[str],
 ) -> Outcome:
-    """A run with the certificate that a second run at half the step gives it."""
+    """A run, and the certificate that a second one at half the step gives it."""
     system = prepared.system
     settings = system.simulation
     tolerance = settings.coupling_tolerance
     trace, finer_trace = Trace(), Trace()
-    outcome = run(
-        prepared,
-        results=results,
-        observers=[*observers, trace],
-        progress=progress,
-        variables=variables,
+    watched = [*observers, trace]
+    outcome = _once(
+        prepared, results=results, observers=watched, progress=progress, variables=variables
     )
     finer = system.changed(
         step_size=settings.step_size / 2,
         output_interval=settings.output_interval or settings.step_size,
         coupling_tolerance=None if tolerance is None else tolerance / 8,
     )
-    run(replace(prepared, system=finer), observers=[finer_trace], progress=progress)
-    found = certificate(trace, finer_trace, system.connections, outcome.order)
-    return replace(outcome, certificate=found)
+    again = replace(prepared, system=finer)
+    _once(again, observers=[finer_trace], progress=progress, certify=False)
+    found = compared(trace, finer_trace, system.connections, outcome.order)
+    return replace(outcome, checked=found)

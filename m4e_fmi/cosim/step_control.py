@@ -1,12 +1,12 @@
 """The size of the next step, from the error estimated in the last: adaptive communication steps.
 
-An algorithm that can go back tells in `change` what its last pass changed in the outputs. That,
+An algorithm that can go back estimates in `change` the error of the outputs in its step. That,
 over the *scale* of the output, is held below a tolerance: a step that exceeds it is taken back and
 made again, smaller. The scale is the largest magnitude that any exchanged output of the same unit
 has had, so that a signal near zero among large ones does not count for more than it is worth.
 
-The change falls with the third power of the step, so the next step is the last one times
-0.9 (tolerance/error)^(1/3), but at most doubled, at least a fifth, and not larger right after a
+The change falls with a power p of the step, so the next step is the last one times
+0.9 (tolerance/error)^(1/p), but at most doubled, at least a fifth, and not larger right after a
 rejection. Steps never exceed the `step_size` of the simulation.
 """
 
@@ -19,15 +19,19 @@ from m4e_fmi.errors import RunError
 
 SMALLEST = 1e-6
 """Smallest step, as a share of `step_size`."""
-SAFETY, ORDER, LEAST, MOST = 0.9, 3, 0.2, 2.0
+SAFETY, LEAST, MOST = 0.9, 0.2, 2.0
 
 
 class StepControl:
-    """Chooses steps for a relative `tolerance`; sizes are in nanoseconds, `largest` the first."""
+    """Chooses steps for a relative `tolerance`; sizes are in nanoseconds, `largest` the first.
 
-    def __init__(self, network: Network, tolerance: float, largest: int) -> None:
+    Estimates fall with the power `order` of the step.
+    """
+
+    def __init__(self, network: Network, tolerance: float, largest: int, order: int) -> None:
         self._network = network
         self._tolerance = tolerance
+        self._order = order
         self._largest = largest
         self._smallest = max(1, round(SMALLEST * largest))
         self.size = largest
@@ -47,7 +51,7 @@ class StepControl:
         changes = np.abs(change[self._sources])
         ratios = changes / np.where(scale > 0.0, self._tolerance * scale, 1.0)
         error = float(ratios.max(initial=0.0))
-        factor = MOST if error == 0.0 else SAFETY * error ** (-1 / ORDER)
+        factor = MOST if error == 0.0 else SAFETY * error ** (-1 / self._order)
         accepted = error <= 1.0
         if accepted:
             self._scale.keep(scale)

@@ -9,19 +9,25 @@ from __future__ import annotations
 import time as clock
 from typing import cast
 
-from m4e_fmi.cosim.algorithms import Algorithm, Returning
+from m4e_fmi.cosim.algorithms import Algorithm, Returning, Undoing
 from m4e_fmi.cosim.algorithms.scheduled import Scheduled
 from m4e_fmi.cosim.energy import BLOCK as ENERGY_BLOCK
 from m4e_fmi.cosim.energy import EnergyBalance
+from m4e_fmi.cosim.instance import DiscardedError
 from m4e_fmi.cosim.network import Network
 from m4e_fmi.cosim.results import ResultsWriter
 from m4e_fmi.cosim.schedule import Loop, Schedule
-from m4e_fmi.cosim.step_control import StepControl
+from m4e_fmi.cosim.step_control import SMALLEST, StepControl
 from m4e_fmi.cosim.system import SECOND, Simulation
+from m4e_fmi.cosim.witness import Witness
 
 
 class Stepwise:
-    """One macro step at a time, of any algorithm; adaptive with a `control`."""
+    """One macro step at a time, of any algorithm; adaptive with a `control`.
+
+    Where all FMUs can go back (`returns`), a step that one of them discards is made again, shorter;
+    `shortened` counts them.
+    """
 
     def __init__(
         self,
@@ -30,48 +36,82 @@ class Stepwise:
         energy: EnergyBalance,
         simulation: Simulation,
         results: ResultsWriter | None,
+        witness: Witness | None,
         control: StepControl | None,
+        *,
+        returns: bool,
     ) -> None:
         self._network, self._algorithm, self._energy = network, algorithm, energy
-        self._results, self._control = results, control
+        self._results, self._witness, self._control = results, witness, control
+        self._returns = returns
+        self._start = round(simulation.start_time * SECOND)
         self._stop = round(simulation.stop_time * SECOND)
         self._size = round(simulation.step_size * SECOND)
         every = round((simulation.output_interval or simulation.step_size) * SECOND)
         self._every = every if simulation.output_interval or control is None else 1
-        self.now = self._row = round(simulation.start_time * SECOND)
-        self.steps = 0
+        self.now = self._row = self._start
+        self.steps = self.shortened = 0
 
     def advance(self) -> None:
         """Make a step."""
+        if self._witness:
+            self._witness.before()
         size = self._step()
         self.now += size
         self._network.advance(self.now / SECOND)
         self._energy.add(self._algorithm.held, size / SECOND)
         self.steps += 1
+        if self._witness:
+            self._witness.after()
         if self.now >= self._row + self._every or self.now == self._stop:
             self._row = self.now
             if self._results is not None:
                 self._results.record(self._network.time)
 
     def _step(self) -> int:
-        """Step all components; the size of the step [ns].
-
-        Adaptive steps end where the next row of the results is due.
-        """
+        """Step all components; the size of the step [ns]."""
         now, control, algorithm = self.now, self._control, self._algorithm
-        if control is None:
-            size = min(self._size, self._stop - now)
-            algorithm.step(now / SECOND, size / SECOND)
-            return size
-        row = self._row + self._every
-        end = min(row, self._stop) if row > now + 1 else self._stop
+        size = self._wanted()
         while True:
-            size = min(control.size, end - now)
+            try:
+                algorithm.step(now / SECOND, size / SECOND)
+            except DiscardedError as discarded:
+                size = self._shorter(size, discarded)
+                continue
+            if control is None:
+                return size
             algorithm = cast("Returning", algorithm)
-            algorithm.step(now / SECOND, size / SECOND)
             if control.accepts(algorithm.change, algorithm.end, size):
                 return size
             algorithm.undo()
+            size = self._wanted()
+
+    def _wanted(self) -> int:
+        """The size of the next step if no FMU objects.
+
+        Adaptive steps end where the next row of the results is due; others where they would if none
+        had been shortened.
+        """
+        now = self.now
+        if self._control is None:
+            return min(self._size - (now - self._start) % self._size, self._stop - now)
+        row = self._row + self._every
+        end = min(row, self._stop) if row > now + 1 else self._stop
+        return min(self._control.size, end - now)
+
+    def _shorter(self, size: int, discarded: DiscardedError) -> int:
+        """Take back the step of `size` that an FMU has discarded; the size to try next.
+
+        That is up to where the FMU could go, or half. Raises what it is given if there is no way
+        back, or the step is too short already.
+        """
+        smallest = max(1, round(SMALLEST * self._size))
+        if not self._returns or size <= smallest or not isinstance(self._algorithm, Undoing):
+            raise discarded
+        self._algorithm.undo()
+        self.shortened += 1
+        reached = round((discarded.reached or 0.0) * SECOND) - self.now
+        return reached if smallest <= reached < size else max(smallest, size // 2)
 
 
 class Repeated:
@@ -87,12 +127,14 @@ class Repeated:
         energy: EnergyBalance,
         simulation: Simulation,
         results: ResultsWriter | None,
+        witness: Witness | None,
         *,
         singly: bool,
         most_time: float,
     ) -> None:
         self._network, self._algorithm, self._energy = network, algorithm, energy
         self._results, self._singly, self._most_time = results, singly, most_time
+        self._witness = witness
         self._stop = round(simulation.stop_time * SECOND)
         self._size = round(simulation.step_size * SECOND)
         every = round((simulation.output_interval or simulation.step_size) * SECOND)
@@ -104,7 +146,7 @@ class Repeated:
             every=-(-every // self._size),
         )
         self._most = 1
-        self.steps = 0
+        self.steps = self.shortened = 0
 
     @property
     def now(self) -> int:
@@ -113,6 +155,8 @@ class Repeated:
 
     def advance(self) -> None:
         """Make as many steps as can be made at once."""
+        if self._witness:
+            self._witness.before()
         state, began = self._loop.state, clock.perf_counter()
         first, unrecorded = state.now, state.since
         state.size = min(self._size, self._stop - first)
@@ -130,6 +174,8 @@ class Repeated:
                 start, interval = first - unrecorded * state.size, state.every * state.size
                 rows = range(1, state.written - row + 1)
                 self._results.keep([(start + k * interval) / SECOND for k in rows])
+        if self._witness:
+            self._witness.after((state.now - first) // state.size)
         if state.now == self._stop and state.since and self._results:
             self._results.record(state.now / SECOND)
         self._adapt(clock.perf_counter() - began)
@@ -138,6 +184,8 @@ class Repeated:
         """Steps until the wall time, the run or a block may be over."""
         state = self._loop.state
         room = ENERGY_BLOCK - state.noted
+        if self._witness:
+            room = min(room, self._witness.room)
         if self._results:
             room = min(room, self._results.room * state.every - state.since)
         return max(1, min(self._most, room, (self._stop - state.now) // state.size))

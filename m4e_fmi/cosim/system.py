@@ -16,8 +16,6 @@ from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.units import Quantity, Unit
 
 ALGORITHMS = ("corrector", "gauss_seidel", "implicit", "jacobi")
-ADAPTIVE = ("corrector",)
-"""Those that can choose their steps by a coupling tolerance."""
 SOLVES_LOOPS = ("implicit",)
 """Those that solve algebraic loops."""
 KIND_GROUP = "m4e_fmi.fmus"
@@ -219,9 +217,6 @@ def simulation_problems(
         if tolerance is not None and not 0 < tolerance < 1:
             text = f"{key} {tolerance:g}: expected a number between 0 and 1"
             found.append((key, text, "1e-6 is usual"))
-    if simulation.coupling_tolerance is not None and simulation.algorithm not in ADAPTIVE:
-        text = f"{simulation.algorithm} does not estimate its error, which coupling_tolerance needs"
-        found.append(("coupling_tolerance", text, f"choose algorithm: {' or '.join(ADAPTIVE)}"))
     if simulation.algorithm not in ALGORITHMS:
         text = f"unknown algorithm {simulation.algorithm!r}"
         found.append(("algorithm", text, suggestion(simulation.algorithm, ALGORITHMS)))

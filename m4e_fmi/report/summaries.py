@@ -14,9 +14,6 @@ if TYPE_CHECKING:
     from m4e_fmi.simulate import Simulation
 
 
-_UNCHECKED = "coupling error not estimated: --check runs once more, at half the step"
-
-
 def run_summary(outcome: Outcome) -> str:
     """Power, extremes, steps, time and energy balance of a run that wrote results."""
     loaded = outcome.results()
@@ -27,7 +24,7 @@ def run_summary(outcome: Outcome) -> str:
         f"simulated {span:g} s in {outcome.wall_time:.1f} s ({factor:.1f} × real time): "
         f"{outcome.steps} steps of {_sizes(outcome)}, {settings.algorithm}",
         *(f"  {note}" for note in outcome.notes),
-        f"  {outcome.certificate or _UNCHECKED}",
+        *_certified(outcome),
         *_extremes(loaded),
     ]
     if outcome.energy:
@@ -42,10 +39,22 @@ def run_summary(outcome: Outcome) -> str:
     return "\n".join(lines)
 
 
+def _certified(outcome: Outcome) -> list[str]:
+    lines = [f"  {outcome.certificate}"]
+    if isinstance(outcome.certificate, str):
+        lines = [f"  coupling error not known: {outcome.certificate}"]
+        if outcome.checked is None:
+            lines[0] += "; --check runs once more, at half the step"
+    if outcome.checked is not None:
+        lines.append(f"  checked at half the step: {outcome.checked}")
+    return lines
+
+
 def _sizes(outcome: Outcome) -> str:
     settings = outcome.prepared.system.simulation
     if settings.coupling_tolerance is None:
-        return f"{settings.step_size:g} s"
+        shortened = f", {outcome.rejected} made again" if outcome.rejected else ""
+        return f"{settings.step_size:g} s{shortened}"
     return f"up to {settings.step_size:g} s, {outcome.rejected} made again"
 
 

@@ -10,11 +10,12 @@ every step is `Scheduled`, and the C library makes its steps. To add one: a file
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from m4e_fmi.cosim.algorithms.corrector import corrector
+from m4e_fmi.cosim.algorithms.corrector import Corrector, corrector
+from m4e_fmi.cosim.algorithms.doubling import Doubling
 from m4e_fmi.cosim.algorithms.gauss_seidel import GaussSeidel
 from m4e_fmi.cosim.algorithms.implicit import Implicit
 from m4e_fmi.cosim.algorithms.jacobi import Jacobi
@@ -44,21 +45,31 @@ class Algorithm(Protocol):
         ...
 
 
-class Returning(Algorithm, Protocol):
-    """An algorithm that can take its step back, and so can have its step chosen."""
+@runtime_checkable
+class Undoing(Protocol):
+    """An algorithm that can take its step back, also one that failed, where all FMUs can."""
+
+    def undo(self) -> None:
+        """Return all components to the start of the step."""
+        ...
+
+
+class Returning(Algorithm, Undoing, Protocol):
+    """An algorithm that estimates the error of its step, and so can have its step chosen."""
+
+    @property
+    def estimate_order(self) -> int:
+        """The power of the step with which `change` falls."""
+        ...
 
     @property
     def change(self) -> np.ndarray:
-        """What the last pass changed in the exchanged outputs at the end of the step."""
+        """Estimated error of the exchanged outputs at the end of the step, or a bound of it."""
         ...
 
     @property
     def end(self) -> np.ndarray:
         """The exchanged outputs at the end of the step."""
-        ...
-
-    def undo(self) -> None:
-        """Return all components to the start of the step."""
         ...
 
 
@@ -68,3 +79,11 @@ ALGORITHMS: dict[str, Callable[[Network], Algorithm]] = {
     "implicit": Implicit,
     "jacobi": Jacobi,
 }
+
+
+def returning(name: str, network: Network) -> Returning:
+    """The algorithm `name` with an estimate of its error in each step."""
+    algorithm = ALGORITHMS[name](network)
+    if isinstance(algorithm, Corrector) and algorithm.estimates:
+        return algorithm
+    return Doubling(network, algorithm)

@@ -48,6 +48,8 @@ def corrector(network: Network) -> Corrector | GaussSeidel:
 class Corrector:
     """See the module."""
 
+    estimate_order = 3
+
     def __init__(self, network: Network) -> None:
         self._interface = Interface(network)
         self.held = np.zeros_like(network.inputs)
@@ -67,6 +69,11 @@ class Corrector:
     def end(self) -> np.ndarray:
         """Values of all exchanged outputs at the end of the step."""
         return self._interface.end
+
+    @property
+    def estimates(self) -> bool:
+        """Whether `change` tells of all exchanged outputs: each belongs to a cycle."""
+        return all(knot.cyclic or not knot.gives for knot in self._knots)
 
     @property
     def can_correct(self) -> bool:
@@ -105,6 +112,7 @@ class _Knot:
 
     def __init__(self, parts: list[Part], cyclic: bool) -> None:
         self.cyclic = cyclic
+        self.gives = any(part.outputs.stop > part.outputs.start for part in parts)
         self.again = tuple(part for part in parts if part.can_return)
         self.once = tuple(part for part in parts if not part.can_return)
 

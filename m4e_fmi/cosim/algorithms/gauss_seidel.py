@@ -67,7 +67,15 @@ class GaussSeidel(Scheduled):
         )
         super().__init__([o for c in self._components for o in c.operations], held)
         self._last = 0.0
+        self._begun, self._earlier = network.time, 0.0
         self._prepared = (0.0, 0.0)
+
+    def step(self, time: float, size: float) -> None:
+        """Step all components; what begins where the last step began takes that one's place."""
+        if time > self._begun:
+            self._begun, self._earlier = time, self._last
+        self._last = self._earlier
+        super().step(time, size)
 
     def prepare(self, size: float) -> bool:
         sizes = (size, self._last)

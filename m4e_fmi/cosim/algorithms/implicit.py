@@ -3,8 +3,10 @@
 Unknown are the values of all connected inputs in the middle and at the end of the step. For given
 values all components return to the start and make their step (`interface` tells how); what their
 outputs then differ by from the inputs they feed is the residual, which a quasi-Newton iteration
-(`newton`) brings to zero. Its Jacobian comes from differences: one more step of one component for
-each unknown, in the first step and where the step changes or convergence is lost.
+(`newton`) brings to zero. Its Jacobian begins with what outputs depend on at once: directional
+derivatives, of FMUs that provide them. What inputs do in the course of a step is learnt as the
+iteration goes on. Of other FMUs, and where that does not converge, it comes from differences: one
+more step of one component for each unknown.
 
 So strong coupling costs no stability: a stiff spring between two components, or added mass that is
 larger than the mass it acts on and comes back as a force. Algebraic loops at communication points
@@ -50,9 +52,7 @@ class Implicit:
     def step(self, time: float, size: float) -> None:
         """Step all components from `time` by `size` [s]; RunError if the inputs are not found."""
         interface = self._interface
-        if size != self._size:
-            self._newton.forget()
-            self._size = size
+        self._size = size
         interface.begin(time, size)
         one = self._scale.with_values(interface.end)
         one = np.where(one > 0.0, one, 1.0)
@@ -63,8 +63,8 @@ class Implicit:
                 self._step(part, time, x)
             return self._found() - x
 
-        def jacobian(x: np.ndarray, r: np.ndarray) -> np.ndarray:
-            return self._jacobian(x, r, time, DIFFERENCE * scale)
+        def jacobian(x: np.ndarray, r: np.ndarray, *, again: bool) -> np.ndarray:
+            return self._jacobian(x, r, time, DIFFERENCE * scale, declared=not again)
 
         try:
             self._newton.solve(residual, jacobian, self._found(), scale)
@@ -77,6 +77,11 @@ class Implicit:
             ) from failure
         self._scale.keep(self._scale.with_values(interface.end))
         self.held[:] = interface.mean(Way.LINES)
+
+    def undo(self) -> None:
+        """Return all components to the start of the step."""
+        for part in self._interface.parts:
+            part.restore()
 
     def _found(self) -> np.ndarray:
         """Values of the connected inputs' sources, in the middle and at the end."""
@@ -93,13 +98,19 @@ class Implicit:
         self._interface.take(part)
 
     def _jacobian(
-        self, x: np.ndarray, r: np.ndarray, time: float, deltas: np.ndarray
+        self, x: np.ndarray, r: np.ndarray, time: float, deltas: np.ndarray, *, declared: bool
     ) -> np.ndarray:
-        """Derivatives of the residual; an input changes the outputs of its own component only."""
+        """Derivatives of the residual; an input changes the outputs of its own component only.
+
+        With `declared`, those that FMUs provide.
+        """
         count = len(r) // 2
         matrix = np.zeros((2 * count, 2 * count))
         for part in self._interface.parts:
             inputs = range(part.inputs.start, part.inputs.stop)
+            if declared and self._network.instances[part.name].description.directional_derivatives:
+                matrix[:, [*inputs, *(k + count for k in inputs)]] = self._at_once(part)
+                continue
             for column in (k + shift for k in inputs for shift in (0, count)):
                 moved = x.copy()
                 moved[column] += deltas[column]
@@ -107,3 +118,20 @@ class Implicit:
                 matrix[:, column] = (self._found() - moved - r) / deltas[column]
             self._step(part, time, x)
         return matrix
+
+    def _at_once(self, part: Part) -> np.ndarray:
+        """Columns of the Jacobian for a component's inputs, in the middle and at the end."""
+        network = self._network
+        instance = network.instances[part.name]
+        count, first = len(network.links), part.inputs.start
+        inputs = network.targets[part.inputs]
+        block = np.zeros((count, len(inputs)))
+        for row, link in enumerate(network.links):
+            if link.source.component == part.name:
+                known = instance.description.dependencies[link.source.variable]
+                for column, port in enumerate(inputs):
+                    if port.variable in known:
+                        pair = (link.source.variable, port.variable)
+                        block[row, column] = instance.directional_derivative(*pair)
+        block[first : first + len(inputs)] -= np.eye(len(inputs))
+        return np.block([[block, np.zeros_like(block)], [np.zeros_like(block), block]])

@@ -92,6 +92,12 @@ PARTNER = (
     V("x", "m", "output", 0.0, initial="exact"),
     V("vx", "m/s", "output", 0.0, rate_of="x", initial="exact"),
 )
+MIDDLE = (
+    *PARTNER[:7],
+    V("body.m.force_x", "N", "input", 0.0),
+    V("end.force_x", "N", "output", needs=END),
+    *motion("body.m.", acceleration_needs=(*END, "body.m.force_x")),
+)
 MOVING_PARTNER = (*PARTNER[:5], *end(moves=True), *PARTNER[7:])
 SPRING = (STIFFNESS, DAMPING, *end(moves=False), V("end.force_x", "N", "output", needs=END))
 BLIND_SPRING = (*SPRING[:-1], V("end.force_x", "N", "output", needs=None))
@@ -140,6 +146,7 @@ ROESSLER_YZ = (
     V("y", "1", "output", 0.0, initial="exact"),
     V("z", "1", "output", 0.0, initial="exact"),
 )
+SWITCH = (parameter("when", "s", 1.0), V("y", "1", "output", 0.0, initial="exact"))
 NODE = (
     *(V(f"u{k}", "1", "input", 0.0) for k in range(3)),
     *(V(f"y{k}", "1", "output", 0.0, initial="exact") for k in range(3)),
@@ -150,6 +157,7 @@ MODELS: dict[str, tuple[str, tuple[V, ...]]] = {
     "mass": ("mass.c", MASS),
     "mm_mass": ("mass.c", MM_MASS),
     "partner": ("partner.c", PARTNER),
+    "middle": ("middle.c", MIDDLE),
     "moving_partner": ("partner.c", MOVING_PARTNER),
     "spring": ("spring.c", SPRING),
     "blind_spring": ("spring.c", BLIND_SPRING),
@@ -164,6 +172,7 @@ MODELS: dict[str, tuple[str, tuple[V, ...]]] = {
     "pi": ("pi.c", PI),
     "roessler_x": ("roessler_x.c", ROESSLER_X),
     "roessler_yz": ("roessler_yz.c", ROESSLER_YZ),
+    "switch": ("switch.c", SWITCH),
     "node": ("node.c", NODE),
     "rogue": ("rogue.c", ROGUE),
 }

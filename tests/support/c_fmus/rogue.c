@@ -1,4 +1,5 @@
-/* y = t until something happens at `when`: 2 Discard, 3 Error, 4 Fatal, 7 a jump, 8 inf, 9 nan. */
+/* y = t until something happens at `when`: 2 Discard, 3 Error, 4 Fatal, 7 a jump, 8 inf, 9 nan; 5 is
+ * Discard for a step longer than `when`. */
 enum { WHAT, WHEN, Y, N };
 static const double start[N] = {[WHEN] = 1};
 
@@ -12,6 +13,7 @@ static void update(Model *m) {
 }
 static fmi2Status advance(Model *m, double t, double h) {
     int what = (int)m->r[WHAT];
+    if (what == 5 && h > m->r[WHEN]) return fmi2Discard;
     if (what >= 2 && what <= 4 && t + h >= m->r[WHEN]) {
         SAY(m, fmi2Error, "the %s ran dry", "pump");
         return (fmi2Status)what;

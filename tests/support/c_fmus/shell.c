@@ -16,6 +16,7 @@ typedef struct {
     double *r;      /* Real variables */
     double *d1, *d2; /* first and second time derivatives of inputs during a step */
     double t;       /* s */
+    double reached; /* s, the last successful time of a step that was discarded */
     int stale;      /* outputs do not fit inputs and states */
     int running;    /* initialization mode or later */
     fmi2ComponentEnvironment environment;
@@ -108,6 +109,11 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_un
     return status;
 }
 
+fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind k, fmi2Real *v) {
+    *v = ((Model *)c)->reached;
+    return k == fmi2LastSuccessfulTime ? fmi2OK : fmi2Discard;
+}
+
 #define NOT_SUPPORTED(name, ...) fmi2Status name(__VA_ARGS__) { return fmi2Error; }
 NOT_SUPPORTED(fmi2GetInteger, fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Integer v[])
 NOT_SUPPORTED(fmi2GetBoolean, fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Boolean v[])
@@ -121,7 +127,6 @@ NOT_SUPPORTED(fmi2DeSerializeFMUstate, fmi2Component c, const fmi2Byte b[], size
 NOT_SUPPORTED(fmi2GetRealOutputDerivatives, fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Integer o[], fmi2Real v[])
 NOT_SUPPORTED(fmi2CancelStep, fmi2Component c)
 NOT_SUPPORTED(fmi2GetStatus, fmi2Component c, const fmi2StatusKind k, fmi2Status *v)
-NOT_SUPPORTED(fmi2GetRealStatus, fmi2Component c, const fmi2StatusKind k, fmi2Real *v)
 NOT_SUPPORTED(fmi2GetIntegerStatus, fmi2Component c, const fmi2StatusKind k, fmi2Integer *v)
 NOT_SUPPORTED(fmi2GetBooleanStatus, fmi2Component c, const fmi2StatusKind k, fmi2Boolean *v)
 NOT_SUPPORTED(fmi2GetStringStatus, fmi2Component c, const fmi2StatusKind k, fmi2String *v)

@@ -1,0 +1,174 @@
+"""What tells the coupling error while the run goes on: a second course at twice the step.
+
+Two courses of an algorithm of order p from one point, y at the step H and z at 2H, differ by most
+of the error of the second:
+
+    error of y = |y − z| / (2^p − 1)
+
+So at the end of a *window* of steps the FMUs go back to its start, make it again in half as many
+steps of twice the length, and return; the run is not touched by it. Nothing is assumed of the FMUs,
+and errors propagate in both courses as they do. The first 256 steps are a window. Then follow
+octaves (256 to 512, 512 to 1024 ...) of which the first eighth is one, so that this costs half of
+the first steps again, and a sixteenth of later ones.
+
+Beyond its window an error may go on growing. How it does, the longest window tells: if E doubles
+with the time (as the phase of an undamped oscillation), the octave's error is E S/τ, with S its
+length and τ that of the window, and octaves add up; if it does not grow (where oscillations are
+damped and forced), the octave's error is E, and the largest counts. In between, with an exponent
+γ = log₂ of what E grows by in the second half of the window,
+
+    error = (Σ E^(1/γ) S/τ)^γ     over all octaves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from m4e_fmi.cosim.network import Network, Point
+from m4e_fmi.errors import RunError
+
+if TYPE_CHECKING:
+    from m4e_fmi.cosim.algorithms import Algorithm
+
+FIRST, SHARE = 256, 8
+"""Steps of the first window; octaves over windows after it."""
+START, END = 1, 2
+"""Where the FMUs keep the states at the ends of a window."""
+FAR = 2**62
+"""More steps than a run has."""
+LEAST, MOST = 0.05, 2.0
+"""Bounds of the exponent."""
+ROUNDING = 1e-14
+"""Share of the largest value up to which a difference says nothing."""
+
+
+@dataclass
+class _Window:
+    """Steps that are made again: `times` and source values of the run while it is open.
+
+    Then `errors` (2, sources) are the largest differences in its first half and in all of it,
+    `extremes` the smallest and largest values; `span` and `octave` the times [s] of the window and
+    of all steps for which it stands.
+    """
+
+    start: Point
+    times: list[float]
+    values: list[np.ndarray]
+    errors: np.ndarray
+    extremes: np.ndarray
+    span: float = 0.0
+    octave: float = 0.0
+
+
+class Witness:
+    """Follows a run of `network` by an algorithm that `make` makes anew for the other course."""
+
+    def __init__(
+        self, network: Network, make: Callable[[Network], Algorithm], sources: np.ndarray
+    ) -> None:
+        self._network = network
+        self._make = make
+        self._sources = sources
+        self._steps = 0
+        self._begins, self._ends = 0, FIRST
+        self._open: _Window | None = None
+        self._windows: list[_Window] = []
+        self.failure = ""
+        """Why nothing can be told, if so."""
+
+    def before(self) -> None:
+        """Before a step of the run: keeps the point where a window begins."""
+        if self._steps == self._begins and not self.failure:
+            now = self._network.snapshot(START)
+            values = self._network.values[self._sources]
+            nothing, same = np.zeros((2, len(values))), np.array([values, values])
+            self._open = _Window(now, [now.time], [values], nothing, same)
+            self._windows.append(self._open)
+
+    @property
+    def room(self) -> int:
+        """How many steps may be made at once before `after` is told."""
+        if self.failure:
+            return FAR
+        return 1 if self._open or self._steps >= self._begins else self._begins - self._steps
+
+    def after(self, steps: int = 1) -> None:
+        """After a step of the run, or several where there is `room`."""
+        self._steps += steps
+        if self._open is not None:
+            self._open.times.append(self._network.time)
+            self._open.values.append(self._network.values[self._sources])
+            if self._steps == self._ends:
+                self._close()
+
+    def _close(self) -> None:
+        """Make the steps of the open window again, twice as long."""
+        window, self._open = self._open, None
+        self._begins = max(2 * self._begins, FIRST)
+        self._ends = self._begins + self._begins // SHARE
+        if window is None or len(window.times) < 3:
+            return
+        values = np.array(window.values)
+        window.extremes = np.array([values.min(axis=0), values.max(axis=0)])
+        network = self._network
+        end = network.snapshot(END)
+        network.restore(window.start)
+        try:
+            again = self._again(window.times[::2])
+        except RunError as error:
+            self.failure = f"steps of twice the length fail ({error.message})"
+        else:
+            off = np.abs(again - values[::2])
+            off[off <= ROUNDING * np.abs(values).max(axis=0)] = 0.0
+            half = len(off) // 2
+            window.errors = np.array([off[: half + 1].max(axis=0), off.max(axis=0)])
+            window.span = window.times[2 * (len(off) - 1)] - window.times[0]
+        network.restore(end)
+        window.values.clear()
+
+    def _again(self, times: Sequence[float]) -> np.ndarray:
+        """Values of the sources at these times, a step from each to the next."""
+        network = self._network
+        algorithm = self._make(network)
+        found = [network.values[self._sources]]
+        for start, end in pairwise(times):
+            algorithm.step(start, end - start)
+            network.advance(end)
+            found.append(network.values[self._sources])
+        return np.array(found)
+
+    def finish(self) -> None:
+        """At the end of the run: judge the window that is open."""
+        self._close()
+        if not self.failure and not any(window.span for window in self._windows):
+            self.failure = "the run has but one step"
+
+    def difference(self) -> np.ndarray:
+        """What the two courses would differ by at most, for each source, had both gone all the way.
+
+        To be called after `finish`, without a `failure`.
+        """
+        windows = [window for window in self._windows if window.span]
+        begins = [window.times[0] for window in windows[1:]]
+        for window, end in zip(windows, [*begins, self._network.time], strict=True):
+            window.octave = end - window.times[0]
+        longest = max(windows, key=lambda window: window.span)
+        first, whole = longest.errors
+        grown = np.divide(whole, first, out=np.ones_like(whole), where=first > 0.0)
+        exponent = np.clip(np.log2(np.maximum(grown, 1.0)), LEAST, MOST)
+        largest = np.max([window.errors[1] for window in windows], axis=0)
+        scale = np.where(largest > 0.0, largest, 1.0)
+        total = sum(
+            (w.errors[1] / scale) ** (1 / exponent) * max(w.octave / w.span, 1.0) for w in windows
+        )
+        return scale * np.where(largest > 0.0, total, 0.0) ** exponent
+
+    def ranges(self) -> np.ndarray:
+        """How far the values of each source have been apart in the windows."""
+        extremes = np.array([window.extremes for window in self._windows])
+        return extremes[:, 1].max(axis=0) - extremes[:, 0].min(axis=0)
