@@ -255,6 +255,9 @@ def _add_build(commands: argparse._SubParsersAction) -> None:
     command.add_argument(
         "--native", action="store_true", help="of a model: no Python inside, model exchange too"
     )
+    command.add_argument(
+        "--sources", action="store_true", help="with --native: C sources too, for other platforms"
+    )
     _add_build_folder(command)
     command.set_defaults(command=_build)
 
@@ -275,7 +278,7 @@ def _build(options: argparse.Namespace) -> None:
 
     program = model_program(options.source)
     path = options.build_folder / f"{program.name}.fmu"
-    _print_files([build_fmu(program, path, native=options.native)])
+    _print_files([build_fmu(program, path, native=options.native, sources=options.sources)])
 
 
 def _add_info(commands: argparse._SubParsersAction) -> None:

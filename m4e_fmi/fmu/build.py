@@ -24,7 +24,7 @@ from m4e_fmi.fmu.binaries import binaries, pythonfmu_folder
 from m4e_fmi.fmu.description import FmuVariable, ModelDescription, PythonSource
 from m4e_fmi.fmu.from_program import EMBEDDED, describe, python_slave, with_rates
 from m4e_fmi.fmu.model_description import model_description_xml
-from m4e_fmi.fmu.native import native_resources, shell_binaries
+from m4e_fmi.fmu.native import native_resources, shell_binaries, shell_sources
 from m4e_fmi.program import Program
 from m4e_fmi.runtime.declarations import METHODS
 
@@ -50,20 +50,24 @@ def build_fmu(
     *,
     native: bool = False,
     method: str = "dop853",
+    sources: bool = False,
 ) -> Path:
     """Write the FMU of `source` to `path` (replaced as a whole) and return the path.
 
     A `native` FMU needs no Python where it runs, and serves co-simulation and model exchange;
-    `method` integrates its co-simulation (dop853, rk45, rodas). Variables and value references of
+    `method` integrates its co-simulation (dop853, rk45, rodas); `sources` adds the C sources of its
+    library, for importers that compile. Variables and value references of
     a program are the same either way. The same source gives the same bytes. InputError if the
     name cannot be a model identifier, or a Python module has a syntax error, or something else
     than a program should be native; RunError if there is no library for native FMUs; ValueError if
     the description contradicts itself.
     """
+    if sources and not native:
+        raise InputError.single("an FMU with C sources is a native one", "build it with native")
     if isinstance(source, Program):
         source = with_rates(source)
         files = (
-            native_fmu_files(source, method)
+            native_fmu_files(source, method, sources=sources)
             if native
             else fmu_files(python_slave(source, describe(source)))
         )
@@ -99,7 +103,7 @@ def fmu_files(source: PythonSource) -> dict[str, bytes]:
     return files
 
 
-def native_fmu_files(program: Program, method: str) -> dict[str, bytes]:
+def native_fmu_files(program: Program, method: str, *, sources: bool = False) -> dict[str, bytes]:
     """Every file of the native FMU of `program`: name in the archive → content."""
     if method not in METHODS:
         raise InputError.single(f"there is no method {method!r}", suggestion(method, METHODS))
@@ -110,7 +114,15 @@ def native_fmu_files(program: Program, method: str) -> dict[str, bytes]:
     }
     files |= shell_binaries(identifier)
     files[SETTINGS] = b"%d" % METHODS[method]
-    xml = model_description_xml(description, model_identifier=identifier, guid="", native=True)
+    code = shell_sources() if sources else {}
+    files |= code
+    xml = model_description_xml(
+        description,
+        model_identifier=identifier,
+        guid="",
+        native=True,
+        sources=[Path(name).name for name in code if name.endswith(".c")],
+    )
     guid = _guid(files, xml)
     files[SETTINGS] = b"%s %d\n" % (guid.encode(), METHODS[method])
     files[XML] = _with_guid(xml, guid)

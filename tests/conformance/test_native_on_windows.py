@@ -73,7 +73,7 @@ def lines(hosts: Hosts, program: Program, folder: Path) -> tuple[list[str], list
     fmu = build_fmu(program, folder / "model.fmu", native=True)
     unpacked = folder / "unpacked"
     fmpy.extract(str(fmu), str(unpacked))
-    guid = fmpy.read_model_description(str(fmu)).guid
+    guid = str(fmpy.read_model_description(str(fmu)).guid)
     uri = (unpacked / "resources").as_uri()
     [library] = (unpacked / "binaries" / "linux64").iterdir()
     here = subprocess.run(

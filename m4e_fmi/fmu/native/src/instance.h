@@ -5,6 +5,10 @@
 #include "fmi2.h"
 #include "m4e.h"
 
+#ifdef __GNUC__
+#pragma GCC visibility push(hidden)
+#endif
+
 /* States of the standard's state machine, as bits: a function names those it may be called in. */
 enum {
     INSTANTIATED = 1, INITIALIZATION = 2, EVENT = 4, CONTINUOUS = 8, /* the last two: ME */
@@ -79,5 +83,9 @@ int have_tangent(instance *c);
 int have_integrator(instance *c);
 /* Fills `changes` from `direction`: change of each output, then of each calculated parameter. */
 void differentiate(instance *c);
+
+#ifdef __GNUC__
+#pragma GCC visibility pop
+#endif
 
 #endif
