@@ -71,6 +71,31 @@ _NAMED: dict[str, tuple[tuple[int, ...], float]] = {
 }
 
 
+@dataclass(frozen=True)
+class Quantity:
+    """A number with its unit; `offset` is what the unit adds after the factor (temperatures)."""
+
+    value: float
+    unit: Unit
+    offset: float = 0.0
+
+    def __str__(self) -> str:
+        return f"{self.value:g} {self.unit.text}"
+
+    def in_unit(self, unit: Unit, offset: float = 0.0) -> float:
+        """The number in `unit`; ValueError if that is of another dimension."""
+        if not self.unit.same_dimension(unit):
+            raise ValueError(f"{self} is not in {unit.text}")
+        shift = (self.offset - offset) / unit.factor
+        return self.value * (self.unit.factor / unit.factor) + shift
+
+
+def parse_quantity(text: str) -> Quantity:
+    """The quantity that `text` is, as ``"5 mm"``; ValueError if it is none."""
+    number, _, unit = text.strip().partition(" ")
+    return Quantity(float(number), parse_unit(unit.strip() or "1"))
+
+
 @cache
 def parse_unit(text: str) -> Unit:
     """The unit that `text` names; ValueError with the part that is not understood."""

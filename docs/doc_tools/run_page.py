@@ -2,8 +2,8 @@
 
 In such a page
 
-- a `yaml` block that starts with the comment `# NAME.yaml` is written to that file, others are for
-  reading only;
+- a `yaml` block that starts with the comment `# NAME.yaml`, and a `c` block that starts with
+  `/* NAME.c`, are written to that file, others are for reading only;
 - a `console` block holds commands after `$ `, each followed by what it prints;
 - a `python` block is run, with the names that earlier ones have made; a `text` block right after it
   is what it prints.
@@ -29,7 +29,7 @@ from m4e_fmi import cli
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 FENCE = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-FILE = re.compile(r"# (\S+\.yaml)\n")
+FILE = re.compile(r"# (\S+\.yaml)\n|/\* (\S+\.c)\b")
 LENIENT = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
 
 
@@ -52,10 +52,11 @@ def blocks(page: str) -> Iterator[Block]:
         yield Block(match[1], match[2], page.count("\n", 0, match.start(2)) + 1)
 
 
-def run_page(page: Path, folder: Path) -> None:
+def run_page(page: Path, folder: Path) -> dict[str, Any]:
     """Run what `page` shows in `folder`, which is made anew with a copy of examples/.
 
-    Raises PageError where something else comes out, with both texts.
+    Returns the names that its Python blocks have made. Raises PageError where something else comes
+    out, with both texts.
     """
     shutil.rmtree(folder, ignore_errors=True)
     shutil.copytree(EXAMPLES, folder / "examples", ignore=shutil.ignore_patterns("build", "__*"))
@@ -64,7 +65,7 @@ def run_page(page: Path, folder: Path) -> None:
     with contextlib.chdir(folder):
         for block, after in zip(shown, [*shown[1:], None], strict=True):
             place = f"{page.name}:{block.line}"
-            if block.language == "yaml":
+            if block.language in ("yaml", "c"):
                 _write(block)
             elif block.language == "console":
                 _run_commands(block, place)
@@ -72,12 +73,13 @@ def run_page(page: Path, folder: Path) -> None:
                 printed = _printed(lambda code=block.text: exec(code, names), place)
                 if after and after.language == "text":
                     _compare(after.text, printed, place)
+    return names
 
 
 def _write(block: Block) -> None:
     name = FILE.match(block.text)
     if name:
-        Path(name[1]).write_text(block.text, encoding="utf-8")
+        Path(name[1] or name[2]).write_text(block.text, encoding="utf-8")
 
 
 def _run_commands(block: Block, place: str) -> None:

@@ -3,12 +3,11 @@
     System ──prepare──► Prepared (FMUs built, connections checked, order known) ──run──► Outcome
 
 Start reading at `system` (what is coupled), then `connect` and `structure` (what follows from it),
-`network` and `master` (the time loop), `algorithms` (how a step is made; `gauss_seidel` explains
+`network` and `master` (the time loop), `algorithms` (how a step is made; `corrector` is
 the default). Imports m4e_fmi.errors, document, units and, to build components, m4e_fmi.fmu.
 """
 
 from m4e_fmi.cosim.certificate import Certificate, CouplingError
-from m4e_fmi.cosim.check import check_fmu
 from m4e_fmi.cosim.components import fmu_files
 from m4e_fmi.cosim.connect import Bond, Link, Port, Wiring
 from m4e_fmi.cosim.energy import BondEnergy
@@ -36,7 +35,6 @@ __all__ = [
     "Simulation",
     "System",
     "Wiring",
-    "check_fmu",
     "fmu_files",
     "load",
     "prepare",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import os
 from collections.abc import Callable, Iterator
 from functools import cache
 from importlib.util import find_spec
@@ -11,31 +10,64 @@ from pathlib import Path
 from typing import Any
 
 from m4e_fmi.cosim.system import Component, FmuFile, Kind, ModelFile, System, kind_module, kinds
+from m4e_fmi.errors import RunError
+from m4e_fmi.writing import cannot_write, written
 
 Tell = Callable[[str], None]
 
+NATIVE = True
+"""Whether programs become native FMUs where nobody says how; Python code never does."""
+
 _MODEL_CODE = ("model", "multibody", "program", "fmu", "runtime")
 _KIND_CODE = ("m4e_adapters", "m4e_fmus")
+_SOURCES = {".py", ".c", ".h"}
 
 
 def fmu_files(
-    system: System, build_directory: str | Path = "build", *, tell: Tell | None = None
+    system: System,
+    build_directory: str | Path = "build",
+    *,
+    native: bool | None = None,
+    tell: Tell | None = None,
 ) -> dict[str, Path]:
     """The FMU file of every component by name, built in `build_directory`/system where needed.
+
+    With `native`, models and all other programs become native FMUs, else Python ones; None leaves
+    it to `NATIVE` and to whether this machine has a library for them. Python code, as that of the
+    mooring, is a Python FMU either way.
 
     Beside each built ``name.fmu`` a file ``name.stamp`` holds the hash of what it was made from
     (the model file or configuration, the files it names, and the code that builds); while it
     agrees, the FMU is used as it is. `tell` is called with one line per step of a build.
     """
     folder = Path(build_directory) / system.name
+    tell = tell or _silent
+    if native is None:
+        native = NATIVE and _library_is_there(tell)
     files = {}
     for component in system.components:
         source = component.source
         if isinstance(source, FmuFile):
             files[component.name] = source.path
         else:
-            files[component.name] = _built(system, component, source, folder, tell or _silent)
+            files[component.name] = _built(
+                system, component, source, folder, native=native, tell=tell
+            )
     return files
+
+
+def _library_is_there(tell: Tell) -> bool:
+    from m4e_fmi.fmu.native import shell_binaries
+    from m4e_fmi.runtime.platforms import this_platform
+
+    why = "there is none for this machine"
+    try:
+        if any(this_platform().fmi2 in name for name in shell_binaries("any")):
+            return True
+    except RunError as error:
+        why = error.message
+    tell(f"Python FMUs instead of native ones: {why}")
+    return False
 
 
 def _silent(_: str) -> None:
@@ -43,24 +75,30 @@ def _silent(_: str) -> None:
 
 
 def _built(
-    system: System, component: Component, source: ModelFile | Kind, folder: Path, tell: Tell
+    system: System,
+    component: Component,
+    source: ModelFile | Kind,
+    folder: Path,
+    *,
+    native: bool,
+    tell: Tell,
 ) -> Path:
     fmu, stamp = folder / f"{component.name}.fmu", folder / f"{component.name}.stamp"
-    wanted = _stamp(system, component.name, source)
+    wanted = _stamp(system, component.name, source, native=native)
     if fmu.is_file() and stamp.is_file() and stamp.read_text(encoding="ascii") == wanted:
         return fmu
     from m4e_fmi.fmu import build_fmu
+    from m4e_fmi.program import Program
 
     tell(f"{component.name}: building {fmu}")
-    folder.mkdir(parents=True, exist_ok=True)
-    stamp.unlink(missing_ok=True)
-    fresh = folder / f"{component.name}.{os.getpid()}.fmu"
+    made = _made(system, component.name, source, tell)
     try:
-        build_fmu(_made(system, component.name, source, tell), fresh)
-        fresh.replace(fmu)
-    finally:
-        fresh.unlink(missing_ok=True)
-    stamp.write_text(wanted, encoding="ascii")
+        stamp.unlink(missing_ok=True)  # of the FMU that goes now
+    except OSError as error:
+        raise cannot_write(fmu, error) from error
+    build_fmu(made, fmu, native=native and isinstance(made, Program))
+    with written(stamp) as part:
+        part.write_text(wanted, encoding="ascii")
     return fmu
 
 
@@ -79,9 +117,9 @@ def _made(system: System, name: str, source: ModelFile | Kind, tell: Tell) -> An
     )
 
 
-def _stamp(system: System, name: str, source: ModelFile | Kind) -> str:
+def _stamp(system: System, name: str, source: ModelFile | Kind, *, native: bool) -> str:
     code = [_package_hash(f"m4e_fmi.{part}") for part in _MODEL_CODE]
-    digest = hashlib.sha256("\n".join([name, *code]).encode())
+    digest = hashlib.sha256("\n".join([name, str(native), *code]).encode())
     if isinstance(source, ModelFile):
         digest.update(source.path.read_bytes())
         return digest.hexdigest()
@@ -109,13 +147,13 @@ def _texts(value: Any) -> Iterator[str]:
 
 @cache
 def _package_hash(name: str) -> str:
-    """Hash of all Python sources of a package, or of a module."""
+    """Hash of all Python and C sources of a package, or of a module."""
     spec = find_spec(name)
     digest = hashlib.sha256(name.encode())
     if spec is None:
         return digest.hexdigest()
     folders = [Path(folder) for folder in spec.submodule_search_locations or ()]
-    files = [file for folder in folders for file in folder.rglob("*.py")]
+    files = [f for folder in folders for f in folder.rglob("*") if f.suffix in _SOURCES]
     for file in sorted(files or [Path(spec.origin or "")]):
         if file.is_file():
             digest.update(file.read_bytes())

@@ -6,24 +6,26 @@ whose last segments are equal and of which one is an output, the other an input,
 ways.
 
 ``a.variable -> b.variable`` connects one variable, or all elements of an array given by its base
-name. What leads into a parameter is carried over once, at initialisation.
+name; `connection` tells how a factor and an offset are written. What leads into a parameter is
+carried over once, at initialisation. Values are converted where units differ.
 """
 
 from __future__ import annotations
 
-import re
 from collections import defaultdict
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
+from m4e_fmi.cosim.connection import Connection, parse_connection
+from m4e_fmi.cosim.start_values import start_problems
 from m4e_fmi.cosim.system import System
 from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.fmu.reading import Description, Variable
 
 AXES = (("force_x", "vx", "x"), ("force_z", "vz", "z"), ("moment_y", "omega", "theta"))
 """Force, the velocity it works on, and the coordinate of that velocity, in one connector."""
-
-_CONNECTION = re.compile(r"\s*(\S.*?)\s*(<->|->)\s*(\S.*?)\s*$")
+SAME_UNIT = 1e-9
+"""Relative difference of two factors that say the same in other digits."""
 
 
 @dataclass(frozen=True, order=True)
@@ -39,11 +41,22 @@ class Port:
 
 @dataclass(frozen=True)
 class Link:
-    """`target` takes the value of `source`; `connection` is the index of the text it comes from."""
+    """`target` takes `factor` · the value of `source` + `offset`.
+
+    Both include the conversion between the units of the two FMUs. `connection` is the index of the
+    text that the link comes from.
+    """
 
     source: Port
     target: Port
     connection: int
+    factor: float = 1.0
+    offset: float = 0.0
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether the value is carried over as it is."""
+        return self.factor == 1.0 and self.offset == 0.0
 
     def __str__(self) -> str:
         return f"{self.source} -> {self.target}"
@@ -90,7 +103,8 @@ def connect(system: System, descriptions: Mapping[str, Description]) -> Wiring:
         found = _Connection(system, descriptions, index, text, problems).links()
         links += found
     links = _one_source_each(system, links, problems)
-    problems += _start_problems(system, descriptions)
+    problems += start_problems(system, descriptions)
+    problems += _moved_problems(system, descriptions, links)
     if problems:
         raise InputError(problems)
 
@@ -130,16 +144,23 @@ class _Connection:
         self._problems.append(self._system.problem(at, message, remedy))
 
     def links(self) -> list[Link]:
-        match = _CONNECTION.match(self._text)
-        if not match:
-            remedy = "write 'a.group <-> b.group' or 'a.variable -> b.variable'"
-            self._reject(f"not a connection: {self._text!r}", remedy)
+        try:
+            written = parse_connection(self._text)
+        except ValueError as error:
+            self._reject(*error.args)
             return []
-        left, right = self._end(match[1]), self._end(match[3])
+        left, right = self._end(written.left), self._end(written.right)
         if left is None or right is None:
             return []
-        pairs = self._groups(left, right) if match[2] == "<->" else self._variables(left, right)
-        return [Link(a, b, self._index) for a, b in pairs if self._fits(a, b)]
+        pairs = self._groups(left, right) if written.both_ways else self._variables(left, right)
+        return [self._link(a, b, written) for a, b in pairs if self._fits(a, b, written)]
+
+    def _link(self, source: Port, target: Port, written: Connection) -> Link:
+        scale, shift = 1.0, 0.0
+        if not written.units_ignored:
+            scale, shift = _conversion(self._variable(source), self._variable(target))
+        factor, offset = written.factor * scale, written.factor * shift + written.offset
+        return Link(source, target, self._index, factor, offset)
 
     def _end(self, text: str) -> Port | None:
         """Component and the rest of one end."""
@@ -218,8 +239,8 @@ class _Connection:
             self._reject(f"{end.component!r} has no variable {end.variable!r}", remedy)
         return {name[len(end.variable) :]: Port(end.component, name) for name in found}
 
-    def _fits(self, source: Port, target: Port) -> bool:
-        """Whether a value may go from `source` to `target`: causality, type and unit."""
+    def _fits(self, source: Port, target: Port, written: Connection) -> bool:
+        """Whether a value may go from `source` to `target`: causality, type and dimension."""
         give, take = self._variable(source), self._variable(target)
         if give.causality not in ("output", "calculatedParameter"):
             remedy = "what stands left of '->' must be an output or a calculated parameter"
@@ -234,26 +255,27 @@ class _Connection:
             remedy = "only Real variables can be connected"
             self._reject(f"{source} is {give.type}, {target} is {take.type}", remedy)
         else:
-            return self._units_fit(source, target)
+            return written.units_ignored or self._units_fit(source, target, written)
         return False
 
-    def _units_fit(self, source: Port, target: Port) -> bool:
-        give, take = self._variable(source), self._variable(target)
-        if give.dimension is None or take.dimension is None:
+    def _units_fit(self, source: Port, target: Port, written: Connection) -> bool:
+        give, take = self._variable(source).dimension, self._variable(target).dimension
+        if give is None or take is None or give.same_dimension(take):
             return True
-        told = f"{source} is in {give.unit}, {target} expects {take.unit}"
-        si = take.dimension.si_text
-        factor = give.dimension.factor / take.dimension.factor
-        if not give.dimension.same_dimension(take.dimension):
-            remedy = f"connect other variables: {give.dimension.si_text} is not {si}"
-        elif abs(factor - 1) > 1e-9:
-            remedy = f"values would be wrong by a factor of {factor:g}: export both in {si}"
-        elif give.offset != take.offset:
-            remedy = f"their zeros differ: export both in {si}"
-        else:
-            return True
-        self._reject(told, remedy)
+        remedy = f"connect other variables: {give.si_text} is not {take.si_text}"
+        if not written.both_ways:
+            remedy += "; or write ', units ignored' behind the connection"
+        self._reject(f"{source} is in {give.text}, {target} expects {take.text}", remedy)
         return False
+
+
+def _conversion(give: Variable, take: Variable) -> tuple[float, float]:
+    """Factor and offset from the unit of one variable to that of another, of one dimension."""
+    if give.dimension is None or take.dimension is None:
+        return 1.0, 0.0
+    factor = give.dimension.factor / take.dimension.factor
+    shift = (give.offset - take.offset) / take.dimension.factor
+    return (1.0 if abs(factor - 1) < SAME_UNIT else factor), shift
 
 
 def _extent(elements: Iterable[str]) -> str:
@@ -274,38 +296,21 @@ def _one_source_each(system: System, links: list[Link], problems: list[Problem])
     return list(first.values())
 
 
-def _start_problems(system: System, descriptions: Mapping[str, Description]) -> Iterable[Problem]:
-    for component in system.components:
-        variables = descriptions[component.name].variables
-        for name, value in component.start.items():
-            at = ("components", component.name, "start", name)
-            if name not in variables:
-                settable = [n for n, v in variables.items() if _settable(v)]
-                remedy = suggestion(name, settable, "start values")
-                yield system.problem(at, f"{component.name!r} has no variable {name!r}", remedy)
-            elif not _settable(variables[name]):
-                what = variables[name].causality
-                remedy = "parameters, inputs and initial states take start values"
-                message = f"{component.name}.{name} ({what}) takes no start value"
-                yield system.problem(at, message, remedy)
-            elif not isinstance(value, _START_TYPES[variables[name].type]):
-                message = f"start value {value!r} of {component.name}.{name} is wrong"
-                yield system.problem(at, message, f"it is of type {variables[name].type}")
-
-
-_START_TYPES: dict[str, type | tuple[type, ...]] = {
-    "Real": (float, int),
-    "Integer": int,
-    "Enumeration": int,
-    "Boolean": bool,
-    "String": str,
-}
-
-
-def _settable(variable: Variable) -> bool:
-    return variable.variability != "constant" and (
-        variable.causality == "input" or variable.initial in ("exact", "approx")
-    )
+def _moved_problems(
+    system: System, descriptions: Mapping[str, Description], links: Iterable[Link]
+) -> Iterable[Problem]:
+    """Inputs that an FMU moves along others, which have to be carried over alike."""
+    by_target = {link.target: link for link in links}
+    for component, description in descriptions.items():
+        for moved, rate in description.input_derivatives.items():
+            place = by_target.get(Port(component, moved))
+            speed = by_target.get(Port(component, rate))
+            if place is None or speed is None:
+                continue
+            if abs(speed.factor / place.factor - 1) > SAME_UNIT or speed.offset != 0.0:
+                message = f"{rate} is declared as the rate of {moved}, but carried over otherwise"
+                remedy = f"give both the factor {place.factor:g}, and {rate} no offset"
+                yield system.problem(("connections", speed.connection), message, remedy)
 
 
 def _bonds(system: System, links: Iterable[Link]) -> Iterable[Bond]:

@@ -22,6 +22,7 @@ import numpy as np
 
 from m4e_fmi.cosim.connect import Bond
 from m4e_fmi.cosim.network import Network
+from m4e_fmi.cosim.operations import Operation, gather
 
 BLOCK = 256
 """Steps that are noted before they are evaluated."""
@@ -63,16 +64,20 @@ class EnergyBalance:
         count = len(axes)
         targets = {port: k for k, port in enumerate(network.targets)}
         sources = (
-            *(axis.force.source for _, axis in axes),
-            *(axis.velocity.source for _, axis in axes),
-            *((axis.position or axis.velocity).source for _, axis in axes),
+            [axis.force.source for _, axis in axes],
+            [axis.velocity.source for _, axis in axes],
+            [(axis.position or axis.velocity).source for _, axis in axes],
         )
-        self._index = np.array([network.index(port) for port in sources], dtype=np.intp)
+        places = [network.index(port) for ports in sources for port in ports]
+        self._index = np.array(places, dtype=np.intp)
         self._target = np.array([targets[a.force.target] for _, a in axes], dtype=np.intp)
         self._has_position = np.array([a.position is not None for _, a in axes], dtype=bool)
         self._of_bond = np.zeros((count, len(self._bonds)))
+        self._way_of_bond = np.zeros_like(self._of_bond)
         for row, (k, _) in enumerate(axes):
-            self._of_bond[row, k] = 1.0
+            force, velocity, way = (network.to_si(ports[row]) for ports in sources)
+            self._of_bond[row, k] = force * velocity
+            self._way_of_bond[row, k] = force * way
         self._points = np.zeros((BLOCK + 1, 3 * count))
         self._held = np.zeros((BLOCK, count))
         self._sizes = np.zeros(BLOCK)
@@ -89,8 +94,28 @@ class EnergyBalance:
         step = self._steps
         self._values.take(self._index, out=self._points[step + 1], mode="clip")
         held.take(self._target, out=self._held[step], mode="clip")
-        self._sizes[step] = size
-        self._steps = step + 1
+        self.note(1, size)
+
+    def operations(self, held: np.ndarray) -> tuple[Operation, ...]:
+        """What notes a step at place `noted` of a block, as `add` does; `held` stays the array."""
+        if not self._bonds:
+            return ()
+        return (
+            gather(self._points[1:], self._values, self._index),
+            gather(self._held, held, self._target),
+        )
+
+    @property
+    def noted(self) -> int:
+        """Steps in the present block, below BLOCK."""
+        return self._steps
+
+    def note(self, count: int, size: float) -> None:
+        """Account for `count` steps of `size` [s] that the operations have noted."""
+        if not self._bonds:
+            return
+        self._sizes[self._steps : self._steps + count] = size
+        self._steps += count
         if self._steps == BLOCK:
             self._evaluate()
 
@@ -106,7 +131,7 @@ class EnergyBalance:
             position[1:] - position[:-1],
             half * (velocity[1:] + velocity[:-1]),
         )
-        self._received += ((self._held[:count] * way) @ self._of_bond).sum(axis=0)
+        self._received += ((self._held[:count] * way) @ self._way_of_bond).sum(axis=0)
         self._exchanged = np.maximum(self._exchanged, np.abs(given).max(axis=0, initial=0.0))
         self._given = given[-1] if count else self._given
         self._points[0] = self._points[count]

@@ -8,19 +8,18 @@ from __future__ import annotations
 
 import ctypes
 import math
-import os
 from collections.abc import Callable, Mapping, Sequence
+from copy import copy
 from functools import partial
-from pathlib import Path
 from typing import Any, NoReturn
 
 import numpy as np
 from fmpy import fmi2
 
-from m4e_fmi.cosim.messages import STATUS, Messages
+from m4e_fmi.cosim.binary import Binary
 from m4e_fmi.errors import RunError
+from m4e_fmi.fmu.messages import STATUS, Messages
 from m4e_fmi.fmu.reading import Description
-from m4e_fmi.fmu.unpack import Unpacked
 
 WARNING, DISCARD, ERROR, FATAL = 1, 2, 3, 4
 LAST_ERROR = "last_error"
@@ -46,13 +45,15 @@ _SET_DERIVATIVES = ctypes.CFUNCTYPE(
 
 
 class Instance:
-    """An instance named `name`; `close` it, or use it as a context manager.
+    """An instance named `name` of a loaded FMU; `close` it, or use it as a context manager.
+
+    `scales` are factor and offset of the inputs that are set otherwise than by their own values.
 
     Every method raises RunError with component, time, the FMU's own words and a remedy when the
     FMU answers with more than a warning. After Fatal the FMU is never called again.
     """
 
-    def __init__(self, name: str, description: Description) -> None:
+    def __init__(self, name: str, description: Description, binary: Binary) -> None:
         self.name = name
         self.description = description
         self._messages = Messages()
@@ -60,12 +61,12 @@ class Instance:
         self._broken = False
         self._initialised = False
         self._kept: list[Any] = []
+        self.scales: dict[str, tuple[float, float]] = {}
         self._state = ctypes.c_void_p()
         self._state_time = 0.0
         self._fmu: Any = None
-        self._unpacked = Unpacked(description.path)
         try:
-            self._open()
+            self._open(binary)
         except BaseException:
             self.close()
             raise
@@ -76,24 +77,11 @@ class Instance:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _open(self) -> None:
-        here = Path.cwd()
-        description = self.description
-        try:
-            self._fmu = fmi2.FMU2Slave(
-                guid=description.guid,
-                unzipDirectory=str(self._unpacked.folder),
-                modelIdentifier=description.identifier,
-                instanceName=self.name,
-            )
-        except Exception as error:
-            text = str(error).replace(str(self._unpacked.folder), "")
-            remedy = "a library it needs is missing, or the file is not an FMI 2.0 binary"
-            raise RunError(
-                f"{self._origin}: its binary cannot be loaded: {text}", remedy
-            ) from error
-        finally:
-            os.chdir(here)  # loading leaves the process elsewhere when it fails
+    def _open(self, binary: Binary) -> None:
+        self._binary = binary
+        self._fmu = copy(binary.functions)
+        self._fmu.instanceName = self.name
+        binary.in_use += 1
         try:
             self._fmu.instantiate(callbacks=self._messages.callbacks, loggingOn=True)
         except Exception as error:
@@ -152,13 +140,75 @@ class Instance:
         if status > WARNING:
             self.fail(status, function)
 
+    def scale_input(self, name: str, factor: float, offset: float) -> None:
+        """From now on, calls that set or read `name` carry v where the FMU has factor·v + offset.
+
+        So the master's values are in the unit of the input's source. `read` tells the FMU's own.
+        """
+        self.scales[name] = factor, offset
+
+    def scales_of(self, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray] | None:
+        """Factors and offsets of variables of `scale_input`; None if all are as they are."""
+        if not any(name in self.scales for name in names):
+            return None
+        factor, offset = np.array([self.scales.get(name, (1.0, 0.0)) for name in names]).T
+        return factor, offset
+
     def getter(self, names: Sequence[str], view: np.ndarray) -> Call:
         """A call that reads the Real variables `names` into `view` (float64, contiguous)."""
-        return self._bound(self._get_real, names, view)
+        scales = self.scales_of(names)
+        if scales is None:
+            return self.own_getter(names, view)
+        factor, offset = scales
+        own = np.zeros(len(names))
+        call = self.own_getter(names, own)
+
+        def get() -> Status:
+            status = call()
+            view[:] = (own - offset) / factor
+            return status
+
+        return get
 
     def setter(self, names: Sequence[str], view: np.ndarray) -> Call:
         """A call that sets the Real variables `names` from `view` (float64, contiguous)."""
+        scales = self.scales_of(names)
+        if scales is None:
+            return self.own_setter(names, view)
+        factor, offset = scales
+        own = np.zeros(len(names))
+        call = self.own_setter(names, own)
+
+        def set_() -> Status:
+            np.multiply(view, factor, out=own)
+            np.add(own, offset, out=own)
+            return call()
+
+        return set_
+
+    def own_getter(self, names: Sequence[str], view: np.ndarray) -> Call:
+        """As `getter`, in the FMU's own units."""
+        return self._bound(self._get_real, names, view)
+
+    def own_setter(self, names: Sequence[str], view: np.ndarray) -> Call:
+        """As `setter`, in the FMU's own units."""
         return self._bound(self._set_real, names, view)
+
+    @property
+    def handle(self) -> int:
+        """The FMU's component: first argument of its functions."""
+        return self._component
+
+    def address(self, function: str) -> int:
+        """Address of a function of FMI in the FMU's library."""
+        address = ctypes.cast(getattr(self._fmu.dll, function), ctypes.c_void_p).value
+        assert address
+        return address
+
+    def references(self, names: Sequence[str]) -> np.ndarray:
+        """Value references of variables, uint32."""
+        variables = self.description.variables
+        return np.array([variables[name].value_reference for name in names], dtype=np.uint32)
 
     def _bound(self, function: Any, names: Sequence[str], view: np.ndarray) -> Call:
         assert view.dtype == np.float64
@@ -182,6 +232,20 @@ class Instance:
         assert view.dtype == np.float64
         assert view.flags.c_contiguous
         assert view.shape == (len(names), 2)
+        scales = self.scales_of(names)
+        if scales is not None:
+            factor = scales[0][:, None].copy()
+            own = np.zeros_like(view)
+            call = self._bound_derivatives(names, own)
+
+            def set_() -> Status:
+                np.multiply(view, factor, out=own)
+                return call()
+
+            return set_
+        return self._bound_derivatives(names, view)
+
+    def _bound_derivatives(self, names: Sequence[str], view: np.ndarray) -> Call:
         variables = self.description.variables
         count = 2 * len(names)
         twice = [variables[n].value_reference for n in names for _ in range(2)]
@@ -203,7 +267,7 @@ class Instance:
         self.time = self._state_time
 
     def directional_derivative(self, output: str, known: str) -> float:
-        """∂output/∂known of two Real variables at the present instant, as the FMU tells it."""
+        """∂output/∂known of two Real variables at the present instant; `known` may be scaled."""
         variables = self.description.variables
         references = [
             (ctypes.c_uint * 1)(variables[name].value_reference) for name in (output, known)
@@ -218,12 +282,12 @@ class Instance:
             ctypes.byref(seed),
             ctypes.byref(value),
         )
-        return value.value
+        return value.value * self.scales.get(known, (1.0, 0.0))[0]
 
     def read(self, name: str) -> float:
         """The present value of the Real variable `name`."""
         value = np.zeros(1)
-        status = self.getter([name], value)()
+        status = self._bound(self._get_real, [name], value)()
         del self._kept[-2:]
         if status > WARNING:
             self.fail(status, "fmi2GetReal")
@@ -274,7 +338,7 @@ class Instance:
         return text.decode("utf-8", errors="replace").strip() if status <= WARNING and text else ""
 
     def close(self) -> None:
-        """Terminate, free and unload as far as the FMU's condition allows; remove its folder."""
+        """Terminate and free as far as the FMU's condition allows."""
         fmu, self._fmu = self._fmu, None
         if fmu is not None and fmu.component is not None:
             status = 0
@@ -283,9 +347,9 @@ class Instance:
             if self._state and not self._broken:
                 fmu.dll.fmi2FreeFMUstate(fmu.component, ctypes.byref(self._state))
             if status < FATAL:
-                fmu.freeInstance()
+                fmu.fmi2FreeInstance(fmu.component)
+                self._binary.in_use -= 1
         self._kept.clear()
-        self._unpacked.remove()
 
 
 def _prototype(kind: Any, function: Any) -> Any:

@@ -7,17 +7,20 @@ import threading
 import time as clock
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from typing import cast
 
 import numpy as np
 
-from m4e_fmi.cosim.algorithms import ALGORITHMS, Returning
+from m4e_fmi.cosim.algorithms import ALGORITHMS
+from m4e_fmi.cosim.algorithms.scheduled import Scheduled
+from m4e_fmi.cosim.binary import binaries
 from m4e_fmi.cosim.connect import Wiring
 from m4e_fmi.cosim.energy import BondEnergy, EnergyBalance
 from m4e_fmi.cosim.instance import Instance
 from m4e_fmi.cosim.network import Network
 from m4e_fmi.cosim.results import ResultsWriter
+from m4e_fmi.cosim.start_values import start_values
 from m4e_fmi.cosim.step_control import StepControl
+from m4e_fmi.cosim.stepping import Repeated, Stepwise
 from m4e_fmi.cosim.structure import Structure
 from m4e_fmi.cosim.system import SECOND, System
 from m4e_fmi.errors import RunError
@@ -51,8 +54,9 @@ class Master:
 
     def __enter__(self) -> Master:
         with ExitStack() as stack:
+            loaded = binaries(self._descriptions, stack)
             instances = {
-                name: stack.enter_context(Instance(name, description))
+                name: stack.enter_context(Instance(name, description, loaded[name]))
                 for name, description in self._descriptions.items()
             }
             self._initialise(instances)
@@ -71,7 +75,7 @@ class Master:
                 stop=simulation.stop_time,
                 tolerance=simulation.tolerance,
             )
-            instance.set_start(component.start)
+            instance.set_start(start_values(component, instance.description))
         self.network = Network(instances, self._wiring, self._structure, time=simulation.start_time)
         self.network.initialise()
         self._algorithm = ALGORITHMS[simulation.algorithm](self.network)
@@ -119,55 +123,34 @@ class Master:
         observers: Sequence[Observer] = (),
         progress: Progress | None = None,
     ) -> None:
-        """Step to the stop time; KeyboardInterrupt stops at the next communication point."""
-        simulation = self._system.simulation
-        start, stop = round(simulation.start_time * SECOND), round(simulation.stop_time * SECOND)
-        every = round((simulation.output_interval or simulation.step_size) * SECOND)
-        every = every if simulation.output_interval or self._control is None else 1
-        network, algorithm, energy = self.network, self._algorithm, self._energy
+        """Step to the stop time; KeyboardInterrupt stops at a communication point."""
+        stop = round(self._system.simulation.stop_time * SECOND)
+        steps = self._stepping(results, singly=bool(observers))
         tell = _ticker(progress)
-        now, row = start, start
-        self._observe(results, observers)
+        if results is not None:
+            results.record(self.network.time)
+        self._observe(observers)
         # an overflow is found, and told with its place, where values are read from the FMUs
         with _interruption() as interrupted, np.errstate(over="ignore", invalid="ignore"):
-            while now < stop:
-                size = self._step(now, stop, row + every)
-                now += size
-                network.advance(now / SECOND)
-                energy.add(algorithm.held, size / SECOND)
-                self.steps += 1
-                recorded = now >= row + every or now == stop
-                row = now if recorded else row
-                self._observe(results if recorded else None, observers)
-                tell(now / SECOND)
+            while steps.now < stop:
+                try:
+                    steps.advance()
+                finally:
+                    self.steps = steps.steps
+                self._observe(observers)
+                tell(steps.now / SECOND)
                 if interrupted():
                     raise KeyboardInterrupt
 
-    def _step(self, now: int, stop: int, row: int) -> int:
-        """Step all components from `now`, not beyond `stop`; the size of the step. All in ns.
+    def _stepping(self, results: ResultsWriter | None, *, singly: bool) -> Stepwise | Repeated:
+        algorithm, rest = self._algorithm, (self._energy, self._system.simulation, results)
+        if not isinstance(algorithm, Scheduled):
+            return Stepwise(self.network, algorithm, *rest, self._control)
+        return Repeated(self.network, algorithm, *rest, singly=singly, most_time=PROGRESS_INTERVAL)
 
-        Adaptive steps end where the next row of the results is due, at `row`.
-        """
-        control = self._control
-        if control is None:
-            size = min(round(self._system.simulation.step_size * SECOND), stop - now)
-            self._algorithm.step(now / SECOND, size / SECOND)
-            return size
-        while True:
-            end = min(row, stop) if row > now + 1 else stop
-            size = min(control.size, end - now)
-            algorithm = cast("Returning", self._algorithm)
-            algorithm.step(now / SECOND, size / SECOND)
-            if control.accepts(algorithm.change, algorithm.end, size):
-                return size
-            algorithm.undo()
-
-    def _observe(self, results: ResultsWriter | None, observers: Sequence[Observer]) -> None:
-        network = self.network
-        if results is not None:
-            results.record(network.time)
+    def _observe(self, observers: Sequence[Observer]) -> None:
         for observer in observers:
-            observer(network.time, network)
+            observer(self.network.time, self.network)
 
 
 def _ticker(progress: Progress | None) -> Callable[[float], None]:

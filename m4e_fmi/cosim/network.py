@@ -14,13 +14,15 @@ An algorithm steps every component from `now`; `advance` then makes the new poin
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 
 from m4e_fmi.cosim.connect import Link, Port, Wiring
 from m4e_fmi.cosim.instance import WARNING, Call, Instance
 from m4e_fmi.cosim.newton import AlgebraicLoop
+from m4e_fmi.cosim.operations import Get, Operation, gather, setting
+from m4e_fmi.cosim.schedule import Schedule
 from m4e_fmi.cosim.structure import Loop, Structure, Transfer, derivative_chain
 
 Action = Callable[[], None]
@@ -31,9 +33,9 @@ class Network:
 
     `time` is the present communication point [s].
     `sweep` is the order in which a Gauss–Seidel algorithm steps the components.
-    `inputs[k]` is the value of the connected input `targets[k]` at the present point and `links[k]`
-    what leads there; inputs of one component are consecutive (`input_slice`), and so are its
-    outputs (`output_slice`, within a block of `values`).
+    `inputs[k]` is the value of the connected input `targets[k]` at the present point, in the unit
+    of its source, and `links[k]` what leads there; inputs of one component are consecutive
+    (`input_slice`), and so are its outputs (`output_slice`, within a block of `values`).
     """
 
     def __init__(
@@ -45,6 +47,10 @@ class Network:
         time: float,
     ) -> None:
         self.instances = dict(instances)
+        for link in (*wiring.initial_links, *wiring.links):
+            if not link.is_plain:
+                instance = self.instances[link.target.component]
+                instance.scale_input(link.target.variable, link.factor, link.offset)
         self.time = time
         self.sweep = structure.sweep
         self._wiring = wiring
@@ -58,8 +64,10 @@ class Network:
         self.now, self.before, self.stepped = 0, count, 2 * count
         self.inputs = np.zeros(len(self.targets))
         self._index = {port: k for k, port in enumerate(self.outputs)}
+        self._place = {port: k for k, port in enumerate(self.targets)}
+        self._output_ranges, self._input_ranges = _ranges(self.outputs), _ranges(self.targets)
         self._descriptions = {name: i.description for name, i in self.instances.items()}
-        self._exchange = _in_order(self._transfer(t) for t in structure.exchange)
+        self._exchange = tuple(self._exchanged(structure.exchange))
 
     def read(self, name: str) -> float:
         """The present value of the Real variable ``component.variable``, exchanged or not."""
@@ -70,6 +78,10 @@ class Network:
         """Place of an output in a block of `values`."""
         return self._index[output]
 
+    def place(self, target: Port) -> int:
+        """Place of a connected input in `inputs`."""
+        return self._place[target]
+
     def derivatives(self, output: Port) -> list[Port]:
         """The output itself and its declared first and second time derivative, if there are."""
         return derivative_chain(self._descriptions, output)
@@ -78,18 +90,32 @@ class Network:
         """The unit of a variable, as its FMU names it."""
         return self._descriptions[port.component].variables[port.variable].unit
 
+    def to_si(self, port: Port) -> float:
+        """SI value over value of a variable, 1 if its FMU gives no unit."""
+        dimension = self._descriptions[port.component].variables[port.variable].dimension
+        return dimension.factor if dimension else 1.0
+
     def output_slice(self, component: str) -> slice:
-        return _range_of(self.outputs, component)
+        return self._output_ranges.get(component, slice(0, 0))
 
     def input_slice(self, component: str) -> slice:
-        return _range_of(self.targets, component)
+        return self._input_ranges.get(component, slice(0, 0))
 
     def advance(self, time: float) -> None:
         """Make `time` [s], which all instances have reached, the present point."""
         self.time = time
-        now, before, stepped = self.now, self.before, self.stepped
-        self.values[before:stepped] = self.values[now:before]
-        self._exchange()
+        self._run_exchange()
+
+    def _run_exchange(self) -> None:
+        for part in self._exchange:
+            part.run(self.time)
+
+    @property
+    def operations(self) -> tuple[Operation, ...]:
+        """What `advance` does, once all components have stepped; not where loops are solved."""
+        parts = [part for part in self._exchange if isinstance(part, Schedule)]
+        assert len(parts) == len(self._exchange)
+        return tuple(operation for part in parts for operation in part.operations)
 
     def initialise(self) -> None:
         """In initialization mode: carry over parameters, then outputs, along declared dependencies.
@@ -117,7 +143,7 @@ class Network:
                 self._checked(instance, instance.setter(transfer.variables, view), "fmi2SetReal")()
         for instance in self.instances.values():
             instance.exit_initialization()
-        self._exchange()
+        self._run_exchange()
         self.values[self.before : self.stepped] = self.values[self.now : self.before]
 
     def reader(self, component: str, names: Sequence[str], view: np.ndarray) -> Action:
@@ -170,71 +196,67 @@ class Network:
 
         return action
 
-    def _loop(self, loop: AlgebraicLoop) -> Action:
-        outputs = np.array([self.index(port) for port in loop.outputs], dtype=np.intp)
-        inputs = np.array([self.targets.index(port) for port in loop.inputs], dtype=np.intp)
+    def _exchanged(self, transfers: Sequence[Transfer | Loop]) -> Iterator[Schedule | _SolvedLoop]:
+        """The exchange at a communication point: schedules, and the loops between them."""
+        count = len(self.outputs)
+        block = self.values[self.before : self.stepped]
+        operations: list[Operation] = [gather(block, self.values, range(count))] if count else []
+        for transfer in transfers:
+            if isinstance(transfer, Transfer):
+                operations += self._transfer(transfer)
+                continue
+            yield Schedule(operations)
+            operations = []
+            yield _SolvedLoop(self, transfer)
+        yield Schedule(operations)
 
-        def solve() -> None:
-            loop.solve()
-            self.values[outputs] = loop.output_values
-            self.inputs[inputs] = loop.input_values
-
-        return solve
-
-    def _transfer(self, transfer: Transfer | Loop) -> Action:
-        if isinstance(transfer, Loop):
-            sources = {link.target: link.source for link in self.links}
-            return self._loop(AlgebraicLoop(self.instances, transfer, sources))
-        first = Port(transfer.component, transfer.variables[0])
-        count = len(transfer.variables)
+    def _transfer(self, transfer: Transfer) -> tuple[Operation, ...]:
+        instance, names = self.instances[transfer.component], transfer.variables
+        first, count = Port(transfer.component, names[0]), len(names)
         if transfer.action == "get":
             start = self.index(first)
-            return self.reader(
-                transfer.component, transfer.variables, self.values[start : start + count]
-            )
-        start = self.targets.index(first)
+            return (Get(instance, names, self.values[start : start + count]),)
+        start = self._place[first]
         view = self.inputs[start : start + count]
-        sources = np.array([self.index(k.source) for k in self.links[start : start + count]])
-        instance = self.instances[transfer.component]
-        call, take = instance.setter(transfer.variables, view), self.values.take
+        sources = [self.index(link.source) for link in self.links[start : start + count]]
+        return (gather(view, self.values, sources), *setting(instance, names, view))
 
-        def carry() -> None:
-            take(sources, out=view, mode="clip")
-            status = call()
-            if status > WARNING:
-                instance.fail(status, "fmi2SetReal")
 
-        return carry
+class _SolvedLoop:
+    """An algebraic loop within an exchange."""
+
+    def __init__(self, network: Network, loop: Loop) -> None:
+        sources = {link.target: link.source for link in network.links}
+        self._network = network
+        self._loop = solved = AlgebraicLoop(network.instances, loop, sources)
+        self._outputs = np.array([network.index(port) for port in solved.outputs], dtype=np.intp)
+        places = [network.place(port) for port in solved.inputs]
+        self._inputs = np.array(places, dtype=np.intp)
+
+    def run(self, _time: float) -> None:
+        self._loop.solve()
+        self._network.values[self._outputs] = self._loop.output_values
+        self._network.inputs[self._inputs] = self._loop.input_values
 
 
 def _grouped(
     steps: Sequence[Transfer | Loop], action: str, components: Mapping[str, Instance]
 ) -> list[Port]:
     """All variables of the transfers of one kind, by component and within it by call."""
-    transfers = [
-        transfer
-        for step in steps
-        for transfer in ((*step.sets, *step.gets) if isinstance(step, Loop) else (step,))
-    ]
-    return [
-        Port(transfer.component, name)
-        for component in components
-        for transfer in transfers
-        if transfer.action == action and transfer.component == component
-        for name in transfer.variables
-    ]
+    found: dict[str, list[Port]] = {component: [] for component in components}
+    for step in steps:
+        for transfer in (*step.sets, *step.gets) if isinstance(step, Loop) else (step,):
+            if transfer.action == action:
+                found[transfer.component] += [
+                    Port(transfer.component, name) for name in transfer.variables
+                ]
+    return [port for ports in found.values() for port in ports]
 
 
-def _range_of(ports: Sequence[Port], component: str) -> slice:
-    places = [k for k, port in enumerate(ports) if port.component == component]
-    return slice(places[0], places[-1] + 1) if places else slice(0, 0)
-
-
-def _in_order(actions: Iterable[Action]) -> Action:
-    steps = tuple(actions)
-
-    def run() -> None:
-        for action in steps:
-            action()
-
-    return run
+def _ranges(ports: Sequence[Port]) -> dict[str, slice]:
+    """Component → its places among `ports`, which are consecutive."""
+    found: dict[str, slice] = {}
+    for k, port in enumerate(ports):
+        first = found[port.component].start if port.component in found else k
+        found[port.component] = slice(first, k + 1)
+    return found

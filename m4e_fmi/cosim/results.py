@@ -7,18 +7,25 @@ component `buoy` under their FMI names, each with `units` and `long_name`.
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from m4e_fmi.cosim.instance import Instance
 from m4e_fmi.cosim.network import Network
-from m4e_fmi.errors import RunError
+from m4e_fmi.cosim.operations import Get
+from m4e_fmi.cosim.schedule import Schedule
+from m4e_fmi.fmu.reading import Variable
+from m4e_fmi.writing import cannot_write
 
-BLOCK = 256
-"""Rows that are kept in memory before they are written."""
+CHUNK = 64, 4096
+"""Least and most rows of a variable that lie together in the file."""
+MOST_ROWS, MOST_VALUES = 16384, 2**22
+"""Rows, and values in all of them, that are kept in memory before they are written."""
 FLUSH = 5.0
 """Seconds of wall time after which rows reach the disk even if the block is not full."""
 
@@ -26,28 +33,46 @@ FLUSH = 5.0
 class ResultsWriter:
     """Writes rows of all scalar Real outputs of a network; use it as a context manager.
 
-    A row reaches the disk with its block of 256, or after five seconds; a run that is killed leaves
-    a readable file.
+    A row reaches the disk with its block (of 4 million values at most), or after five seconds; a
+    run that is killed leaves a readable file. `expected` is the number of rows, for a file of the
+    right size: there may be more or less.
     """
 
-    def __init__(self, path: str | Path, network: Network, attributes: Mapping[str, str]) -> None:
+    def __init__(
+        self, path: str | Path, network: Network, attributes: Mapping[str, str], *, expected: int
+    ) -> None:
         from netCDF4 import Dataset
 
         self.path = Path(path)
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             self._file = Dataset(self.path, "w", format="NETCDF4")
-        except OSError as error:
-            raise RunError(f"{path}: cannot be written: {error}", "choose another file") from error
-        self._file.setncatts({**attributes, "created": datetime.now(UTC).isoformat("T", "seconds")})
-        self._file.createDimension("time", None)
-        self._time = self._file.createVariable("time", "f8", ("time",), chunksizes=(BLOCK,))
-        self._time.setncatts({"units": "s", "long_name": "simulated time"})
-        self._times = np.zeros(BLOCK)
-        self._groups = [_Group(self._file, network, name) for name in network.instances]
+        except (OSError, RuntimeError) as error:
+            with suppress(OSError):
+                if not self.path.stat().st_size:
+                    self.path.unlink()
+            raise cannot_write(self.path, error) from error
         self._rows = 0
         self._written = 0
         self._flushed = clock.monotonic()
+        with self._errors():
+            self._declare(network, attributes, expected)
+
+    def _declare(self, network: Network, attributes: Mapping[str, str], expected: int) -> None:
+        self._file.setncatts({**attributes, "created": datetime.now(UTC).isoformat("T", "seconds")})
+        self._file.createDimension("time", None)
+        chunk = (min(max(expected, CHUNK[0]), CHUNK[1]),)
+        self._time = self._file.createVariable("time", "f8", ("time",), chunksizes=chunk)
+        self._time.setncatts({"units": "s", "long_name": "simulated time"})
+        outputs = {name: _outputs(network.instances[name]) for name in network.instances}
+        count = sum(map(len, outputs.values()))
+        self._block = max(CHUNK[0], min(MOST_ROWS, MOST_VALUES // (count + 1)))
+        self._times = np.zeros(self._block)
+        self._groups = [
+            _Group(self._file, instance, outputs[name], self._block, chunk)
+            for name, instance in network.instances.items()
+        ]
+        self.schedule = Schedule([o for group in self._groups for o in group.operations])
         self._file.sync()
 
     def __enter__(self) -> ResultsWriter:
@@ -56,58 +81,91 @@ class ResultsWriter:
     def __exit__(self, *_: object) -> None:
         self.close()
 
+    @property
+    def row(self) -> int:
+        """The next row of the block, which `schedule` fills."""
+        return self._rows
+
+    @property
+    def room(self) -> int:
+        """Rows of the block that are not yet filled; one at least."""
+        return self._block - self._rows
+
     def record(self, time: float) -> None:
         """Read all outputs, at `time` [s], into the next row."""
-        row = self._rows
-        for group in self._groups:
-            group.read(row)
-        self._times[row] = time
-        self._rows = row + 1
-        if self._rows == BLOCK or clock.monotonic() - self._flushed > FLUSH:
+        self.schedule.run(time, row=self._rows)
+        self.keep([time])
+
+    def keep(self, times: Sequence[float]) -> None:
+        """So many further rows are filled, read at `times` [s]."""
+        last = self._rows + len(times)
+        self._times[self._rows : last] = times
+        self._rows = last
+        if self._rows == self._block or clock.monotonic() - self._flushed > FLUSH:
             self.flush()
 
     def flush(self) -> None:
-        """Bring all rows to the disk."""
+        """Bring all rows to the disk; RunError if it does not take them."""
+        with self._errors():
+            self._flush()
+
+    def _flush(self) -> None:
         if self._rows:
             rows = slice(self._written, self._written + self._rows)
             self._time[rows] = self._times[: self._rows]
             for group in self._groups:
                 group.write(rows, self._rows)
+            self._file.sync()
             self._written += self._rows
             self._rows = 0
-            self._file.sync()
         self._flushed = clock.monotonic()
 
     def close(self) -> None:
-        """Write what is left and close the file."""
+        """Write what is left and close the file; RunError if the disk does not take it."""
         if self._file.isopen():
-            self.flush()
-            self._file.close()
+            with self._errors():
+                self._flush()
+                self._file.close()
+
+    @contextmanager
+    def _errors(self) -> Iterator[None]:
+        """Errors of netCDF as RunError; what had reached the disk before can be read, if any."""
+        try:
+            yield
+        except (OSError, RuntimeError) as error:
+            with suppress(RuntimeError):
+                self._file.close()
+            if not self._written:
+                self.path.unlink(missing_ok=True)
+            raise cannot_write(self.path, error) from error
+
+
+def _outputs(instance: Instance) -> list[Variable]:
+    """The scalar Real outputs of a component."""
+    outputs = instance.description.of_causality("output")
+    return [v for v in outputs if v.type == "Real" and not v.name.endswith("]")]
 
 
 class _Group:
     """The outputs of one component: a block of rows, and the netCDF variables they go to."""
 
-    def __init__(self, file: Any, network: Network, component: str) -> None:
-        group = file.createGroup(component)
-        outputs = [
-            v
-            for v in network.instances[component].description.of_causality("output")
-            if v.type == "Real" and not v.name.endswith("]")
-        ]
+    def __init__(
+        self,
+        file: Any,
+        instance: Instance,
+        outputs: list[Variable],
+        rows: int,
+        chunk: tuple[int],
+    ) -> None:
+        group = file.createGroup(instance.name)
         self._variables = []
         for output in outputs:
-            variable = group.createVariable(output.name, "f8", ("time",), chunksizes=(BLOCK,))
+            variable = group.createVariable(output.name, "f8", ("time",), chunksizes=chunk)
             variable.setncatts({"units": output.unit or "1", "long_name": output.description})
             self._variables.append(variable)
-        self._block = np.zeros((BLOCK, len(outputs)))
-        names = [output.name for output in outputs]
-        rows = self._block if names else ()
-        self._reads = [network.reader(component, names, row) for row in rows]
-
-    def read(self, row: int) -> None:
-        if self._reads:
-            self._reads[row]()
+        self._block = np.zeros((rows, len(outputs)))
+        names = tuple(output.name for output in outputs)
+        self.operations = (Get(instance, names, self._block),) if names else ()
 
     def write(self, rows: slice, count: int) -> None:
         for variable, column in zip(self._variables, self._block.T, strict=True):

@@ -5,6 +5,8 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cache
+from math import ceil
 from pathlib import Path
 
 from m4e_fmi.cosim.certificate import Certificate, Trace, certificate
@@ -80,18 +82,20 @@ def prepare(
     system: System,
     *,
     build_directory: str | Path = "build",
+    native: bool | None = None,
     tell: Callable[[str], None] | None = None,
 ) -> Prepared:
-    """Build what is missing, read the FMUs, resolve the connections.
+    """Build what is missing (`native` or not: see `fmu_files`), read the FMUs, connect them.
 
     InputError with all problems of the FMU files, then of the connections; RunError for an
     algebraic loop or a build that failed. `tell` receives a line per step of a build.
     """
     problems: list[Problem] = []
     descriptions: dict[str, Description] = {}
-    for name, path in fmu_files(system, build_directory, tell=tell).items():
+    read = cache(read_description)  # many components may be of one file
+    for name, path in fmu_files(system, build_directory, native=native, tell=tell).items():
         try:
-            descriptions[name] = read_description(path)
+            descriptions[name] = read(path)
         except InputError as error:
             problems += error.problems
     if problems:
@@ -138,10 +142,14 @@ def run(
                 "algorithm": settings.algorithm,
                 "step_size": f"{settings.step_size:g} s",
             }
-            with ResultsWriter(path, master.network, attributes) as writer:
+            interval = settings.output_interval or settings.step_size
+            rows = ceil((settings.stop_time - settings.start_time) / interval) + 1
+            with ResultsWriter(path, master.network, attributes, expected=rows) as writer:
                 try:
                     master.run(results=writer, observers=observers, progress=progress)
                 except RunError as error:
+                    if not path.is_file():  # the disk was full from the start
+                        raise
                     note = f"{error.remedy}; results up to there are in {path}".lstrip("; ")
                     raise RunError(error.message, note) from error
         return Outcome(

@@ -16,8 +16,9 @@ from pydantic import Field
 
 from m4e_fmi.document import Document, Location, Section
 from m4e_fmi.errors import InputError, Problem, suggestion
+from m4e_fmi.units import Quantity
 
-ALGORITHMS = ("gauss_seidel", "corrector", "implicit", "jacobi")
+ALGORITHMS = ("corrector", "gauss_seidel", "implicit", "jacobi")
 ADAPTIVE = ("corrector",)
 """Those that can choose their steps by a coupling tolerance."""
 SOLVES_LOOPS = ("implicit",)
@@ -26,7 +27,7 @@ KIND_GROUP = "m4e_fmi.fmus"
 SECOND = 1_000_000_000
 """Nanoseconds, in which the master counts time."""
 
-Start = Mapping[str, float | int | bool | str]
+Start = Mapping[str, float | int | bool | str | Quantity]
 _NAME = re.compile(r"[A-Za-z_]\w*$")
 
 
@@ -57,7 +58,11 @@ class Kind:
 
 @dataclass(frozen=True)
 class Component:
-    """One FMU of the system. `start` holds start values by variable name, in the FMU's units."""
+    """One FMU of the system.
+
+    `start` holds start values by variable name: in the FMU's unit, or with one of their own (a
+    Quantity, or a text as ``"5 mm"``).
+    """
 
     name: str
     source: FmuFile | ModelFile | Kind
@@ -93,7 +98,8 @@ class System:
     """Components, the connections between them, and the simulation.
 
     A connection is text: ``a.group <-> b.group`` connects connectors, ``a.variable -> b.variable``
-    one variable or all elements of an array. `folder` is what relative file names in the
+    one variable or all elements of an array, ``a.variable * 2.5 + 1 -> b.variable`` with a factor
+    and an offset. `folder` is what relative file names in the
     components' configurations refer to; `document` the file it came from, None from Python.
     """
 

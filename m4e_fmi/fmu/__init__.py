@@ -1,21 +1,35 @@
 """FMUs: what they say of themselves, how they are built, how anyone's are read.
 
 `build_fmu` packages a Program or a Python slave; `embedded/` holds what travels inside.
-`read_description` reads what an FMU file says, before anything of it is unpacked or run. Imports
-`program`, `runtime`, `units`, `errors`. Start with `description`, then `build`; or with `reading`.
+`read_description` reads what an FMU file says, before anything of it is unpacked or run;
+`fmu_contents` reads all of it, `validation/` checks whether it is so. Imports `program`, `runtime`,
+`units`, `errors`. Start with `description`, then `build`; or with `reading`, then `validation`.
 """
 
-from m4e_fmi.fmu.build import build_fmu
+from m4e_fmi.fmu.build import build_fmu, described, shown
+from m4e_fmi.fmu.contents import fmu_contents
 from m4e_fmi.fmu.description import FmuVariable, ModelDescription, PythonSource
 from m4e_fmi.fmu.from_program import describe
+from m4e_fmi.fmu.options import Options
 from m4e_fmi.fmu.reading import Description, read_description
+from m4e_fmi.fmu.selection import renamed
+from m4e_fmi.fmu.validation import Finding, Group, Report, validate_fmu
 
 __all__ = [
     "Description",
+    "Finding",
     "FmuVariable",
+    "Group",
     "ModelDescription",
+    "Options",
     "PythonSource",
+    "Report",
     "build_fmu",
     "describe",
+    "described",
+    "fmu_contents",
     "read_description",
+    "renamed",
+    "shown",
+    "validate_fmu",
 ]

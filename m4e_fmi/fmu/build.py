@@ -1,47 +1,29 @@
 """Building FMUs: native ones, and those with PythonFMU's binaries around a hardened slave.
 
-A native FMU is the runtime's shared library beside the program in its binary form: see `native`.
-Each Python FMU's files lie in one package, and its main script in one file, whose names end in a
-hash of their content: two FMUs in one process never share a module by accident. The archive is
-written here, not by PythonFMU's builder, so no user code runs at build time and the same source
-gives the same bytes.
+What a program says of itself is the same either way; `native_fmu` and `python_fmu` know the files.
+The archive is written here, not by PythonFMU's builder, so no user code runs at build time and the
+same source gives the same bytes.
 """
 
 from __future__ import annotations
 
-import ast
-import hashlib
-import json
-import re
-import uuid
-import zipfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from m4e_fmi.errors import InputError, Problem, suggestion
-from m4e_fmi.fmu.binaries import binaries, pythonfmu_folder
+from m4e_fmi.errors import InputError
+from m4e_fmi.fmu.archive import write_archive
 from m4e_fmi.fmu.description import FmuVariable, ModelDescription, PythonSource
-from m4e_fmi.fmu.from_program import EMBEDDED, describe, python_slave, with_rates
-from m4e_fmi.fmu.model_description import model_description_xml
-from m4e_fmi.fmu.native import native_resources, shell_binaries, shell_sources
+from m4e_fmi.fmu.from_program import describe, python_slave, with_rates
+from m4e_fmi.fmu.native_fmu import native_fmu_files
+from m4e_fmi.fmu.options import Options
+from m4e_fmi.fmu.python_fmu import python_fmu_files
+from m4e_fmi.fmu.selection import renamed, with_outputs
 from m4e_fmi.program import Program
-from m4e_fmi.runtime.declarations import METHODS
 
-GUID_NAMESPACE = uuid.UUID("5c1f3a52-6a0e-5c1c-9a0b-6d34655f666d")
-EARLIEST_ZIP_DATE = (1980, 1, 1, 0, 0, 0)
-HASH_LENGTH = 12
 LAST_ERROR = "last_error"
-XML = "modelDescription.xml"
-SETTINGS = "resources/fmu.txt"
-
-_MAIN_SCRIPT = """from {package}.{module} import {base}
-
-
-class Slave({base}):
-    def do_step(self, current_time, step_size):
-        return super().do_step(current_time, step_size)
-"""
+OF_PROGRAMS = ("native", "fmi", "method", "outputs", "rename")
+"""Options that say something of a program, and nothing of Python code."""
 
 
 def build_fmu(
@@ -49,141 +31,88 @@ def build_fmu(
     path: str | Path,
     *,
     native: bool = False,
+    fmi: str = "2",
     method: str = "dop853",
+    tolerance: float | None = None,
+    stop_time: float | None = None,
+    step_size: float | None = None,
+    outputs: Sequence[str] | None = None,
+    rename: Mapping[str, str] | None = None,
+    documentation: Mapping[str, bytes] | None = None,
     sources: bool = False,
 ) -> Path:
     """Write the FMU of `source` to `path` (replaced as a whole) and return the path.
 
-    A `native` FMU needs no Python where it runs, and serves co-simulation and model exchange;
-    `method` integrates its co-simulation (dop853, rk45, rodas); `sources` adds the C sources of its
-    library, for importers that compile. Variables and value references of
-    a program are the same either way. The same source gives the same bytes. InputError if the
-    name cannot be a model identifier, or a Python module has a syntax error, or something else
-    than a program should be native; RunError if there is no library for native FMUs; ValueError if
-    the description contradicts itself.
+    A `native` FMU needs no Python where it runs, and serves co-simulation and model exchange; `fmi`
+    is the version of the standard, "2" or, for native ones, "3": `arrays` says what becomes one.
+    `method` integrates a program in co-simulation: dop853, rk45 or rodas (stiff), to `tolerance`
+    (default 1e-8) where the importer gives none, or rk4, which does not control its error: it
+    divides each communication step into the fewest equal steps that are not longer than
+    `step_size`. `stop_time` and `step_size` [s] are those of the default experiment (10 and 0.01).
+    `outputs` are shell patterns of the outputs and states to be seen; what computes the others only
+    is left out; default all. `rename` gives variables other names, old → new. `documentation` has
+    more files: name in the archive, below ``documentation/`` or ``model.png`` (FMI 3.0:
+    ``terminalsAndIcons/icon.png``), → content. `sources` adds the C sources of a native FMU's
+    library, for importers that compile (FMI 2.0).
+
+    Variables and value references of a program are the same for both kinds, and so are results, to
+    the bit. The same source gives the same bytes. InputError if an option is not one, if the name
+    cannot be a model identifier, a pattern matches nothing, a new name is taken or not allowed, a
+    Python module has a syntax error, or something else than a program should be what only programs
+    can be; RunError if there is no library for native FMUs; ValueError if the description
+    contradicts itself.
     """
-    if sources and not native:
-        raise InputError.single("an FMU with C sources is a native one", "build it with native")
-    if isinstance(source, Program):
-        source = with_rates(source)
-        files = (
-            native_fmu_files(source, method, sources=sources)
-            if native
-            else fmu_files(python_slave(source, describe(source)))
-        )
-    elif native:
-        message = f"{source.description.name} is Python code: it cannot be a native FMU"
-        raise InputError.single(message, "build it without native")
-    else:
-        files = fmu_files(source)
+    options = Options(
+        native=native,
+        fmi=fmi,
+        method=method,
+        tolerance=tolerance,
+        stop_time=stop_time,
+        step_size=step_size,
+        outputs=None if outputs is None else tuple(outputs),
+        rename=dict(rename or {}),
+        documentation=dict(documentation or {}),
+        sources=sources,
+    )
     path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    write_archive(files, path)
+    write_archive(fmu_files(source, options), path)
     return path
 
 
-def fmu_files(source: PythonSource) -> dict[str, bytes]:
+def fmu_files(source: Program | PythonSource, options: Options) -> dict[str, bytes]:
     """Every file of the FMU: name in the archive → content."""
-    description = _with_last_error(source.description)
-    identifier = model_identifier(description.name)
-    _check_modules(source)
-    contents = _package_files(source, description)
-    package = f"m4e_{_digest(contents)}"
-    module, base = source.slave.split(":")
-    script = _MAIN_SCRIPT.format(package=package, module=module, base=base)
-    resources = {f"{package}/{name}": content for name, content in contents.items()}
-    stem = f"{identifier}_{_digest({'script': script.encode()})}"
-    resources[f"{stem}.py"] = script.encode()
-    resources["slavemodule.txt"] = stem.encode()
-    resources |= _pythonfmu_files()
-    files = {f"resources/{name}": content for name, content in resources.items()}
-    files |= binaries(identifier)
-    xml = model_description_xml(description, model_identifier=identifier, guid="")
-    files[XML] = _with_guid(xml, _guid(files, xml))
-    return files
+    if not isinstance(source, Program):
+        _check_python_source(source, options)
+        description = _asked(source.description, options)
+        return python_fmu_files(replace(source, description=description), options)
+    program = shown(source, options)
+    description = described(program, options)
+    if options.native:
+        return native_fmu_files(program, description, options)
+    return python_fmu_files(python_slave(program, description, options.method), options)
 
 
-def native_fmu_files(program: Program, method: str, *, sources: bool = False) -> dict[str, bytes]:
-    """Every file of the native FMU of `program`: name in the archive → content."""
-    if method not in METHODS:
-        raise InputError.single(f"there is no method {method!r}", suggestion(method, METHODS))
-    description = _with_last_error(describe(program))
-    identifier = model_identifier(description.name)
-    files = {
-        f"resources/{name}": content for name, content in native_resources(program, method).items()
-    }
-    files |= shell_binaries(identifier)
-    files[SETTINGS] = b"%d" % METHODS[method]
-    code = shell_sources() if sources else {}
-    files |= code
-    xml = model_description_xml(
-        description,
-        model_identifier=identifier,
-        guid="",
-        native=True,
-        sources=[Path(name).name for name in code if name.endswith(".c")],
-    )
-    guid = _guid(files, xml)
-    files[SETTINGS] = b"%s %d\n" % (guid.encode(), METHODS[method])
-    files[XML] = _with_guid(xml, guid)
-    return files
+def shown(program: Program, options: Options) -> Program:
+    """What an FMU of `program` shows, by the names before they are changed."""
+    chosen = program if options.outputs is None else with_outputs(program, options.outputs)
+    return with_rates(chosen)
 
 
-def _guid(files: Mapping[str, bytes], xml: bytes) -> str:
-    """A GUID made of the content of the FMU."""
-    digest = _digest({**files, "xml": xml}, length=64)
-    return f"{{{uuid.uuid5(GUID_NAMESPACE, digest)}}}"
+def described(program: Program, options: Options) -> ModelDescription:
+    """What an FMU says of a program that is as `shown`."""
+    return _asked(describe(renamed(program, options.rename)), options)
 
 
-def _with_guid(xml: bytes, guid: str) -> bytes:
-    return xml.replace(b'guid=""', f'guid="{guid}"'.encode(), 1)  # the root's: it comes first
+def _check_python_source(source: PythonSource, options: Options) -> None:
+    for name in OF_PROGRAMS:
+        if getattr(options, name) != getattr(Options(), name):
+            what = "be a native FMU" if name == "native" else f"have the option {name!r}"
+            message = f"{source.description.name} is Python code: it cannot {what}"
+            raise InputError.single(message, f"build it without {name}")
 
 
-def model_identifier(name: str) -> str:
-    """`name` as a C identifier; InputError if nothing of it is left."""
-    identifier = re.sub(r"\W", "_", name, flags=re.ASCII)
-    if not re.match(r"[A-Za-z]", identifier):
-        message = f"{name!r} cannot name an FMU"
-        raise InputError.single(message, "use letters, digits and _, a letter first")
-    return identifier
-
-
-def write_archive(files: Mapping[str, bytes], path: Path) -> None:
-    """Write a ZIP whose bytes depend on `files` only; `path` appears complete or not at all."""
-    temporary = path.with_name(f"{path.name}.{uuid.uuid4().hex}.part")
-    try:
-        with zipfile.ZipFile(temporary, "x") as archive:
-            for name in sorted(files):
-                info = zipfile.ZipInfo(name, EARLIEST_ZIP_DATE)
-                info.compress_type = zipfile.ZIP_DEFLATED
-                info.create_system = 3  # Unix, wherever it is written
-                info.external_attr = 0o644 << 16
-                archive.writestr(info, files[name], compresslevel=6)
-        temporary.replace(path)
-    except BaseException:
-        temporary.unlink(missing_ok=True)
-        raise
-
-
-def _check_modules(source: PythonSource) -> None:
-    """Find now what an importer would only report as "failed to instantiate"."""
-    module, _, name = source.slave.partition(":")
-    if f"{module}.py" not in source.modules or not name:
-        known = ", ".join(source.modules)
-        raise ValueError(f"slave {source.slave!r} is not 'module:Class' of one of: {known}")
-    for path in source.modules.values():
-        try:
-            ast.parse(path.read_bytes())
-        except SyntaxError as error:
-            message, place = (
-                f"not valid Python: {error.msg}",
-                (error.lineno or 0, error.offset or 0),
-            )
-            problem = Problem(message, "", str(path), *place, (error.text or "").rstrip("\n"))
-            raise InputError([problem]) from None
-
-
-def _with_last_error(description: ModelDescription) -> ModelDescription:
+def _asked(description: ModelDescription, options: Options) -> ModelDescription:
+    """`description` with the default experiment that is asked for, and the variable for errors."""
     if any(v.name == LAST_ERROR for v in description.variables):
         message = f"{description.name}: every FMU has a variable {LAST_ERROR!r} of its own"
         raise InputError.single(message, "give yours another name")
@@ -195,33 +124,9 @@ def _with_last_error(description: ModelDescription) -> ModelDescription:
         initial="calculated",
         type="String",
     )
-    return replace(description, variables=(*description.variables, last_error))
-
-
-def _package_files(source: PythonSource, description: ModelDescription) -> dict[str, bytes]:
-    modules = {"slave_base.py": EMBEDDED / "slave_base.py", **source.modules}
-    listed: dict[str, list] = {"reals": [], "strings": []}
-    for variable in description.variables:
-        group, default = ("reals", 0.0) if variable.type == "Real" else ("strings", "")
-        start = default if variable.start is None else variable.start
-        listed[group].append({"name": variable.name, "start": start})
-    return {
-        "__init__.py": b"",
-        **{name: path.read_bytes() for name, path in modules.items()},
-        **source.data,
-        "description.json": json.dumps(listed).encode(),
-    }
-
-
-def _pythonfmu_files() -> dict[str, bytes]:
-    folder = pythonfmu_folder()
-    return {f"pythonfmu/{file.name}": file.read_bytes() for file in folder.glob("*.py")}
-
-
-def _digest(files: Mapping[str, bytes], *, length: int = HASH_LENGTH) -> str:
-    digest = hashlib.sha256()
-    for name in sorted(files):
-        for part in (name.encode(), files[name]):
-            digest.update(len(part).to_bytes(8, "big"))
-            digest.update(part)
-    return digest.hexdigest()[:length]
+    asked = {key: getattr(options, key) for key in ("tolerance", "stop_time", "step_size")}
+    return replace(
+        description,
+        variables=(*description.variables, last_error),
+        **{key: value for key, value in asked.items() if value is not None},
+    )

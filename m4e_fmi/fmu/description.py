@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,7 +13,8 @@ class FmuVariable:
 
     `dependencies` names the inputs and states that an output depends on at one moment (None: all);
     `initial_dependencies` names what its initial value depends on (None: all). `kinds` and
-    `initial_kinds` say how, in FMI's words, one for each name; None says nothing.
+    `initial_kinds` say how, in FMI's words, one for each name; None says nothing. What is set
+    outside `minimum` … `maximum`, both included, is refused. `nominal` is an order of magnitude.
     """
 
     name: str
@@ -29,11 +31,16 @@ class FmuVariable:
     initial_kinds: tuple[str, ...] | None = None
     derivative_of: str | None = None
     display_unit: str | None = None
+    minimum: float = -math.inf
+    maximum: float = math.inf
+    nominal: float = 1.0
 
 
 @dataclass(frozen=True)
 class ModelDescription:
     """Name, description, variables and default experiment (times in seconds) of an FMU.
+
+    `tolerance` is the relative one of its integrator where an importer gives none.
 
     The value reference of a variable is its index among the variables of its type. `derivatives`
     names the rates of the states, in the order of the states; empty where they are not all there.
@@ -44,6 +51,7 @@ class ModelDescription:
     variables: tuple[FmuVariable, ...]
     stop_time: float = 10.0
     step_size: float = 0.01
+    tolerance: float = 1e-8
     derivatives: tuple[str, ...] = ()
 
 

@@ -6,18 +6,20 @@ import json
 import sys
 from collections.abc import Mapping
 from dataclasses import replace
+from itertools import count
 from pathlib import Path
 
 from m4e_fmi.fmu.description import FmuVariable, ModelDescription, PythonSource
-from m4e_fmi.program import Program, Variable
-from m4e_fmi.program.binary_form import encode
+from m4e_fmi.fmu.program_files import PROGRAM, model_file
+from m4e_fmi.fmu.selection import GROUPS
+from m4e_fmi.program import TIME, Program, Variable
 from m4e_fmi.program.dependence import initial_kind, kinds
 from m4e_fmi.program.python_form import python_source
-from m4e_fmi.runtime import declarations, dormand_prince
+from m4e_fmi.runtime import declarations, dormand_prince, runge_kutta
 from m4e_fmi.runtime.library import library_path
 from m4e_fmi.runtime.platforms import PLATFORMS, packaged
 
-LIBRARY, PROGRAM = "runtime.{}", "model.m4e"  # as runtime_engine names them
+LIBRARY = "runtime.{}"  # as runtime_engine names it
 PLATFORMS_OF_PYTHONFMU = {"linux": "x86_64-linux", "win32": "x86_64-windows"}
 EMBEDDED = Path(__file__).parent / "embedded"
 
@@ -64,7 +66,7 @@ def describe(
     program: Program, *, stop_time: float = 10.0, step_size: float = 0.01
 ) -> ModelDescription:
     """The FMU variables of `program`: parameters, calculated, inputs, states, outputs."""
-    moving = {v.name for v in (*program.inputs, *program.states)}
+    moving = {TIME, *(v.name for v in (*program.inputs, *program.states))}
     known = moving | {v.name for v in program.parameters}
     needs = kinds(program, [*program.results, *program.constants])
     rates = _rates_shown(program)
@@ -107,11 +109,17 @@ def describe(
     )
 
 
-def python_slave(program: Program, description: ModelDescription) -> PythonSource:
-    """The Python slave that runs `program`."""
-    index = {v.name: k for k, v in enumerate(description.variables)}
-    groups = ("parameters", "calculated", "inputs", "states", "outputs")
-    layout = {group: [index[v.name] for v in getattr(program, group)] for group in groups}
+def python_slave(
+    program: Program, description: ModelDescription, method: str = "dop853"
+) -> PythonSource:
+    """The Python slave that runs `program`; the variables of `description` follow it in order."""
+    references = count()
+    layout = {group: [next(references) for _ in getattr(program, group)] for group in GROUPS}
+    settings = {
+        "method": method,
+        "tolerance": description.tolerance,
+        "step_size": description.step_size,
+    }
     return PythonSource(
         description=description,
         slave="program_slave:ProgramSlave",
@@ -121,11 +129,12 @@ def python_slave(program: Program, description: ModelDescription) -> PythonSourc
             "python_engine.py": EMBEDDED / "python_engine.py",
             "declarations.py": Path(declarations.__file__),
             "dormand_prince.py": Path(dormand_prince.__file__),
+            "runge_kutta.py": Path(runge_kutta.__file__),
         },
         data={
             "model.py": python_source(program).encode(),
-            "layout.json": json.dumps(layout).encode(),
-            **_runtime_files(program),
+            "layout.json": json.dumps({**layout, **settings}).encode(),
+            **_runtime_files(program, method),
         },
     )
 
@@ -134,7 +143,7 @@ def _initial(needs: Mapping[str, str], known: set[str]) -> dict[str, str]:
     return {name: initial_kind(kind) for name, kind in needs.items() if name in known}
 
 
-def _runtime_files(program: Program) -> dict[str, bytes]:
+def _runtime_files(program: Program, method: str) -> dict[str, bytes]:
     """What the C runtime needs, for those systems that its library is there for."""
     files = {}
     for system, name in PLATFORMS_OF_PYTHONFMU.items():
@@ -142,7 +151,7 @@ def _runtime_files(program: Program) -> dict[str, bytes]:
         path = library_path() if own else packaged("runtime", PLATFORMS[name])
         if path is not None:
             files[LIBRARY.format(system)] = path.read_bytes()
-    return {**files, PROGRAM: encode(program)} if files else {}
+    return {**files, PROGRAM: model_file(program, method, {})} if files else {}
 
 
 def _causality(v: Variable) -> str:
@@ -174,4 +183,7 @@ def _variable(
         initial_kinds=tuple(first.values()),
         derivative_of=v.derivative_of,
         display_unit=v.display_unit,
+        minimum=v.minimum,
+        maximum=v.maximum,
+        nominal=v.nominal,
     )

@@ -11,8 +11,9 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 import m4e_fmi
 from m4e_fmi.fmu.description import FmuVariable, ModelDescription
-from m4e_fmi.units import BASE_UNITS, parse_unit
+from m4e_fmi.fmu.xml_parts import add_quantity, add_types, add_units, legal
 
+XML = "modelDescription.xml"
 LOG_CATEGORIES = {
     "logStatusWarning": "Messages with status warning.",
     "logStatusDiscard": "Messages with status discard.",
@@ -40,14 +41,15 @@ def model_description_xml(
         fmiVersion="2.0",
         modelName=description.name,
         guid=guid,
-        description=_legal(description.description),
+        description=legal(description.description),
         generationTool=f"m4e_fmi {m4e_fmi.__version__}",
         variableNamingConvention="structured",
     )
     if native:
         root.set("numberOfEventIndicators", "0")
     _add_kinds(root, model_identifier, native=native, sources=sources)
-    _add_units(root, description.variables)
+    add_units(root, description.variables)
+    add_types(root, description.variables, "SimpleType")
     categories = SubElement(root, "LogCategories")
     for name, text in LOG_CATEGORIES.items():
         SubElement(categories, "Category", name=name, description=text)
@@ -56,6 +58,7 @@ def model_description_xml(
         "DefaultExperiment",
         startTime="0.0",
         stopTime=repr(description.stop_time),
+        tolerance=repr(description.tolerance),
         stepSize=repr(description.step_size),
     )
     _add_variables(root, description.variables)
@@ -64,9 +67,9 @@ def model_description_xml(
     return tostring(root, encoding="UTF-8", xml_declaration=True) + b"\n"
 
 
-def _legal(text: str) -> str:
-    """`text` with the characters that XML 1.0 cannot hold replaced."""
-    return re.sub("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]", "\ufffd", text)
+def with_guid(xml: bytes, guid: str) -> bytes:
+    """The XML of a description that was written with an empty GUID (FMI 3.0: token)."""
+    return re.sub(rb'(guid|instantiationToken)=""', rf'\1="{guid}"'.encode(), xml, count=1)
 
 
 def _add_kinds(root: Element, identifier: str, *, native: bool, sources: Sequence[str]) -> None:
@@ -90,32 +93,6 @@ def _add_kinds(root: Element, identifier: str, *, native: bool, sources: Sequenc
             SubElement(files, "File", name=name)
 
 
-def _add_units(root: Element, variables: tuple[FmuVariable, ...]) -> None:
-    displays: dict[str, set[str]] = {}
-    for variable in variables:
-        if variable.type == "Real":
-            displays.setdefault(variable.unit, set())
-            if variable.display_unit:
-                displays[variable.unit].add(variable.display_unit)
-    if not displays:
-        return
-    definitions = SubElement(root, "UnitDefinitions")
-    for name in sorted(displays):
-        unit = parse_unit(name)
-        element = SubElement(definitions, "Unit", name=name)
-        powers = {
-            base: str(power)
-            for base, power in zip(BASE_UNITS, unit.exponents, strict=True)
-            if power
-        }
-        if unit.factor != 1.0:
-            powers["factor"] = repr(unit.factor)
-        SubElement(element, "BaseUnit", powers)
-        for display in sorted(displays[name]):
-            factor = unit.factor / parse_unit(display).factor
-            SubElement(element, "DisplayUnit", name=display, factor=repr(factor))
-
-
 def _add_variables(root: Element, variables: tuple[FmuVariable, ...]) -> None:
     position = {variable.name: k + 1 for k, variable in enumerate(variables)}
     if len(position) != len(variables):
@@ -131,7 +108,7 @@ def _add_variables(root: Element, variables: tuple[FmuVariable, ...]) -> None:
         attributes = {
             "name": variable.name,
             "valueReference": str(reference),
-            "description": _legal(variable.description),
+            "description": legal(variable.description),
             "causality": variable.causality,
             "variability": variable.variability,
         }
@@ -140,9 +117,7 @@ def _add_variables(root: Element, variables: tuple[FmuVariable, ...]) -> None:
         element = SubElement(parent, "ScalarVariable", attributes)
         kind = SubElement(element, variable.type)
         if variable.type == "Real":
-            kind.set("unit", variable.unit)
-            if variable.display_unit:
-                kind.set("displayUnit", variable.display_unit)
+            add_quantity(kind, variable)
         if variable.start is not None:
             kind.set("start", str(variable.start))
         if variable.derivative_of:
@@ -167,7 +142,9 @@ def _add_structure(root: Element, description: ModelDescription, *, native: bool
             if names is None:
                 continue
             pairs = zip(names, kinds or [""] * len(names), strict=True)
-            chosen = sorted((position[n], kind) for n, kind in pairs if initial or n in known)
+            chosen = sorted(
+                (position[n], kind) for n, kind in pairs if n in (position if initial else known)
+            )
             element.set("dependencies", " ".join(str(place) for place, _ in chosen))
             if kinds is not None:
                 element.set("dependenciesKind", " ".join(kind for _, kind in chosen))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import zipfile
 import zlib
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -29,7 +30,8 @@ class Variable:
     """One variable of an FMU.
 
     `dimension` is the unit with its base-unit exponents and factor, None where the FMU gives no
-    unit; `offset` is what the unit adds after the factor (0 for all but temperatures).
+    unit; `offset` is what the unit adds after the factor (0 for all but temperatures). `items` are
+    the values of an enumeration by their names.
     """
 
     name: str
@@ -43,6 +45,7 @@ class Variable:
     offset: float
     description: str
     derivative_of: str | None
+    items: Mapping[str, int] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -57,7 +60,8 @@ class Description:
     `step_size` is the default experiment's [s].
 
     What the FMU can do: `saves_state` (fmi2GetFMUstate, fmi2SetFMUstate), `interpolates_inputs`
-    (fmi2SetRealInputDerivatives), `directional_derivatives` (fmi2GetDirectionalDerivative).
+    (fmi2SetRealInputDerivatives), `directional_derivatives` (fmi2GetDirectionalDerivative). What it
+    cannot: be instantiated more than once in a process (`once_per_process`).
     """
 
     path: Path
@@ -73,6 +77,7 @@ class Description:
     saves_state: bool = False
     interpolates_inputs: bool = False
     directional_derivatives: bool = False
+    once_per_process: bool = False
 
     def of_causality(self, *causalities: str) -> list[Variable]:
         return [v for v in self.variables.values() if v.causality in causalities]
@@ -86,7 +91,7 @@ def read_description(path: str | Path) -> Description:
     this platform. InputError names the file and the remedy.
     """
     path = Path(path)
-    names, text = _check_archive(path)
+    names, text = check_archive(path)
     version = re.search(rb'fmiVersion\s*=\s*["\']([^"\']*)', text)
     if version and version[1] != b"2.0":
         message = f"is an FMI {version[1].decode(errors='replace')} FMU; the master runs FMI 2.0"
@@ -107,15 +112,18 @@ def _bad(path: Path, message: str, remedy: str) -> InputError:
     return InputError([Problem(message, remedy, str(path))])
 
 
-def _check_archive(path: Path) -> tuple[set[str], bytes]:
-    """Names in the archive, and the model description; InputError if it should not be unpacked."""
+def check_archive(path: Path) -> tuple[set[str], bytes]:
+    """Names in the FMU at `path`, and its model description (bytes of the XML file).
+
+    InputError if it is no readable archive with a model description, or should not be unpacked.
+    """
     if not path.is_file():
         near = [p.name for p in path.parent.glob("*.fmu")] if path.parent.is_dir() else []
         raise _bad(path, "no such file", suggestion(path.name, near, "FMUs here"))
     try:
         with zipfile.ZipFile(path) as archive:
             infos = archive.infolist()
-            _check_entries(path, infos)
+            check_entries(path, infos)
             if MODEL_DESCRIPTION not in archive.namelist():
                 message = f"not an FMU: there is no {MODEL_DESCRIPTION} at the top of the archive"
                 raise _bad(path, message, "pack the content of the folder, not the folder itself")
@@ -129,7 +137,8 @@ def _check_archive(path: Path) -> tuple[set[str], bytes]:
     return {info.filename for info in infos}, text
 
 
-def _check_entries(path: Path, infos: list[zipfile.ZipInfo]) -> None:
+def check_entries(path: Path, infos: list[zipfile.ZipInfo]) -> None:
+    """InputError if an archive should not be unpacked: see `read_description`."""
     distrust = "do not use this file: no tool that exports FMUs writes such an archive"
     seen: set[str] = set()
     for info in infos:
@@ -202,6 +211,7 @@ def _translated(path: Path, raw: Any) -> Description:
         saves_state=bool(raw.coSimulation.canGetAndSetFMUstate),
         interpolates_inputs=bool(raw.coSimulation.canInterpolateInputs),
         directional_derivatives=bool(raw.coSimulation.providesDirectionalDerivative),
+        once_per_process=bool(raw.coSimulation.canBeInstantiatedOnlyOncePerProcess),
     )
 
 
@@ -235,7 +245,14 @@ def _variable(raw: Any, units: dict[str, Any]) -> Variable:
         offset=offset,
         description=raw.description or "",
         derivative_of=raw.derivative.name if raw.derivative is not None else None,
+        items=_items(raw.declaredType),
     )
+
+
+def _items(declared: Any) -> dict[str, int]:
+    """Values of an enumeration type by name; empty for any other type."""
+    items = declared.items if declared is not None else None
+    return {item.name: int(item.value) for item in items or ()}
 
 
 def _dimension(text: str, definition: Any) -> tuple[Unit | None, float]:

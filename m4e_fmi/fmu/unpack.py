@@ -21,13 +21,20 @@ class Unpacked:
     """The content of an FMU in a folder of its own, until `remove` or the interpreter's end."""
 
     def __init__(self, fmu: Path) -> None:
-        self.folder = Path(tempfile.mkdtemp(prefix="m4e_fmi_", dir=_plain_folder()))
+        try:
+            self.folder = Path(tempfile.mkdtemp(prefix="m4e_fmi_", dir=_plain_folder()))
+        except OSError as error:
+            remedy = "free disk space, or set TMPDIR to another folder"
+            raise RunError(f"{fmu}: no folder to unpack it into: {error}", remedy) from error
         self._finalizer = weakref.finalize(self, shutil.rmtree, self.folder, ignore_errors=True)
         try:
             fmpy.extract(fmu, self.folder)
         except Exception as error:
             self.remove()
-            raise RunError(f"{fmu}: cannot be unpacked: {error}", "free disk space?") from error
+            raise RunError(
+                f"{fmu}: cannot be unpacked: {error}",
+                "free disk space, or set TMPDIR to another folder",
+            ) from error
 
     def remove(self) -> None:
         self._finalizer()

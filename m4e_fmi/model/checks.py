@@ -230,6 +230,17 @@ def _value_findings(model: Any) -> Iterator[Finding]:
             yield Finding(at, "the direction has no length", "give a vector such as [1, 0]")
 
 
+def positive_parameters(model: Any) -> frozenset[str]:
+    """Parameters that are, by themselves, a quantity that must be positive."""
+    return frozenset(
+        expression.arguments[0]
+        for at, quantity in _all_quantities(model)
+        if at[-1] in getattr(_element(model, at), "positive", ())
+        and (expression := as_expression(quantity)).kind == "name"
+        and expression.arguments[0] in model.parameters
+    )
+
+
 def _all_quantities(model: Any) -> Iterator[tuple[Location, Any]]:
     """Every number or expression of the model, and where it stands."""
     yield ("gravity",), model.gravity

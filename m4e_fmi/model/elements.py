@@ -40,11 +40,15 @@ def vector(owner: object, name: str) -> tuple[Expression, Expression]:
 
 @dataclass(frozen=True)
 class Parameter:
-    """A named number: `value` in `unit`, converted to SI where it is used."""
+    """A named number: `value` in `unit`, converted to SI where it is used.
+
+    A `tunable` one may change while an FMU of the model runs.
+    """
 
     value: float
     unit: str
     description: str = ""
+    tunable: bool = False
 
 
 def parameter_values(parameters: Mapping[str, Parameter]) -> Values:
@@ -91,6 +95,7 @@ class Joint:
     direction: Vector | None = None
     coordinate: AngleReference = "absolute"
     initial: dict[str, Quantity] = field(default_factory=dict)
+    description: str = ""
 
     vectors: ClassVar = ("parent_to_joint", "joint_to_child")
 

@@ -10,7 +10,7 @@ units; one that is None is not used. Of the fields in `either`, one is given.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar, Literal, get_args
 
 from m4e_fmi.model.elements import Quantity, Vector
@@ -19,7 +19,12 @@ Axes = Literal["world", "body"]
 
 
 @dataclass(frozen=True)
-class TensionSpring:
+class _Described:
+    description: str = field(default="", kw_only=True)
+
+
+@dataclass(frozen=True)
+class TensionSpring(_Described):
     """Tension stiffness·l [N] along the line between two points; it pushes, too.
 
     The extension l is distance − length. A `law` in `l` and its rate `ld` [m/s] is the tension
@@ -39,7 +44,7 @@ class TensionSpring:
 
 
 @dataclass(frozen=True)
-class TensionDamper:
+class TensionDamper(_Described):
     """Tension damping·ld [N] along the line between two points, ld their speed apart [m/s].
 
     A `law` in `ld` is the tension itself.
@@ -56,7 +61,7 @@ class TensionDamper:
 
 
 @dataclass(frozen=True)
-class TensionStop:
+class TensionStop(_Described):
     """Keeps the distance of two points above `lower` and below `upper` [m], or one of the two.
 
     Beyond a limit by d the force back is stiffness·d + damping·ḋ, in which damping never exceeds
@@ -76,7 +81,7 @@ class TensionStop:
 
 
 @dataclass(frozen=True)
-class TorsionSpring:
+class TorsionSpring(_Described):
     """Moment stiffness·theta [N·m] on the first body, the opposite on the second.
 
     The twist theta is θ₂ − θ₁ − angle with absolute angles about +Y, 0 for the ground; `angle` is
@@ -96,7 +101,7 @@ class TorsionSpring:
 
 
 @dataclass(frozen=True)
-class TorsionDamper:
+class TorsionDamper(_Described):
     """Moment damping·thetad [N·m] on the first body, the opposite on the second.
 
     thetad is ω₂ − ω₁ [rad/s]. A `law` in `thetad` is the moment itself.
@@ -113,7 +118,7 @@ class TorsionDamper:
 
 
 @dataclass(frozen=True)
-class PointForce:
+class PointForce(_Described):
     """A force (F_x, F_z) [N] at a point, in world axes or in those of the point's body."""
 
     point: str
@@ -125,7 +130,7 @@ class PointForce:
 
 
 @dataclass(frozen=True)
-class BodyForce:
+class BodyForce(_Described):
     """A force (F_x, F_z) [N] at a centre of gravity, and a moment about +Y [N·m].
 
     The force is in world axes or in those of the body.
@@ -142,7 +147,7 @@ class BodyForce:
 
 
 @dataclass(frozen=True)
-class PointDrag:
+class PointDrag(_Described):
     """Force −coefficient·|v|v [N] at a point, v its velocity against the `flow` (world axes, m/s).
 
     The coefficient is ½ρC_d·area [kg/m].
@@ -158,7 +163,7 @@ class PointDrag:
 
 
 @dataclass(frozen=True)
-class BodyDrag:
+class BodyDrag(_Described):
     """Force −coefficient·|v|v [N] at a centre of gravity and moment −moment_coefficient·|ω|ω [N·m].
 
     v is the velocity against the `flow` (world axes, m/s). The coefficient is ½ρC_d·area [kg/m].
@@ -175,7 +180,7 @@ class BodyDrag:
 
 
 @dataclass(frozen=True)
-class JointEffort:
+class JointEffort(_Described):
     """Moment [N·m] of a revolute or force [N] of a prismatic joint on its child.
 
     The opposite acts on the parent.
@@ -189,7 +194,7 @@ class JointEffort:
 
 
 @dataclass(frozen=True)
-class JointFriction:
+class JointFriction(_Described):
     """Coulomb friction, made smooth: effort −`effort`·tanh(rate/`velocity`) of a joint.
 
     The rate is that of the child against the parent, whatever the joint's coordinate. `effort` is
@@ -206,7 +211,7 @@ class JointFriction:
 
 
 @dataclass(frozen=True)
-class JointStop:
+class JointStop(_Described):
     """Keeps a joint above `lower` and below `upper` [rad or m], or one of the two.
 
     What is limited is the child's angle or displacement against its parent, whatever the joint's

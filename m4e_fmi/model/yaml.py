@@ -46,6 +46,7 @@ class ParameterSection(Section):
     value: StrictFloat
     unit: str
     description: str = ""
+    tunable: bool = False
 
 
 class BodySection(Section):
@@ -64,6 +65,7 @@ class JointSection(Section):
     direction: Vector | None = None
     coordinate: AngleReference = "absolute"
     initial: dict[str, Quantity] = Field(default_factory=dict)
+    description: str = ""
 
 
 class PointSection(Section):

@@ -15,9 +15,10 @@ from m4e_fmi.model import Model
 from m4e_fmi.multibody.assembly import Accelerations, Assembly, Scalars, assemble
 from m4e_fmi.multibody.closed_form import forcing, mass_matrix, outwards
 from m4e_fmi.multibody.columns import Columns, column_rates, columns
+from m4e_fmi.multibody.declaration import declared_inputs
 from m4e_fmi.multibody.energy import kinetic_energy, load_powers, potential_energy
 from m4e_fmi.multibody.reactions import reactions
-from m4e_fmi.multibody.recording import add_outputs, declared_inputs
+from m4e_fmi.multibody.recording import add_outputs
 from m4e_fmi.multibody.topology import topology
 from m4e_fmi.program import Variable
 

@@ -7,7 +7,7 @@ from itertools import chain
 from m4e_fmi.model import Model
 from m4e_fmi.multibody.assembly import assemble
 from m4e_fmi.multibody.closed_form import mass_matrix
-from m4e_fmi.multibody.recording import declared, state_names
+from m4e_fmi.multibody.declaration import declared, state_names
 from m4e_fmi.multibody.topology import topology
 from m4e_fmi.program import Program, Recorder, Variable
 

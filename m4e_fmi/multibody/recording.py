@@ -8,10 +8,19 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Protocol
 
-from m4e_fmi.model import JointStop, Model, TensionSpring, TorsionSpring, load_model
-from m4e_fmi.model.elements import GROUND, as_expression, parameter_values
-from m4e_fmi.multibody.assembly import Accelerations, Assembly, Scalars, assemble, wet_links
+from m4e_fmi.model import (
+    Body,
+    JointStop,
+    Model,
+    Point,
+    TensionSpring,
+    TorsionSpring,
+    load_model,
+)
+from m4e_fmi.model.elements import GROUND
+from m4e_fmi.multibody.assembly import Accelerations, Assembly, assemble, wet_links
 from m4e_fmi.multibody.closed_form import ClosedForm
+from m4e_fmi.multibody.declaration import declared, in_words, state_names
 from m4e_fmi.multibody.energy import (
     input_power,
     kinetic_energy,
@@ -20,17 +29,9 @@ from m4e_fmi.multibody.energy import (
 )
 from m4e_fmi.multibody.reactions import reactions
 from m4e_fmi.multibody.sensitivity import Recursion
-from m4e_fmi.multibody.topology import Link, Topology, topology
+from m4e_fmi.multibody.topology import Topology, topology
 from m4e_fmi.program import Program, Recorder, Variable
-from m4e_fmi.units import parse_unit
 
-STATES = {
-    "revolute": (("q", "u", "rad"),),
-    "prismatic": (("q", "u", "m"),),
-    "floating": (("x", "vx", "m"), ("z", "vz", "m"), ("theta", "omega", "rad")),
-    "fixed": (),
-}
-DOF_UNITS = ("m", "m", "rad")
 LARGEST_CLOSED_FORM = 12
 """Number of coordinates up to which the closed form can need fewer operations."""
 
@@ -97,12 +98,6 @@ def recorded(
     return recorder.program(solution=solution if isinstance(solution, Recursion) else None)
 
 
-class Inputs(Protocol):
-    """What gives scalars for inputs: a recorder, or whoever has others."""
-
-    def input(self, variable: Variable) -> Any: ...
-
-
 class Outputs(Protocol):
     """What takes outputs: a recorder, or whoever wants to read them."""
 
@@ -124,165 +119,45 @@ def add_outputs(recorder: Outputs, assembly: Assembly, solved: Accelerations) ->
         recorder.output(Variable(f"energy.{name}", "J", text), value)
 
 
-def state_names(link: Link) -> list[tuple[str, str]]:
-    """(coordinate, velocity) variable names of the states of a link."""
-    floating = link.joint.type == "floating"
-    owner = f"body.{link.body}" if floating else f"joint.{link.joint_name}"
-    return [(f"{owner}.{p}", f"{owner}.{v}") for p, v, _ in STATES[link.joint.type]]
-
-
-def declared(
-    recorder: Recorder, model: Model, tree: Topology, inputs: Container[str] | None = None
-) -> Scalars:
-    """The parameters, inputs and states of a model, declared."""
-    parameters: dict[str, Any] = {}
-    for name, parameter in model.parameters.items():
-        unit = parse_unit(parameter.unit)
-        parameters[name] = recorder.parameter(
-            Variable(
-                name,
-                unit.text if unit.factor == 1.0 else unit.si_text,
-                parameter.description or f"Parameter {name}",
-                start=parameter.value * unit.factor,
-                display_unit=None if unit.factor == 1.0 else unit.text,
-            )
-        )
-    added_mass = _declared_added_mass(recorder, model, tree)
-    acting = declared_inputs(recorder, model, tree, inputs)
-    q, u = _declared_states(recorder, model, tree)
-    return Scalars(q, u, recorder.time, parameters, added_mass=added_mass, **acting)
-
-
-def _declared_added_mass(recorder: Recorder, model: Model, tree: Topology) -> list[list[Any]]:
-    dofs = [
-        (link.body, unit)
-        for link in tree.links
-        if model.bodies[link.body].added_mass
-        for unit in DOF_UNITS
-    ]
-    rows = []
-    for i, (body, unit) in enumerate(dofs, start=1):
-        row = []
-        for j, (other, other_unit) in enumerate(dofs, start=1):
-            # force per acceleration: kg, kg.m (force per rad/s² or moment per m/s²), kg.m2
-            power = (unit, other_unit).count("rad")
-            kind = ("kg", "kg.m", "kg.m2")[power]
-            text = f"Added mass at infinite frequency, world axes at the CG, {body} by {other}"
-            row.append(recorder.parameter(Variable(f"added_mass[{i},{j}]", kind, text)))
-        rows.append(row)
-    return rows
-
-
-def declared_inputs(
-    recorder: Inputs, model: Model, tree: Topology, chosen: Container[str] | None = None
-) -> dict[str, Any]:
-    """What acts from outside, as fields of `Scalars`; of the inputs those that are `chosen`."""
-
-    def force(name: str, unit: str, text: str) -> Any:
-        return recorder.input(Variable(name, unit, text)) if chosen is None or name in chosen else 0
-
-    wrench = {
-        link.body: (
-            force(f"body.{link.body}.force_x", "N", "Force at the CG, world X"),
-            force(f"body.{link.body}.force_z", "N", "Force at the CG, world Z"),
-            force(f"body.{link.body}.moment_y", "N.m", "Moment about the CG, about +Y"),
-        )
-        for link in tree.links
-    }
-    points = {
-        name: (
-            force(f"point.{name}.force_x", "N", "Force at the point, world X"),
-            force(f"point.{name}.force_z", "N", "Force at the point, world Z"),
-        )
-        for name, point in model.points.items()
-        if point.body != GROUND
-    }
-    efforts = {
-        link.joint_name: force(
-            f"joint.{link.joint_name}.effort",
-            "N.m" if link.joint.type == "revolute" else "N",
-            "Generalised force along the joint's coordinate",
-        )
-        for link in tree.links
-        if link.joint.type in ("revolute", "prismatic")
-    }
-    groups = {"body_wrench": wrench, "point_force": points, "effort": efforts}
-    silent = (0, (0, 0), (0, 0, 0))
-    return {
-        group: {name: value for name, value in members.items() if value not in silent}
-        for group, members in groups.items()
-    }
-
-
-def _declared_states(
-    recorder: Recorder, model: Model, tree: Topology
-) -> tuple[list[Any], list[Any]]:
-    values = parameter_values(model.parameters)
-    q: list[Any] = [None] * len(tree.coordinate_names)
-    u: list[Any] = list(q)
-    for link in tree.links:
-        pairs = zip(state_names(link), STATES[link.joint.type], link.coordinates, strict=True)
-        for (position, velocity), (key, rate_key, unit), k in pairs:
-            initial = {
-                name: float(as_expression(link.joint.initial.get(name, 0.0)).evaluate(values))
-                for name in (key, rate_key)
-            }
-            symbol = tree.coordinate_names[k]
-            q[k] = recorder.state(
-                Variable(
-                    position,
-                    unit,
-                    f"Coordinate {symbol} of body {link.body}",
-                    start=initial[key],
-                )
-            )
-            u[k] = recorder.state(
-                Variable(
-                    velocity,
-                    f"{unit}/s",
-                    f"Velocity {tree.velocity_names[k]} of body {link.body}",
-                    start=initial[rate_key],
-                    derivative_of=position,
-                )
-            )
-    return q, u
-
-
 def _add_body_outputs(recorder: Outputs, assembly: Assembly, solved: Accelerations) -> None:
     for k, (link, frame) in enumerate(zip(assembly.tree.links, assembly.frames, strict=True)):
-        name = f"body.{link.body}"
+        name, body = f"body.{link.body}", assembly.model.bodies[link.body]
         if link.joint.type != "floating":
-            _motion(recorder, name, "CG", frame.position, frame.velocity)
-            recorder.output(Variable(f"{name}.theta", "rad", "Angle about +Y"), frame.angle)
-            text = "Angular velocity about +Y"
+            _motion(recorder, name, "CG", body, frame.position, frame.velocity)
+            text = in_words(body, "Angle about +Y")
+            recorder.output(Variable(f"{name}.theta", "rad", text), frame.angle)
+            text = in_words(body, "Angular velocity about +Y")
             omega = Variable(f"{name}.omega", "rad/s", text, derivative_of=f"{name}.theta")
             recorder.output(omega, frame.omega)
-        _accelerations(recorder, name, "CG", solved.of_point(frame, k, frame.arm))
-        text = "Angular acceleration about +Y"
+        _accelerations(recorder, name, "CG", body, solved.of_point(frame, k, frame.arm))
+        text = in_words(body, "Angular acceleration about +Y")
         variable = Variable(f"{name}.alpha", "rad/s2", text, derivative_of=f"{name}.omega")
         recorder.output(variable, solved.alphas[k])
 
 
 def _add_point_outputs(recorder: Outputs, assembly: Assembly, solved: Accelerations) -> None:
-    for name, point in assembly.points.items():
-        body = assembly.model.points[name].body
-        if body != GROUND:
-            _motion(recorder, f"point.{name}", "point", point.position, point.velocity)
-            k = assembly.tree.index(body)
-            acceleration = solved.of_point(assembly.frames[k], k, point.arm)
-            _accelerations(recorder, f"point.{name}", "point", acceleration)
+    for name, place in assembly.points.items():
+        point = assembly.model.points[name]
+        if point.body != GROUND:
+            _motion(recorder, f"point.{name}", "point", point, place.position, place.velocity)
+            k = assembly.tree.index(point.body)
+            acceleration = solved.of_point(assembly.frames[k], k, place.arm)
+            _accelerations(recorder, f"point.{name}", "point", point, acceleration)
 
 
 def _add_load_outputs(recorder: Outputs, assembly: Assembly) -> None:
+    loads = assembly.model.loads
     for name, power in load_powers(assembly).items():
         text = "Power by which the load changes the total energy"
-        if isinstance(assembly.model.loads[name], TensionSpring | TorsionSpring):
+        if isinstance(loads[name], TensionSpring | TorsionSpring):
             text += ", in which it has no potential"
+        text = in_words(loads[name], text)
         recorder.output(Variable(f"load.{name}.power", "W", text, local=True), power)
     for name, load in assembly.loads.items():
         if load.gap is not None:
             unit = "rad" if _turns(assembly, name) else "m"
             text = "How far the nearer limit of the stop is; negative in contact"
+            text = in_words(loads[name], text)
             recorder.output(Variable(f"load.{name}.gap", unit, text, local=True), load.gap)
     power = input_power(assembly)
     if not isinstance(power, int):
@@ -298,26 +173,30 @@ def _turns(assembly: Assembly, name: str) -> bool:
 
 def _add_reactions(recorder: Outputs, assembly: Assembly, solved: Accelerations) -> None:
     for reaction in reactions(assembly, solved):
-        name = f"joint.{reaction.joint}"
+        name, joint = f"joint.{reaction.joint}", assembly.model.joints[reaction.joint]
         for axis, value in zip("xz", reaction.force, strict=True):
-            text = f"Force of the joint on its child, world {axis.upper()}"
+            text = in_words(joint, f"Force of the joint on its child, world {axis.upper()}")
             recorder.output(Variable(f"{name}.reaction_{axis}", "N", text), value)
-        text = "Moment of the joint on its child at the joint, about +Y"
+        text = in_words(joint, "Moment of the joint on its child at the joint, about +Y")
         recorder.output(Variable(f"{name}.reaction_moment", "N.m", text), reaction.moment)
 
 
-def _motion(recorder: Outputs, name: str, what: str, position: Any, velocity: Any) -> None:
+def _motion(
+    recorder: Outputs, name: str, what: str, owner: Body | Point, position: Any, velocity: Any
+) -> None:
     for axis, value in zip("xz", position, strict=True):
-        text = f"Position of the {what}, world {axis.upper()}"
+        text = in_words(owner, f"Position of the {what}, world {axis.upper()}")
         recorder.output(Variable(f"{name}.{axis}", "m", text), value)
     for axis, value in zip("xz", velocity, strict=True):
-        text = f"Velocity of the {what}, world {axis.upper()}"
+        text = in_words(owner, f"Velocity of the {what}, world {axis.upper()}")
         variable = Variable(f"{name}.v{axis}", "m/s", text, derivative_of=f"{name}.{axis}")
         recorder.output(variable, value)
 
 
-def _accelerations(recorder: Outputs, name: str, what: str, acceleration: Any) -> None:
+def _accelerations(
+    recorder: Outputs, name: str, what: str, owner: Body | Point, acceleration: Any
+) -> None:
     for axis, value in zip("xz", acceleration, strict=True):
-        text = f"Acceleration of the {what}, world {axis.upper()}"
+        text = in_words(owner, f"Acceleration of the {what}, world {axis.upper()}")
         variable = Variable(f"{name}.a{axis}", "m/s2", text, derivative_of=f"{name}.v{axis}")
         recorder.output(variable, value)

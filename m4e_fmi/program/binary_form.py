@@ -11,7 +11,7 @@ import struct
 import sys
 import zlib
 from array import array
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 from m4e_fmi.errors import InputError
@@ -19,7 +19,7 @@ from m4e_fmi.program.program import TIME, Program, Variable
 from m4e_fmi.program.tape import Tape
 
 MAGIC = b"\x89M4E\r\n\x1a\n"
-VERSION = 1
+VERSION = 2
 # fmt: off
 OPERATIONS = (
     "literal", "time", "state", "input", "parameter",
@@ -140,6 +140,7 @@ def encode(program: Program, jacobian: Iterable[Entry] = ()) -> bytes:
         (
             _doubles(code.literals),
             _doubles(starts),
+            _doubles(x for v in variables for x in (v.minimum, v.maximum, v.nominal)),
             _words(code.a),
             _words(code.b),
             bytes(code.operation) + bytes(-len(code.operation) % 4),
@@ -219,6 +220,7 @@ def decode(data: bytes) -> tuple[Program, list[Entry]]:
     reader = _Reader(data, _HEADER.size)
     values = reader.numbers("d", literals)
     starts = iter(reader.numbers("d", n_p + n_u + n_x))
+    limits = iter(reader.numbers("d", 3 * (n_p + n_u + n_x + n_y + n_c)))
     a, b = reader.numbers("I", nodes), reader.numbers("I", nodes)
     operation = reader.take(nodes + -nodes % 4)[:nodes]
     roots = [reader.numbers("I", count) for count in (n_x, n_y, n_c)]
@@ -232,7 +234,7 @@ def decode(data: bytes) -> tuple[Program, list[Entry]]:
     for name, count in zip(_GROUPS, (n_p, n_u, n_x, n_y, n_c), strict=True):
         with_start = name in ("parameters", "inputs", "states")
         groups[name] = tuple(
-            _variable(fields, next(flags), next(starts) if with_start else 0.0)
+            _variable(fields, next(flags), next(starts) if with_start else 0.0, limits)
             for _ in range(count)
         )
     names = [[v.name for v in groups[g]] for g in ("states", "inputs", "parameters")]
@@ -251,9 +253,8 @@ def decode(data: bytes) -> tuple[Program, list[Entry]]:
     return program, list(zip(rows, columns, derivatives, strict=True))
 
 
-def _variable(fields: Iterable[str], flags: int, start: float) -> Variable:
-    taken = iter(fields)
-    name, unit, display_unit, derivative_of, description = (next(taken) for _ in range(5))
+def _variable(fields: Iterator[str], flags: int, start: float, limits: Iterator[float]) -> Variable:
+    name, unit, display_unit, derivative_of, description = (next(fields) for _ in range(5))
     return Variable(
         name=name,
         unit=unit,
@@ -263,6 +264,9 @@ def _variable(fields: Iterable[str], flags: int, start: float) -> Variable:
         tunable=bool(flags & _TUNABLE),
         local=bool(flags & _LOCAL),
         display_unit=display_unit or None,
+        minimum=next(limits),
+        maximum=next(limits),
+        nominal=next(limits),
     )
 
 

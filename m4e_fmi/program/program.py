@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -27,6 +28,8 @@ class Variable:
     extrapolate that variable with this one.
     `tunable` parameters may change between steps, others only before the start.
     `local` states and outputs are visible but not meant to be connected.
+    `minimum` and `maximum` hold between them, both included, every value with which the equations
+    mean something. `nominal` is the order of magnitude of its values, all in `unit`.
     """
 
     name: str
@@ -37,6 +40,9 @@ class Variable:
     tunable: bool = False
     local: bool = False
     display_unit: str | None = None
+    minimum: float = -math.inf
+    maximum: float = math.inf
+    nominal: float = 1.0
 
 
 class Solution(Protocol):

@@ -8,6 +8,7 @@ give its outlines, `style` the colours.
 from m4e_fmi.report.animation import animate, check_animation_path
 from m4e_fmi.report.figures import plot_run, plot_simulation
 from m4e_fmi.report.files import write_simulation
+from m4e_fmi.report.fmu_documentation import fmu_documentation
 from m4e_fmi.report.fmu_text import fmu_text
 from m4e_fmi.report.linear_text import linear_json, linear_text
 from m4e_fmi.report.motion import plot_modes, plot_phase
@@ -15,11 +16,13 @@ from m4e_fmi.report.progress import progress_bar
 from m4e_fmi.report.schematic import draw_model, model_figure
 from m4e_fmi.report.summaries import run_summary, simulation_summary
 from m4e_fmi.report.tables import model_tables
+from m4e_fmi.report.validation_text import validation_text
 
 __all__ = [
     "animate",
     "check_animation_path",
     "draw_model",
+    "fmu_documentation",
     "fmu_text",
     "linear_json",
     "linear_text",
@@ -32,5 +35,6 @@ __all__ = [
     "progress_bar",
     "run_summary",
     "simulation_summary",
+    "validation_text",
     "write_simulation",
 ]

@@ -28,6 +28,7 @@ from m4e_fmi.report.parts import (
 )
 from m4e_fmi.report.style import BODY_COLOURS, GREY, INK, PAPER, pale
 from m4e_fmi.simulate import Simulation
+from m4e_fmi.writing import written
 
 SUFFIXES = (".html", ".gif")
 HTML_FRAMES, HTML_POSES = 1200, 14_000  # frames at most, and poses of bodies: 8 bytes each
@@ -43,13 +44,14 @@ def animate(model: Model, simulation: Simulation, path: Path) -> Path:
     The HTML file has a slider, loads nothing and is small: poses in 16 bits each.
     """
     check_animation_path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
     if path.suffix.lower() == ".html":
         frames = min(HTML_FRAMES, HTML_POSES // len(model.bodies))
         page = html_page(film(model, simulation, frames=frames))
-        path.write_text(page, encoding="utf-8")
+        with written(path) as part:
+            part.write_text(page, encoding="utf-8")
     else:
-        _write_gif(film(model, simulation, frames=_gif_frames(simulation)), path)
+        with written(path) as part:
+            _write_gif(film(model, simulation, frames=_gif_frames(simulation)), part)
     return path
 
 

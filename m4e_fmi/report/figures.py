@@ -10,6 +10,7 @@ import numpy as np
 from m4e_fmi.report.panels import Panel, panels
 from m4e_fmi.report.style import COLOURS
 from m4e_fmi.results import Series, load
+from m4e_fmi.writing import written
 
 if TYPE_CHECKING:
     from m4e_fmi.simulate import Simulation
@@ -68,8 +69,8 @@ def _draw(title: str, time: np.ndarray, shown: list[Panel], picture: Path) -> Pa
     if len(time):
         axes[0][0].set_xlim(time[0], time[-1])
     axes[0][0].set_title(title, fontsize=11, loc="left", fontweight="bold")
-    picture.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(picture, dpi=DOTS_PER_INCH)
+    with written(picture) as part:
+        figure.savefig(part, dpi=DOTS_PER_INCH)
     return picture
 
 

@@ -5,16 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from m4e_fmi.writing import netcdf, written
+
 if TYPE_CHECKING:
     from m4e_fmi.simulate import Simulation
 
 
 def write_simulation(simulation: Simulation, path: Path) -> None:
     """Write a simulation to `path` (netCDF, as a run's results)."""
-    from netCDF4 import Dataset
-
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with Dataset(path, "w", format="NETCDF4") as file:
+    with written(path) as part, netcdf(part) as file:
         file.setncatts({"title": simulation.program.name, "Conventions": "CF-1.11"})
         file.createDimension("time", len(simulation.time))
         time = file.createVariable("time", "f8", ("time",))

@@ -3,23 +3,54 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
-ORDER = ("parameter", "calculatedParameter", "input", "output", "local", "independent")
+ORDER = (
+    "structuralParameter",
+    "parameter",
+    "calculatedParameter",
+    "input",
+    "output",
+    "local",
+    "independent",
+)
 
 
 def fmu_text(path: Path) -> str:
-    """Identity and variables of an FMU; for an output, the inputs it depends on directly."""
-    from m4e_fmi.fmu import read_description
+    """Identity, kinds, capabilities, platforms and variables of an FMU.
 
-    description = read_description(path)
-    count = len(description.variables)
-    lines = [f"{path.name}: {description.identifier}, FMI 2.0 co-simulation, {count} variables"]
+    An output is followed by the inputs and states it depends on; ``← ?`` where it declares none.
+    """
+    from m4e_fmi.fmu import fmu_contents
+
+    found = fmu_contents(path)
+    variables = found["variables"]
+    kinds = " and ".join(found["kinds"])
+    lines = [
+        f"{path.name}: {found['modelName']}, FMI {found['fmiVersion']} {kinds}, "
+        f"{len(variables)} variables",
+        f"{found['size'] / 1e3:.0f} kB, {found['unpacked'] / 1e3:.0f} kB unpacked; platforms: "
+        f"{', '.join(found['platforms']) or 'none'}{'; sources' if found['sources'] else ''}",
+    ]
+    if found["experiment"]:
+        times = (f"{key} {value:g}" for key, value in found["experiment"].items())
+        lines.append(f"default experiment: {', '.join(times)}")
+    for kind, abilities in found["kinds"].items():
+        told = (k if v is True else f"{k} {v}" for k, v in abilities.items())
+        lines.append(f"{kind}: {', '.join(told)}")
+    needs = {u["name"]: u["dependencies"] for u in found["structure"]["outputs"]}
     for causality in ORDER:
-        variables = description.of_causality(causality)
-        if variables:
-            lines.append(f"{causality} ({len(variables)})")
-        for variable in variables:
-            line = f"  {variable.name:<32} {variable.unit or '-':<10} {variable.description}"
-            through = sorted(description.dependencies.get(variable.name, ()))
-            lines.append(line + (f"  ← {', '.join(through)}" if through else ""))
+        chosen = [v for v in variables if v["causality"] == causality]
+        if chosen:
+            lines.append(f"{causality} ({len(chosen)})")
+        lines += [_line(v, needs) for v in chosen]
     return "\n".join(lines)
+
+
+def _line(variable: dict[str, Any], needs: dict[str, list[str] | None]) -> str:
+    name, unit = variable["name"], variable.get("unit", "-")
+    line = f"  {name:<32} {unit:<10} {variable.get('description', '')}"
+    through = needs.get(name, [])
+    if through is None:
+        return f"{line}  ← ?"
+    return line + (f"  ← {', '.join(through)}" if through else "")

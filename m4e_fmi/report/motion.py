@@ -18,6 +18,7 @@ from m4e_fmi.report.parts import colour_of, ground_lines, placed, ranks, tie_lin
 from m4e_fmi.report.scene import Scene, scene, start_values
 from m4e_fmi.report.style import BODY_COLOURS, GREY, GRID, INK, PAPER, pale
 from m4e_fmi.simulate import Simulation
+from m4e_fmi.writing import written
 
 if TYPE_CHECKING:
     from m4e_fmi.analysis.points import At
@@ -172,6 +173,6 @@ def _grid(count: int, width: float, height: float) -> tuple[Any, list[Any]]:
 
 def _saved(figure: Any, title: str, picture: Path) -> Path:
     figure.suptitle(title, x=0.01, ha="left", fontsize=11, fontweight="bold", color=INK)
-    picture.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(picture, dpi=DOTS_PER_INCH, bbox_inches="tight", pad_inches=0.1)
+    with written(picture) as part:
+        figure.savefig(part, dpi=DOTS_PER_INCH, bbox_inches="tight", pad_inches=0.1)
     return picture

@@ -19,12 +19,14 @@ from m4e_fmi.report.labels import Labels
 from m4e_fmi.report.parts import colour_of, ground_lines, guides, placed, ranks, tie_lines
 from m4e_fmi.report.scene import Scene, scene, turned
 from m4e_fmi.report.style import BODY_COLOURS, FORCE, GREY, GRID, INK, PAPER, pale
+from m4e_fmi.writing import written
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 LARGEST = (8.5, 7.0)  # inches
 MOST_NAMES = 24  # bodies that are named; of more, only the numbers are written
+ICON, BOLDER = 2.0, 2.2  # inches; how much larger symbols are on an icon
 LEAST_RATIO = 0.62  # of the shorter to the longer side
 
 
@@ -34,8 +36,8 @@ def draw_model(model: Model, picture: Path, *, program: Program | None = None) -
     The start pose is that of `program`, the model's own if none is given.
     """
     figure = model_figure(model, program=program)
-    picture.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(picture, dpi=DOTS_PER_INCH, bbox_inches="tight", pad_inches=0.15)
+    with written(picture) as part:
+        figure.savefig(part, dpi=DOTS_PER_INCH, bbox_inches="tight", pad_inches=0.15)
     return picture
 
 
@@ -57,6 +59,24 @@ def model_figure(model: Model, *, program: Program | None = None) -> Figure:
     labels = Labels(axis)
     Drawing(axis, shown, shown.start, size, labels).everything()
     labels.place()
+    return figure
+
+
+def model_icon(model: Model, *, program: Program | None = None) -> Figure:
+    """The mechanism alone, in its start pose, as a square figure of matplotlib."""
+    from matplotlib.figure import Figure
+
+    shown = scene(model, program)
+    low, high = _limits(shown)
+    middle, half = (low + high) / 2, 0.46 * max(high - low)
+    figure = Figure(figsize=(ICON, ICON))
+    axis = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+    axis.set_axis_off()
+    axis.set_aspect("equal")
+    axis.set_xlim(middle[0] - half, middle[0] + half)
+    axis.set_ylim(middle[1] - half, middle[1] + half)
+    size = BOLDER * shown.size(shown.start[None])
+    Drawing(axis, shown, shown.start, size, Labels(axis)).mechanism()
     return figure
 
 
@@ -103,13 +123,17 @@ class Drawing:
         self.joint_radius = 0.0085 * size
 
     def everything(self) -> None:
+        self.mechanism()
+        self._points()
+        self._pushes()
+        self._axes_and_gravity()
+
+    def mechanism(self) -> None:
+        """What the model is made of, without points, forces and axes."""
         self._ground()
         self._ties()
         self._bodies()
         self._joints()
-        self._points()
-        self._pushes()
-        self._axes_and_gravity()
 
     def _line(self, points: np.ndarray, colour: str, width: float = 1.2, **more: Any) -> None:
         self.axis.plot(*points.T, color=colour, lw=width, solid_capstyle="round", **more)

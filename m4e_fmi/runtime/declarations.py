@@ -16,9 +16,9 @@ from ctypes import (
 )
 from pathlib import Path
 
-ABI = 2
+ABI = 4
 LANES = 8
-METHODS = {"rk45": 0, "dop853": 1, "rodas": 2}
+METHODS = {"rk45": 0, "dop853": 1, "rodas": 2, "rk4": 3}
 BLOCKS = {"rates": 0, "outputs": 1, "derivatives": 2, "watched": 3}
 
 

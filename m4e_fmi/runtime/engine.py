@@ -32,11 +32,14 @@ UNLIMITED = 2**64 - 1
 
 @dataclass(frozen=True)
 class Control:
-    """How to integrate: the method's name (rk45, dop853, rodas) and its limits.
+    """How to integrate: the method's name (rk45, dop853, rodas, rk4) and its limits.
 
     The local error per step is at most atol + rtol·|x| in the RMS norm; `max_step` in seconds. The
     last `quadratures` states, on which no rate may depend, are left out of that norm: they are
     integrated with the others and change no bit of them.
+
+    rk4 has no error control: from one output time to the next it takes the fewest equal steps that
+    are not longer than `max_step`.
     """
 
     method: str = "dop853"
@@ -333,7 +336,7 @@ def ensemble(
     u = vector(default if inputs is None else inputs, (count, counts.inputs), "inputs")
     options = options_of(control or Control())
     if options.method == METHODS["rodas"]:
-        raise InputError.single("an ensemble needs an explicit method: rk45 or dop853")
+        raise InputError.single("an ensemble needs an explicit method: dop853, rk45 or rk4")
     rows = np.full((count, at.size, counts.states), np.nan)
     results = np.full((count, at.size, len(engine.selected)), np.nan)
     reports = (Report * count)()

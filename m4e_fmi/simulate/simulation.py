@@ -11,12 +11,12 @@ from pathlib import Path
 
 import numpy as np
 
-from m4e_fmi.errors import InputError, suggestion
+from m4e_fmi.errors import InputError, Problem, RunError, suggestion
 from m4e_fmi.model import Model, load_model
 from m4e_fmi.multibody import model_program
 from m4e_fmi.program import Program, Variable
 from m4e_fmi.runtime.engine import Watch
-from m4e_fmi.runtime.library import library
+from m4e_fmi.runtime.library import library, library_detail
 from m4e_fmi.simulate.audit import EnergyAudit, energy_audit, with_works
 from m4e_fmi.simulate.solvers import (
     SCIPY_METHODS,
@@ -29,7 +29,8 @@ from m4e_fmi.simulate.solvers import (
 Progress = Callable[[float], None]
 PYTHON = "python"
 SCIPY = "scipy."
-RUNTIME_METHODS = ("dop853", "rk45", "rodas")
+FIXED = "rk4"
+RUNTIME_METHODS = ("dop853", "rk45", "rodas", FIXED)
 METHODS = (*RUNTIME_METHODS, PYTHON, *(f"{SCIPY}{name}" for name in SCIPY_METHODS))
 
 
@@ -77,6 +78,7 @@ def simulate(
     start_values: Mapping[str, float] | None = None,
     tolerance: float = 1e-8,
     method: str = RUNTIME_METHODS[0],
+    step_size: float | None = None,
     events: Sequence[Watch] = (),
     progress: Progress | None = None,
 ) -> Simulation:
@@ -84,9 +86,13 @@ def simulate(
 
     `start_values` sets parameters, inputs and states by name (SI); inputs of a model that are not
     set are zero, and left out of its program. `tolerance` is relative and
-    absolute, per step. `method` is one of the runtime's, dop853, rk45 or rodas (stiff), `python`
-    (no compiled library, and what it is replaced by where there is none), or SciPy's by name, such
-    as `scipy.RK45`. Output times are met exactly, and steps end at the kinks of a model's tables.
+    absolute, per step. `method` is one of the runtime's, dop853, rk45, rodas (stiff) or rk4 (fixed
+    steps), `python` (no compiled library, and what others are replaced by where there is none), or
+    SciPy's by name, such as `scipy.RK45`. Output times are met exactly, and steps end at the kinks
+    of a model's tables.
+
+    rk4 has no error control and no tolerance: from one output time to the next it takes the fewest
+    equal steps that are not longer than `step_size` [s]; one step by default.
 
     `events` name outputs or states whose changes of sign are found, such as `load.<stop>.gap`; a
     terminal one ends the simulation, with a last row at its time. Raises InputError for an unknown
@@ -95,6 +101,7 @@ def simulate(
     if method not in METHODS:
         remedy = suggestion(method, METHODS, "methods")
         raise InputError.single(f"there is no method {method!r}", remedy)
+    _check_step_size(step_size, method)
     if isinstance(system, str | Path):
         system = load_model(system)
     given = start_values or {}
@@ -102,6 +109,9 @@ def simulate(
     program = started(program, given)
     times = np.array(output_times(stop_time, output_interval))
     if method in RUNTIME_METHODS and library() is None:
+        if method == FIXED:
+            message = f"the method {FIXED} needs the runtime's library: {library_detail()}"
+            raise RunError(message, f"take the method {PYTHON}, which controls its error")
         method = PYTHON
     if method in RUNTIME_METHODS:
         solver = solve_compiled
@@ -117,6 +127,7 @@ def simulate(
             times=times,
             method=method.removeprefix(SCIPY),
             tolerance=tolerance,
+            step_size=step_size or np.inf,
             quadratures=works,
             watches=watches,
             kinks=_kinks(system, stop_time),
@@ -140,6 +151,16 @@ def simulate(
             for t, k, states in solved.events
         ),
     )
+
+
+def _check_step_size(step_size: float | None, method: str) -> None:
+    if step_size is None:
+        return
+    if not (step_size > 0 and np.isfinite(step_size)):
+        raise InputError.single(f"the step size must be positive, got {step_size}")
+    if method != FIXED:
+        message = f"{method} chooses its steps: it takes no step size"
+        raise InputError.single(message, f"give a tolerance, or the method {FIXED}")
 
 
 def _kinks(system: Program | Model, stop_time: float) -> list[float]:
@@ -197,15 +218,24 @@ def output_times(stop_time: float, interval: float) -> list[float]:
 
 
 def started(program: Program, values: Mapping[str, float]) -> Program:
-    """`program` with other start values; InputError names what is unknown or not finite."""
+    """`program` with other start values; InputError names what is unknown, not finite, or outside
+    its limits."""
     bad = [name for name, value in values.items() if not np.isfinite(value)]
     if bad:
         listed = ", ".join(f"{name} = {values[name]}" for name in bad)
         raise InputError.single(f"start values must be finite numbers: {listed}")
     try:
-        return program.with_start(dict(values))
+        result = program.with_start(dict(values))
     except KeyError as error:
         groups = (program.parameters, program.inputs, program.states)
         names = [v.name for group in groups for v in group]
         first = next(name for name in values if name not in names)
         raise InputError.single(str(error.args[0]), suggestion(first, names)) from None
+    outside = [
+        Problem(f"{v.name} = {v.start:g} is outside its range from {v.minimum:g} to {v.maximum:g}")
+        for v in (*result.parameters, *result.inputs, *result.states)
+        if not v.minimum <= v.start <= v.maximum
+    ]
+    if outside:
+        raise InputError(outside)
+    return result

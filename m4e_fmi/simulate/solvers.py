@@ -30,16 +30,17 @@ REMEDY = "look for a division by zero, a singular configuration or values far ou
 class Task:
     """What is to be integrated, and how.
 
-    `times` [s] ascend from the start. The last `quadratures` states do not govern the steps.
-    `watches` name outputs of the program. At `kinks` [s], which ascend, rates change their slopes:
-    methods other than SciPy's make no step across them. `explain` says what is wrong at a time and
-    states.
+    `times` [s] ascend from the start. Steps of rk4 are at most `step_size` [s]. The last
+    `quadratures` states do not govern the steps. `watches` name outputs of the program. At `kinks`
+    [s], which ascend, rates change their slopes: methods other than SciPy's make no step across
+    them. `explain` says what is wrong at a time and states.
     """
 
     program: Program
     times: np.ndarray
     method: str
     tolerance: float
+    step_size: float
     quadratures: int
     watches: tuple[Watch, ...]
     kinks: Sequence[float]
@@ -75,7 +76,11 @@ def solve_compiled(task: Task) -> Solved:
     jacobian_ = rate_entries(program) if stiff else ()
     engine = Engine(program, jacobian=jacobian_, watches=task.watches)
     limits = Control(
-        task.method, rtol=task.tolerance, atol=task.tolerance, quadratures=task.quadratures
+        task.method,
+        rtol=task.tolerance,
+        atol=task.tolerance,
+        max_step=task.step_size,
+        quadratures=task.quadratures,
     )
     integrator = Integrator(engine, limits)
     integrator.start(times[0], task.start)

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from benchmark.fmu_steps import C_HOST, CTYPES, PYTHON
 from benchmark.measure import MODELS
 
 COMPILED, INTERPRETED, PINOCCHIO = "m4e_fmi compiled", "m4e_fmi interpreted", "Pinocchio ABA"
@@ -18,6 +19,7 @@ def aims(result: Mapping[str, Any]) -> list[list[str]]:
     runs = result["integration"]
     derivatives, ensemble = result["derivatives"] or {}, result["ensemble"] or {}
     ours = (result["preparation"] or {}).get(INTERPRETED, {})
+    steps = (result["fmu_steps"] or {}).get("steps", {})
     rows = [
         (f"right-hand side, interpreted, n = {n}, over Pinocchio", "≤ 1/2.5",
          _ratio(rhs.get(n), INTERPRETED, PINOCCHIO))
@@ -57,8 +59,29 @@ def aims(result: Mapping[str, Any]) -> list[list[str]]:
          _scaled((result["process"] or {}).get("wall"), 1, "s")),
         (f"memory beyond the imports, n = {middle}", "≤ 20 MB",
          _scaled(result["memory"], 1e-6, "MB")),
+        ("step of an FMU, n = 10, from Python", "≤ 8 µs", _scaled(steps.get(CTYPES), 1e6, "µs")),
+        ("the same over a lambdified one's", "≤ 1/25", _ratio(steps, CTYPES, PYTHON)),
+        ("the same from C", "≤ 1/100", _ratio(steps, C_HOST, PYTHON)),
+        *_macro_steps(result["macro_steps"] or {"steps": {}, "setup": None}),
     ]  # fmt: skip
     return [list(row) for row in rows]
+
+
+def _macro_steps(found: Mapping[str, Any]) -> list[tuple[str, str, str]]:
+    rows = []
+    for what, costs in found["steps"].items():
+        floor, native = costs.get("loop in C"), costs.get("m4e_fmi jacobi")
+        observed = costs.get("m4e_fmi jacobi, observed by Python")
+        written = costs.get("m4e_fmi jacobi, results written")
+        over = [v - floor if floor and v else None for v in (native, observed)]
+        rows += [
+            (f"macro step of a component, {what}, beside its FMU's own", "≤ 0.15 µs",
+             _scaled(over[0], 1e6, "µs")),
+            ("the same, observed by Python", "≤ 2 µs", _scaled(over[1], 1e6, "µs")),
+            ("the same with results written, over the first", "≤ 2", _fraction(written, native)),
+        ]  # fmt: skip
+    rows.append(("set-up of 200 FMUs with 600 links", "≤ 1.5 s", _scaled(found["setup"], 1, "s")))
+    return rows
 
 
 def _fraction(ours: float | None, peer: float | None) -> str:

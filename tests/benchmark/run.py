@@ -14,7 +14,7 @@ from typing import Any
 for _variable in ("OMP", "OPENBLAS", "MKL"):  # before NumPy is loaded, here and in children
     os.environ[f"{_variable}_NUM_THREADS"] = "1"
 
-from benchmark import measure, process  # noqa: E402
+from benchmark import fmu_steps, master_loop, measure, process  # noqa: E402
 from benchmark.engine import UnavailableError  # noqa: E402
 from benchmark.engines.registry import engines, versions  # noqa: E402
 from benchmark.native_code import ROOT  # noqa: E402
@@ -86,8 +86,12 @@ def main() -> None:
         "accuracy": compared[middle].error,
         "memory": step("memory", lambda: process.memory(middle)),
         "process": step("whole process", lambda: process.whole_process(middle)),
+        "fmu_steps": step("steps of FMUs", fmu_steps.measured),
+        "macro_steps": (macro := step("macro steps", master_loop.measured)),
         "missing": missing,
     }
+    for text in (macro or {}).get("missing", ()):
+        log(text)
     _write(result)
     for n in pym4e_sizes:  # the slowest last, when all else is on the disk
         found = step(f"30 s, n = {n}, pyM4E", lambda n=n: measure.pym4e_integration(n))

@@ -12,7 +12,7 @@ import stat
 import subprocess
 import sys
 import zipfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
@@ -31,7 +31,7 @@ from m4e_fmi.model import Body, Joint, Model, Parameter, Point
 from m4e_fmi.multibody import model_program
 from m4e_fmi.program import Program, Recorder, Variable, exp, sin, sqrt
 from m4e_fmi.program.python_form import load_python
-from m4e_fmi.runtime import DormandPrince
+from m4e_fmi.runtime import DormandPrince, RungeKutta
 from m4e_fmi.runtime.engine import Engine
 from m4e_fmi.runtime.integrator import Integrator
 
@@ -293,7 +293,7 @@ class TestDescription:
 
     def test_default_experiment(self, fmus: dict[str, Path], tmp_path: Path) -> None:
         program = autonomous()
-        source = python_slave(program, describe(program, stop_time=3.5, step_size=0.25))
+        source = python_slave(program, describe(program, stop_time=3.5, step_size=0.25), "rk4")
         paths = (fmus["autonomous"], build_fmu(source, tmp_path / "long.fmu"))
         found = []
         for path in paths:
@@ -387,9 +387,10 @@ class TestRuns:
         calculated = [v.name for v in program.calculated]
         assert list(instance.get(calculated).values()) == engine.calculated().tolist()
 
+    @pytest.mark.parametrize("method", ["dop853", "rk4"])
     @pytest.mark.parametrize("name", PROGRAMS)
     def test_bits_without_the_library(
-        self, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+        self, name: str, method: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         """As above, where the FMU has to do with Python alone."""
         monkeypatch.setattr("m4e_fmi.fmu.from_program.library_path", lambda: None)
@@ -398,13 +399,18 @@ class TestRuns:
         p = [v.start for v in program.parameters]
         c = form.constants(p)
         now = [v.start for v in program.inputs]
-        integrator = DormandPrince(lambda t, y: form.rates(t, y, now, p, c))
+
+        def rates(t: float, y: Sequence[float]) -> list[float]:
+            return form.rates(t, y, now, p, c)
+
+        fixed = RungeKutta(rates, step=0.03, tolerance=1.0)
+        integrator = fixed if method == "rk4" else DormandPrince(rates)
 
         def outputs(t: float, x: list[float], u: list[float]) -> list[float]:
             now[:] = u
             return form.outputs(t, x, u, p, c)
 
-        path = build_fmu(program, tmp_path / "python.fmu")
+        path = build_fmu(program, tmp_path / "python.fmu", method=method, step_size=0.03)
         with Instance(path, tmp_path / "unpacked") as instance:
             self.compare(instance, program, integrator.advance, outputs)
             calculated = [v.name for v in program.calculated]

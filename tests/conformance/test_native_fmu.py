@@ -161,6 +161,13 @@ class TestDescription:
         with pytest.raises(Exception, match="nstantiate"):
             fmu.instantiate()
 
+    def test_bad_integrations(self, tmp_path: Path) -> None:
+        with pytest.raises(InputError, match="did you mean 'dop853'"):
+            build_fmu(driven(), tmp_path / "p.fmu", method="dop854")
+        for step in (0.0, -1.0, math.nan, math.inf):
+            with pytest.raises(InputError, match="the step size must be positive"):
+                build_fmu(driven(), tmp_path / "p.fmu", method="rk4", step_size=step)
+
     def test_python_code_cannot_be_native(self, tmp_path: Path) -> None:
         from m4e_fmi.fmu import ModelDescription, PythonSource
 
@@ -243,45 +250,46 @@ class TestResults:
         answers(ERROR, lambda: instance.set({"mass": 3.0}))
         assert "mass is fixed after initialization" in instance.last_error
 
-    @pytest.mark.parametrize("method", ["rk45", "dop853", "rodas"])
-    def test_methods(self, tmp_path: Path, method: str) -> None:
+    @pytest.mark.parametrize("native", [True, False])
+    @pytest.mark.parametrize("method", ["rk45", "dop853", "rodas", "rk4"])
+    def test_methods(self, tmp_path: Path, method: str, native: bool) -> None:
         """Each is `simulate` by the same method to the bit, where no step is cut."""
-        path = build_fmu(pendulum(), tmp_path / "p.fmu", native=True, method=method)
+        path = build_fmu(pendulum(), tmp_path / "p.fmu", native=native, method=method)
         name = "body.lower.theta"
-        expected = simulate(pendulum(), stop_time=1.0, output_interval=1.0, method=method)
+        step = 0.01 if method == "rk4" else None  # as it is built by default
+        expected = simulate(
+            pendulum(), stop_time=1.0, output_interval=1.0, method=method, step_size=step
+        )
         with Instance(path, tmp_path / "p") as instance:
             instance.initialise(tolerance=1e-8)
             instance.step(0.0, 1.0)
             assert instance[name] == expected[name][-1]
 
-    def test_other_models_of_one_name_in_one_process(self, tmp_path: Path) -> None:
-        """Twenty versions of one model, opened together and stepped by turns: each as if alone."""
-        starts = [0.05 * k for k in range(20)]
-        opened = []
-        for k, x in enumerate(starts):
-            path = build_fmu(driven().with_start({"x": x}), tmp_path / f"{k}.fmu", native=True)
-            opened.append(Instance(path, tmp_path / f"unpacked_{k}").initialise())
-        for k in range(5):
-            for instance in opened:
-                instance.step(0.1 * k, 0.1)
-        for x, instance in zip(starts, opened, strict=True):
-            with instance:
-                found = instance["x"]
-                instance.fmu.reset()
-                instance.initialise({"x": x})
-                for k in range(5):
-                    instance.step(0.1 * k, 0.1)
-                assert instance["x"] == found
-        assert len({instance.description.guid for instance in opened}) == len(opened)
+    @pytest.mark.parametrize("native", [True, False])
+    def test_fixed_steps(self, tmp_path: Path, native: bool) -> None:
+        """Each communication step in equal parts, as `simulate` between its output times."""
+        expected = simulate(
+            driven(), stop_time=1.0, output_interval=0.1, method="rk4", step_size=0.03
+        )
+        path = build_fmu(driven(), tmp_path / "p.fmu", native=native, method="rk4", step_size=0.03)
+        with Instance(path, tmp_path / "p") as instance:
+            assert float(instance.description.defaultExperiment.stepSize) == 0.03
+            instance.initialise()
+            for k in range(10):
+                instance.step(0.1 * k, 0.1 * (k + 1) - 0.1 * k)
+            assert instance["x"] == expected["x"][-1]
 
     def test_in_the_master(self, fmus: dict[str, Path], tmp_path: Path) -> None:
-        """Two coupled oscillators, native or in Python: the same bits."""
+        """Two coupled oscillators with held inputs, native or in Python: the same bits."""
         found = []
         for name in ("driven", "python"):
             parts = tuple(Component(c, FmuFile(fmus[name]), {}) for c in ("first", "second"))
             links = ("first.x -> second.lift", "second.swing -> first.lift")
             results = tmp_path / f"{name}.nc"
-            run(System(name, parts, links, Simulation(2.0, 0.05)), results=results)
+            run(
+                System(name, parts, links, Simulation(2.0, 0.05, algorithm="gauss_seidel")),
+                results=results,
+            )
             found.append(load_results(results))
         first, second = found
         for component, variables in first.components.items():
@@ -390,6 +398,16 @@ class TestDerivatives:
             instance.fmu.setRealInputDerivatives([r, r], [1, 2], [2.0, 6.0])
             instance.step(0.0, 2.0)
             assert instance["x"] == pytest.approx((2.0 + 8.0 / 3.0 + 4.0) / 2.0, abs=1e-5)
+
+    def test_fixed_steps_with_inputs_that_move(self, tmp_path: Path) -> None:
+        """One step is exact: x is a polynomial of degree four in time, the method's order."""
+        path = build_fmu(driven(), tmp_path / "p.fmu", native=True, method="rk4", step_size=2.0)
+        with Instance(path, tmp_path / "p") as instance:
+            instance.initialise({"stiffness": 0.0, "damping": 0.0, "x": 0.0})
+            r = instance.references["force"]
+            instance.fmu.setRealInputDerivatives([r, r], [1, 2], [2.0, 6.0])
+            instance.step(0.0, 2.0)
+            assert instance["x"] == pytest.approx((2.0 + 8.0 / 3.0 + 4.0) / 2.0, rel=1e-14)
 
     def test_inputs_follow_their_derivatives(self, load: Load) -> None:
         """Without spring and damper x'' = force/2: a force of 1 + 2 t + 3 t² gives a polynomial."""

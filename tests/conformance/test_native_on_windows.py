@@ -75,7 +75,7 @@ def lines(hosts: Hosts, program: Program, folder: Path) -> tuple[list[str], list
     fmu = build_fmu(program, folder / "model.fmu", native=True)
     unpacked = folder / "unpacked"
     fmpy.extract(str(fmu), str(unpacked))
-    guid = str(fmpy.read_model_description(str(fmu)).guid)
+    guid = fmpy.read_model_description(str(fmu)).guid or ""
     uri = (unpacked / "resources").as_uri()
     [library] = (unpacked / "binaries" / "linux64").iterdir()
     here = run_here(hosts.here, words(program, guid, uri, str(library)))

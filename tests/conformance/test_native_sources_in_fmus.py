@@ -95,5 +95,5 @@ def test_flags_of_the_importer(tmp_path: Path) -> None:
 
 
 def test_python_fmus_have_no_c_sources(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="native one"):
+    with pytest.raises(InputError, match="C sources are for native"):
         build_fmu(driven(), tmp_path / "m.fmu", sources=True)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from m4e_fmi.model import Body, Joint, Model, TorsionDamper, TorsionSpring
@@ -54,3 +56,12 @@ def cantilever(
         if damping:
             loads[f"damping{k}"] = TorsionDamper((parent, f"s{k}"), damping * stiffness)
     return Model(name="cantilever", bodies=bodies, joints=joints, loads=loads, gravity=0.0)
+
+
+def sprung_chain(size: int) -> Model:
+    """`hanging_chain` with a torsion spring of 20 N·m/rad at each joint, straight at rest."""
+    loads = {
+        f"spring{k}": TorsionSpring(("ground" if k == 0 else f"b{k - 1}", f"b{k}"), 20.0)
+        for k in range(size)
+    }
+    return replace(hanging_chain(size), loads=loads)

@@ -19,13 +19,16 @@ DISCARD = 2
 class Instance:
     """An instance of the FMU at `path`, unpacked into `folder`; variables are called by name.
 
-    Use it as a context manager: it is terminated, freed and its folder deleted at the end.
+    Use it as a context manager: it is terminated, freed and its folder deleted at the end. A
+    `description` that was read before saves reading it.
     """
 
-    def __init__(self, path: Path, folder: Path, *, name: str = "instance") -> None:
+    def __init__(
+        self, path: Path, folder: Path, *, name: str = "instance", description: Any = None
+    ) -> None:
         self.messages: list[tuple[int, str]] = []
         self.folder = folder
-        self.description: Any = fmpy.read_model_description(str(path))
+        self.description: Any = description or fmpy.read_model_description(str(path))
         self.references = {v.name: v.valueReference for v in self.description.modelVariables}
         fmpy.extract(str(path), str(folder))
         self.fmu = fmi2.FMU2Slave(

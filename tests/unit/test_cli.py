@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fmpy.validation import validate_fmu
 
 from m4e_fmi.cli import main
 
@@ -190,7 +191,14 @@ def test_build_native(here, capsys):
     assert "no finding" in capsys.readouterr().out
     assert (here / "build" / "double_pendulum.fmu").stat().st_size < 300_000
     assert main(["build", str(EXAMPLES / "moored_buoy" / "system.yaml"), "--native"]) == 2
-    assert "not those of a system" in capsys.readouterr().err
+    assert "not for those of a system" in capsys.readouterr().err
+
+
+def test_build_fmi_3(here, capsys):
+    assert main(["build", str(PENDULUM), "--native", "--fmi", "3"]) == 0
+    assert validate_fmu(str(here / "build" / "double_pendulum.fmu")) == []
+    assert main(["build", str(PENDULUM), "--fmi", "3"]) == 2
+    assert "FMI 3.0 is for native FMUs" in capsys.readouterr().err
 
 
 def test_build_validate_info_simulate(here, capsys):

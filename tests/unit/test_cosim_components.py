@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import zipfile
 from collections.abc import Callable
 from importlib.machinery import ModuleSpec
 from pathlib import Path
@@ -23,8 +24,11 @@ from m4e_fmi.cosim import (
 )
 from m4e_fmi.cosim import system as system_module
 from m4e_fmi.document import Section
+from m4e_fmi.errors import RunError
+from m4e_fmi.fmu import native as native_module
 from m4e_fmi.fmu import read_description
 from m4e_fmi.program import Program, Recorder, Variable
+from m4e_fmi.runtime import compiler
 
 MASS = "a mass of 1 kg on a spring of the given stiffness, driven by a force"
 
@@ -104,6 +108,28 @@ def test_only_what_changed_is_built_again(pair: Callable[..., System], tmp_path:
     (tmp_path / "mass.model.yaml").write_text("2.0")
     assert built(pair(stiffness=2.0)) == ["body"]
     assert {p.suffix for p in (tmp_path / "build" / "pair").iterdir()} == {".fmu", ".stamp"}
+
+
+def test_native_where_it_can_be(
+    pair: Callable[..., System], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def backends(native: bool | None) -> set[str]:
+        files = components.fmu_files(pair(), tmp_path / "build", native=native, tell=told.append)
+        inside = [zipfile.ZipFile(path).namelist() for path in files.values()]
+        return {"native" if "resources/fmu.txt" in names else "python" for names in inside}
+
+    told: list[str] = []
+    assert backends(None) == backends(True) == {"native"}
+    assert len(told) == 3  # both built, once, and the coil's own line
+    assert backends(False) == {"python"}
+    # a machine without compiler, and a wheel without library
+    monkeypatch.setenv("M4E_FMI_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setattr(compiler, "compiler", lambda: None)
+    monkeypatch.setattr(native_module, "packaged_platforms", list)
+    assert backends(None) == {"python"}
+    assert "Python FMUs instead of native ones: there is no library" in told[-1]
+    with pytest.raises(RunError, match="build without --native"):
+        backends(True)
 
 
 def test_built_fmus_run_together(pair: Callable[..., System], tmp_path: Path) -> None:

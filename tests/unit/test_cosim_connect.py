@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -11,18 +12,34 @@ from m4e_fmi.cosim import Component, FmuFile, Port, Simulation, System, prepare
 from m4e_fmi.cosim.connect import Wiring, connect
 from m4e_fmi.errors import InputError
 from m4e_fmi.fmu.reading import Description, Variable
-from m4e_fmi.units import parse_unit
+from m4e_fmi.units import Unit, parse_unit
 
 Fmus = Callable[[str], Path]
 
 SIMULATION = Simulation(stop_time=1, step_size=0.1)
 
 
+def unit(text: str) -> Unit | None:
+    if text == "degC":
+        return replace(parse_unit("K"), text=text)
+    return parse_unit(text) if text else None
+
+
 def described(name: str, *variables: tuple[str, str, str]) -> Description:
     """A description of (name, causality, unit) variables that depend on nothing."""
     table = {
         n: Variable(
-            n, k, "Real", c, "continuous", None, u, parse_unit(u) if u else None, 0.0, "", None
+            n,
+            k,
+            "Real",
+            c,
+            "continuous",
+            None,
+            u,
+            unit(u),
+            273.15 if u == "degC" else 0.0,
+            "",
+            None,
         )
         for k, (n, c, u) in enumerate(variables)
     }
@@ -60,6 +77,8 @@ HYDRO = described(
     ("short", "output", "mm"),
     ("plain", "output", ""),
     ("small[1,1]", "calculatedParameter", "kg"),
+    ("hot", "calculatedParameter", "degC"),
+    ("warm", "parameter", "K"),
 )
 BOTH = {"buoy": BUOY, "hydro": HYDRO}
 
@@ -99,6 +118,26 @@ def test_a_variable_without_unit_fits_any() -> None:
 
 
 @pytest.mark.parametrize(
+    ("connection", "factor", "offset"),
+    [
+        ("hydro.short -> hydro.float.x", 1e-3, 0.0),
+        ("hydro.short * 2.5 + 1 -> hydro.float.x", 2.5e-3, 1.0),
+        ("hydro.short * -2.5e1 - .5 -> hydro.float.x", -2.5e-2, -0.5),
+        ("hydro.short * 2 -> hydro.float.x, units ignored", 2.0, 0.0),
+        ("hydro.power -> buoy.body.float.force_x, units ignored", 1.0, 0.0),
+        ("hydro.hot -> hydro.warm", 1.0, 273.15),
+        ("hydro.hot * 2 + 1 -> hydro.warm", 2.0, 547.3),
+    ],
+)
+def test_units_are_converted_before_factor_and_offset(
+    connection: str, factor: float, offset: float
+) -> None:
+    wiring = wired(BOTH, connection)
+    (link,) = (*wiring.links, *wiring.initial_links)
+    assert (link.factor, link.offset) == pytest.approx((factor, offset), rel=1e-15)
+
+
+@pytest.mark.parametrize(
     ("connection", "message", "remedy"),
     [
         ("buoy.float", "not a connection", "a.group <-> b.group"),
@@ -112,7 +151,12 @@ def test_a_variable_without_unit_fits_any() -> None:
         ("hydro.power -> buoy.body.float.x", "x (output) is not an input", "input or a parameter"),
         ("hydro.displacement -> buoy.body.float.force_x", "is constant", "connect it to a par"),
         ("hydro.power -> buoy.body.float.force_x", "in W, buoy", "kg.m2/s3 is not kg.m/s2"),
-        ("hydro.short -> hydro.float.x", "in mm, hydro.float.x expects m", "factor of 0.001"),
+        ("hydro.power -> buoy.body.float.force_x", "in W, buoy", "units ignored"),
+        ("hydro.float.force_x * 0 -> buoy.body.float.force_x", "factor 0", "no factor 0"),
+        ("hydro.float.force_x * a -> buoy.body.float.force_x", "more than a variable", "a.y * 2.5"),
+        ("hydro.float.force_x / 2 -> buoy.body.float.force_x", "more than a variable", "a.y * 2.5"),
+        ("buoy.body.float * 2 <-> hydro.float", "takes no factor", "'->'"),
+        ("hydro.hot -> buoy.mass", "in degC, buoy.mass expects kg", "K is not kg"),
         ("hydro.small -> buoy.added_mass", "differ in size", "2 elements [1,1] to [1,2]"),
     ],
 )
@@ -152,14 +196,24 @@ components:
 connections:
   - body.m <-> spring.end
   - body.m.ax -> spring.end.vx
+  - body.body.m.ax -> spring.end.x
 simulation: {{stop_time: 1, step_size: 0.1}}
 """
     )
     with pytest.raises(InputError) as caught:
         prepare(System.load(path))
     told = str(caught.value)
-    assert "system.yaml:6:5: body.body.m.x is in m, spring.end.x expects mm" in told
-    assert "factor of 1000" in told
+    assert "system.yaml:8:5: body.body.m.ax is in m/s2, spring.end.x expects mm" in told
     assert "system.yaml:7:5" in told
     assert "'body' has no variable 'body.m.y'" in told
     assert "body.body.m.ax (output) takes no start value" in told
+
+
+def test_a_rate_is_carried_over_like_what_it_moves(c_fmu: Fmus) -> None:
+    parts = tuple(Component(n, FmuFile(c_fmu(m))) for n, m in (("a", "mass"), ("b", "line")))
+    uneven = ("a.body.m.x * 2 -> b.end.x", "a.body.m.vx -> b.end.vx")
+    with pytest.raises(InputError, match=r"end\.vx is declared as the rate of end\.x") as caught:
+        prepare(System("s", parts, uneven, SIMULATION))
+    assert "give both the factor 2" in str(caught.value)
+    even = ("a.body.m.x * 2 + 1 -> b.end.x", "a.body.m.vx * 2 -> b.end.vx")
+    assert len(prepare(System("s", parts, even, SIMULATION)).wiring.links) == 2

@@ -78,7 +78,7 @@ def test_results_hold_every_output_with_unit_and_name(c_fmu: Fmus, tmp_path: Pat
     # consistent at every point: the force is the one of this very position
     np.testing.assert_array_equal(force.values, -x.values)
     assert results.attributes["title"] == "test"
-    assert results.attributes["algorithm"] == "gauss_seidel"
+    assert results.attributes["algorithm"] == "corrector"
     assert results.attributes["step_size"] == "0.01 s"
     assert results.attributes["created"].endswith("+00:00")
     assert outcome.steps == 200

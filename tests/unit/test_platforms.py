@@ -36,7 +36,7 @@ def library(platform: str, name: str = "fmi") -> bytes:
 
 def names_of_this_machine() -> set[str]:
     """What the library that this machine loads exports."""
-    [content] = [c for n, c in shell_binaries("f", fmi=3).items() if this_platform().name in n]
+    [content] = [c for n, c in shell_binaries("f", fmi="3").items() if this_platform().name in n]
     return set(re.findall(r"\bfmi[23][A-Z]\w+", content.decode("latin-1")))
 
 
@@ -84,7 +84,7 @@ def test_folders_of_fmi_2(invented: dict[str, bytes]) -> None:
 
 
 def test_folders_of_fmi_3(invented: dict[str, bytes]) -> None:
-    files = shell_binaries("f", fmi=3)
+    files = shell_binaries("f", fmi="3")
     assert files == {f"binaries/{p.name}/f{p.suffix}": invented[p.name] for p in PLATFORMS.values()}
 
 

@@ -116,7 +116,7 @@ def test_wrong_counts_and_indices_are_refused_even_under_a_right_checksum() -> N
     ("change", "why"),
     [
         (lambda d: b"PK\3\4" + d[4:], "not a program"),
-        (lambda d: d[:8] + struct.pack("<I", 2) + d[12:], "newer"),
+        (lambda d: d[:8] + struct.pack("<I", 99) + d[12:], "newer"),
         (lambda d: d[:-1], "truncated"),
         (lambda d: d + b"\0", "after its end"),
         (lambda d: d[:20], "too short"),

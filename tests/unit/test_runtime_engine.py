@@ -93,7 +93,7 @@ def test_the_jacobian_is_scattered_to_its_places() -> None:
         Engine(program).jacobian(0.0, [x, y])
 
 
-@pytest.mark.parametrize("method", ["rk45", "dop853", "rodas"])
+@pytest.mark.parametrize("method", ["rk45", "dop853", "rodas", "rk4"])
 def test_runs_repeat_to_the_bit_interpreted_or_compiled_in_one_call_or_many(method: str) -> None:
     program, times = chain(3), np.linspace(0.0, 2.0, 101)
     control = Control(method)
@@ -106,6 +106,28 @@ def test_runs_repeat_to_the_bit_interpreted_or_compiled_in_one_call_or_many(meth
     parts = [integrator.advance(part, bound=2.0) for part in np.array_split(times, 7)]
     np.testing.assert_array_equal(first.states, np.concatenate(parts))
     assert integrator.report.evaluations == first.evaluations
+
+
+def test_fixed_steps() -> None:
+    """The fewest equal ones to the next output time, of four evaluations each; no tolerance."""
+    program, times = chain(2), np.linspace(0.0, 1.0, 11)
+    for longest, steps in ((np.inf, 1), (0.1, 1), (0.0999, 2), (0.02, 5), (0.019, 6)):
+        loose, tight = (
+            Engine(program).simulate(times, control=Control("rk4", t, t, max_step=longest))
+            for t in (1e-2, 1e-12)
+        )
+        assert (loose.accepted, loose.rejected) == (10 * steps, 0)
+        assert loose.evaluations == 40 * steps
+        np.testing.assert_array_equal(loose.states, tight.states)
+
+
+def test_fixed_steps_end_where_numbers_do() -> None:
+    """y' = −y² from −2 blows up at t = 0.5 s; a step over it may give numbers, not for long."""
+    times = np.linspace(0.0, 2.0, 201)
+    run = Engine(exact()).simulate(times, states=[1.0, -2.0], control=Control("rk4"))
+    assert (run.status, run.component) == (NOT_FINITE, 1)
+    assert 0.5 < run.stopped_at < 0.6
+    assert np.isfinite(run.states).all()
 
 
 def test_the_step_size_survives_a_restart() -> None:
@@ -127,7 +149,7 @@ def test_the_step_size_survives_a_restart() -> None:
 
 
 @pytest.mark.parametrize("compiled", [False, True])
-@pytest.mark.parametrize("method", ["rk45", "dop853"])
+@pytest.mark.parametrize("method", ["rk45", "dop853", "rk4"])
 def test_every_model_of_an_ensemble_is_the_single_run_to_the_bit(
     method: str, compiled: bool
 ) -> None:
@@ -171,7 +193,7 @@ def _ball() -> Program:
     return recorder.program()
 
 
-@pytest.mark.parametrize("method", ["rk45", "dop853", "rodas"])
+@pytest.mark.parametrize("method", ["rk45", "dop853", "rodas", "rk4"])
 def test_events_are_located_and_a_terminal_one_ends_the_run(method: str) -> None:
     watches = [Watch("gap", -1, terminal=True), Watch("climb")]
     run = Engine(_ball(), watches=watches).simulate(

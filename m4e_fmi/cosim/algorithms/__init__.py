@@ -2,8 +2,9 @@
 
 An algorithm is made from a Network. Its `step(time, size)` steps every component from the present
 communication point, at which all values are consistent, by `size` seconds; the network's `advance`
-follows. `held` tells what it held at the network's inputs meanwhile. To add one: a file here, an
-entry in `ALGORITHMS`, its name in `m4e_fmi.cosim.system.ALGORITHMS`.
+follows. `held` tells what it held at the network's inputs meanwhile. One that does the same in
+every step is `Scheduled`, and the C library makes its steps. To add one: a file here, an entry in
+`ALGORITHMS`, its name in `m4e_fmi.cosim.system.ALGORITHMS`.
 """
 
 from __future__ import annotations

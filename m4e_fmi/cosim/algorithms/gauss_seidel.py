@@ -38,104 +38,90 @@ its inputs after the step, because that force belongs to the mean velocity, half
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Container, Sequence
 
 import numpy as np
 
-from m4e_fmi.cosim.algorithms.prediction import Signal, Terms
+from m4e_fmi.cosim.algorithms.prediction import MOST_TERMS, Signal, Terms
+from m4e_fmi.cosim.algorithms.scheduled import Scheduled
 from m4e_fmi.cosim.connect import Link, Port
 from m4e_fmi.cosim.network import Network
+from m4e_fmi.cosim.operations import Combine, DoStep, Get, Operation, setting
 
 
-class GaussSeidel:
+class GaussSeidel(Scheduled):
     """See the module."""
 
+    order = 2
+
     def __init__(self, network: Network) -> None:
-        self.held = np.zeros_like(network.inputs)
-        self.notes: tuple[str, ...] = ()
-        self.order = 2
+        held = np.zeros_like(network.inputs)
+        place = {name: k for k, name in enumerate(network.sweep)}
+        asked: dict[str, list[Port]] = {name: [] for name in place}
+        for link in network.links:
+            if place[link.target.component] > place[link.source.component]:
+                asked[link.source.component].append(link.source)
+        self._components = tuple(
+            _Component(network, name, before=set(network.sweep[:k]), asked=asked[name], held=held)
+            for name, k in place.items()
+        )
+        super().__init__([o for c in self._components for o in c.operations], held)
         self._last = 0.0
         self._prepared = (0.0, 0.0)
-        order = network.sweep
-        self._components = tuple(
-            _Component(network, name, before=order[:k], after=order[k + 1 :], held=self.held)
-            for k, name in enumerate(order)
-        )
 
-    def step(self, time: float, size: float) -> None:
-        """Step all components from `time` by `size` [s]."""
+    def prepare(self, size: float) -> bool:
         sizes = (size, self._last)
         if sizes != self._prepared:
             for component in self._components:
                 component.prepare(*sizes)
             self._prepared = sizes
-        for component in self._components:
-            component.step(time, size)
         self._last = size
+        return sizes[0] == sizes[1]
 
 
 class _Component:
-    """One component's part of a sweep; `before` and `after` it step the others."""
+    """One component's part of a sweep: others step `before` it, and wait for the outputs `asked`.
+
+    It sets the held inputs, steps, and brings the outputs that are asked for to the end.
+    """
 
     def __init__(
         self,
         network: Network,
         name: str,
         *,
-        before: Sequence[str],
-        after: Sequence[str],
+        before: Container[str],
+        asked: Sequence[Port],
         held: np.ndarray,
     ) -> None:
-        own = network.input_slice(name)
-        self._values = network.values
-        self._held = held[own]
-        self._ends = np.zeros(len(self._held))
+        instance, own = network.instances[name], network.input_slice(name)
+        inputs = [port.variable for port in network.targets[own]]
         self._inputs = _inputs(network, name, before)
-        self._index = np.zeros(0, dtype=np.intp)
-        self._local = np.zeros(0)
-        self._held_matrix = self._end_matrix = np.zeros((len(self._held), 0))
-        self._set_held = network.writer(name, self._held) if len(self._held) else None
-        self._do_step = network.stepper(name)
-        self._set_ends = self._read = None
-        asked = [k.source for k in network.links if k.target.component in after]
-        asked = [port for port in asked if port.component == name]
+        self._held = _combination(held[own], network.values)
+        self._ends = _combination(np.zeros(len(inputs)), network.values)
+        operations: list[Operation] = []
+        if inputs:
+            operations += [self._held, *setting(instance, inputs, self._held.into)]
+        operations.append(DoStep(instance))
         if asked:
-            outputs = network.output_slice(name)
-            view = self._values[network.stepped :][outputs]
-            names = [port.variable for port in network.outputs[outputs]]
-            self._read = network.reader(name, names, view)
             if _any_feed_through(network, name, asked):
-                self._set_ends = network.writer(name, self._ends)
+                operations += [self._ends, *setting(instance, inputs, self._ends.into)]
+            outputs = network.output_slice(name)
+            names = tuple(port.variable for port in network.outputs[outputs])
+            operations.append(Get(instance, names, network.values[network.stepped :][outputs]))
+        self.operations = tuple(operations)
 
     def prepare(self, size: float, last: float) -> None:
         """Coefficients for a step of `size` [s] after one of `last` [s]."""
-        held = [terms(size, last) for terms, _ in self._inputs]
-        ends = [terms(size, last) for _, terms in self._inputs]
-        used = sorted({index for terms in (*held, *ends) for index in terms})
-        self._index = np.array(used, dtype=np.intp)
-        self._local = np.zeros(len(used))
-        self._held_matrix = _matrix(held, used)
-        self._end_matrix = _matrix(ends, used)
-
-    def step(self, time: float, size: float) -> None:
-        """Set the held inputs, step, and bring the outputs that others wait for to the end."""
-        if self._set_held is not None:
-            self._values.take(self._index, out=self._local, mode="clip")
-            self._held_matrix.dot(self._local, out=self._held)
-            self._set_held()
-        self._do_step(time, size)
-        if self._set_ends is not None:
-            self._end_matrix.dot(self._local, out=self._ends)
-            self._set_ends()
-        if self._read is not None:
-            self._read()
+        _fill(self._held, [held(size, last) for held, _ in self._inputs])
+        _fill(self._ends, [end(size, last) for _, end in self._inputs])
 
 
 Formula = Callable[[float, float], Terms]
 """Step size and the one before [s] → terms."""
 
 
-def _inputs(network: Network, name: str, before: Sequence[str]) -> list[tuple[Formula, Formula]]:
+def _inputs(network: Network, name: str, before: Container[str]) -> list[tuple[Formula, Formula]]:
     """For each connected input of a component: what it holds, and its value at the end."""
     own = network.links[network.input_slice(name)]
     signals = {k.target.variable: _signal(network, k, before) for k in own}
@@ -154,7 +140,7 @@ def _inputs(network: Network, name: str, before: Sequence[str]) -> list[tuple[Fo
     return formulas
 
 
-def _signal(network: Network, link: Link, before: Sequence[str]) -> Signal:
+def _signal(network: Network, link: Link, before: Container[str]) -> Signal:
     """The source of a link, as seen by its target's component."""
     now, *rates = (network.index(port) for port in network.derivatives(link.source))
     rate, curvature = (*rates, None, None)[:2]
@@ -174,10 +160,16 @@ def _any_feed_through(network: Network, name: str, outputs: Sequence[Port]) -> b
     return any(dependencies[port.variable] & connected for port in outputs)
 
 
-def _matrix(rows: Sequence[Terms], columns: Sequence[int]) -> np.ndarray:
-    place = {index: k for k, index in enumerate(columns)}
-    matrix = np.zeros((len(rows), len(columns)))
-    for row, terms in zip(matrix, rows, strict=True):
-        for index, factor in terms.items():
-            row[place[index]] = factor
-    return matrix
+def _combination(into: np.ndarray, source: np.ndarray) -> Combine:
+    shape = (MOST_TERMS, len(into))
+    return Combine(into, source, np.zeros(shape, dtype=np.uint32), np.zeros(shape))
+
+
+def _fill(combination: Combine, rows: Sequence[Terms]) -> None:
+    """Put the terms of each row into place; those that it has not have weight 0."""
+    combination.index[:] = 0
+    combination.weight[:] = 0.0
+    for row, terms in enumerate(rows):
+        for k, (index, weight) in enumerate(sorted(terms.items())):
+            combination.index[k, row] = index
+            combination.weight[k, row] = weight

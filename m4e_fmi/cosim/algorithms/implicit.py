@@ -90,7 +90,7 @@ class Implicit:
         own = part.inputs
         part.restore()
         part.step(time, self._size, middle[own], end[own], Way.LINES)
-        self._interface.take(part, Way.LINES)
+        self._interface.take(part)
 
     def _jacobian(
         self, x: np.ndarray, r: np.ndarray, time: float, deltas: np.ndarray

@@ -4,25 +4,25 @@ Through the three values u₀, u½, u₁ of an input goes a parabola, its *cours
 
     u(s) = c₀ + c₁ s + c₂ s²,   s = (t − tₙ)/H,   c₁ = −3u₀ + 4u½ − u₁,   c₂ = 2u₀ − 4u½ + 2u₁.
 
-A component makes its step in two halves, so that its outputs are known in the middle too. How its
+A component makes its step in pieces, so that its outputs are known in the middle too. How its
 inputs follow their courses depends on what its FMU can do:
 
 =============================  =================================================================
-it interpolates its inputs     value and two derivatives of the course at the start of each half
-it holds its inputs            u₀ + c₁/4 + c₂/12 and u₀ + 3c₁/4 + 7c₂/12, means of the halves, in
-                               a pass that looks for the middle; u₀ + c₁/6 and u₀ + 5c₁/6 + 2c₂/3
-                               in one that makes the end exact
-it moves input w along input   w at the start of each half, and the slope that brings it to where
-u (u is declared w's rate)     its course is at the end of the half
+it interpolates its inputs     two halves; value and two derivatives of the course at the start of
+                               each
+it holds its inputs            four quarters, each two of which have the same mean and the same
+                               first moment as the course: u₀ + c₁/12, u₀ + 5c₁/12 + c₂/6,
+                               u₀ + 7c₁/12 + c₂/3, u₀ + 11c₁/12 + 5c₂/6
+it moves input w along input   quarters; w at the start of each, and the slope that brings it to
+u (u is declared w's rate)     where its course is at the end of the quarter
 =============================  =================================================================
 
-The last two values have the same mean and the same first moment over the step as the course, ∫u ds
-and ∫s u ds, and so act at the end to third order like the course itself. With the means of the
-halves, what depends on an input by one integration (a velocity on a force) is right to third
-order in the middle too; by two integrations (a displacement), it is off by O(H³), which does no
-harm in the middle and costs an order at the end. A moved input is of second order.
+A held value with the right mean gives a velocity that a force drives, but not the displacement:
+that is off by H³/96 of the force's rate in a half step, and lets an undamped pair gain energy. Two
+values with the right first moment besides, ∫u ds and ∫s u ds, act to the fourth order like the
+course itself, at their end. A moved input is of second order.
 
-Straight lines from u₀ over u½ to u₁ (`Way.LINES`; held is their mean in each half) are of second
+Straight lines from u₀ over u½ to u₁ in two halves (`Way.LINES`; held is their mean) are of second
 order, and stable where a parabola, solved for its values, is not.
 """
 
@@ -39,19 +39,17 @@ from m4e_fmi.cosim.network import Network
 
 
 class Way(Enum):
-    """How inputs pass through their three values; MIDDLE and END tell what is to be exact."""
+    """How inputs pass through their three values."""
 
-    MIDDLE = "parabola, means of the halves"
-    END = "parabola, mean and first moment of the step"
+    PARABOLA = "parabola"
     LINES = "straight lines"
 
 
 HELD = {
-    Way.MIDDLE: ((1 / 4, 1 / 12), (3 / 4, 7 / 12)),
-    Way.END: ((1 / 6, 0.0), (5 / 6, 2 / 3)),
+    Way.PARABOLA: ((1 / 12, 0.0), (5 / 12, 1 / 6), (7 / 12, 1 / 3), (11 / 12, 5 / 6)),
     Way.LINES: ((1 / 4, 1 / 8), (3 / 4, 5 / 8)),
 }
-"""Shares of c₁ and c₂ in what is held in each half, besides u₀."""
+"""Shares of c₁ and c₂ in what is held in each piece, besides u₀."""
 
 
 class Interface:
@@ -125,19 +123,14 @@ class Interface:
         return taylor(ahead) + missed * (-ahead / self._last) ** len(chains)
 
     def step(self, part: Part, time: float, size: float, way: Way) -> None:
-        """One component's step along the present courses; its outputs then stand in them.
-
-        An FMU that holds its inputs can be right in the middle or at the end (`Way.END`); the
-        middle then stays as it was.
-        """
+        """One component's step along the present courses; its outputs then stand in them."""
         own = self.sources[part.inputs]
         part.step(time, size, self.middle[own], self.end[own], way)
-        self.take(part, way)
+        self.take(part)
 
-    def take(self, part: Part, way: Way) -> None:
+    def take(self, part: Part) -> None:
         """Take over what a component has found in its step."""
-        if part.follows or way is not Way.END:
-            self.middle[part.outputs] = part.middle
+        self.middle[part.outputs] = part.middle
         self.end[part.outputs] = part.end
 
     def mean(self, way: Way) -> np.ndarray:
@@ -172,12 +165,14 @@ class Part:
         self.can_return = description.saves_state
         targets = [port.variable for port in network.targets[self.inputs]]
         self.follows = connected and description.interpolates_inputs
+        self._holds = connected and not self.follows
         self._derive = network.derivative_writer(name, self._derivatives) if self.follows else None
         place = {variable: k for k, variable in enumerate(targets)}
         moved = description.input_derivatives.items()
         self.moved = [] if self.follows else [(w, u) for w, u in moved if w in place and u in place]
         self._moved = [(place[w], place[u]) for w, u in self.moved]
         names = [port.variable for port in network.outputs[self.outputs]]
+        self._fewest = 2 if connected or names else 1
         read = network.reader if names else None
         self._read_middle = read(name, names, self.middle) if read else _nothing
         self._read_end = read(name, names, self.end) if read else _nothing
@@ -192,49 +187,49 @@ class Part:
         self._instance.restore_state()
 
     def step(self, time: float, size: float, middle: np.ndarray, end: np.ndarray, way: Way) -> None:
-        """Step from `time` by `size` [s] in two halves; its inputs pass `middle` and `end`."""
-        start, half = self._start, size / 2
+        """Step from `time` by `size` [s] in pieces; its inputs pass `middle` and `end`."""
+        start = self._start.copy()
         slope = -3 * start + 4 * middle - end
         bend = 2 * start - 4 * middle + 2 * end
-        first = start.copy()
-        halves = (middle, self._read_middle), (end, self._read_end)
-        for k, (last, read) in enumerate(halves):
-            if self._derive is None:
-                of_slope, of_bend = HELD[way][k]
-                held = start + of_slope * slope + of_bend * bend
-                self._half_held(held, first, last, time + k * half, half)
-            elif way is Way.LINES:
-                rate = (last - first) / half
-                self._half_along(first, rate, np.zeros_like(rate), time + k * half, half)
-            else:
-                rate = (slope + k * bend) / size
-                self._half_along(first, rate, 2 * bend / size**2, time + k * half, half)
-            self._give(last)
-            read()
+        shares = HELD[way]
+        pieces = len(shares) if self._holds else self._fewest
+        length = size / pieces
+        first = start
+        for k in range(pieces):
+            s = (k + 1) / pieces
+            last = start + s * slope + s * s * bend
+            if self.follows:
+                rate, second = (last - first) / length, np.zeros_like(first)
+                if way is Way.PARABOLA:
+                    rate, second = (slope + k * bend) / size, 2 * bend / size**2
+                self._follow(first, rate, second)
+            elif self._holds:
+                of_slope, of_bend = shares[k]
+                self._hold(start + of_slope * slope + of_bend * bend, first, last, length)
+            self._do_step(time + k * length, length)
             first = last
+            if s in (0.5, 1.0):
+                self._give(last)
+                (self._read_middle if s < 1.0 else self._read_end)()
 
     def _give(self, values: np.ndarray) -> None:
         self._values[:] = values
         self._set()
 
-    def _half_along(
-        self, value: np.ndarray, first: np.ndarray, second: np.ndarray, time: float, half: float
-    ) -> None:
+    def _follow(self, value: np.ndarray, rate: np.ndarray, second: np.ndarray) -> None:
+        """Let the inputs go from `value` with these derivatives."""
         self._give(value)
-        self._derivatives[:, 0] = first
+        self._derivatives[:, 0] = rate
         self._derivatives[:, 1] = second
         assert self._derive is not None
         self._derive()
-        self._do_step(time, half)
 
-    def _half_held(
-        self, held: np.ndarray, first: np.ndarray, last: np.ndarray, time: float, half: float
-    ) -> None:
+    def _hold(self, held: np.ndarray, first: np.ndarray, last: np.ndarray, length: float) -> None:
+        """Hold the inputs, but move those along others that are, from `first` to `last`."""
         for w, u in self._moved:
             held[w] = first[w]
-            held[u] = (last[w] - first[w]) / half
+            held[u] = (last[w] - first[w]) / length
         self._give(held)
-        self._do_step(time, half)
 
 
 def _nothing() -> None:

@@ -8,21 +8,23 @@ from __future__ import annotations
 
 import numpy as np
 
+from m4e_fmi.cosim.algorithms.scheduled import Scheduled
 from m4e_fmi.cosim.network import Network
+from m4e_fmi.cosim.operations import DoStep, Operation, gather
 
 
-class Jacobi:
+class Jacobi(Scheduled):
     """See the module."""
 
-    def __init__(self, network: Network) -> None:
-        self._inputs = network.inputs
-        self._steps = tuple(network.stepper(name) for name in network.instances)
-        self.notes: tuple[str, ...] = ()
-        self.order = 1
-        self.held = np.zeros_like(network.inputs)
+    order = 1
 
-    def step(self, time: float, size: float) -> None:
-        """Step all components from `time` by `size` [s]."""
-        self.held[:] = self._inputs  # where the exchange before has set them
-        for step in self._steps:
-            step(time, size)
+    def __init__(self, network: Network) -> None:
+        count = len(network.inputs)
+        held = np.zeros(count)  # what the exchange before has set
+        noted: list[Operation] = [gather(held, network.inputs, range(count))] if count else []
+        steps = [DoStep(instance) for instance in network.instances.values()]
+        super().__init__([*noted, *steps], held)
+
+    def prepare(self, size: float) -> bool:
+        del size
+        return True

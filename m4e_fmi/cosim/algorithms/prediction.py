@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 Terms = dict[int, float]
 """A linear combination: index into `Network.values` → coefficient."""
+MOST_TERMS = 3
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,9 @@
 """Slave of a program: integrates its states, computes its outputs.
 
 The C runtime does it where its library, which is packed, can be loaded; plain Python elsewhere,
-with another integrator. Inputs are held during a step. The local error per step is bounded by the
-importer's tolerance, or by `DEFAULT_TOLERANCE`.
+with another integrator unless the method is rk4. Inputs are held during a step. The local error per
+step is bounded by the importer's tolerance, or by the one that `layout.json` gives; rk4 takes fixed
+steps.
 """
 
 import json
@@ -12,11 +13,11 @@ from .runtime_engine import RuntimeEngine
 from .slave_base import M4eSlave
 
 LAYOUT = "layout.json"
-DEFAULT_TOLERANCE = 1e-8
 
 
 class ProgramSlave(M4eSlave):
-    """`layout.json` gives the value references of the program's vectors, in their order."""
+    """`layout.json` gives the value references of the program's vectors, in their order, the method
+    of integration, the tolerance where the importer gives none, and the longest step of rk4."""
 
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
@@ -27,24 +28,26 @@ class ProgramSlave(M4eSlave):
         self._outputs = layout["outputs"]
         self._calculated = layout["calculated"]
         self._fixed = set(self._parameters)
+        self._default = layout["tolerance"]
         self._known = False
-        self._engine = self._new_engine()
+        self._engine = self._new_engine(layout["method"], layout["step_size"])
 
-    def _new_engine(self):
+    def _new_engine(self, method, step_size):
         states, outputs = ([self._names[k] for k in vrs] for vrs in (self._states, self._outputs))
+        how = {"method": method, "step_size": step_size}
         try:
             return RuntimeEngine(
-                self.resources, DEFAULT_TOLERANCE, states, outputs, len(self._calculated)
+                self.resources, self._default, states, outputs, len(self._calculated), **how
             )
         except OSError:
-            return PythonEngine(DEFAULT_TOLERANCE)
+            return PythonEngine(self._default, **how)
 
     def setup_experiment(self, start_time, stop_time=None, tolerance=None):
         super().setup_experiment(start_time, stop_time, tolerance)
         self._set_tolerance()
 
     def _set_tolerance(self):
-        self._engine.tolerance = self.tolerance or DEFAULT_TOLERANCE
+        self._engine.tolerance = self.tolerance or self._default
 
     def set_real(self, vrs, values):
         super().set_real(vrs, values)

@@ -2,14 +2,21 @@
 
 from . import model  # type: ignore[attr-defined]  # the program's Python form, too
 from .dormand_prince import DormandPrince  # type: ignore[import]  # packed beside this file
+from .runge_kutta import RungeKutta  # type: ignore[import]
 
 
 class PythonEngine:
-    """`step` [s] is kept between calls of `advance`; the error per step is below `tolerance`."""
+    """`step` [s] is kept between calls of `advance`; the error per step is below `tolerance`.
 
-    def __init__(self, tolerance):
+    With the method rk4 steps are fixed, `step_size` [s] at most; all others are replaced by one.
+    """
+
+    def __init__(self, tolerance, *, method, step_size):
         self._p, self._c, self._u = [], [], []
-        self._integrator = DormandPrince(self._rates, tolerance=tolerance)
+        if method == "rk4":
+            self._integrator = RungeKutta(self._rates, step=step_size, tolerance=tolerance)
+        else:
+            self._integrator = DormandPrince(self._rates, tolerance=tolerance)
 
     @property
     def step(self):

@@ -26,7 +26,7 @@ def _doubles(values):
 class RuntimeEngine:
     """As PythonEngine. `states` and `outputs` are names, for messages; OSError without library."""
 
-    def __init__(self, folder, tolerance, states, outputs, calculated):
+    def __init__(self, folder, tolerance, states, outputs, calculated, *, method, step_size):
         self._lib = lib = _library(folder / LIBRARY)
         content = (folder / PROGRAM).read_bytes()
         message = create_string_buffer(128)
@@ -39,6 +39,7 @@ class RuntimeEngine:
         if not self._model:
             raise OSError(f"{PROGRAM} does not fit into memory")
         self._held = weakref.finalize(self, _free, lib, self._held, self._model)
+        self._method, self._step_size = method, step_size
         self._integrator = self._release = None
         self._built = 0.0
         self._states, self._outputs, self._calculated = states, outputs, calculated
@@ -81,10 +82,10 @@ class RuntimeEngine:
         if self._release:
             self._release()
         options = Options(
-            method=METHODS["dop853"],
+            method=METHODS[self._method],
             rtol=self.tolerance,
             atol=self.tolerance,
-            max_step=inf,
+            max_step=self._step_size if self._method == "rk4" else inf,
             max_steps=MOST_STEPS,
         )
         self._integrator = self._lib.m4e_integrator_new(self._model, options, None)

@@ -10,7 +10,7 @@ import base64
 import copy
 import json
 import traceback
-from math import isfinite, nan
+from math import inf, isfinite, nan
 from pathlib import Path
 
 from pythonfmu import Fmi2Slave
@@ -18,6 +18,7 @@ from pythonfmu.enums import Fmi2Status
 
 DESCRIPTION = "description.json"
 LAST_ERROR = "last_error"
+_PHASE = ("_initialised", "_initialising", "_premature", "_stale", "_terminated")
 
 
 class M4eSlave(Fmi2Slave):
@@ -38,13 +39,22 @@ class M4eSlave(Fmi2Slave):
         self.text = {variable["name"]: variable["start"] for variable in description["strings"]}
         self._strings = [variable["name"] for variable in description["strings"]]
         self._names = [variable["name"] for variable in description["reals"]]
+        self._limits = {
+            k: (variable.get("minimum", -inf), variable.get("maximum", inf))
+            for k, variable in enumerate(description["reals"])
+            if "minimum" in variable or "maximum" in variable
+        }
+        settable = [variable["settable"] for variable in description["reals"]]
+        self._closed = {k for k, always in enumerate(settable) if not always}
         self.time = 0.0
+        self._stop = inf
         self.tolerance = None
         self._error = ""
         self._initialised = False
         self._initialising = False
         self._premature = False  # the error was met during initialization, with inputs yet to come
         self._stale = True
+        self._terminated = False
         self._finished = False
 
     def initialise(self):
@@ -86,14 +96,25 @@ class M4eSlave(Fmi2Slave):
         # the binary uses the text as a printf format
         super().log(_printable(msg).replace("%", "%%"), status, category, debug)
 
-    def setup_experiment(self, start_time, stop_time=None, tolerance=None):  # noqa: ARG002
+    def _allowed(self, function, now):
+        """Fail unless `function` may be called now; the binary knows no phases."""
+        if not now:
+            self._fail(f"{function} cannot be called now")
+
+    def setup_experiment(self, start_time, stop_time=None, tolerance=None):
+        fresh = not (self._initialising or self._initialised)
+        self._allowed("fmi2SetupExperiment", fresh)
         self.time = start_time
+        self._stop = inf if stop_time is None else stop_time
         self.tolerance = tolerance
 
     def enter_initialization_mode(self):
+        fresh = not (self._initialising or self._initialised)
+        self._allowed("fmi2EnterInitializationMode", fresh)
         self._initialising = True
 
     def exit_initialization_mode(self):
+        self._allowed("fmi2ExitInitializationMode", self._initialising)
         self._refresh()
         self._premature = False
         self._initialising = False
@@ -113,6 +134,11 @@ class M4eSlave(Fmi2Slave):
         self._stale = False
 
     def do_step(self, current_time, step_size):
+        self._allowed("fmi2DoStep", self._initialised and not self._terminated)
+        if not 0 < step_size < inf:
+            self._fail(f"no step from {current_time} s over {step_size} s")
+        elif current_time + step_size > self._stop + 1e-6 * step_size + 1e-12 * abs(current_time):
+            self._fail(f"a step over {step_size} s, but the stop time is {self._stop} s")
         self.time = current_time
         if self._guard(self.step, current_time, step_size):
             self.time = current_time + step_size
@@ -120,8 +146,10 @@ class M4eSlave(Fmi2Slave):
         return not self._error
 
     def terminate(self):
+        self._allowed("fmi2Terminate", self._initialised and not self._terminated)
         if self._initialised:
             self._refresh()  # outputs may be read after this
+        self._terminated = True
         self._finish()
 
     def __del__(self):
@@ -149,13 +177,26 @@ class M4eSlave(Fmi2Slave):
 
     def set_real(self, vrs, values):
         self._stale = True
+        if self._terminated:
+            self._allowed("fmi2SetReal", False)
+        elif self._initialised and not self._closed.isdisjoint(vrs):
+            name = self._names[min(self._closed.intersection(vrs))]
+            self._fail(f"{name} cannot be set after initialization")
         try:
             for vr, value in zip(vrs, values, strict=True):
                 if not isfinite(value):
                     self._fail(f"{self._names[vr]} was set to {value}")
+                elif vr in self._limits:
+                    self._check_limits(vr, value)
                 self.values[vr] = value
         except IndexError:
             self._unknown(vrs, nan)
+
+    def _check_limits(self, vr, value):
+        low, high = self._limits[vr]
+        if not low <= value <= high:
+            where = f"outside its range from {low:g} to {high:g}"
+            self._fail(f"{self._names[vr]} was set to {value:g}, {where}")
 
     def get_string(self, vrs):
         self.text[LAST_ERROR] = self._error
@@ -199,7 +240,8 @@ class M4eSlave(Fmi2Slave):
             "time": self.time,
             "tolerance": self.tolerance,
             "error": self._error,
-            "phase": [self._initialised, self._initialising, self._premature, self._stale],
+            "stop": self._stop,
+            "phase": [getattr(self, name) for name in _PHASE],
             "own": own,
         }
 
@@ -212,7 +254,9 @@ class M4eSlave(Fmi2Slave):
         self.time = state["time"]
         self.tolerance = state["tolerance"]
         self._error = state["error"]
-        self._initialised, self._initialising, self._premature, self._stale = state["phase"]
+        self._stop = state["stop"]
+        for name, value in zip(_PHASE, state["phase"], strict=True):
+            setattr(self, name, value)
         self._guard(self.restore, copy.deepcopy(state["own"]))
 
     @staticmethod

@@ -1,49 +1,22 @@
-"""Native FMUs: FMI 2.0 co-simulation and model exchange, without Python and without a compiler.
+"""Native FMUs: FMI 2.0 or 3.0, without Python and without a compiler.
 
-`src/` is the shell around the runtime's C library: `instance.h` first, then `fmi2.c`. Both together
-are one shared library, the same for every FMU of a platform; what a model is lies in `resources/`:
-`model.m4e`, the program in its binary form, `tangent.m4e`, its directional derivatives, and
-`fmu.txt`, the GUID and the number of the integration method. Imports `program`, `runtime` and
-`errors`.
+`src/` is the shell around the runtime's C library: `instance.h` first, then `fmi2.c` and `fmi3.c`,
+the standards' names for what is declared there. Both together are one shared library, the same for
+every FMU of a platform; what a model is lies in `resources/`: `model.m4e`, the program in its
+binary form, `tangent.m4e`, its directional derivatives, and `fmu.txt`: the GUID, the number of the
+integration method, the default tolerance and the longest step [s] of rk4; for FMI 3.0 also
+`variables.txt` and `dependencies.txt`, which `layout_files` explains. Imports `runtime`, `errors`.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.native.universal import universal
-from m4e_fmi.program import TIME, Program, rate_entries, tangent
-from m4e_fmi.program.binary_form import encode
 from m4e_fmi.runtime import compiler
 from m4e_fmi.runtime.platforms import packaged, packaged_platforms, this_platform
 
 
-def native_resources(program: Program, method: str) -> dict[str, bytes]:
-    """The programs that the shell reads: file name → content."""
-    entries = rate_entries(program) if method == "rodas" else ()
-    return {"model.m4e": encode(program, entries), "tangent.m4e": encode(tangent_program(program))}
-
-
-def tangent_program(program: Program) -> Program:
-    """Directional derivatives of rates, outputs and calculated parameters, in this order.
-
-    Directions follow the inputs: of time, states, inputs, parameters. Outputs are numbered: one may
-    be a rate, and have its name.
-    """
-    outputs = enumerate((*program.outputs, *program.calculated))
-    shown = replace(
-        program,
-        outputs=tuple(replace(v, name=f"y[{k}]", description=v.name) for k, v in outputs),
-        results=(*program.results, *program.constants),
-        calculated=(),
-        constants=(),
-    )
-    groups = (program.states, program.inputs, program.parameters)
-    return tangent(shown, along=[TIME, *(v.name for group in groups for v in group)])
-
-
-def shell_binaries(identifier: str, *, fmi: int = 2) -> dict[str, bytes]:
+def shell_binaries(identifier: str, *, fmi: str = "2") -> dict[str, bytes]:
     """Name in the archive → content of the shared library, for every platform there is one for.
 
     Libraries come with the package; where this machine's is missing, it is compiled once into the
@@ -59,7 +32,7 @@ def shell_binaries(identifier: str, *, fmi: int = 2) -> dict[str, bytes]:
                 message = f"there is no library for native FMUs, and none can be compiled: {error}"
                 remedy = "install a C compiler, or build without --native"
                 raise RunError(message, remedy) from error
-    if fmi == 3:
+    if fmi == "3":
         return {f"binaries/{p.name}/{identifier}{p.suffix}": found[p] for p in found}
     darwin = [content for p, content in found.items() if p.fmi2 == "darwin64"]
     chosen = {p.fmi2: (p, content) for p, content in reversed(found.items())}

@@ -51,6 +51,28 @@ static void attempt(m4e_integrator *s, const row *rows, unsigned count) {
     s->dense_ready = 0;
 }
 
+/* The rates at a new place are computed when a step is made from there: nothing is left over where
+   an FMU's step ends. */
+static void begin_rk4(m4e_integrator *s) {
+    if (s->lanes[0].report.accepted == 0 && s->model->lanes == 1) return; /* they are there */
+    m4e_stage(s, 0.0, s->x, s->k[0]);
+}
+
+/* There is no estimate of the error: a step fails only where numbers end. */
+static void attempt_rk4(m4e_integrator *s) {
+    stages(s, rk4_stages, ROWS(rk4_stages), 1);
+    combine(s, &rk4_end, s->x, s->x_new);
+    s->dense_ready = 0;
+    for (uint32_t l = 0; l < s->model->lanes; ++l) {
+        lane *now = &s->lanes[l];
+        if (now->done) continue;
+        now->error = 0.0;
+        now->report.evaluations += now->report.accepted > 0; /* at its start, see begin_rk4 */
+        const int32_t bad = m4e_not_finite(s, l, s->x_new);
+        if (bad >= 0) m4e_stop(now, M4E_NOT_FINITE, bad);
+    }
+}
+
 static void attempt_rk45(m4e_integrator *s) {
     attempt(s, rk45_stages, ROWS(rk45_stages));
     combine(s, rk45_error, s->zero, s->work);
@@ -85,6 +107,11 @@ static void interpolant(m4e_integrator *s, const row *rows, unsigned count) {
     s->dense_ready = 1;
 }
 
+static void interpolant_rk4(m4e_integrator *s) {
+    m4e_stage(s, 1.0, s->x_new, s->k[s->method->last]);
+    interpolant(s, NULL, 0);
+}
+
 static void interpolant_rk45(m4e_integrator *s) {
     interpolant(s, rk45_dense, ROWS(rk45_dense));
 }
@@ -94,6 +121,7 @@ static void interpolant_dop853(m4e_integrator *s) {
     interpolant(s, dop853_dense, ROWS(dop853_dense));
 }
 
+const method m4e_rk4 = {4, 1.0, 4, 3, 1, 3, begin_rk4, attempt_rk4, interpolant_rk4};
 const method m4e_rk45 = {5, 10.0, 6, 6, 0, 4, NULL, attempt_rk45, interpolant_rk45};
 const method m4e_dop853 = {
     8, 10.0, 12, 12, 3, 7, NULL, attempt_dop853, interpolant_dop853};

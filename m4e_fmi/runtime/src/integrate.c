@@ -6,6 +6,8 @@
 #include "integrator.h"
 
 static const double SAFETY = 0.9, SMALLEST_FACTOR = 0.2;
+/* Part of the way to go below which a step is too small, also near t = 0, where roundings are not. */
+static const double HOPELESS = 1e-20;
 
 /* x^(-1/root) for root 4, 5, 8, in basic arithmetic: the same bits on every platform. */
 static double inverse_root(int root, double x) {
@@ -46,8 +48,7 @@ static double rms(const m4e_integrator *s, uint32_t l, const double *v) {
     return sqrt(m4e_sum(s, l, v, s->x, s->x)) / sqrt((double)s->controlled);
 }
 
-/* Index of the first component that is not finite, -1 if all are. */
-static int32_t not_finite(const m4e_integrator *s, uint32_t l, const double *v) {
+int32_t m4e_not_finite(const m4e_integrator *s, uint32_t l, const double *v) {
     const size_t lanes = s->model->lanes;
     for (size_t i = 0; i < s->n; ++i)
         if (!isfinite(v[i * lanes + l])) return (int32_t)i;
@@ -65,6 +66,7 @@ void m4e_stop(lane *now, int32_t status, int32_t component) {
    with them, to no effect. */
 void m4e_first_steps(m4e_integrator *s, const int *fresh) {
     const uint32_t lanes = s->model->lanes;
+    const int given = s->method == &m4e_rk4 || (lanes == 1 && s->lanes[0].wanted > 0.0);
     double *f1 = s->k[1], d1[M4E_LANES] = {0}, h0[M4E_LANES] = {0};
     for (uint32_t l = 0; l < lanes; ++l) s->lanes[l].h = 0.0;
     m4e_stage(s, 0.0, s->x, s->work);
@@ -73,14 +75,15 @@ void m4e_first_steps(m4e_integrator *s, const int *fresh) {
         if (!fresh[l]) continue;
         ++now->report.evaluations;
         for (size_t i = 0; i < s->n; ++i) s->k[0][i * lanes + l] = s->work[i * lanes + l];
-        const int32_t bad_x = not_finite(s, l, s->x), bad = not_finite(s, l, s->k[0]);
+        const int32_t bad_x = m4e_not_finite(s, l, s->x), bad = m4e_not_finite(s, l, s->k[0]);
         if (bad_x >= 0 || bad >= 0) m4e_stop(now, M4E_NOT_FINITE, bad_x >= 0 ? bad_x : bad);
+        if (given) continue;
         const double d0 = rms(s, l, s->x);
         d1[l] = rms(s, l, s->k[0]);
         now->h = h0[l] = fmin(d0 < 1e-5 || d1[l] < 1e-5 ? 1e-6 : 0.01 * d0 / d1[l],
                               now->bound - now->t);
     }
-    if (lanes == 1 && s->lanes[0].wanted > 0.0) return; /* the first step is given */
+    if (given) return;
     for (size_t i = 0; i < s->n * lanes; ++i)
         s->work[i] = s->x[i] + h0[i % lanes] * s->k[0][i];
     m4e_stage(s, 1.0, s->work, f1);
@@ -119,13 +122,26 @@ static void move_on(m4e_integrator *s) {
     if (moved && s->method->begin) s->method->begin(s);
 }
 
+/* The first of the fewest equal steps to the next time asked for. */
+static void equal_step(const m4e_integrator *s, lane *now) {
+    const double end = now->left > 0 ? *now->times : now->bound, whole = end - now->t;
+    const double count = ceil(whole / s->options.max_step * (1.0 - 1e-9)); /* but for rounding */
+    now->t_new = count > 1.0 ? now->t + whole / count : end;
+    now->h = now->t_new - now->t;
+}
+
 /* Chooses the step of the next attempt; stops the lane if there is none. */
 static void propose(m4e_integrator *s, lane *now) {
-    const double smallest = 10.0 * (nextafter(now->t, INFINITY) - now->t);
+    const double roundings = 10.0 * (nextafter(now->t, INFINITY) - now->t);
+    const double smallest = fmax(roundings, HOPELESS * (now->bound - now->t));
     now->h = 0.0;
     if (now->done) return;
     if (now->report.accepted + now->report.rejected >= s->options.max_steps) {
         m4e_stop(now, M4E_MANY_STEPS, -1);
+        return;
+    }
+    if (s->method == &m4e_rk4) {
+        equal_step(s, now);
         return;
     }
     if (!now->retried)
@@ -134,7 +150,7 @@ static void propose(m4e_integrator *s, lane *now) {
         int32_t bad = -1;
         const uint32_t l = (uint32_t)(now - s->lanes);
         for (int i = 0; !isfinite(now->error) && bad < 0 && i < STAGES; ++i)
-            bad = not_finite(s, l, s->k[i]);
+            bad = m4e_not_finite(s, l, s->k[i]);
         m4e_stop(now, bad < 0 ? M4E_SMALL_STEP : M4E_NOT_FINITE, bad);
         return;
     }

@@ -52,7 +52,7 @@ struct m4e_integrator {
     uint32_t *pivot;
 };
 
-extern const method m4e_rk45, m4e_dop853, m4e_rodas;
+extern const method m4e_rk4, m4e_rk45, m4e_dop853, m4e_rodas;
 
 /* rates at (t + c h, x) of every lane */
 void m4e_stage(m4e_integrator *s, double c, const double *x, double *result);
@@ -63,6 +63,8 @@ double m4e_sum(const m4e_integrator *s, uint32_t l, const double *v, const doubl
 /* integrate.c */
 void m4e_first_steps(m4e_integrator *s, const int *fresh);
 void m4e_attempt(m4e_integrator *s);
+/* index of the first component that is not finite, -1 if all are */
+int32_t m4e_not_finite(const m4e_integrator *s, uint32_t l, const double *v);
 void m4e_stop(lane *now, int32_t status, int32_t component);
 void m4e_state_at(m4e_integrator *s, uint32_t l, double t, double *result);
 void m4e_write_rows(m4e_integrator *s, uint32_t l, double reached);

@@ -36,6 +36,7 @@ struct m4e_program {
     uint8_t *op;
     uint32_t *a, *b, *slot;
     double *literals, *starts;
+    m4e_limits *limits;
     uint32_t *flags;
     char *text;
     uint32_t *rates, *results, *constants, *rows, *columns, *derivatives;

@@ -29,7 +29,7 @@
 #pragma GCC visibility push(hidden)
 #endif
 
-#define M4E_ABI 2   /* changes with any declaration below */
+#define M4E_ABI 4   /* changes with any declaration below */
 #define M4E_LANES 8 /* models that an ensemble evaluates at once */
 
 typedef struct m4e_program m4e_program;
@@ -44,7 +44,11 @@ typedef struct {
     uint32_t hoisted;                  /* operations done once per change of a parameter */
 } m4e_counts;
 
-enum { M4E_RK45 = 0, M4E_DOP853 = 1, M4E_RODAS = 2 };
+typedef struct {
+    double minimum, maximum, nominal;
+} m4e_limits; /* of a variable */
+
+enum { M4E_RK45 = 0, M4E_DOP853 = 1, M4E_RODAS = 2, M4E_RK4 = 3 };
 
 enum {
     M4E_DONE = 0,           /* every time asked for was reached */
@@ -60,7 +64,8 @@ enum {
 typedef struct {
     int32_t method;
     double rtol, atol; /* local error per step <= atol + rtol |x|, RMS norm */
-    double max_step;   /* s; INFINITY for no limit */
+    double max_step;   /* s; INFINITY for no limit. M4E_RK4 takes the fewest equal steps up to the
+                          next time asked for that are not longer, whatever their error */
     uint64_t max_steps;
     uint64_t quadratures; /* the last states, which no rate depends on: no part of the norm */
 } m4e_options;
@@ -116,7 +121,8 @@ M4E_API void m4e_program_free(m4e_program *program);
 M4E_API void m4e_program_counts(const m4e_program *program, m4e_counts *counts);
 /* Start values of parameters, inputs and states, one after the other. */
 M4E_API const double *m4e_program_starts(const m4e_program *program);
-/* Of each variable, in the order of the binary form: flags, and the name (UTF-8). */
+/* Of each variable, in the order of the binary form: limits, flags, and the name (UTF-8). */
+M4E_API const m4e_limits *m4e_program_limits(const m4e_program *program);
 M4E_API const uint32_t *m4e_program_flags(const m4e_program *program);
 M4E_API const char *m4e_program_name(const m4e_program *program, uint32_t variable);
 
@@ -154,7 +160,10 @@ M4E_API void m4e_integrator_free(m4e_integrator *integrator);
 M4E_API void m4e_start(m4e_integrator *integrator, double t, const double *x, double step);
 M4E_API int m4e_advance(m4e_integrator *integrator, double bound, size_t count,
                         const double *times, double *states, m4e_report *report);
-/* The states at the time that a failed `advance` reported. */
+/* One accepted step, not beyond `bound`: M4E_DONE, and where it ended. The same steps as `advance` to
+   that bound takes; without event functions. */
+M4E_API int m4e_step(m4e_integrator *integrator, double bound, double *state, m4e_report *report);
+/* The states at the time that a failed `advance` or `step` reported. */
 M4E_API void m4e_reached(const m4e_integrator *integrator, double *x);
 
 /* A whole simulation from (times[0], x): states (count x n) and selected outputs. */

@@ -1,4 +1,4 @@
-/* Reading a program from its binary form, version 1. All numbers are little-endian.
+/* Reading a program from its binary form, version 2. All numbers are little-endian.
 
      0  magic      8 bytes  89 'M' '4' 'E' 0d 0a 1a 0a
      8  version    u32
@@ -9,6 +9,7 @@
     60  zero       u32
     64  literals   f64 each
         start      f64 each for parameters, inputs, states
+        limits     f64 minimum, maximum and nominal value of each variable
         nodes      u32 a, then u32 b, then u8 operation of all; a literal's, state's, input's or
                    parameter's a is its index; else a, b are earlier nodes; unused ones are 0;
                    zeros fill up to a multiple of 4
@@ -26,7 +27,7 @@
 
 #include "internal.h"
 
-enum { HEADER = 64, VERSION = 1, COUNTS = 9, PIECES = 5 };
+enum { HEADER = 64, VERSION = 2, COUNTS = 9, PIECES = 5, LIMITS = 3 };
 static const uint8_t magic[8] = {0x89, 'M', '4', 'E', 0x0d, 0x0a, 0x1a, 0x0a};
 
 static uint32_t get32(const uint8_t *p) {
@@ -83,13 +84,24 @@ static double *read_doubles(cursor *c, size_t count) {
     return values;
 }
 
+static m4e_limits *read_limits(cursor *c, size_t count) {
+    m4e_limits *limits = malloc((count + 1) * sizeof *limits);
+    double *values = read_doubles(c, LIMITS * count);
+    if (!limits) c->failed = 1;
+    for (size_t i = 0; limits && values && i < count; ++i)
+        limits[i] = (m4e_limits){values[LIMITS * i], values[LIMITS * i + 1], values[LIMITS * i + 2]};
+    free(values);
+    return limits;
+}
+
 static uint64_t variables(const m4e_counts *n) {
     return (uint64_t)n->states + n->inputs + n->parameters + n->outputs + n->calculated;
 }
 
 /* Size that the counts imply; they are below 2^32, so nothing overflows. */
 static uint64_t implied_size(const m4e_counts *n, uint64_t text) {
-    const uint64_t doubles = (uint64_t)n->literals + n->parameters + n->inputs + n->states;
+    const uint64_t given = (uint64_t)n->parameters + n->inputs + n->states;
+    const uint64_t doubles = n->literals + given + LIMITS * variables(n);
     const uint64_t roots = (uint64_t)n->states + n->outputs + n->calculated;
     const uint64_t words = 2 * (uint64_t)n->nodes + roots + 3 * (uint64_t)n->entries + variables(n);
     return HEADER + 8 * doubles + 4 * words + (n->nodes + UINT64_C(3)) / 4 * 4 + text;
@@ -181,6 +193,7 @@ static const char *read_body(m4e_program *p, const uint8_t *bytes, size_t text) 
     cursor c = {bytes + HEADER, 0};
     p->literals = read_doubles(&c, n->literals);
     p->starts = read_doubles(&c, (size_t)n->parameters + n->inputs + n->states);
+    p->limits = read_limits(&c, (size_t)variables(n));
     p->a = read32(&c, n->nodes);
     p->b = read32(&c, n->nodes);
     p->op = malloc(n->nodes + (size_t)1);
@@ -239,7 +252,7 @@ void m4e_program_free(m4e_program *p) {
     if (!p) return;
     void *parts[] = {p->op,      p->a,         p->b,    p->slot,    p->literals,    p->rates,
                      p->results, p->constants, p->rows, p->columns, p->derivatives, p->hoisted,
-                     p->starts,  p->flags,     p->text};
+                     p->starts,  p->limits,    p->flags, p->text};
     for (size_t i = 0; i < sizeof parts / sizeof *parts; ++i) free(parts[i]);
     free(p);
 }
@@ -249,6 +262,8 @@ void m4e_program_counts(const m4e_program *program, m4e_counts *counts) {
 }
 
 const double *m4e_program_starts(const m4e_program *program) { return program->starts; }
+
+const m4e_limits *m4e_program_limits(const m4e_program *program) { return program->limits; }
 
 const uint32_t *m4e_program_flags(const m4e_program *program) { return program->flags; }
 

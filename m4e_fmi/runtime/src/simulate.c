@@ -5,11 +5,11 @@
 #include "integrator.h"
 
 const method *m4e_method_of(const m4e_model *m, const m4e_options *o) {
-    static const method *const known[] = {&m4e_rk45, &m4e_dop853, &m4e_rodas};
+    static const method *const known[] = {&m4e_rk45, &m4e_dop853, &m4e_rodas, &m4e_rk4};
     const int sound = o->rtol >= 0.0 && o->atol >= 0.0 && o->rtol + o->atol > 0.0 &&
                       isfinite(o->rtol + o->atol) && o->max_step > 0.0 &&
                       (o->quadratures == 0 || o->quadratures < m->program->count.states);
-    if (!sound || o->method < 0 || o->method > M4E_RODAS) return NULL;
+    if (!sound || o->method < 0 || o->method > M4E_RK4) return NULL;
     return o->method == M4E_RODAS && m->lanes > 1 ? NULL : known[o->method];
 }
 
@@ -77,6 +77,17 @@ int m4e_ascending(const double *times, size_t count, double from, double bound) 
     return isfinite(bound);
 }
 
+/* Evaluations at the place where the integrator starts, unless they are done. */
+static void begin(m4e_integrator *s) {
+    const int fresh[] = {1};
+    lane *now = &s->lanes[0];
+    if (now->done || s->started) return;
+    s->started = 1;
+    m4e_first_steps(s, fresh);
+    if (s->g && !now->done) m4e_watch(s, now->t, s->x, s->g);
+    if (s->method->begin && !now->done) s->method->begin(s);
+}
+
 int m4e_advance(m4e_integrator *s, double bound, size_t count, const double *times,
                 double *states, m4e_report *report) {
     lane *now = &s->lanes[0];
@@ -96,17 +107,29 @@ int m4e_advance(m4e_integrator *s, double bound, size_t count, const double *tim
             now->report.time = now->accepted ? now->t_new : now->t;
         }
     }
-    if (!now->done && !s->started) {
-        const int fresh[] = {1};
-        s->started = 1;
-        m4e_first_steps(s, fresh);
-        if (s->g && !now->done) m4e_watch(s, now->t, s->x, s->g);
-        if (s->method->begin && !now->done) s->method->begin(s);
-    }
+    begin(s);
     while (!now->done) m4e_attempt(s);
     now->report.step = now->wanted;
     *report = now->report;
     return report->status;
+}
+
+int m4e_step(m4e_integrator *s, double bound, double *state, m4e_report *report) {
+    lane *now = &s->lanes[0];
+    const double t = now->accepted ? now->t_new : now->t;
+    now->bound = bound;
+    now->left = 0;
+    if (now->report.status == M4E_DONE) now->done = 0;
+    if (s->model->lanes != 1 || !(bound > t && isfinite(bound)))
+        m4e_stop(now, M4E_BAD_ARGUMENT, -1);
+    begin(s);
+    while (!now->done) m4e_attempt(s); /* no times are asked for: it ends with the first step done */
+    now->report.step = now->wanted;
+    *report = now->report;
+    if (report->status < 0) return report->status;
+    report->time = now->t_new;
+    m4e_state_at(s, 0, now->t_new, state);
+    return M4E_DONE;
 }
 
 void m4e_reached(const m4e_integrator *s, double *x) {

@@ -1,8 +1,8 @@
 /* Coefficients of the explicit methods: a row is the non-zero weights of a sum over stages k.
 
-   Dormand and Prince 5(4): Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I,
-   table 5.2, dense output of section II.6. Dormand and Prince 8(5,3): the same, section II.5 and
-   II.6, to the digits of its authors' program DOP853. */
+   Classical method of order 4: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I,
+   table 1.2. Dormand and Prince 5(4): the same, table 5.2, dense output of section II.6. Dormand and
+   Prince 8(5,3): the same, sections II.5 and II.6, to the digits of its authors' program DOP853. */
 #ifndef M4E_TABLEAU_H
 #define M4E_TABLEAU_H
 
@@ -14,6 +14,14 @@ typedef struct {
     unsigned char k[TERMS];
     double weight[TERMS];
 } row;
+
+static const row rk4_stages[] = {
+    {0.5, 1, {0}, {1.0 / 2}},
+    {0.5, 1, {1}, {1.0 / 2}},
+    {1.0, 1, {2}, {1.0}},
+};
+
+static const row rk4_end = {1.0, 4, {0, 1, 2, 3}, {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6}};
 
 static const row rk45_stages[] = {
     {0.2, 1, {0},

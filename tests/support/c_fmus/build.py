@@ -115,6 +115,26 @@ INTEGRATOR = (
     V("y", "1", "output", 0.0, initial="exact"),
 )
 BLIND_INTEGRATOR = (*INTEGRATOR[:-1], V("y", "1", "output", 0.0, needs=None, initial="exact"))
+LAG = (V("u", "1", "input", 0.0), V("y", "1", "output", 0.0, initial="exact"))
+PI = (
+    V("y", "1", "input", 0.0),
+    V("integral", "s", "output", 0.0, initial="exact"),
+    V("u", "1", "output", needs=("y",)),
+)
+ROESSLER_X = (
+    V("y", "1", "input", 0.0),
+    V("z", "1", "input", 0.0),
+    V("x", "1", "output", 0.0, initial="exact"),
+)
+ROESSLER_YZ = (
+    V("x", "1", "input", 0.0),
+    V("y", "1", "output", 0.0, initial="exact"),
+    V("z", "1", "output", 0.0, initial="exact"),
+)
+NODE = (
+    *(V(f"u{k}", "1", "input", 0.0) for k in range(3)),
+    *(V(f"y{k}", "1", "output", 0.0, initial="exact") for k in range(3)),
+)
 ROGUE = (parameter("what", "1", 0.0), parameter("when", "s", 1.0), V("y", "s", "output"))
 
 MODELS: dict[str, tuple[str, tuple[V, ...]]] = {
@@ -130,6 +150,11 @@ MODELS: dict[str, tuple[str, tuple[V, ...]]] = {
     "stage": ("stage.c", STAGE),
     "integrator": ("integrator.c", INTEGRATOR),
     "blind_integrator": ("integrator.c", BLIND_INTEGRATOR),
+    "lag": ("lag.c", LAG),
+    "pi": ("pi.c", PI),
+    "roessler_x": ("roessler_x.c", ROESSLER_X),
+    "roessler_yz": ("roessler_yz.c", ROESSLER_YZ),
+    "node": ("node.c", NODE),
     "rogue": ("rogue.c", ROGUE),
 }
 
@@ -138,8 +163,9 @@ OPTIONS = {
     "state": ("STATE", 'canGetAndSetFMUstate="true"'),
     "inputs": ("INPUTS", 'canInterpolateInputs="true"'),
     "jacobian": ("JACOBIAN", 'providesDirectionalDerivative="true"'),
+    "once": ("ONCE", 'canBeInstantiatedOnlyOncePerProcess="true"'),
 }
-"""What an FMU can do besides: flag of the compiler and attribute of the description."""
+"""What an FMU can do besides, or cannot: flag of the compiler and attribute of the description."""
 
 
 def build(name: str, folder: Path) -> Path:
@@ -181,8 +207,8 @@ def describe(name: str, variables: tuple[V, ...], options: Sequence[str] = ()) -
         f"<UnitDefinitions>{units}</UnitDefinitions><ModelVariables>"
         + "".join(_scalar(k, v, index) for k, v in enumerate(variables))
         + f"</ModelVariables><ModelStructure><Outputs>{listed(outputs)}</Outputs>"
-        f"<InitialUnknowns>{listed(unknowns)}</InitialUnknowns></ModelStructure>"
-        "</fmiModelDescription>"
+        + (f"<InitialUnknowns>{listed(unknowns)}</InitialUnknowns>" if unknowns else "")
+        + "</ModelStructure></fmiModelDescription>"
     )
 
 

@@ -1,18 +1,22 @@
-/* One instance of the FMU: a program with its own values, and what the standard says of calls. */
+/* One instance of the FMU: a program with its own values, and what both versions of FMI do with it.
+   fmi2.c and fmi3.c are the standards' names for what is declared here. */
 #ifndef M4E_INSTANCE_H
 #define M4E_INSTANCE_H
 
-#include "fmi2.h"
 #include "m4e.h"
 
 #ifdef __GNUC__
 #pragma GCC visibility push(hidden)
 #endif
 
-/* States of the standard's state machine, as bits: a function names those it may be called in. */
+/* The numbers of fmi2Status and fmi3Status. */
+typedef enum { FMI_OK, FMI_WARNING, FMI_DISCARD, FMI_ERROR, FMI_FATAL } answer;
+/* Those of fmi2Type. */
+enum { MODEL_EXCHANGE, CO_SIMULATION };
+/* States of the standards' state machines, as bits: a function names those it may be called in. */
 enum {
     INSTANTIATED = 1, INITIALIZATION = 2, EVENT = 4, CONTINUOUS = 8, /* the last two: ME */
-    STEP = 16, FAILED = 32, TERMINATED = 64,                         /* the first two: CS */
+    STEP = 16, FAILED = 32, TERMINATED = 64, INTERMEDIATE = 128,     /* CS; the last: in a step */
     SETTABLE = INSTANTIATED | INITIALIZATION | EVENT | CONTINUOUS | STEP,
     READABLE = INITIALIZATION | EVENT | CONTINUOUS | STEP | FAILED | TERMINATED,
     ANY = INSTANTIATED | READABLE
@@ -28,15 +32,33 @@ typedef struct {
     double tolerance;
 } status;
 
-/* Value references: parameters, calculated ones, inputs, states, outputs, each in the program's
-   order. `values` is one array: parameters, inputs, states, first and second input derivatives. */
+/* Scalars are numbered: parameters, calculated ones, inputs, states, outputs, each in the program's
+   order; after them, time. The scalars of value reference r are scalar[start[r]], ... up to start[r
+   + 1]; in FMI 2.0 every reference is its own scalar. state[k] is the place in x of continuous
+   state k, in the importer's order. The String has the reference `text`. */
 typedef struct {
+    uint32_t variables, text;
+    uint32_t *start, *scalar, *state;
+} layout;
+
+typedef struct instance instance;
+/* Tells the importer a message, in the way of its version of FMI. */
+typedef void logging(const instance *c, answer how, const char *category, const char *message);
+typedef void callback(void); /* to be cast to what it is */
+
+struct instance {
     status now;
     m4e_counts n;
-    size_t count;  /* of values */
+    size_t count; /* of values: parameters, inputs, states, first and second input derivatives */
     double *values, *p, *u, *x, *first, *second;
+    double *before; /* values to go back to */
+    double *rates;
     double *calculated, *y; /* valid unless `stale` */
-    int stale, stale_parameters;
+    int stale, stale_parameters, stale_inputs;
+    layout layout;
+    struct dependencies *dependencies; /* read when they are asked for */
+    uint32_t *listed[2];               /* scalars */
+    size_t room[2];
 
     m4e_program *program, *tangent_program;
     m4e_model *model, *tangent;
@@ -44,36 +66,74 @@ typedef struct {
     double *direction, *changes; /* inputs and results of the tangent */
     int stale_tangent;
     int32_t method;
-    double built_tolerance; /* of the integrator */
+    double step_size; /* s; the longest of M4E_RK4 */
+    double default_tolerance, built_tolerance; /* of the integrator: the last is the present one */
+
+    /* Called after each step of the integrator, unless NULL; answers where to stop. */
+    double (*observe)(instance *c, double end);
+    callback *observer;
+    int may_return; /* before the end of a step */
 
     char *name, *resources;
-    fmi2ComponentEnvironment environment;
-    void (*logger)(fmi2ComponentEnvironment, fmi2String, fmi2Status, fmi2String, fmi2String, ...);
-    unsigned told; /* bit of each status whose messages are logged */
+    void *environment;
+    logging *log;
+    callback *logger;
+    unsigned told;        /* bit of each answer whose messages are logged */
+    const char *function; /* called last */
     char last_error[512];
-} instance;
+};
 
-/* Logs a message and returns `status`. */
-fmi2Status tell(instance *c, fmi2Status status, const char *format, ...)
+/* What an importer says when it wants an instance. */
+typedef struct {
+    const char *name, *token, *resources;
+    const char *layout; /* file in resources; NULL: every scalar is a variable */
+    uint32_t type;
+    void *environment;
+    logging *log;
+    callback *logger;
+} request;
+
+/* NULL and a message where it cannot be. Failures are told until it is said what is. */
+instance *instance_new(const request *wanted);
+void instance_free(instance *c);
+enum { TOLD_NOTHING = 0, TOLD_FAILURES = 28, TOLD_ALL = 31 };
+answer set_logging(instance *c, int on, size_t count, const char *const categories[]);
+
+/* Logs a message and returns `how`. */
+answer tell(instance *c, answer how, const char *format, ...)
 #ifdef __GNUC__
     __attribute__((format(printf, 3, 4)))
 #endif
     ;
 /* Whether a function may be called now; if not, says so. */
 int allowed(instance *c, unsigned phases, const char *function);
-#define ENTER(phases)                                                                             \
-    instance *c = component;                                                                      \
-    if (!allowed(c, phases, __func__)) return fmi2Error
 #define CHECK(condition, ...)                                                                     \
-    if (!(condition)) return tell(c, fmi2Error, __VA_ARGS__)
+    if (!(condition)) return tell(c, FMI_ERROR, __VA_ARGS__)
 
-/* Name of the variable of a value reference, which must be one. */
-const char *name_of(const instance *c, uint32_t reference);
-uint32_t reals(const instance *c); /* number of value references */
+/* Name of a scalar, which must be one. */
+const char *name_of(const instance *c, uint32_t scalar);
+/* Limits of a variable of the program. */
+const m4e_limits *limits_of(const instance *c, uint32_t scalar);
+uint32_t scalars(const instance *c); /* without time, whose number it is */
 uint32_t first_input(const instance *c), first_state(const instance *c),
     first_output(const instance *c);
 
+/* Whether a text is of decimal digits, spaces and ends of lines only; counts lines and numbers. */
+int count_numbers(const char *text, size_t *lines, size_t *numbers);
+/* Content of a file in resources and a zero byte; NULL and a message. */
+uint8_t *read_resource(instance *c, const char *file, size_t *size);
+/* Fills c->layout from a file, or without one; 0 and a message. */
+int read_layout(instance *c, const char *file);
+/* The scalars of value references, which must be `numbers`; NULL and a message if they are not. There
+   are two lists, 0 and 1, each good until the next call for it. */
+const uint32_t *scalars_of(instance *c, const uint32_t references[], size_t count, size_t numbers,
+                           int list);
+
 void to_start(instance *c);
+/* Times in s; `tolerance` counts if `tolerant`, `stop` if it `stops`. */
+answer set_experiment(instance *c, int tolerant, double tolerance, double start, int stops,
+                      double stop);
+
 /* Hands parameters and inputs to the model. */
 void prepare(instance *c);
 /* Brings outputs and calculated parameters up to date. */
@@ -81,8 +141,52 @@ void refresh(instance *c);
 /* 0 and a message where there is none. */
 int have_tangent(instance *c);
 int have_integrator(instance *c);
-/* Fills `changes` from `direction`: change of each output, then of each calculated parameter. */
-void differentiate(instance *c);
+answer not_finite(instance *c, uint32_t scalar, double value);
+
+/* variables.c: `room` and `given` count values, of which an array has several */
+answer get_values(instance *c, const uint32_t references[], size_t count, double values[],
+                  size_t room);
+answer set_values(instance *c, const uint32_t references[], size_t count, const double values[],
+                  size_t given);
+answer get_text(instance *c, const uint32_t references[], size_t count, const char *values[],
+                size_t room);
+answer set_time(instance *c, double t);
+answer set_states(instance *c, const double x[], size_t count);
+answer get_states(instance *c, double x[], size_t count);
+answer get_rates(instance *c, double rates[], size_t count);
+answer get_nominals(instance *c, double nominals[], size_t count);
+
+/* derivatives.c */
+answer directional_derivative(instance *c, const uint32_t unknown[], size_t unknowns,
+                              const uint32_t known[], size_t knowns, const double seed[],
+                              size_t seeds, double result[], size_t results);
+answer adjoint_derivative(instance *c, const uint32_t unknown[], size_t unknowns,
+                          const uint32_t known[], size_t knowns, const double seed[],
+                          size_t seeds, double result[], size_t results);
+answer output_derivatives(instance *c, const uint32_t references[], size_t count,
+                          const int32_t order[], double values[], size_t room);
+
+/* dependencies.c: how an element of a variable depends on an element of a known one. Elements count
+   from 1, kinds are those of fmi3DependencyKind. */
+typedef struct {
+    uint32_t variable, element, known, known_element, kind;
+} dependency;
+answer count_dependencies(instance *c, uint32_t reference, size_t *count);
+/* The `count` dependencies of a variable, NULL and a message if they are not so many. */
+const dependency *dependencies_of(instance *c, uint32_t reference, size_t count);
+
+/* step.c */
+answer set_input_derivatives(instance *c, const uint32_t references[], size_t count,
+                             const int32_t order[], const double values[]);
+answer do_step(instance *c, double t, double h);
+
+/* state.c: FMU states */
+answer keep_state(instance *c, void **state);
+answer restore_state(instance *c, const void *state);
+answer free_state(instance *c, void **state);
+answer state_size(instance *c, const void *state, size_t *size);
+answer write_state(instance *c, void *state, void *bytes, size_t size);
+answer read_state(instance *c, const void *bytes, size_t size, void **state);
 
 #ifdef __GNUC__
 #pragma GCC visibility pop

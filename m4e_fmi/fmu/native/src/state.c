@@ -27,76 +27,70 @@ static int sound(const instance *c, const kept *k) {
     return k->magic == MAGIC && k->size == size_of(c) && k->now.identity == c->now.identity;
 }
 
-fmi2Status fmi2GetFMUstate(fmi2Component component, fmi2FMUstate *state) {
-    ENTER(ANY);
-    CHECK(state, "fmi2GetFMUstate: there is nowhere to put the state");
-    kept *k = *state;
-    CHECK(!k || sound(c, k), "fmi2GetFMUstate: the state given is not of this FMU");
-    if (!k) k = calloc(1, size_of(c));
+#define CHECK_SOUND(state) \
+    CHECK((state) && sound(c, state), "%s: the state given is not of this FMU", c->function)
+
+answer keep_state(instance *c, void **state) {
+    CHECK(state, "%s: there is nowhere to put the state", c->function);
+    if (*state) CHECK_SOUND(*state);
+    kept *k = *state ? *state : calloc(1, size_of(c));
     CHECK(k, "no memory for a state");
     k->magic = MAGIC;
     k->size = size_of(c);
     k->now = c->now;
     memcpy(k->values, c->values, c->count * sizeof *c->values);
     *state = k;
-    return fmi2OK;
+    return FMI_OK;
 }
 
-fmi2Status fmi2SetFMUstate(fmi2Component component, fmi2FMUstate state) {
-    ENTER(ANY);
+answer restore_state(instance *c, const void *state) {
     const kept *k = state;
-    CHECK(k && sound(c, k), "fmi2SetFMUstate: the state given is not of this FMU");
+    CHECK_SOUND(k);
     CHECK(k->now.type == c->now.type,
-          "fmi2SetFMUstate: a state of model exchange is none of co-simulation, nor the reverse");
+          "%s: a state of model exchange is none of co-simulation, nor the reverse", c->function);
     c->now = k->now;
     memcpy(c->values, k->values, c->count * sizeof *c->values);
     c->stale = c->stale_parameters = c->stale_tangent = 1;
-    return fmi2OK;
+    return FMI_OK;
 }
 
-fmi2Status fmi2FreeFMUstate(fmi2Component component, fmi2FMUstate *state) {
-    ENTER(ANY);
-    if (!state || !*state) return fmi2OK;
-    CHECK(sound(c, *state), "fmi2FreeFMUstate: the state given is not of this FMU");
+answer free_state(instance *c, void **state) {
+    if (!state || !*state) return FMI_OK;
+    CHECK_SOUND(*state);
     ((kept *)*state)->magic = 0;
     free(*state);
     *state = NULL;
-    return fmi2OK;
+    return FMI_OK;
 }
 
-fmi2Status fmi2SerializedFMUstateSize(fmi2Component component, fmi2FMUstate state, size_t *size) {
-    ENTER(ANY);
-    CHECK(state && size && sound(c, state),
-          "fmi2SerializedFMUstateSize: the state given is not of this FMU");
+answer state_size(instance *c, const void *state, size_t *size) {
+    CHECK_SOUND(state);
+    CHECK(size, "%s: there is nowhere to put the size", c->function);
     *size = size_of(c);
-    return fmi2OK;
+    return FMI_OK;
 }
 
-fmi2Status fmi2SerializeFMUstate(fmi2Component component, fmi2FMUstate state, fmi2Byte bytes[],
-                                 size_t size) {
-    ENTER(ANY);
-    CHECK(state && bytes && sound(c, state) && size >= size_of(c),
-          "fmi2SerializeFMUstate: the state given is not of this FMU, or there is no room for it");
+answer write_state(instance *c, void *state, void *bytes, size_t size) {
+    CHECK_SOUND(state);
+    CHECK(bytes && size >= size_of(c), "%s: there is no room for the state", c->function);
     kept *k = state;
     k->checksum = checksum(k, size_of(c));
     memcpy(bytes, k, size_of(c));
-    return fmi2OK;
+    return FMI_OK;
 }
 
-fmi2Status fmi2DeSerializeFMUstate(fmi2Component component, const fmi2Byte bytes[], size_t size,
-                                   fmi2FMUstate *state) {
-    ENTER(ANY);
-    CHECK(bytes && state && size >= size_of(c),
-          "fmi2DeSerializeFMUstate: the bytes are no state of this FMU");
+answer read_state(instance *c, const void *bytes, size_t size, void **state) {
+    CHECK(bytes && state && size >= size_of(c), "%s: the bytes are no state of this FMU",
+          c->function);
     kept *k = malloc(size_of(c));
     CHECK(k, "no memory for a state");
     memcpy(k, bytes, size_of(c));
     const uint32_t phase = k->now.phase;
-    if (!sound(c, k) || checksum(k, size_of(c)) != k->checksum || k->now.type > fmi2CoSimulation ||
+    if (!sound(c, k) || checksum(k, size_of(c)) != k->checksum || k->now.type > CO_SIMULATION ||
         phase == 0 || phase > TERMINATED || (phase & (phase - 1))) {
         free(k);
-        return tell(c, fmi2Error, "fmi2DeSerializeFMUstate: the bytes are no state of this FMU");
+        return tell(c, FMI_ERROR, "%s: the bytes are no state of this FMU", c->function);
     }
     *state = k;
-    return fmi2OK;
+    return FMI_OK;
 }

@@ -38,6 +38,12 @@ class Messages:
     def add(self, status: int, text: str) -> None:
         self._texts.append((status, text))
 
+    def take(self) -> tuple[tuple[int, str], ...]:
+        """All that is kept, each with its status; nothing is kept then."""
+        taken = tuple(self._texts)
+        self._texts.clear()
+        return taken
+
     def last(self, count: int = 3) -> str:
         """The last few messages of trouble, or of anything if there was none."""
         trouble = [text for status, text in self._texts if status != 0]

@@ -1,0 +1,60 @@
+"""The command `m4e-fmi`. Exit codes: 0 done, 1 the work failed, 2 wrong input or usage.
+
+One module for each command: `add` says what it takes, `_run` does it. `options` has what they
+share. Nothing heavy is imported before a command runs, so that `--help` answers at once.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+
+import m4e_fmi
+from m4e_fmi.cli import build, doctor, draw, equations, info, linearize, run, simulate, validate
+from m4e_fmi.cli.options import EXIT_FAILED
+from m4e_fmi.errors import InputError, M4eError, RunError
+
+EXIT_USAGE = 2
+EXIT_INTERRUPTED = 130
+COMMANDS = (equations, draw, simulate, linearize, build, info, validate, run, doctor)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; returns the exit code."""
+    options = _parser().parse_args(arguments)
+    try:
+        code = options.command(options) or 0
+        sys.stdout.flush()
+        return code
+    except InputError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return EXIT_USAGE
+    except RunError as error:
+        print(f"failed: {error}", file=sys.stderr)
+        return EXIT_FAILED
+    except M4eError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return EXIT_FAILED
+    except KeyboardInterrupt:
+        print("interrupted", file=sys.stderr)
+        return EXIT_INTERRUPTED
+    except BrokenPipeError:
+        sys.stderr.close()  # the reader of our output has left: nothing to tell it
+        return 0
+    except OSError as error:  # of files that come and go, and of an output that is full
+        print(f"failed: {error}", file=sys.stderr)
+        return EXIT_FAILED
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="m4e-fmi",
+        description="Multibody equations of motion, FMUs of them, and coupled simulation.",
+        epilog="Each command has its own --help.",
+    )
+    parser.add_argument("--version", action="version", version=f"m4e_fmi {m4e_fmi.__version__}")
+    commands = parser.add_subparsers(metavar="COMMAND", required=True)
+    for command in COMMANDS:
+        command.add(commands)
+    return parser

@@ -1,0 +1,102 @@
+"""`m4e-fmi build` builds the FMU of a model, or all of a system."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from m4e_fmi.cli.options import (
+    MODEL_FILE,
+    add_build_folder,
+    add_native,
+    is_system,
+    print_files,
+    say,
+)
+from m4e_fmi.errors import InputError
+
+OF_MODELS = {
+    "fmi": "2",
+    "method": "dop853",
+    "tolerance": None,
+    "stop_time": None,
+    "step_size": None,
+    "outputs": None,
+    "rename": [],
+    "sources": False,
+}
+"""Options that say something of one model's FMU, with their defaults."""
+
+
+def add(commands: argparse._SubParsersAction) -> None:
+    command = commands.add_parser("build", help="build the FMU of a model, or all of a system")
+    command.add_argument("source", type=Path, help=f"{MODEL_FILE}, or a system file")
+    add_native(command, "no Python inside, model exchange too; default for a system, not a model")
+    of_model = command.add_argument_group("of a model")
+    of_model.add_argument(
+        "--fmi", choices=("2", "3"), help="version of the standard; 3 of native FMUs; default 2"
+    )
+    of_model.add_argument(
+        "--outputs", nargs="+", metavar="PATTERN", help="only these, as 'body.*'; default all"
+    )
+    of_model.add_argument(
+        "--rename", action="append", metavar="OLD=NEW", help="call a variable NEW; may be repeated"
+    )
+    of_model.add_argument("--method", help="dop853 (default), rk45, rodas (stiff), rk4 (fixed)")
+    of_model.add_argument("--tolerance", type=float, help="if the importer has none; default 1e-8")
+    for flag, text in (("--stop-time", "10 s"), ("--step-size", "0.01 s")):
+        of_model.add_argument(
+            flag, type=float, metavar="S", help=f"of the default experiment; default {text}"
+        )
+    of_model.add_argument(
+        "--sources", action="store_true", help="with --native: C sources too, to compile elsewhere"
+    )
+    of_model.add_argument(
+        "--no-documentation", action="store_true", help="no page, picture and reference series"
+    )
+    add_build_folder(command)
+    command.set_defaults(command=_run, **OF_MODELS)
+
+
+def _run(options: argparse.Namespace) -> None:
+    if is_system(options.source):
+        _build_system(options)
+        return
+    from m4e_fmi.fmu import build_fmu
+    from m4e_fmi.model import load_model
+    from m4e_fmi.multibody import model_program
+
+    chosen: dict[str, Any] = {name: getattr(options, name) for name in OF_MODELS}
+    chosen["native"] = bool(options.native)
+    chosen["rename"] = dict(_renaming(text) for text in options.rename)
+    model = load_model(options.source)
+    program = model_program(model)
+    documentation: dict[str, bytes] = {}
+    if not options.no_documentation:
+        from m4e_fmi.fmu import Options
+        from m4e_fmi.report import fmu_documentation
+
+        documentation = fmu_documentation(model, program, Options(**chosen))
+    path = options.build_folder / f"{program.name}.fmu"
+    print_files([build_fmu(program, path, documentation=documentation, **chosen)])
+
+
+def _build_system(options: argparse.Namespace) -> None:
+    from m4e_fmi.cosim import System, fmu_files
+
+    given = [name for name, default in OF_MODELS.items() if getattr(options, name) != default]
+    if given:
+        flag = f"--{given[0].replace('_', '-')}"
+        raise InputError.single(f"{flag} is for the FMU of a model, not for those of a system")
+    system = System.load(options.source)
+    files = fmu_files(system, options.build_folder, native=options.native, tell=say)
+    for name, path in files.items():
+        print(f"{name}: {path}")
+
+
+def _renaming(text: str) -> tuple[str, str]:
+    old, equals, new = text.partition("=")
+    if not equals:
+        raise InputError.single(f"--rename {text}: expected OLD=NEW", "as --rename m=mass")
+    return old.strip(), new.strip()

@@ -1,0 +1,25 @@
+"""`m4e-fmi doctor` tells what is installed here, and what is missing."""
+
+from __future__ import annotations
+
+import argparse
+
+from m4e_fmi.cli.options import EXIT_FAILED
+
+
+def add(commands: argparse._SubParsersAction) -> None:
+    command = commands.add_parser("doctor", help="what is installed here, and what is missing")
+    command.add_argument("--json", action="store_true", help="print findings as JSON")
+    command.set_defaults(command=_run)
+
+
+def _run(options: argparse.Namespace) -> int:
+    import json
+
+    from m4e_fmi import doctor
+
+    findings = doctor.examine()
+    print(
+        json.dumps(doctor.as_json(findings), indent=2) if options.json else doctor.report(findings)
+    )
+    return EXIT_FAILED if any(f.needed and not f.ok for f in findings) else 0

@@ -1,0 +1,29 @@
+"""`m4e-fmi draw` draws a model in its start pose."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from m4e_fmi.cli.options import BUILD_FOLDER, MODEL_FILE, print_files
+
+
+def add(commands: argparse._SubParsersAction) -> None:
+    command = commands.add_parser("draw", help="draw a model in its start pose")
+    command.add_argument("model", type=Path, help=MODEL_FILE)
+    command.add_argument(
+        "--output-file",
+        type=Path,
+        metavar="FILE",
+        help=".png, .svg or .pdf; default build/NAME_model.png",
+    )
+    command.set_defaults(command=_run)
+
+
+def _run(options: argparse.Namespace) -> None:
+    from m4e_fmi.model import load_model
+    from m4e_fmi.report import draw_model
+
+    model = load_model(options.model)
+    picture = options.output_file or Path(BUILD_FOLDER) / f"{model.name}_model.png"
+    print_files([draw_model(model, picture)])

@@ -1,0 +1,67 @@
+"""`m4e-fmi linearize` finds the equilibrium, frequencies and state space of a model."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from m4e_fmi.cli.options import MODEL_FILE, add_start_values, print_files, start_values
+
+POINTS = {
+    "equilibrium": "equilibrium",
+    "nearest": "nearest equilibrium",
+    "start": "start values",
+}
+
+
+def add(commands: argparse._SubParsersAction) -> None:
+    command = commands.add_parser(
+        "linearize", help="equilibrium, frequencies and damping, state space of a model"
+    )
+    command.add_argument("model", type=Path, help=MODEL_FILE)
+    command.add_argument(
+        "--at",
+        choices=tuple(POINTS),
+        default="equilibrium",
+        help="where it settles from the start values (default), the equilibrium that is nearest "
+        "to them, stable or not, or these values themselves",
+    )
+    command.add_argument("--time", type=float, default=0.0, metavar="S", help="default 0 s")
+    for flag, text in (
+        ("--inputs", "inputs or parameters of B and D; default none"),
+        ("--outputs", "outputs or states of C and D; default all states"),
+    ):
+        command.add_argument(flag, nargs="+", metavar="NAME", help=text)
+    add_start_values(command, "NAME")
+    command.add_argument("--json", action="store_true", help="print everything as JSON")
+    command.add_argument(
+        "--output-file", type=Path, metavar="FILE", help="write A, B, C, D, M, C, K here (JSON)"
+    )
+    command.set_defaults(command=_run)
+
+
+def _run(options: argparse.Namespace) -> None:
+    import json
+
+    from m4e_fmi.analysis import equilibrium, linearize, modes
+    from m4e_fmi.model import load_model
+    from m4e_fmi.report import linear_json, linear_text
+    from m4e_fmi.writing import written
+
+    model, at = load_model(options.model), start_values(options)
+    if options.at != "start":
+        at = equilibrium(model, at=at, time=options.time, nearest=options.at == "nearest")
+    linear = linearize(
+        model, at=at, time=options.time, inputs=options.inputs or (), outputs=options.outputs
+    )
+    found = modes(linear)
+    if options.json:
+        print(json.dumps(linear_json(linear, found), indent=2))
+    else:
+        print(linear_text(linear, found, title=POINTS[options.at]))
+    if options.output_file:
+        text = json.dumps(linear_json(linear, found), indent=2)
+        with written(options.output_file) as part:
+            part.write_text(text + "\n", encoding="utf-8")
+        if not options.json:
+            print_files([options.output_file])

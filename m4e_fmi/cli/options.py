@@ -1,0 +1,83 @@
+"""Options and small services that commands share."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import sys
+from pathlib import Path
+
+from m4e_fmi.errors import InputError
+
+EXIT_FAILED = 1
+BUILD_FOLDER = "build"
+MODEL_FILE = "a model: ours, Chrono's or the paper's lists (YAML)"
+
+
+def add_start_values(command: argparse.ArgumentParser, name: str) -> None:
+    command.add_argument(
+        "--start-value",
+        nargs=2,
+        action="append",
+        default=[],
+        metavar=(name, "VALUE"),
+        help="set a parameter, input or state at the start; may be given again",
+    )
+
+
+def add_output_file(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "--output-file", type=Path, metavar="FILE", help="results (.nc); default build/NAME.nc"
+    )
+
+
+def add_build_folder(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "--build-folder",
+        type=Path,
+        default=Path(BUILD_FOLDER),
+        metavar="DIR",
+        help="default build/",
+    )
+
+
+def add_native(command: argparse.ArgumentParser, text: str) -> None:
+    """--native and --no-native; None where neither is given."""
+    command.add_argument("--native", action=argparse.BooleanOptionalAction, help=text)
+
+
+def start_values(options: argparse.Namespace) -> dict[str, float]:
+    values = {}
+    for name, text in options.start_value:
+        try:
+            values[name] = float(text)
+        except ValueError:
+            message = f"--start-value {name} {text}: {text!r} is not a number"
+            raise InputError.single(message) from None
+    return values
+
+
+def output_file(options: argparse.Namespace, name: str) -> Path:
+    return options.output_file or Path(BUILD_FOLDER) / f"{name}.nc"
+
+
+def is_system(path: Path) -> bool:
+    """Whether a YAML file describes a system rather than a model."""
+    from m4e_fmi.document import Document
+
+    return "components" in Document.load(path).data
+
+
+def say(text: str) -> None:
+    """Print a line; one that counts ("… 3 of 40") overwrites itself on a terminal."""
+    counting = re.search(r"(\d+) of (\d+)$", text)
+    if counting and sys.stdout.isatty():
+        last = counting[1] == counting[2]
+        print(f"\r\033[K{text}", end="\n" if last else "", flush=True)
+    elif not counting or int(counting[1]) % 10 == 0:
+        print(text, flush=True)
+
+
+def print_files(paths: object) -> None:
+    for path in paths:  # type: ignore[attr-defined]
+        print(f"wrote {path}")

@@ -1,0 +1,66 @@
+"""`m4e-fmi run` co-simulates a system of FMUs."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from m4e_fmi.cli.options import (
+    add_build_folder,
+    add_native,
+    add_output_file,
+    add_start_values,
+    output_file,
+    print_files,
+    say,
+    start_values,
+)
+
+
+def add(commands: argparse._SubParsersAction) -> None:
+    command = commands.add_parser("run", help="co-simulate a system of FMUs")
+    command.add_argument("system", type=Path, help="a system file (YAML)")
+    for flag, text in (
+        ("--stop-time", "end of the run"),
+        ("--step-size", "time between communication points"),
+        ("--output-interval", "time between rows of the results"),
+    ):
+        command.add_argument(flag, type=float, metavar="S", help=f"{text}; default: as in the file")
+    command.add_argument(
+        "--algorithm", help="corrector, gauss_seidel, implicit or jacobi; default: as in the file"
+    )
+    command.add_argument(
+        "--check",
+        action="store_true",
+        help="run once more at half the step, and tell how large the coupling errors are",
+    )
+    add_native(command, "build native FMUs of models and other programs (default), or Python ones")
+    add_start_values(command, "COMPONENT.VARIABLE")
+    add_output_file(command)
+    add_build_folder(command)
+    command.set_defaults(command=_run)
+
+
+def _run(options: argparse.Namespace) -> None:
+    from m4e_fmi.cosim import System, prepare, run
+    from m4e_fmi.report import plot_run, progress_bar, run_summary
+
+    system = System.load(options.system).changed(
+        start=start_values(options),
+        stop_time=options.stop_time,
+        step_size=options.step_size,
+        output_interval=options.output_interval,
+        algorithm=options.algorithm,
+    )
+    output = output_file(options, system.name)
+    prepared = prepare(
+        system, build_directory=options.build_folder, native=options.native, tell=say
+    )
+    count, links = len(system.components), len(prepared.wiring.links)
+    print(f"{system.name}: {count} FMUs, {links} connected variables", flush=True)
+    times = system.simulation
+    with progress_bar(times.stop_time, start=times.start_time) as progress:
+        outcome = run(prepared, results=output, progress=progress, check=options.check)
+    picture = plot_run(output, output.with_suffix(".png"))
+    print(run_summary(outcome))
+    print_files([output, picture])

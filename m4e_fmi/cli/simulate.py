@@ -1,0 +1,100 @@
+"""`m4e-fmi simulate` simulates one model in this process."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from m4e_fmi.cli.options import (
+    MODEL_FILE,
+    add_output_file,
+    add_start_values,
+    output_file,
+    print_files,
+    start_values,
+)
+
+
+def add(commands: argparse._SubParsersAction) -> None:
+    command = commands.add_parser("simulate", help="simulate one model in this process")
+    command.add_argument("model", type=Path, help=MODEL_FILE)
+    command.add_argument("--stop-time", type=float, default=10.0, metavar="S", help="default 10 s")
+    command.add_argument(
+        "--output-interval", type=float, default=0.01, metavar="S", help="default 0.01 s"
+    )
+    command.add_argument("--tolerance", type=float, default=1e-8, help="default 1e-8")
+    command.add_argument(
+        "--method",
+        default="dop853",
+        help="dop853 (default), rk45, rodas (stiff), rk4 (fixed steps), python, or SciPy's, as "
+        "scipy.RK45",
+    )
+    command.add_argument(
+        "--step-size", type=float, metavar="S", help="of rk4, at most; default the output interval"
+    )
+    for flag, text in (
+        ("--event", "tell when this output or state changes sign, as load.STOP.gap at contact"),
+        ("--stop-at", "end when this output or state changes sign"),
+    ):
+        command.add_argument(flag, action="append", default=[], metavar="NAME", help=text)
+    add_start_values(command, "NAME")
+    add_output_file(command)
+    command.add_argument(
+        "--animate",
+        nargs="?",
+        type=Path,
+        const=Path(),
+        metavar="FILE",
+        help="write an animation (.html or .gif); default build/NAME.html",
+    )
+    command.add_argument("--no-plot", action="store_true", help="no picture beside the results")
+    command.set_defaults(command=_run)
+
+
+def _run(options: argparse.Namespace) -> None:
+    from m4e_fmi.model import load_model
+    from m4e_fmi.report import (
+        animate,
+        plot_simulation,
+        progress_bar,
+        simulation_summary,
+        write_simulation,
+    )
+    from m4e_fmi.simulate import Watch, simulate
+
+    model = load_model(options.model)
+    animation = _animation_file(options, model.name)
+    events = [Watch(name) for name in options.event]
+    events += [Watch(name, terminal=True) for name in options.stop_at]
+    with progress_bar(options.stop_time) as progress:
+        result = simulate(
+            model,
+            stop_time=options.stop_time,
+            output_interval=options.output_interval,
+            start_values=start_values(options),
+            tolerance=options.tolerance,
+            method=options.method,
+            step_size=options.step_size,
+            events=events,
+            progress=progress,
+        )
+    files = [output_file(options, model.name)]
+    write_simulation(result, files[0])
+    if not options.no_plot:
+        files.append(plot_simulation(result, files[0].with_suffix(".png")))
+    if animation:
+        files.append(animate(model, result, animation))
+    print(simulation_summary(result))
+    print_files(files)
+
+
+def _animation_file(options: argparse.Namespace, name: str) -> Path | None:
+    """Where the animation goes; None if none is wanted."""
+    from m4e_fmi.report import check_animation_path
+
+    if options.animate is None:
+        return None
+    default = output_file(options, name).with_suffix(".html")
+    path = options.animate if options.animate.name else default
+    check_animation_path(path)
+    return path

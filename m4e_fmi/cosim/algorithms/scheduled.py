@@ -1,0 +1,36 @@
+"""Base of the algorithms that do the same in every step: their step is a schedule."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+
+from m4e_fmi.cosim.operations import Operation
+from m4e_fmi.cosim.schedule import Schedule
+
+
+class Scheduled(ABC):
+    """`operations` make a step, once it is prepared; `held` is what they hold at the inputs."""
+
+    order: int
+
+    def __init__(self, operations: Sequence[Operation], held: np.ndarray) -> None:
+        self.operations = tuple(operations)
+        self.held = held
+        self.notes: tuple[str, ...] = ()
+
+    @abstractmethod
+    def prepare(self, size: float) -> bool:
+        """Make ready for a step of `size` [s], which follows; whether for more of them as well."""
+
+    @cached_property
+    def _schedule(self) -> Schedule:
+        return Schedule(self.operations)
+
+    def step(self, time: float, size: float) -> None:
+        """Step all components from `time` by `size` [s]."""
+        self.prepare(size)
+        self._schedule.run(time, size)

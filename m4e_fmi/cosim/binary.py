@@ -1,0 +1,71 @@
+"""FMUs unpacked and loaded: one folder and one library for all instances of a file."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+from fmpy import fmi2
+
+from m4e_fmi.errors import RunError
+from m4e_fmi.fmu.reading import Description
+from m4e_fmi.fmu.unpack import Unpacked
+
+
+class Binary:
+    """The library of an FMU, loaded by FMPy from a folder of its own; `close` it.
+
+    `functions` is FMPy's object for one instance, which is not instantiated: copies of it are.
+    `in_use` counts the instances; the library stays loaded if one of them cannot be freed.
+    RunError, about `origin`, if the FMU cannot be unpacked or loaded.
+    """
+
+    def __init__(self, description: Description, *, origin: str) -> None:
+        self.in_use = 0
+        self._unpacked = Unpacked(description.path)
+        here = Path.cwd()
+        try:
+            self.functions: Any = fmi2.FMU2Slave(
+                guid=description.guid,
+                unzipDirectory=str(self._unpacked.folder),
+                modelIdentifier=description.identifier,
+                instanceName=description.identifier,
+            )
+        except Exception as error:
+            self._unpacked.remove()
+            text = str(error).replace(str(self._unpacked.folder), "")
+            remedy = "a library it needs is missing, or the file is not an FMI 2.0 binary"
+            raise RunError(f"{origin}: its binary cannot be loaded: {text}", remedy) from error
+        finally:
+            os.chdir(here)  # loading leaves the process elsewhere when it fails
+
+    def __enter__(self) -> Binary:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Unload the library and remove the folder."""
+        if self.in_use == 0:
+            self.functions.freeLibrary()
+        self._unpacked.remove()
+
+
+def binaries(descriptions: Mapping[str, Description], stack: ExitStack) -> dict[str, Binary]:
+    """Component → its FMU's library, which `stack` closes; shared by the components of a file.
+
+    FMUs that can be instantiated only once per process are loaded once for each component.
+    """
+    shared: dict[Path, Binary] = {}
+    found: dict[str, Binary] = {}
+    for name, description in descriptions.items():
+        path = description.path
+        if path not in shared or description.once_per_process:
+            origin = f"{name} ({path.name})"
+            shared[path] = stack.enter_context(Binary(description, origin=origin))
+        found[name] = shared[path]
+    return found

@@ -1,0 +1,79 @@
+"""The small grammar of a connection's text.
+
+    a.group <-> b.group
+    a.variable -> b.variable
+    a.variable * 2.5 + 1 -> b.variable
+    a.variable * 2.5 + 1 -> b.variable, units ignored
+
+Factor and offset act on the value in the target's unit: it is converted first. Where units are
+ignored, they act on the bare number.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+
+_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+_TEXT = re.compile(
+    r"\s*(?P<left>\S.*?)"
+    rf"(?:\s+\*\s+(?P<factor>{_NUMBER}))?"
+    rf"(?:\s+(?P<sign>[+-])\s+(?P<offset>{_NUMBER}))?"
+    r"\s*(?P<arrow><->|->)\s*(?P<right>\S.*?)"
+    r"(?P<ignored>\s*,\s*units ignored)?\s*$"
+)
+_OPERATOR = re.compile(r"\s[*/+-]\s")
+
+
+@dataclass(frozen=True)
+class Connection:
+    """A connection's text in parts: target = `factor` · source + `offset`.
+
+    `left` and `right` are ``component.name``; with `both_ways` they name groups, whose members
+    are carried as they are.
+    """
+
+    left: str
+    right: str
+    both_ways: bool = False
+    factor: float = 1.0
+    offset: float = 0.0
+    units_ignored: bool = False
+
+    def __str__(self) -> str:
+        text = self.left
+        if self.factor != 1.0:
+            text += f" * {self.factor!r}"
+        if self.offset != 0.0:
+            text += f" {'-' if self.offset < 0 else '+'} {abs(self.offset)!r}"
+        text += f" {'<->' if self.both_ways else '->'} {self.right}"
+        return text + (", units ignored" if self.units_ignored else "")
+
+
+def parse_connection(text: str) -> Connection:
+    """The parts of a connection's text; ValueError(message, remedy) if it is none."""
+    match = _TEXT.match(text)
+    if not match:
+        remedy = "write 'a.group <-> b.group' or 'a.variable -> b.variable'"
+        raise ValueError(f"not a connection: {text!r}", remedy)
+    factor, offset = float(match["factor"] or 1.0), float(match["offset"] or 0.0)
+    if match["sign"] == "-":
+        offset = -offset
+    found = Connection(
+        match["left"],
+        match["right"],
+        both_ways=match["arrow"] == "<->",
+        factor=factor,
+        offset=offset,
+        units_ignored=match["ignored"] is not None,
+    )
+    if _OPERATOR.search(found.left):
+        remedy = "one number may follow '*', and after that one '+' or '-': 'a.y * 2.5 + 1 -> b.u'"
+        raise ValueError(f"{found.left!r} is more than a variable with factor and offset", remedy)
+    if not (math.isfinite(factor) and math.isfinite(offset)) or factor == 0.0:
+        raise ValueError(f"factor {factor:g}, offset {offset:g}", "expected numbers, no factor 0")
+    if found.both_ways and (factor, offset, found.units_ignored) != (1.0, 0.0, False):
+        remedy = "connect single variables with '->'; units are converted in both"
+        raise ValueError("a connector '<->' takes no factor, no offset and heeds units", remedy)
+    return found

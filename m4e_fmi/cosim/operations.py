@@ -1,0 +1,75 @@
+"""What a macro step is made of: operations on FMUs and on arrays of the values they exchange.
+
+An algorithm lists them once; `schedule` performs the list as often as wanted. Arrays are float64.
+Where an operation writes `into` a block (2-D), it fills one of its rows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from m4e_fmi.cosim.instance import Instance
+
+
+@dataclass(frozen=True, eq=False)
+class Get:
+    """Reads the Real variables `names`, which must be finite, into a vector or a block's row."""
+
+    instance: Instance
+    names: tuple[str, ...]
+    into: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Set:
+    """Sets the Real variables `names` to `values`, in the FMU's own units."""
+
+    instance: Instance
+    names: tuple[str, ...]
+    values: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class DoStep:
+    """Steps the component from the start of the macro step to its end."""
+
+    instance: Instance
+
+
+@dataclass(frozen=True, eq=False)
+class Combine:
+    """``into[i] = Σₖ weight[k, i] · source[index[k, i]] + offset[i]``, a vector or a block's row.
+
+    Every product and every sum is rounded, in the order of the terms. `index` is uint32; it and
+    `weight` may change from one macro step to the next, in place.
+    """
+
+    into: np.ndarray
+    source: np.ndarray
+    index: np.ndarray
+    weight: np.ndarray
+    offset: np.ndarray | None = None
+
+
+Operation = Get | Set | DoStep | Combine
+
+
+def gather(into: np.ndarray, source: np.ndarray, places: Sequence[int] | np.ndarray) -> Combine:
+    """``into[i] = source[places[i]]``."""
+    index = np.array(places, dtype=np.uint32)[None, :]
+    return Combine(into, source, index, np.ones(index.shape))
+
+
+def setting(instance: Instance, names: Sequence[str], values: np.ndarray) -> tuple[Operation, ...]:
+    """Sets `names` from `values` in the units of their sources, as `Instance.setter` does."""
+    scales = instance.scales_of(names)
+    if scales is None:
+        return (Set(instance, tuple(names), values),)
+    factor, offset = scales
+    own = np.zeros(len(names))
+    index = np.arange(len(names), dtype=np.uint32)[None, :]
+    scaled = Combine(own, values, index, factor[None, :].copy(), offset.copy())
+    return scaled, Set(instance, tuple(names), own)

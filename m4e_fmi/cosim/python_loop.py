@@ -1,0 +1,96 @@
+"""Operations performed by Python: where there is no C library, and what that is checked against."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from m4e_fmi.cosim.instance import WARNING
+from m4e_fmi.cosim.native_loop import NOT_A_NUMBER, State
+from m4e_fmi.cosim.operations import Combine, DoStep, Get, Operation, Set
+from m4e_fmi.cosim.system import SECOND
+
+Action = Callable[[float, float, int], int]
+"""Time [s], step [s], row of blocks → status."""
+
+
+class PythonExecutor:
+    """Performs a list of operations, as `NativeExecutor` does."""
+
+    def __init__(self, operations: Sequence[Operation]) -> None:
+        self._actions = tuple(_action(operation) for operation in operations)
+
+    def perform(self, time: float, size: float, row: int) -> tuple[int, int]:
+        """Status and index of the operation that failed; (0, 0) if none did."""
+        for index, action in enumerate(self._actions):
+            status = action(time, size, row)
+            if not 0 <= status <= WARNING:
+                return status, index
+        return 0, 0
+
+
+def run(step: PythonExecutor, row: PythonExecutor, state: State, steps: int) -> int:
+    """`m4e_loop` of the runtime's loop.h: so many steps; the status."""
+    for _ in range(steps):
+        time, size = state.now / SECOND, state.size / SECOND
+        status, state.failed = step.perform(time, size, state.noted)
+        state.in_row = 0
+        if status:
+            return status
+        state.now += state.size
+        state.noted += 1
+        state.since += 1
+        if state.since < state.every:
+            continue
+        state.in_row = 1
+        status, state.failed = row.perform(0.0, 0.0, state.written)
+        if status:
+            return status
+        state.since = 0
+        state.written += 1
+    return 0
+
+
+def _action(operation: Operation) -> Action:
+    match operation:
+        case Get(instance, names, into):
+            return _get(instance.own_getter, names, into)
+        case Set(instance, names, values):
+            call = instance.own_setter(names, values)
+            return lambda _t, _h, _row: call()
+        case DoStep(instance):
+            step = instance.stepper()
+            return lambda t, h, _row: step(t, h, 1)
+    return _combine(operation)
+
+
+def _get(getter: Callable, names: Sequence[str], into: np.ndarray) -> Action:
+    values = into if into.ndim == 1 else np.zeros(len(names))
+    call = getter(names, values)
+
+    def get(_t: float, _h: float, row: int) -> int:
+        status = call()
+        if values is not into:
+            into[row] = values
+        return NOT_A_NUMBER if status <= WARNING and not np.isfinite(values).all() else status
+
+    return get
+
+
+def _combine(o: Combine) -> Action:
+    into, source, terms = o.into, o.source, tuple(zip(o.weight, o.index, strict=True))
+    product = np.zeros(into.shape[-1])
+
+    def combine(_t: float, _h: float, row: int) -> int:
+        result = into if into.ndim == 1 else into[row]
+        for k, (weight, index) in enumerate(terms):
+            to = product if k else result
+            np.multiply(weight, source[index], out=to)
+            if k:
+                result += product
+        if o.offset is not None:
+            result += o.offset
+        return 0
+
+    return combine

@@ -1,0 +1,97 @@
+"""Schedules: operations performed in their order, by the C library or, without it, by Python.
+
+Both give the same bits. A `Loop` repeats a schedule, macro step by macro step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NoReturn
+
+from m4e_fmi.cosim import native_loop, python_loop
+from m4e_fmi.cosim.native_loop import NOT_A_NUMBER, NativeExecutor, State
+from m4e_fmi.cosim.operations import Combine, DoStep, Get, Operation, Set
+from m4e_fmi.cosim.python_loop import PythonExecutor
+from m4e_fmi.cosim.system import SECOND
+from m4e_fmi.runtime.library import library
+
+NEVER = 2**63
+"""Steps from row to row where there are no rows."""
+
+
+class Schedule:
+    """Operations that are performed in their order."""
+
+    def __init__(self, operations: Sequence[Operation]) -> None:
+        self.operations = tuple(operations)
+        found = library()
+        self.executor: NativeExecutor | PythonExecutor = (
+            PythonExecutor(self.operations)
+            if found is None
+            else NativeExecutor(found, self.operations)
+        )
+        self._stepping = tuple(o.instance for o in self.operations if isinstance(o, DoStep))
+
+    def run(self, time: float, size: float = 0.0, *, row: int = 0) -> None:
+        """Perform all once: a step of `size` [s] from `time` [s]; blocks are filled at `row`.
+
+        RunError with component, variable, time and remedy where an FMU fails or gives no number.
+        """
+        status, index = self.executor.perform(time, size, row)
+        if status:
+            self.fail(status, index, time, size, row)
+        self.arrive(time + size)
+
+    def arrive(self, time: float) -> None:
+        """All components that step have come to `time` [s]."""
+        for instance in self._stepping:
+            instance.time = time
+
+    def fail(self, status: int, index: int, time: float, size: float, row: int) -> NoReturn:
+        """Raise what the status of an operation means; those before it are done."""
+        for operation in self.operations[:index]:
+            if isinstance(operation, DoStep):
+                operation.instance.time = time + size
+        match self.operations[index]:
+            case Get(instance, names, into):
+                if status == NOT_A_NUMBER:
+                    instance.not_finite(names, into if into.ndim == 1 else into[row])
+                instance.fail(status, "fmi2GetReal")
+            case Set(instance):
+                instance.fail(status, "fmi2SetReal")
+            case DoStep(instance):
+                instance.fail(status, "fmi2DoStep", size)
+            case Combine():
+                raise AssertionError("combinations do not fail")
+
+
+class Loop:
+    """A schedule for each macro step, and one for each step that is a row of the results.
+
+    `state` has the present time `now`, the step `size` [ns], the next places of blocks that each
+    step (`noted`) and each row (`written`) fill, and the steps `since` the last of the rows, which
+    are `every` so many steps.
+    """
+
+    def __init__(self, step: Schedule, row: Schedule | None, *, now: int, every: int) -> None:
+        self.step = step
+        self.row = row or Schedule(())
+        self.state = State(now=now, every=every if row else NEVER)
+
+    def advance(self, steps: int) -> None:
+        """Make so many macro steps; RunError as `Schedule.run`, `state` telling how far it came."""
+        state, step, row = self.state, self.step.executor, self.row.executor
+        before = state.now
+        if isinstance(step, NativeExecutor) and isinstance(row, NativeExecutor):
+            status = native_loop.run(step, row, state, steps)
+        else:
+            assert isinstance(step, PythonExecutor)
+            assert isinstance(row, PythonExecutor)
+            status = python_loop.run(step, row, state, steps)
+        now, size = state.now / SECOND, state.size / SECOND
+        if state.now > before:
+            self.step.arrive(now)
+        if status and state.in_row:
+            self.row.fail(status, state.failed, now, 0.0, state.written)
+        if status:
+            self.step.fail(status, state.failed, now, size, state.noted)

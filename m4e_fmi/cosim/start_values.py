@@ -1,0 +1,98 @@
+"""Start values: whether the FMUs take them, and what they are in the FMUs' own types and units."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from m4e_fmi.cosim.system import Component, System
+from m4e_fmi.errors import Problem, suggestion
+from m4e_fmi.fmu.reading import Description, Variable
+from m4e_fmi.units import Quantity, parse_quantity
+
+Value = float | int | bool | str
+
+_TYPES: dict[str, type | tuple[type, ...]] = {
+    "Real": (float, int),
+    "Integer": int,
+    "Enumeration": int,
+    "Boolean": bool,
+    "String": str,
+}
+
+
+def start_values(component: Component, description: Description) -> dict[str, Value]:
+    """What to set in the component's FMU before it is initialised, by variable.
+
+    A Real given with a unit (a Quantity, or a text as ``"5 mm"``) is converted to that of the FMU;
+    an item of an enumeration given by name becomes its number.
+    """
+    variables = description.variables
+    return {name: _value(variables[name], given) for name, given in component.start.items()}
+
+
+def start_problems(system: System, descriptions: Mapping[str, Description]) -> Iterable[Problem]:
+    """All that is wrong with the start values of a system."""
+    for component in system.components:
+        variables = descriptions[component.name].variables
+        for name, given in component.start.items():
+            at = ("components", component.name, "start", name)
+            if name not in variables:
+                settable = [n for n, v in variables.items() if is_settable(v)]
+                remedy = suggestion(name, settable, "start values")
+                yield system.problem(at, f"{component.name!r} has no variable {name!r}", remedy)
+                continue
+            variable = variables[name]
+            if not is_settable(variable):
+                remedy = "parameters, inputs and initial states take start values"
+                message = f"{component.name}.{name} ({variable.causality}) takes no start value"
+                yield system.problem(at, message, remedy)
+                continue
+            try:
+                _value(variable, given)
+            except ValueError as error:
+                told = repr(given) if isinstance(given, str) else str(given)
+                message = f"start value {told} of {component.name}.{name} is wrong"
+                yield system.problem(at, message, str(error))
+
+
+def is_settable(variable: Variable) -> bool:
+    """Whether FMI lets a start value be set."""
+    return variable.variability != "constant" and (
+        variable.causality == "input" or variable.initial in ("exact", "approx")
+    )
+
+
+def _value(variable: Variable, given: Value | Quantity) -> Value:
+    """The value in the variable's type and unit; ValueError(remedy) if it has none."""
+    if variable.type == "Real" and isinstance(given, str):
+        given = _quantity(given)
+    if isinstance(given, Quantity):
+        return _number(variable, given)
+    if variable.type == "Enumeration" and isinstance(given, str):
+        if given not in variable.items:
+            raise ValueError(suggestion(given, variable.items, "items") or "give its number")
+        return variable.items[given]
+    if not isinstance(given, _TYPES[variable.type]) or (
+        isinstance(given, bool) and variable.type != "Boolean"
+    ):
+        raise ValueError(f"it is of type {variable.type}")
+    return given
+
+
+def _quantity(text: str) -> Quantity:
+    try:
+        return parse_quantity(text)
+    except ValueError as error:
+        raise ValueError(f"it is of type Real; a unit may follow, as in '5 mm' ({error})") from None
+
+
+def _number(variable: Variable, given: Quantity) -> float:
+    if variable.type != "Real":
+        raise ValueError(f"it is of type {variable.type}, which has no unit")
+    if variable.dimension is None:
+        return given.value
+    if not given.unit.same_dimension(variable.dimension):
+        raise ValueError(
+            f"it is in {variable.unit}: {given.unit.si_text} is not {variable.dimension.si_text}"
+        )
+    return given.in_unit(variable.dimension, variable.offset)

@@ -1,0 +1,151 @@
+"""How a run goes on: step by step, or many steps of a schedule at once.
+
+Both make macro steps from `now` [ns] and have the rows of the results written; `advance` comes back
+at a communication point, where observers may look and the run may be interrupted.
+"""
+
+from __future__ import annotations
+
+import time as clock
+from typing import cast
+
+from m4e_fmi.cosim.algorithms import Algorithm, Returning
+from m4e_fmi.cosim.algorithms.scheduled import Scheduled
+from m4e_fmi.cosim.energy import BLOCK as ENERGY_BLOCK
+from m4e_fmi.cosim.energy import EnergyBalance
+from m4e_fmi.cosim.network import Network
+from m4e_fmi.cosim.results import ResultsWriter
+from m4e_fmi.cosim.schedule import Loop, Schedule
+from m4e_fmi.cosim.step_control import StepControl
+from m4e_fmi.cosim.system import SECOND, Simulation
+
+
+class Stepwise:
+    """One macro step at a time, of any algorithm; adaptive with a `control`."""
+
+    def __init__(
+        self,
+        network: Network,
+        algorithm: Algorithm,
+        energy: EnergyBalance,
+        simulation: Simulation,
+        results: ResultsWriter | None,
+        control: StepControl | None,
+    ) -> None:
+        self._network, self._algorithm, self._energy = network, algorithm, energy
+        self._results, self._control = results, control
+        self._stop = round(simulation.stop_time * SECOND)
+        self._size = round(simulation.step_size * SECOND)
+        every = round((simulation.output_interval or simulation.step_size) * SECOND)
+        self._every = every if simulation.output_interval or control is None else 1
+        self.now = self._row = round(simulation.start_time * SECOND)
+        self.steps = 0
+
+    def advance(self) -> None:
+        """Make a step."""
+        size = self._step()
+        self.now += size
+        self._network.advance(self.now / SECOND)
+        self._energy.add(self._algorithm.held, size / SECOND)
+        self.steps += 1
+        if self.now >= self._row + self._every or self.now == self._stop:
+            self._row = self.now
+            if self._results is not None:
+                self._results.record(self._network.time)
+
+    def _step(self) -> int:
+        """Step all components; the size of the step [ns].
+
+        Adaptive steps end where the next row of the results is due.
+        """
+        now, control, algorithm = self.now, self._control, self._algorithm
+        if control is None:
+            size = min(self._size, self._stop - now)
+            algorithm.step(now / SECOND, size / SECOND)
+            return size
+        row = self._row + self._every
+        end = min(row, self._stop) if row > now + 1 else self._stop
+        while True:
+            size = min(control.size, end - now)
+            algorithm = cast("Returning", algorithm)
+            algorithm.step(now / SECOND, size / SECOND)
+            if control.accepts(algorithm.change, algorithm.end, size):
+                return size
+            algorithm.undo()
+
+
+class Repeated:
+    """Many equal steps of a schedule in one call, as long as `most_time` [s of wall time] allows.
+
+    With `singly` it comes back after each step.
+    """
+
+    def __init__(
+        self,
+        network: Network,
+        algorithm: Scheduled,
+        energy: EnergyBalance,
+        simulation: Simulation,
+        results: ResultsWriter | None,
+        *,
+        singly: bool,
+        most_time: float,
+    ) -> None:
+        self._network, self._algorithm, self._energy = network, algorithm, energy
+        self._results, self._singly, self._most_time = results, singly, most_time
+        self._stop = round(simulation.stop_time * SECOND)
+        self._size = round(simulation.step_size * SECOND)
+        every = round((simulation.output_interval or simulation.step_size) * SECOND)
+        step = (*algorithm.operations, *network.operations, *energy.operations(algorithm.held))
+        self._loop = Loop(
+            Schedule(step),
+            results.schedule if results else None,
+            now=round(simulation.start_time * SECOND),
+            every=-(-every // self._size),
+        )
+        self._most = 1
+        self.steps = 0
+
+    @property
+    def now(self) -> int:
+        """The present communication point [ns]."""
+        return self._loop.state.now
+
+    def advance(self) -> None:
+        """Make as many steps as can be made at once."""
+        state, began = self._loop.state, clock.perf_counter()
+        first, unrecorded = state.now, state.since
+        state.size = min(self._size, self._stop - first)
+        state.noted = self._energy.noted
+        state.written = row = self._results.row if self._results else 0
+        steady = self._algorithm.prepare(state.size / SECOND)
+        try:
+            self._loop.advance(self._count() if steady else 1)
+        finally:
+            made = (state.now - first) // state.size
+            self.steps += made
+            self._energy.note(made, state.size / SECOND)
+            self._network.time = state.now / SECOND
+            if self._results:
+                start, interval = first - unrecorded * state.size, state.every * state.size
+                rows = range(1, state.written - row + 1)
+                self._results.keep([(start + k * interval) / SECOND for k in rows])
+        if state.now == self._stop and state.since and self._results:
+            self._results.record(state.now / SECOND)
+        self._adapt(clock.perf_counter() - began)
+
+    def _count(self) -> int:
+        """Steps until the wall time, the run or a block may be over."""
+        state = self._loop.state
+        room = ENERGY_BLOCK - state.noted
+        if self._results:
+            room = min(room, self._results.room * state.every - state.since)
+        return max(1, min(self._most, room, (self._stop - state.now) // state.size))
+
+    def _adapt(self, spent: float) -> None:
+        if self._singly:
+            return
+        if spent < self._most_time / 2:
+            self._most = min(2 * self._most, ENERGY_BLOCK)
+        elif spent > self._most_time:
+            self._most = max(1, self._most // 2)

@@ -1,0 +1,97 @@
+"""Group `description`: what the archive and the XML say, before any FMU code is run."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import fmpy
+from fmpy import fmi2
+
+from m4e_fmi.fmu.validation.elf import SharedLibrary, read_elf
+from m4e_fmi.fmu.validation.findings import Finding, some
+from m4e_fmi.fmu.validation.subject import Subject
+from m4e_fmi.fmu.validation.units import check_units
+from m4e_fmi.fmu.validation.variables import check_variables
+
+
+def description_findings(path: Path, folder: Path) -> tuple[tuple[Finding, ...], str]:
+    """Findings on the FMU at `path`, unpacked in `folder`; why it cannot be run, "" if it can."""
+    from fmpy.validation import validate_fmu
+
+    basis = "FMI's XML schema and the rules of FMPy's validator"
+    found = [
+        Finding("description.invalid", "error", str(p), basis) for p in validate_fmu(str(path))
+    ]
+    try:
+        subject = Subject.read(folder)
+    except Exception:  # noqa: BLE001  whatever FMPy raises on what it cannot read
+        return tuple(found), "the model description cannot be understood"
+    if subject.raw.fmiVersion != "2.0":
+        return tuple(found), f"numeric checks are for FMI 2.0, this is {subject.raw.fmiVersion}"
+    found += check_variables(subject)
+    found += check_units(subject)
+    found += _experiment(subject)
+    found += _library(subject)
+    reasons = [f.message for f in found if f.id in ("library.missing", "library.exports")]
+    return tuple(found), next(iter(reasons), "")
+
+
+def _experiment(subject: Subject) -> Iterator[Finding]:
+    experiment = subject.raw.defaultExperiment
+    if experiment is None:
+        return
+    start = float(experiment.startTime or 0.0)
+    stop = float(experiment.stopTime) if experiment.stopTime else None
+    size = float(experiment.stepSize) if experiment.stepSize else None
+    basis = "FMI 2.0.4, section 2.2.5"
+    if stop is not None and not stop > start:
+        message = f"the default experiment ends at {stop:g} s, not after its start at {start:g} s"
+        yield Finding("experiment.times", "warning", message, basis)
+    elif size is not None and not 0 < size <= (stop - start if stop is not None else size):
+        message = f"the default experiment's step of {size:g} s does not fit its times"
+        yield Finding("experiment.step", "warning", message, basis)
+    if experiment.tolerance and not 0 < float(experiment.tolerance) < 1:
+        message = f"the default experiment's relative tolerance is {experiment.tolerance}"
+        yield Finding("experiment.tolerance", "warning", message, basis)
+    for kind in subject.kinds:
+        if kind.canSerializeFMUstate and not kind.canGetAndSetFMUstate:
+            message = "canSerializeFMUstate needs canGetAndSetFMUstate, which is not declared"
+            yield Finding("capabilities.serialise", "error", message, "FMI 2.0.4, section 2.1.8")
+
+
+def _library(subject: Subject) -> Iterator[Finding]:
+    binaries = subject.folder / "binaries"
+    here = binaries / fmpy.platform
+    for identifier in sorted({kind.modelIdentifier for kind in subject.kinds}):
+        library = here / f"{identifier}{fmpy.sharedLibraryExtension}"
+        if not library.is_file():
+            there = sorted(p.name for p in binaries.iterdir()) if binaries.is_dir() else []
+            others = sorted(p.name for p in here.iterdir()) if here.is_dir() else []
+            message = f"there is no binaries/{fmpy.platform}/{library.name}"
+            remedy = f"platforms in it: {', '.join(there) or 'none'}"
+            if others:
+                remedy = f"there is {some(others)}: its name must be the modelIdentifier"
+            yield Finding("library.missing", "error" if others else "note", message, remedy)
+        elif (elf := read_elf(library)) is not None:
+            yield from _elf(subject, elf)
+
+
+def _elf(subject: Subject, elf: SharedLibrary) -> Iterator[Finding]:
+    classes = [fmi2.FMU2Slave] * subject.steps + [fmi2.FMU2Model] * subject.exchanges
+    needed = sorted({name for c in classes for name in dir(c) if name.startswith("fmi2")})
+    missing = [name for name in needed if name not in elf.exports]
+    if missing:
+        message = f"the library does not export {some(missing)}"
+        basis = "all functions must be there, supported or not: FMI 2.0.4, section 2.1.1"
+        yield Finding("library.exports", "error", message, basis)
+    foreign = sorted(name for name in elf.exports if not name.startswith("fmi"))
+    if foreign:
+        message = f"the library exports {len(foreign)} symbols besides FMI's: {some(foreign)}"
+        remedy = "two libraries may clash over them in one process: hide them (visibility, -s)"
+        yield Finding("library.symbols", "note", message, remedy)
+    libc = [v for v in elf.versions if re.fullmatch(r"GLIBC_[\d.]+", v)]
+    newest = max(libc, key=lambda v: [int(n) for n in v[6:].split(".")], default="no C library")
+    message = f"needs {newest}; libraries: {', '.join(elf.needs) or 'none'}"
+    yield Finding("library.needs", "note", message)

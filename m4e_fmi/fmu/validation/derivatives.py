@@ -1,0 +1,161 @@
+"""Group `derivatives`: declared derivatives, output and input derivatives, against differences."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from m4e_fmi.fmu.validation.bench import Bench
+from m4e_fmi.fmu.validation.differences import CENTRE, SAFETY, SAMPLES, Estimate, at_centre
+from m4e_fmi.fmu.validation.findings import Finding, some
+from m4e_fmi.fmu.validation.probe import TOLERANCE, RefusedError
+
+WINDOWS = 4
+"""Stretches of a simulation, each with its own constant inputs, that are looked at."""
+SPACING = 0.25
+"""Of the samples, in communication steps."""
+CLEAR = 0.01
+"""Differences tell something where their error is below this part of the largest value."""
+BASIS = "FMI 2.0.4, section 2.2.7, attribute `derivative`"
+
+
+def check(bench: Bench) -> Iterator[Finding | str]:
+    subject = bench.subject
+    if subject.exchanges and subject.states:
+        yield from _order_of_states(bench)
+    pairs = [v for v in subject.readable if v.derivative is not None and v.causality != "input"]
+    orders = subject.steps and "maxOutputDerivativeOrder" in bench.facts.works
+    if subject.steps and (pairs or orders):
+        yield from _along_a_run(bench, pairs, subject.outputs if orders else [])
+    if subject.steps and "canInterpolateInputs" in bench.facts.works and subject.variable_steps:
+        yield from _input_derivatives(bench)
+
+
+def _order_of_states(bench: Bench) -> Iterator[Finding]:
+    """In model exchange: the vectors of states and rates, against the variables they stand for."""
+    subject, wrong = bench.subject, []
+    with bench.probe(exchange=True) as probe:
+        probe.begin()
+        for x in bench.random(subject.states, 2):
+            probe.set_state_vector(x)
+            for variables, vector in (
+                (subject.states, probe.state_vector()),
+                (subject.rates, probe.rate_vector()),
+            ):
+                values = probe.read(variables)
+                for v, a, b in zip(variables, vector, values, strict=True):
+                    if abs(a - b) > 1e-12 * max(
+                        abs(a), abs(b)
+                    ):  # the same quantity, computed twice
+                        wrong.append(f"{v.name} is {b:g}, the vector has {a:g}")
+    if wrong:
+        message = f"states or rates are not where ModelStructure has them: {some(wrong)}"
+        basis = "FMI 2.0.4, section 2.2.8: the order of the derivatives is that of the states"
+        yield Finding("derivatives.order", "error", message, basis)
+
+
+def _along_a_run(bench: Bench, pairs: list, outputs: list) -> Iterator[Finding]:
+    """Samples of a run with inputs that are constant in each window."""
+    spacing = bench.subject.step_size * (SPACING if bench.subject.variable_steps else 1.0)
+    bases = [v.derivative for v in pairs]
+    told: list[np.ndarray] = []
+    estimates: list[Estimate] = []
+    told_outputs: list[np.ndarray] = []
+    estimates_outputs: list[Estimate] = []
+    with bench.probe() as probe:
+        probe.begin()
+        for inputs in bench.random_inputs(WINDOWS):
+            probe.put(bench.subject.inputs, inputs)
+            probe.advance(bench.subject.step_size)
+            samples, samples_outputs = [], []
+            for k in range(SAMPLES):
+                samples.append(probe.read(bases))
+                samples_outputs.append(probe.read(outputs))
+                if k == CENTRE:
+                    told.append(probe.read(pairs))
+                    if outputs:
+                        told_outputs.append(probe.output_derivatives(outputs, 1))
+                probe.advance(spacing)
+            estimates.append(_estimate(samples, spacing))
+            estimates_outputs.append(_estimate(samples_outputs, spacing))
+    wrong = _contradictions(pairs, told, estimates)
+    if wrong:
+        message = (
+            f"along a run, declared derivatives are not those of their variables: {some(wrong)}"
+        )
+        yield Finding("derivatives.mismatch", "error", message, BASIS)
+    wrong = _contradictions(outputs, told_outputs, estimates_outputs) if outputs else []
+    if wrong:
+        message = f"fmi2GetRealOutputDerivatives is not the derivative along a run: {some(wrong)}"
+        basis = "FMI 2.0.4, section 4.2.1"
+        yield Finding("derivatives.output", "error", message, basis)
+
+
+def _estimate(samples: list[np.ndarray], spacing: float) -> Estimate:
+    """Differences; the FMU's own error per step, relative, counts as an error of the samples."""
+    rows = np.array(samples)
+    found = at_centre(rows, spacing)
+    noise = TOLERANCE * np.ptp(rows, axis=0) / spacing
+    return Estimate(found.value, found.error + noise)
+
+
+def _contradictions(
+    variables: list, told: list[np.ndarray], estimates: list[Estimate]
+) -> list[str]:
+    """Variables that contradict the differences in most of the windows that tell something."""
+    values = np.array(told)
+    expected = np.array([e.value for e in estimates])
+    error = SAFETY * np.array([e.error for e in estimates])
+    largest = np.max(np.abs([values, expected]), axis=(0, 1))
+    clear = error < CLEAR * largest
+    wrong = clear & (np.abs(values - expected) > np.maximum(error, CLEAR**2 * largest))
+    found = []
+    for k, v in enumerate(variables):
+        if wrong[:, k].sum() > clear[:, k].sum() / 2:
+            row = int(np.argmax(wrong[:, k]))
+            of = f" (of {v.derivative.name})" if v.derivative is not None else ""
+            found.append(f"{v.name}{of} tells {values[row, k]:.6g}, got {expected[row, k]:.6g}")
+    return found
+
+
+def _input_derivatives(bench: Bench) -> Iterator[Finding]:
+    """A step with inputs that grow linearly, against short steps with inputs in the middle."""
+    subject = bench.subject
+    held = np.array([v.derivative is not None for v in subject.inputs])
+    first, last = bench.random_inputs(2)
+    last = np.where(held, first, last)
+    size = subject.step_size
+    try:
+        curved = _grown(bench, first, last, parts=0)
+        still, coarse, fine = (_grown(bench, first, last, parts=parts) for parts in (-1, 8, 16))
+    except RefusedError:
+        return  # steps that short are not possible: nothing to compare with
+    best, error = (4 * fine - coarse) / 3, SAFETY * np.abs(fine - coarse)
+    effect = np.abs(best - still)
+    seen = effect > np.maximum(error, SAFETY * TOLERANCE * np.abs(best))
+    # a tenth: half of a linear growth is what a first-order mistake would leave out
+    wrong = seen & (np.abs(curved - best) > np.maximum(error, 0.1 * effect))
+    if wrong.any():
+        names = some(v.name for v, w in zip(subject.readable, wrong, strict=True) if w)
+        message = f"inputs that grow over a step of {size:g} s do not have their effect on {names}"
+        basis = "FMI 2.0.4, section 4.2.1, fmi2SetRealInputDerivatives"
+        yield Finding("derivatives.input", "error", message, basis)
+
+
+def _grown(bench: Bench, first: np.ndarray, last: np.ndarray, *, parts: int) -> np.ndarray:
+    """All Reals after a step in which inputs grow from `first` to `last`: in that many parts, told
+    as input derivatives (0), or with no growth before the end (-1)."""
+    subject, size = bench.subject, bench.subject.step_size
+    with bench.probe() as probe:
+        probe.begin()
+        probe.put(subject.inputs, first)
+        if parts == 0:
+            probe.set_input_derivatives(subject.inputs, (last - first) / size)
+        if parts <= 0:
+            probe.advance(size)
+        for k in range(parts):
+            probe.put(subject.inputs, first + (last - first) * (k + 0.5) / parts)
+            probe.advance(size / parts)
+        probe.put(subject.inputs, last)
+        return probe.read(subject.readable)

@@ -1,0 +1,91 @@
+"""What a validation comes to: findings, gathered by group of checks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+Severity = Literal["error", "warning", "note"]
+SEVERITIES: tuple[Severity, ...] = ("error", "warning", "note")
+SHOWN = 5
+"""Of many things wrong in one way, how many a finding names."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing found by the check `id` (``group.name``).
+
+    `message` says what was measured; `basis` the clause of the standard it rests on, or the
+    remedy; `words` what the FMU itself said meanwhile. An error breaks the standard or gives wrong
+    results, a warning is what importers stumble over, a note is what to know.
+    """
+
+    id: str
+    severity: Severity
+    message: str
+    basis: str = ""
+    words: tuple[str, ...] = ()
+
+    @classmethod
+    def from_dict(cls, told: dict[str, Any]) -> Finding:
+        """What `dataclasses.asdict` made, and JSON carried."""
+        return cls(**{**told, "words": tuple(told["words"])})
+
+
+@dataclass(frozen=True)
+class Group:
+    """A group of checks: its findings, or why it was not run; `seconds` it took."""
+
+    name: str
+    findings: tuple[Finding, ...] = ()
+    skipped: str = ""
+    seconds: float = 0.0
+
+    @classmethod
+    def from_dict(cls, told: dict[str, Any]) -> Group:
+        """What `dataclasses.asdict` made, and JSON carried."""
+        findings = tuple(Finding.from_dict(finding) for finding in told["findings"])
+        return cls(**{**told, "findings": findings})
+
+    def count(self, severity: Severity) -> int:
+        return sum(finding.severity == severity for finding in self.findings)
+
+    @property
+    def passed(self) -> bool:
+        """Whether it was run and found neither error nor warning."""
+        return not (self.skipped or self.count("error") or self.count("warning"))
+
+
+@dataclass(frozen=True)
+class Report:
+    """The outcome of a validation; `ok` if there is no error."""
+
+    path: Path
+    groups: tuple[Group, ...] = field(default=())
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """All findings, errors first."""
+        found = [finding for group in self.groups for finding in group.findings]
+        return tuple(sorted(found, key=lambda f: SEVERITIES.index(f.severity)))
+
+    def of_severity(self, *severities: Severity) -> tuple[Finding, ...]:
+        return tuple(f for f in self.findings if f.severity in severities)
+
+    @property
+    def ok(self) -> bool:
+        return not self.of_severity("error")
+
+    def as_dict(self) -> dict[str, Any]:
+        """The report as JSON values."""
+        groups = [asdict(group) for group in self.groups]
+        return {"fmu": str(self.path), "ok": self.ok, "groups": groups}
+
+
+def some(names: Iterable[str]) -> str:
+    """The first few of `names`, and how many there are more."""
+    names = list(names)
+    more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
+    return ", ".join(names[:SHOWN]) + more

@@ -1,0 +1,193 @@
+"""Group `phases`: every function in every state of FMI's state machine.
+
+Source: FMI 2.0.4, tables in section 3.2.3 (model exchange) and 4.2.4 (co-simulation).
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable, Iterator
+
+import numpy as np
+from fmpy import fmi2
+
+from m4e_fmi.fmu.validation.bench import Bench
+from m4e_fmi.fmu.validation.findings import Finding, some
+from m4e_fmi.fmu.validation.probe import (
+    WARNING,
+    Probe,
+    RefusedError,
+)
+
+INSTANTIATED, INITIALIZATION, EVENT, CONTINUOUS, STEP, TERMINATED = (
+    "before initialization",
+    "in initialization mode",
+    "in event mode",
+    "in continuous-time mode",
+    "between steps",
+    "after fmi2Terminate",
+)
+STATES = {
+    False: (INSTANTIATED, INITIALIZATION, STEP, TERMINATED),
+    True: (INSTANTIATED, INITIALIZATION, EVENT, CONTINUOUS, TERMINATED),
+}
+LATER = (INITIALIZATION, EVENT, CONTINUOUS, STEP, TERMINATED)
+RUNNING = (EVENT, CONTINUOUS, STEP)
+ANY = (INSTANTIATED, *LATER)
+BASIS = "FMI 2.0.4, section 3.2.3 and 4.2.4"
+
+Action = Callable[[Probe], int]
+
+
+def check(bench: Bench) -> Iterator[Finding | str]:
+    refused: list[str] = []
+    accepted: list[str] = []
+    readable: list[str] = []
+    left_out: list[str] = []
+    for exchange in bench.subject.ways:
+        for state in STATES[exchange]:
+            for name, (allowed, action) in _functions(bench, exchange=exchange).items():
+                if bench.late:
+                    left_out.append(f"{name} {state}")
+                    continue
+                status, heard = _outcome(bench, state, action, exchange=exchange)
+                if state in allowed and status > WARNING:
+                    refused.append(f"{name} {state}")
+                elif state not in allowed and max(status, heard) <= WARNING:
+                    (readable if "Get" in name else accepted).append(f"{name} {state}")
+    if left_out:
+        message = f"the FMU is slow: {len(left_out)} calls were left out, {some(left_out)}"
+        yield Finding("phases.left_out", "note", message)
+    if refused:
+        message = f"{len(refused)} allowed calls are refused: {some(refused)}"
+        yield Finding("phases.refused", "error", message, BASIS)
+    if accepted:
+        message = f"{len(accepted)} forbidden calls are accepted: {some(accepted)}"
+        yield Finding("phases.accepted", "warning", message, f"{BASIS}: answer fmi2Error")
+    if readable:
+        message = f"{len(readable)} values can be read when they need not be there: "
+        yield Finding("phases.readable", "note", message + some(readable), BASIS)
+
+
+def _outcome(bench: Bench, state: str, action: Action, *, exchange: bool) -> tuple[int, int]:
+    """Status of the call, and the worst one among what the FMU logs meanwhile."""
+    with bench.probe(exchange=exchange) as probe:
+        _bring(bench, probe, state)
+        probe.words()
+        try:
+            return action(probe), probe.listen()
+        except RefusedError as error:
+            return error.status, error.status
+
+
+def _bring(bench: Bench, probe: Probe, state: str) -> None:
+    if state == INSTANTIATED:
+        probe.setup()  # which entering initialization mode needs, and may be done twice
+        return
+    if state in (INITIALIZATION, EVENT):
+        probe.setup()
+        probe.must("fmi2EnterInitializationMode")
+        if state == EVENT:
+            probe.must("fmi2ExitInitializationMode")
+        return
+    probe.begin()
+    if not probe.exchange:
+        probe.advance(bench.subject.step_size)
+    if state == TERMINATED:
+        probe.must("fmi2Terminate")
+
+
+def _plain(function: str) -> Action:
+    return lambda probe: probe.call(function)
+
+
+def _functions(bench: Bench, *, exchange: bool) -> dict[str, tuple[tuple[str, ...], Action]]:
+    """Function → states in which it may be called, and how."""
+    subject = bench.subject
+    found: dict[str, tuple[tuple[str, ...], Action]] = {
+        "fmi2SetupExperiment": ((INSTANTIATED,), _setup),
+        "fmi2EnterInitializationMode": (
+            (INSTANTIATED,),
+            _plain("fmi2EnterInitializationMode"),
+        ),
+        "fmi2ExitInitializationMode": (
+            (INITIALIZATION,),
+            _plain("fmi2ExitInitializationMode"),
+        ),
+        "fmi2Terminate": (RUNNING, _plain("fmi2Terminate")),
+        "fmi2Reset": (ANY, _plain("fmi2Reset")),
+    }
+    if subject.outputs:
+        reference = [subject.outputs[0].valueReference]
+        found["fmi2GetReal"] = (LATER, lambda p: p.get(reference)[0])
+    if subject.inputs:
+        v = subject.inputs[0]
+        value = np.array([float(v.start or 0.0)])
+        states = tuple(s for s in ANY if s != TERMINATED)
+        found["fmi2SetReal"] = (states, lambda p: p.set([v.valueReference], value))
+    works = [n for n in bench.facts.works if exchange == n.endswith("(model exchange)")]
+    if any(name.startswith("canGetAndSetFMUstate") for name in works):
+        found["fmi2GetFMUstate"] = (ANY, _save)
+    return found | (_of_exchange(bench) if exchange else _of_stepping(bench))
+
+
+def _of_stepping(bench: Bench) -> dict[str, tuple[tuple[str, ...], Action]]:
+    subject, works, size = bench.subject, bench.facts.works, bench.subject.step_size
+    found: dict[str, tuple[tuple[str, ...], Action]] = {
+        "fmi2DoStep": ((STEP,), lambda p: p.step(size)),
+    }
+    if "canInterpolateInputs" in works:
+        u = subject.inputs[:1]
+        zero = np.zeros(1)
+        found["fmi2SetRealInputDerivatives"] = (
+            (INSTANTIATED, INITIALIZATION, STEP),
+            lambda p: _status(lambda: p.set_input_derivatives(u, zero)),
+        )
+    if "maxOutputDerivativeOrder" in works:
+        y = subject.outputs[:1]
+        found["fmi2GetRealOutputDerivatives"] = (
+            (STEP, TERMINATED),
+            lambda p: _status(lambda: p.output_derivatives(y, 1)),
+        )
+    return found
+
+
+def _of_exchange(bench: Bench) -> dict[str, tuple[tuple[str, ...], Action]]:
+    x = np.array([float(v.start or 0.0) for v in bench.subject.states])
+    t = bench.subject.start_time
+    values = (INITIALIZATION, EVENT, CONTINUOUS, TERMINATED)
+    return {
+        "fmi2EnterEventMode": ((EVENT, CONTINUOUS), _plain("fmi2EnterEventMode")),
+        "fmi2NewDiscreteStates": ((EVENT,), lambda p: _status(p.settle)),
+        "fmi2EnterContinuousTimeMode": ((EVENT,), _plain("fmi2EnterContinuousTimeMode")),
+        "fmi2CompletedIntegratorStep": ((CONTINUOUS,), _completed),
+        "fmi2SetTime": ((EVENT, CONTINUOUS), lambda p: p.call("fmi2SetTime", t)),
+        "fmi2SetContinuousStates": (
+            (CONTINUOUS,),
+            lambda p: _status(lambda: p.set_state_vector(x)),
+        ),
+        "fmi2GetContinuousStates": (values, lambda p: _status(p.state_vector)),
+        "fmi2GetDerivatives": (values, lambda p: _status(p.rate_vector)),
+    }
+
+
+def _status(action: Callable[[], object]) -> int:
+    try:
+        action()
+    except RefusedError as error:
+        return error.status
+    return 0
+
+
+def _setup(probe: Probe) -> int:
+    return _status(probe.setup)
+
+
+def _save(probe: Probe) -> int:
+    return _status(lambda: probe.free_state(probe.save()))
+
+
+def _completed(probe: Probe) -> int:
+    event, terminate = fmi2.fmi2Boolean(), fmi2.fmi2Boolean()
+    function = "fmi2CompletedIntegratorStep"
+    return probe.call(function, fmi2.fmi2True, ctypes.byref(event), ctypes.byref(terminate))

@@ -1,0 +1,308 @@
+"""Calling an FMI 2.0 FMU by the book and against it: every call is journaled and none is checked.
+
+FMPy loads the library; nothing stands between the checks and its functions, so that calls can be
+made that no importer would make.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from fmpy import fmi2
+
+from m4e_fmi.fmu.messages import STATUS, Messages
+from m4e_fmi.fmu.validation.journal import Journal
+from m4e_fmi.fmu.validation.subject import Subject
+
+OK, WARNING, DISCARD, ERROR, FATAL = range(5)
+LAST_SUCCESSFUL_TIME = 2
+TOLERANCE = 1e-8
+"""Relative tolerance that the FMU is asked for."""
+
+_GUARD = np.frombuffer(b"\x5a\xa5guard\x7f" * 4, dtype=np.float64)
+"""Stands behind every array the FMU writes into."""
+_REALS = ctypes.POINTER(ctypes.c_double)
+
+
+class RefusedError(Exception):
+    """A call that the standard allows was answered with `status`."""
+
+    def __init__(self, call: str, status: int, words: Sequence[str]) -> None:
+        self.call, self.status, self.words = call, status, tuple(words)
+        super().__init__(f"{call} answered {STATUS.get(status, status)}")
+
+
+class FatalError(RefusedError):
+    """A call was answered with fmi2Fatal: this instance must not be called any more."""
+
+
+@dataclass
+class Library:
+    """The FMU's library, loaded once; `overruns` are the calls that wrote outside their array."""
+
+    subject: Subject
+    journal: Journal
+    overruns: list[str] = field(default_factory=list)
+    _loaded: dict[bool, Any] = field(default_factory=dict)
+
+    def functions(self, *, exchange: bool) -> Any:
+        """The functions, with the argument types of model exchange or of co-simulation."""
+        if exchange not in self._loaded:
+            here = Path.cwd()
+            kind = self.subject.kind(exchange=exchange)
+            self.journal.write("loading the library")
+            try:
+                loaded = (fmi2.FMU2Model if exchange else fmi2.FMU2Slave)(
+                    guid=self.subject.raw.guid,
+                    unzipDirectory=str(self.subject.folder),
+                    modelIdentifier=kind.modelIdentifier,
+                    instanceName="validation",
+                    requireFunctions=False,
+                )
+            finally:
+                os.chdir(here)  # loading leaves the process elsewhere when it fails
+            self._loaded[exchange] = loaded.dll
+        return self._loaded[exchange]
+
+    def probe(self, *, exchange: bool = False, name: str = "validation", **more: Any) -> Probe:
+        """A new instance; RefusedError if there is none."""
+        probe = Probe(self, exchange=exchange, name=name, **more)
+        if not probe.component:
+            raise RefusedError("fmi2Instantiate", ERROR, probe.words())
+        return probe
+
+
+class Probe:
+    """One instance. Calls return their status; those in `must` raise RefusedError above Warning.
+
+    `heard` holds the statuses of the messages that the FMU logged since it was last cleared.
+    """
+
+    def __init__(
+        self, library: Library, *, exchange: bool, name: str, guid: str | None = None
+    ) -> None:
+        self.library = library
+        self.exchange = exchange
+        self.time = 0.0
+        self._dll = library.functions(exchange=exchange)
+        self._messages = Messages()
+        self._told: list[tuple[int, str]] = []
+        subject = library.subject
+        library.journal.write(f"fmi2Instantiate({name[:40]!r}, guid={guid!r:.60})")
+        self.component = self._dll.fmi2Instantiate(
+            name.encode("utf-8"),
+            fmi2.fmi2ModelExchange if exchange else fmi2.fmi2CoSimulation,
+            (subject.raw.guid if guid is None else guid).encode("utf-8"),
+            (subject.folder / "resources").as_uri().encode("utf-8"),
+            ctypes.byref(self._messages.callbacks),
+            fmi2.fmi2False,
+            fmi2.fmi2True,
+        )
+
+    # ---- calls ----
+
+    def call(self, function: str, *arguments: Any, note: str = "") -> int:
+        """Call `function` with this instance; its status. FatalError after fmi2Fatal."""
+        self.library.journal.write(f"{function}({note})")
+        status = getattr(self._dll, function)(self.component, *arguments)
+        if status == FATAL:
+            self.component = None
+            raise FatalError(f"{function}({note})", FATAL, self.words())
+        return status
+
+    def must(self, function: str, *arguments: Any, note: str = "") -> None:
+        """The same for a call that is allowed: RefusedError if it is not answered OK or Warning."""
+        self.require(self.call(function, *arguments, note=note), f"{function}({note})")
+
+    def require(self, status: int, call: str) -> None:
+        if status > WARNING:
+            raise RefusedError(call, status, self.words())
+
+    def words(self) -> tuple[str, ...]:
+        """What the FMU has logged since the last time, troubles only if there are any."""
+        self.listen()
+        told, self._told = self._told, []
+        trouble = [text for status, text in told if status != OK]
+        return tuple(text[:300] for text in (trouble or [text for _, text in told])[-3:])
+
+    def listen(self) -> int:
+        """The worst status among the messages not yet asked for with `words`."""
+        self._told += self._messages.take()
+        return max((status for status, _ in self._told), default=OK)
+
+    # ---- the book ----
+
+    def begin(
+        self,
+        start: dict[int, float] | None = None,
+        *,
+        stop: float | None = None,
+        initial_inputs: np.ndarray | None = None,
+    ) -> Probe:
+        """Set Reals by value reference, and go through initialization, to the first step or,
+        in model exchange, to continuous-time mode."""
+        self.setup(stop=stop)
+        if start:
+            self.require(self.set(list(start), np.array(list(start.values()))), "fmi2SetReal")
+        self.must("fmi2EnterInitializationMode")
+        if initial_inputs is not None:
+            references = [v.valueReference for v in self.library.subject.inputs]
+            self.require(self.set(references, initial_inputs), "fmi2SetReal(inputs)")
+        self.must("fmi2ExitInitializationMode")
+        if self.exchange:
+            self.settle()
+            self.must("fmi2EnterContinuousTimeMode")
+        return self
+
+    def setup(self, *, stop: float | None = None) -> None:
+        self.time = self.library.subject.start_time
+        self.must(
+            "fmi2SetupExperiment",
+            fmi2.fmi2True,
+            TOLERANCE,
+            self.time,
+            int(stop is not None),
+            stop or 0.0,
+            note=f"start={self.time:g}, stop={stop}",
+        )
+
+    def settle(self) -> None:
+        """Event iteration until nothing changes any more."""
+        for _ in range(100):
+            info = fmi2.fmi2EventInfo()
+            self.must("fmi2NewDiscreteStates", ctypes.byref(info))
+            if not info.newDiscreteStatesNeeded:
+                return
+        raise RefusedError("fmi2NewDiscreteStates, 100 times,", WARNING, self.words())
+
+    def step(self, size: float) -> int:
+        """One communication step of `size` [s]."""
+        note = f"t={self.time:.9g}, h={size:.9g}"
+        status = self.call("fmi2DoStep", self.time, size, fmi2.fmi2False, note=note)
+        if status <= WARNING:
+            self.time += size
+        return status
+
+    def advance(self, size: float) -> None:
+        self.require(self.step(size), f"fmi2DoStep(t={self.time:.9g}, h={size:.9g})")
+
+    def reset(self) -> None:
+        self.must("fmi2Reset")
+
+    def free(self) -> None:
+        if self.component:
+            self.library.journal.write("fmi2FreeInstance()")
+            self._dll.fmi2FreeInstance(self.component)
+            self.component = None
+
+    # ---- values ----
+
+    def set(self, references: Sequence[int], values: np.ndarray, note: str = "") -> int:
+        if not len(references):
+            return OK
+        data = np.ascontiguousarray(values, dtype=np.float64)
+        given = (ctypes.c_uint * len(references))(*references)
+        pointer = data.ctypes.data_as(_REALS)
+        return self.call("fmi2SetReal", given, len(references), pointer, note=note)
+
+    def get(self, references: Sequence[int]) -> tuple[int, np.ndarray]:
+        if not len(references):
+            return OK, np.zeros(0)
+        given = (ctypes.c_uint * len(references))(*references)
+        return self._filled("fmi2GetReal", len(references), given, len(references))
+
+    def read(self, variables: Sequence[Any]) -> np.ndarray:
+        """The values of Real variables; RefusedError if they cannot be had."""
+        status, values = self.get([v.valueReference for v in variables])
+        self.require(status, "fmi2GetReal")
+        return values
+
+    def put(self, variables: Sequence[Any], values: np.ndarray) -> None:
+        """Set Real variables; RefusedError if that is not allowed."""
+        status = self.set([v.valueReference for v in variables], values)
+        self.require(status, "fmi2SetReal")
+
+    def _filled(self, function: str, count: int, *before: Any) -> tuple[int, np.ndarray]:
+        """Status and values of a function whose last argument is an array it writes into."""
+        room = np.concatenate([np.full(count, np.nan), _GUARD])
+        status = self.call(function, *before, room.ctypes.data_as(_REALS), note=f"{count} values")
+        if room[count:].tobytes() != _GUARD.tobytes():
+            self.library.overruns.append(function)
+        return status, room[:count]
+
+    # ---- model exchange ----
+
+    def state_vector(self) -> np.ndarray:
+        return self._vector("fmi2GetContinuousStates")
+
+    def rate_vector(self) -> np.ndarray:
+        return self._vector("fmi2GetDerivatives")
+
+    def _vector(self, function: str) -> np.ndarray:
+        count = len(self.library.subject.states)
+        room = np.concatenate([np.full(count, np.nan), _GUARD])
+        status = self.call(function, room.ctypes.data_as(_REALS), count)
+        if room[count:].tobytes() != _GUARD.tobytes():
+            self.library.overruns.append(function)
+        self.require(status, function)
+        return room[:count]
+
+    def set_state_vector(self, x: np.ndarray) -> None:
+        data = np.ascontiguousarray(x, dtype=np.float64)
+        self.must("fmi2SetContinuousStates", data.ctypes.data_as(_REALS), len(data))
+
+    # ---- derivatives ----
+
+    def directional(
+        self, unknowns: Sequence[Any], knowns: Sequence[Any], seed: np.ndarray
+    ) -> np.ndarray:
+        """Directional derivative of `unknowns` for the change `seed` of `knowns`."""
+        z = (ctypes.c_uint * len(unknowns))(*(v.valueReference for v in unknowns))
+        v = (ctypes.c_uint * len(knowns))(*(v.valueReference for v in knowns))
+        data = np.ascontiguousarray(seed, dtype=np.float64)
+        arguments = (z, len(unknowns), v, len(knowns), data.ctypes.data_as(_REALS))
+        function = "fmi2GetDirectionalDerivative"
+        status, found = self._filled(function, len(unknowns), *arguments)
+        self.require(status, function)
+        return found
+
+    def output_derivatives(self, outputs: Sequence[Any], order: int) -> np.ndarray:
+        count = len(outputs)
+        y = (ctypes.c_uint * count)(*(v.valueReference for v in outputs))
+        orders = (ctypes.c_int * count)(*[order] * count)
+        function = "fmi2GetRealOutputDerivatives"
+        status, found = self._filled(function, count, y, count, orders)
+        self.require(status, function)
+        return found
+
+    def set_input_derivatives(self, inputs: Sequence[Any], rates: np.ndarray) -> None:
+        count = len(inputs)
+        u = (ctypes.c_uint * count)(*(v.valueReference for v in inputs))
+        orders = (ctypes.c_int * count)(*[1] * count)
+        data = np.ascontiguousarray(rates, dtype=np.float64)
+        pointer = data.ctypes.data_as(_REALS)
+        self.must("fmi2SetRealInputDerivatives", u, count, orders, pointer)
+
+    # ---- state ----
+
+    def save(self) -> ctypes.c_void_p:
+        state = ctypes.c_void_p()
+        self.must("fmi2GetFMUstate", ctypes.byref(state))
+        return state
+
+    def restore(self, state: ctypes.c_void_p) -> None:
+        self.must("fmi2SetFMUstate", state)
+
+    def free_state(self, state: ctypes.c_void_p) -> None:
+        self.must("fmi2FreeFMUstate", ctypes.byref(state))
+
+    def last_successful_time(self) -> tuple[int, float]:
+        value = ctypes.c_double(np.nan)
+        status = self.call("fmi2GetRealStatus", LAST_SUCCESSFUL_TIME, ctypes.byref(value))
+        return status, value.value

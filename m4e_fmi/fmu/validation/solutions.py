@@ -1,0 +1,137 @@
+"""Group `solution`: shorter steps lead to the same solution, which is that of model exchange."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import fmpy
+import numpy as np
+
+from m4e_fmi.fmu.validation.bench import Bench
+from m4e_fmi.fmu.validation.differences import SAFETY
+from m4e_fmi.fmu.validation.findings import Finding, some
+from m4e_fmi.fmu.validation.probe import TOLERANCE, RefusedError
+
+STEPS = 8
+LARGE = 0.1
+"""Part of the range of an output above which not converging is an error."""
+SMALL = 100 * TOLERANCE
+"""Part of the size of an output that errors of the FMU's own solver may add up to, in STEPS."""
+REFERENCE = 1e-10
+"""Relative tolerance of the solver of model exchange."""
+
+
+def check(bench: Bench) -> Iterator[Finding | str]:
+    subject = bench.subject
+    if not subject.steps or not subject.outputs:
+        yield "there is no output of co-simulation"
+        return
+    inputs = bench.random_inputs()[0]
+    whole = _stepped(bench, inputs, np.ones(STEPS))
+    error = SMALL * np.max(np.abs(whole), axis=0)
+    if subject.variable_steps:
+        half = _stepped(bench, inputs, np.full(2 * STEPS, 0.5))[::2]
+        quarter = _stepped(bench, inputs, np.full(4 * STEPS, 0.25))[::4]
+        yield from _convergence(bench, whole, half, quarter)
+        yield from _odd_steps(bench, inputs, whole, half, quarter)
+        error = error + SAFETY * np.max(np.abs(half - whole), axis=0)
+    if subject.exchanges:
+        yield from _exchange(bench, inputs, whole, error)
+
+
+def _stepped(bench: Bench, inputs: np.ndarray, sizes: Sequence[float] | np.ndarray) -> np.ndarray:
+    """Outputs at the start and after each step; sizes in steps of the default experiment."""
+    with bench.probe() as probe:
+        probe.begin(initial_inputs=inputs)
+        seen = [probe.read(bench.subject.outputs)]
+        for size in sizes:
+            probe.advance(size * bench.subject.step_size)
+            seen.append(probe.read(bench.subject.outputs))
+        return np.array(seen)
+
+
+def _convergence(
+    bench: Bench, whole: np.ndarray, half: np.ndarray, quarter: np.ndarray
+) -> Iterator[Finding]:
+    """The first difference of a sequence that converges, even slowly, is above the second."""
+    first, second = (np.max(np.abs(d), axis=0) for d in (half - whole, quarter - half))
+    size = np.max(np.abs(quarter), axis=0)
+    spread = np.ptp(np.vstack([whole, half, quarter]), axis=0)
+    noise = SMALL * size
+    diverges = (second > 0.75 * first) & (second > np.maximum(noise, 1e-3 * spread))
+    if diverges.any():
+        names = [v.name for v, d in zip(bench.subject.outputs, diverges, strict=True) if d]
+        part = float(np.max((second / np.where(spread, spread, 1))[diverges]))
+        message = f"with steps halved twice, results differ by {part:.2g} of their range, and do"
+        message += f" not converge: {some(names)}"
+        basis = "does doStep advance by communicationStepSize? FMI 2.0.4, section 4.2.2"
+        severity = "error" if part > LARGE else "warning"
+        yield Finding("solution.step_size", severity, message, basis)
+
+
+def _odd_steps(
+    bench: Bench, inputs: np.ndarray, whole: np.ndarray, half: np.ndarray, quarter: np.ndarray
+) -> Iterator[Finding]:
+    """The same time in steps of unequal size: within what the equal ones differ by."""
+    sizes = bench.rng.uniform(0.1, 1.9, STEPS)
+    sizes *= STEPS / sizes.sum()
+    try:
+        odd = _stepped(bench, inputs, sizes)[-1]
+    except RefusedError as error:
+        message = f"with steps of unequal size: {error}"
+        basis = "canHandleVariableCommunicationStepSize is declared: FMI 2.0.4, section 4.3.1"
+        yield Finding("solution.odd_steps", "error", message, basis, error.words)
+        return
+    ends = np.array([whole[-1], half[-1], quarter[-1]])
+    allowed = SMALL * np.max(np.abs(ends), axis=0) + SAFETY * np.ptp(ends, axis=0)
+    wrong = np.abs(odd - whole[-1]) > allowed
+    if wrong.any():
+        names = some(v.name for v, w in zip(bench.subject.outputs, wrong, strict=True) if w)
+        message = f"steps of unequal size lead to other results than equal ones: {names}"
+        basis = "canHandleVariableCommunicationStepSize is declared: FMI 2.0.4, section 4.3.1"
+        yield Finding("solution.odd_steps", "warning", message, basis)
+
+
+def _exchange(
+    bench: Bench, inputs: np.ndarray, stepped: np.ndarray, error: np.ndarray
+) -> Iterator[Finding]:
+    """Model exchange with CVODE, at two tolerances for the reference's own error."""
+    reference, rough = (_integrated(bench, inputs, t) for t in (REFERENCE, 100 * REFERENCE))
+    if reference is None or rough is None:
+        message = "FMPy and CVODE could not integrate its model exchange"
+        yield Finding("solution.exchange_failed", "warning", message, "`fmpy simulate` tells why")
+        return
+    error = error + SAFETY * np.max(np.abs(reference - rough), axis=0)
+    difference = np.max(np.abs(reference - stepped), axis=0)
+    wrong = difference > error
+    if wrong.any():
+        worst = int(np.argmax(difference / np.where(error, error, 1)))
+        name = bench.subject.outputs[worst].name
+        names = some(v.name for v, w in zip(bench.subject.outputs, wrong, strict=True) if w)
+        message = f"co-simulation and model exchange differ: {names}; {name} by"
+        message += f" {difference[worst]:.3g}, its error is about {error[worst] / SAFETY:.3g}"
+        yield Finding("solution.exchange", "error", message, "both are of one model")
+
+
+def _integrated(bench: Bench, inputs: np.ndarray, tolerance: float) -> np.ndarray | None:
+    subject = bench.subject
+    values = {v.name: u for v, u in zip(subject.inputs, inputs, strict=True)}
+    bench.library.journal.write("fmpy.simulate_fmu(fmi_type='ModelExchange')")
+    try:
+        result = fmpy.simulate_fmu(
+            str(subject.folder),
+            validate=False,
+            fmi_type="ModelExchange",
+            solver="CVode",
+            start_time=subject.start_time,
+            stop_time=subject.start_time + STEPS * subject.step_size,
+            output_interval=subject.step_size,
+            relative_tolerance=tolerance,
+            start_values=values,
+            output=[v.name for v in subject.outputs],
+            record_events=False,
+        )
+    except Exception:  # noqa: BLE001  FMPy raises plain exceptions
+        return None
+    found = np.array([result[v.name] for v in subject.outputs]).T
+    return found if found.shape == (STEPS + 1, len(subject.outputs)) else None

@@ -1,0 +1,182 @@
+"""Group `start`: the FMU can be loaded, instantiated and stepped, and does what it declares."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from m4e_fmi.fmu.validation.bench import Bench, Facts
+from m4e_fmi.fmu.validation.findings import Finding, some
+from m4e_fmi.fmu.validation.probe import ERROR, FatalError, Probe, RefusedError
+
+STEPS = 10
+AMPLITUDES = (1.0, 0.1, 0.01, 1e-4, 0.0)
+WRONG_GUID = "{00000000-not-the-guid-of-this-fmu}"
+
+
+def check(bench: Bench) -> Iterator[Finding | Facts]:
+    """Findings, and last the facts for the other groups, unless the FMU does not even start."""
+    try:
+        version = _version(bench)
+    except Exception as error:  # noqa: BLE001  FMPy raises plain exceptions
+        text = str(error).replace(str(bench.subject.folder), "")
+        remedy = "a library it needs is missing, or the file is not an FMI 2.0 binary"
+        yield Finding("start.library", "error", f"cannot be loaded: {text}", remedy)
+        return
+    if version != ("2.0", "default"):
+        message = f"fmi2GetVersion and fmi2GetTypesPlatform answer {version}"
+        yield Finding("start.version", "error", message, "FMI 2.0.4, section 2.1.2 and 2.1.4")
+    facts = Facts()
+    for exchange in bench.subject.ways:
+        try:
+            facts = _first_steps(bench, facts, exchange=exchange)
+        except RefusedError as error:
+            yield refused("start", error, exchange=exchange)
+            return
+        yield from _finite(bench, exchange=exchange)
+    yield from _guid(bench)
+    for exchange in bench.subject.ways:
+        works: list[str] = []
+        yield from _capabilities(bench, works, exchange=exchange)
+        facts = replace(facts, works=(*facts.works, *works))
+    yield facts
+
+
+def refused(group: str, error: RefusedError, *, exchange: bool | None = None) -> Finding:
+    """The finding that an allowed call was refused."""
+    how = {None: "", True: " (model exchange)", False: " (co-simulation)"}[exchange]
+    basis = "the call is allowed here: FMI 2.0.4, section 3.2.3 and 4.2.4"
+    name = "fatal" if isinstance(error, FatalError) else "refused"
+    if error.call == "fmi2Instantiate":
+        basis = "is the GUID of modelDescription.xml that of the binary? FMI 2.0.4, section 2.1.5"
+    return Finding(f"{group}.{name}", "error", f"{error}{how}", basis, error.words)
+
+
+def _version(bench: Bench) -> tuple[str, str]:
+    dll = bench.library.functions(exchange=bench.subject.exchanges)
+    bench.library.journal.write("fmi2GetVersion()")
+    return dll.fmi2GetVersion().decode(), dll.fmi2GetTypesPlatform().decode()
+
+
+def _first_steps(bench: Bench, facts: Facts, *, exchange: bool) -> Facts:
+    """Twice through all phases; the largest amplitude of the inputs at which that is possible."""
+    amplitudes = (facts.amplitude,) if exchange and bench.subject.steps else AMPLITUDES
+    for amplitude in amplitudes:
+        bench.facts = Facts(amplitude)
+        try:
+            for _ in range(2):
+                with bench.probe(exchange=exchange) as probe:
+                    _through(bench, probe)
+        except RefusedError:
+            if amplitude == amplitudes[-1]:
+                raise
+        else:
+            return bench.facts
+    raise AssertionError("the last amplitude returns or raises")
+
+
+def _through(bench: Bench, probe: Probe) -> None:
+    probe.begin()
+    for row in bench.random_inputs(STEPS):
+        probe.put(bench.subject.inputs, row)
+        if probe.exchange:
+            probe.rate_vector()
+        else:
+            probe.advance(bench.subject.step_size)
+        probe.read(bench.subject.outputs)
+    probe.must("fmi2Terminate")
+
+
+def _finite(bench: Bench, *, exchange: bool) -> Iterator[Finding]:
+    outputs = bench.subject.outputs
+    with bench.probe(exchange=exchange) as probe:
+        probe.begin()
+        seen = [probe.read(outputs)]
+        for _ in range(0 if exchange else STEPS):
+            probe.advance(bench.subject.step_size)
+            seen.append(probe.read(outputs))
+        values = np.array(seen)
+        wrong = [v.name for k, v in enumerate(outputs) if not np.isfinite(values[:, k]).all()]
+        if wrong:
+            message = f"with its own start values, not finite: {some(wrong)}"
+            yield Finding("start.not_finite", "error", message, "check its start values")
+
+
+def _guid(bench: Bench) -> Iterator[Finding]:
+    probe = Probe(bench.library, exchange=not bench.subject.steps, name="stranger", guid=WRONG_GUID)
+    if probe.component:
+        probe.free()
+        message = "any GUID is accepted: a stale modelDescription.xml would not be noticed"
+        yield Finding("start.guid_unchecked", "note", message, "FMI 2.0.4, section 2.1.5")
+
+
+def _tests(bench: Bench, *, exchange: bool) -> dict[str, tuple[bool, Callable[[Probe], object]]]:
+    """Capability → whether it is declared, and calls that show whether it is there."""
+    kind = bench.subject.kind(exchange=exchange)
+    outputs, inputs = bench.subject.outputs[:1], bench.subject.inputs[:1]
+    tests: dict[str, tuple[bool, Callable[[Probe], object]]] = {
+        "canGetAndSetFMUstate": (kind.canGetAndSetFMUstate, _saves),
+        "canSerializeFMUstate": (kind.canSerializeFMUstate, _serialises),
+    }
+    if outputs and inputs:
+        tests["providesDirectionalDerivative"] = (
+            kind.providesDirectionalDerivative,
+            lambda probe: probe.directional(outputs, inputs, np.ones(1)),
+        )
+    if not exchange and outputs:
+        tests["maxOutputDerivativeOrder"] = (
+            kind.maxOutputDerivativeOrder > 0,
+            lambda probe: probe.output_derivatives(outputs, 1),
+        )
+    if not exchange and inputs:
+        tests["canInterpolateInputs"] = (
+            kind.canInterpolateInputs,
+            lambda probe: probe.set_input_derivatives(inputs, np.zeros(1)),
+        )
+    return tests
+
+
+def _capabilities(bench: Bench, works: list[str], *, exchange: bool) -> Iterator[Finding]:
+    """Declared capabilities that are not there, and the reverse; what is there goes to `works`."""
+    for name, (declared, test) in _tests(bench, exchange=exchange).items():
+        found, words = _possible(bench, test, exchange=exchange)
+        if declared and found:
+            works.append(f"{name} (model exchange)" if exchange else name)
+        if declared and not found:
+            message = f"{name} is declared, but the functions it stands for are refused"
+            basis = "FMI 2.0.4, section 3.3.1 and 4.3.1"
+            yield Finding("capabilities.missing", "error", message, basis, words)
+        if found and not declared and not exchange:
+            message = f"{name} is not declared, but there"
+            yield Finding("capabilities.undeclared", "note", message, "declare it")
+
+
+def _possible(
+    bench: Bench, test: Callable[[Probe], object], *, exchange: bool
+) -> tuple[bool, tuple[str, ...]]:
+    try:
+        with bench.probe(exchange=exchange) as probe:
+            probe.begin()
+            if not exchange:
+                probe.advance(bench.subject.step_size)
+            test(probe)
+    except RefusedError as error:
+        return False, error.words
+    return True, ()
+
+
+def _saves(probe: Probe) -> None:
+    state = probe.save()
+    probe.restore(state)
+    probe.free_state(state)
+
+
+def _serialises(probe: Probe) -> None:
+    state, size = probe.save(), ctypes.c_size_t()
+    probe.must("fmi2SerializedFMUstateSize", state, ctypes.byref(size))
+    if not size.value:
+        raise RefusedError("fmi2SerializedFMUstateSize (0 bytes)", ERROR, probe.words())
+    probe.free_state(state)

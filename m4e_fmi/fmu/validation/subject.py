@@ -1,0 +1,142 @@
+"""The FMU under test: what its description says, in the form in which the checks need it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import fmpy
+import numpy as np
+
+DEFAULT_STEP = 0.01  # s, where the FMU names none
+TEXT_TYPES = {"String"}
+
+
+@dataclass(frozen=True)
+class Subject:
+    """The FMU unpacked into `folder`; `raw` is its description as FMPy reads it."""
+
+    folder: Path
+    raw: Any
+
+    @classmethod
+    def read(cls, folder: Path) -> Subject:
+        return cls(folder, fmpy.read_model_description(str(folder), validate=False))
+
+    @property
+    def steps(self) -> bool:
+        """Whether it is for co-simulation."""
+        return self.raw.coSimulation is not None
+
+    @property
+    def exchanges(self) -> bool:
+        """Whether it is for model exchange."""
+        return self.raw.modelExchange is not None
+
+    @property
+    def ways(self) -> tuple[bool, ...]:
+        """False for co-simulation, True for model exchange: those that it is for."""
+        return (False,) * self.steps + (True,) * self.exchanges
+
+    @property
+    def once(self) -> bool:
+        """Whether there may be one instance per process only."""
+        return any(k.canBeInstantiatedOnlyOncePerProcess for k in self.kinds)
+
+    @property
+    def kinds(self) -> list[Any]:
+        return [k for k in (self.raw.coSimulation, self.raw.modelExchange) if k is not None]
+
+    def kind(self, *, exchange: bool) -> Any:
+        return self.raw.modelExchange if exchange else self.raw.coSimulation
+
+    @cached_property
+    def step_size(self) -> float:
+        """The communication step to test with [s]."""
+        experiment = self.raw.defaultExperiment
+        text = experiment.stepSize if experiment is not None else None
+        size = float(text) if text else DEFAULT_STEP
+        return size if size > 0 and math.isfinite(size) else DEFAULT_STEP
+
+    @property
+    def start_time(self) -> float:
+        experiment = self.raw.defaultExperiment
+        return float((experiment.startTime if experiment is not None else None) or 0.0)
+
+    @property
+    def variable_steps(self) -> bool:
+        return self.steps and bool(self.raw.coSimulation.canHandleVariableCommunicationStepSize)
+
+    def reals(self, *causalities: str) -> list[Any]:
+        return [
+            v
+            for v in self.raw.modelVariables
+            if v.type == "Real" and (not causalities or v.causality in causalities)
+        ]
+
+    @cached_property
+    def inputs(self) -> list[Any]:
+        return [v for v in self.reals("input") if v.variability == "continuous"]
+
+    @cached_property
+    def outputs(self) -> list[Any]:
+        return [v for v in self.reals("output") if v.variability == "continuous"]
+
+    @cached_property
+    def readable(self) -> list[Any]:
+        """Every Real that has a value of its own at any time."""
+        return [v for v in self.reals() if v.causality != "independent"]
+
+    @cached_property
+    def parameters(self) -> list[Any]:
+        return self.reals("parameter")
+
+    @cached_property
+    def rates(self) -> list[Any]:
+        """The derivatives of the continuous states, in the order of the states."""
+        return [unknown.variable for unknown in self.raw.derivatives]
+
+    @cached_property
+    def states(self) -> list[Any]:
+        return [rate.derivative for rate in self.rates]
+
+    @cached_property
+    def given(self) -> list[Any]:
+        """The Reals whose start value may be set: inputs, parameters, initial="exact"."""
+        return [
+            v
+            for v in self.readable
+            if v.causality in ("input", "parameter")
+            or (v.initial == "exact" and v.variability != "constant")
+        ]
+
+
+def scale(variable: Any) -> float:
+    """The size of the values that a Real is made for."""
+    nominal = variable.nominal or (variable.declaredType.nominal if variable.declaredType else None)
+    if nominal and float(nominal) > 0:
+        return float(nominal)
+    return abs(start(variable)) or 1.0
+
+
+def start(variable: Any) -> float:
+    """The start value of a Real, 0 where there is none."""
+    value = float(variable.start or 0.0)
+    return value if math.isfinite(value) else 0.0
+
+
+def within(variable: Any, value: float) -> float:
+    """`value`, moved into the limits of the Real."""
+    low, high = limits(variable)
+    return float(np.clip(value, low, high)) if low <= high else value
+
+
+def limits(variable: Any) -> tuple[float, float]:
+    """min and max of a Real, from itself or its declared type; infinite where there is none."""
+    of_type = variable.declaredType
+    low = variable.min if variable.min is not None else getattr(of_type, "min", None)
+    high = variable.max if variable.max is not None else getattr(of_type, "max", None)
+    return float(low if low is not None else "-inf"), float(high if high is not None else "inf")

@@ -1,0 +1,88 @@
+"""The process that runs one group of checks: FMU code may end it at any time.
+
+What it finds goes line by line into a file, the calls it makes into another. Standard output
+belongs to the FMU, and goes nowhere.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Iterator
+from dataclasses import asdict
+from importlib import import_module
+from pathlib import Path
+
+from m4e_fmi.fmu.validation.bench import Bench, Facts
+from m4e_fmi.fmu.validation.findings import Finding
+from m4e_fmi.fmu.validation.journal import Journal
+from m4e_fmi.fmu.validation.probe import Library, RefusedError
+from m4e_fmi.fmu.validation.starting import refused
+from m4e_fmi.fmu.validation.subject import Subject
+
+PACKAGE = "m4e_fmi.fmu.validation"
+FACTS = "facts.json"
+MODULES = {
+    "start": "starting",
+    "values": "values",
+    "dependencies": "dependencies",
+    "derivatives": "derivatives",
+    "directional": "directional",
+    "state": "states",
+    "state_elsewhere": "elsewhere",
+    "instances": "instances",
+    "solution": "solutions",
+    "phases": "phases",
+    "parameters": "parameters",
+}
+"""Group → module with its `check`, in the order in which they are run."""
+FOLLOWS = {"state_elsewhere": "state"}
+"""Groups that need what another has left."""
+
+Check = Callable[[Bench], Iterator[Finding | Facts | str]]
+"""Yields findings; a text is the reason why there is nothing to check."""
+
+
+def findings_file(folder: Path, group: str) -> Path:
+    return folder / f"{group}.findings"
+
+
+def journal_file(folder: Path, group: str) -> Path:
+    return folder / f"{group}.journal"
+
+
+def stderr_file(folder: Path, group: str) -> Path:
+    return folder / f"{group}.stderr"
+
+
+def work_on(group: str, folder: Path, fmu: str) -> None:
+    """Run `group` on the FMU unpacked in folder `fmu`; its files go into `folder`."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+    os.dup2(os.open(stderr_file(folder, group), os.O_WRONLY | os.O_CREAT), 2)
+    check: Check = import_module(f"{PACKAGE}.{MODULES[group]}").check
+    subject = Subject.read(Path(fmu))
+    facts = Facts()
+    if (folder / FACTS).exists():
+        known = json.loads((folder / FACTS).read_text())
+        facts = Facts(known["amplitude"], tuple(known["works"]))
+    library = Library(subject, Journal(journal_file(folder, group)))
+    bench = Bench(subject, library, facts, folder)
+    with findings_file(folder, group).open("w", encoding="utf-8") as file:
+
+        def tell(finding: Finding | str) -> None:
+            told = {"skipped": finding} if isinstance(finding, str) else asdict(finding)
+            file.write(json.dumps(told) + "\n")
+            file.flush()
+
+        try:
+            for found in check(bench):
+                if isinstance(found, Facts):
+                    (folder / FACTS).write_text(json.dumps(asdict(found)))
+                else:
+                    tell(found)
+        except RefusedError as error:
+            tell(refused(group, error))
+        if library.overruns:
+            functions = ", ".join(sorted(set(library.overruns)))
+            message = f"wrote behind the end of the array it was given: {functions}"
+            tell(Finding("memory.overrun", "error", message, "FMI 2.0.4, section 2.1.7"))

@@ -1,0 +1,190 @@
+"""The parameters, inputs and states of a model as variables: names, units, texts, limits."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Container
+from typing import Any, Protocol
+
+from m4e_fmi.model import Model
+from m4e_fmi.model.checks import positive_parameters
+from m4e_fmi.model.elements import (
+    GROUND,
+    Parameter,
+    as_expression,
+    parameter_values,
+    quantity,
+    vector,
+)
+from m4e_fmi.multibody.assembly import Scalars
+from m4e_fmi.multibody.topology import Link, Topology
+from m4e_fmi.program import Recorder, Variable
+from m4e_fmi.units import parse_unit
+
+STATES = {
+    "revolute": (("q", "u", "rad"),),
+    "prismatic": (("q", "u", "m"),),
+    "floating": (("x", "vx", "m"), ("z", "vz", "m"), ("theta", "omega", "rad")),
+    "fixed": (),
+}
+DOF_UNITS = ("m", "m", "rad")
+
+
+class Inputs(Protocol):
+    """What gives scalars for inputs: a recorder, or whoever has others."""
+
+    def input(self, variable: Variable) -> Any: ...
+
+
+def state_names(link: Link) -> list[tuple[str, str]]:
+    """(coordinate, velocity) variable names of the states of a link."""
+    floating = link.joint.type == "floating"
+    owner = f"body.{link.body}" if floating else f"joint.{link.joint_name}"
+    return [(f"{owner}.{p}", f"{owner}.{v}") for p, v, _ in STATES[link.joint.type]]
+
+
+def in_words(element: Any, text: str) -> str:
+    """`text` of a variable of an element, after the words that the user has for the element."""
+    words = " ".join(element.description.split())
+    return f"{words}: {text[0].lower()}{text[1:]}" if words else text
+
+
+def declared(
+    recorder: Recorder, model: Model, tree: Topology, inputs: Container[str] | None = None
+) -> Scalars:
+    """The parameters, inputs and states of a model, declared."""
+    positive = positive_parameters(model)
+    parameters: dict[str, Any] = {
+        name: recorder.parameter(_parameter(name, parameter, positive=name in positive))
+        for name, parameter in model.parameters.items()
+    }
+    added_mass = _declared_added_mass(recorder, model, tree)
+    acting = declared_inputs(recorder, model, tree, inputs)
+    q, u = _declared_states(recorder, model, tree)
+    return Scalars(q, u, recorder.time, parameters, added_mass=added_mass, **acting)
+
+
+def _parameter(name: str, parameter: Parameter, *, positive: bool) -> Variable:
+    unit = parse_unit(parameter.unit)
+    return Variable(
+        name,
+        unit.text if unit.factor == 1.0 else unit.si_text,
+        parameter.description or f"Parameter {name}",
+        start=parameter.value * unit.factor,
+        display_unit=None if unit.factor == 1.0 else unit.text,
+        tunable=parameter.tunable,
+        minimum=0.0 if positive else -math.inf,
+    )
+
+
+def _declared_added_mass(recorder: Recorder, model: Model, tree: Topology) -> list[list[Any]]:
+    dofs = [
+        (link.body, unit)
+        for link in tree.links
+        if model.bodies[link.body].added_mass
+        for unit in DOF_UNITS
+    ]
+    rows = []
+    for i, (body, unit) in enumerate(dofs, start=1):
+        row = []
+        for j, (other, other_unit) in enumerate(dofs, start=1):
+            # force per acceleration: kg, kg.m (force per rad/s² or moment per m/s²), kg.m2
+            power = (unit, other_unit).count("rad")
+            kind = ("kg", "kg.m", "kg.m2")[power]
+            text = f"Added mass at infinite frequency, world axes at the CG, {body} by {other}"
+            row.append(recorder.parameter(Variable(f"added_mass[{i},{j}]", kind, text)))
+        rows.append(row)
+    return rows
+
+
+def declared_inputs(
+    recorder: Inputs, model: Model, tree: Topology, chosen: Container[str] | None = None
+) -> dict[str, Any]:
+    """What acts from outside, as fields of `Scalars`; of the inputs those that are `chosen`."""
+
+    def force(element: Any, name: str, unit: str, text: str) -> Any:
+        if chosen is not None and name not in chosen:
+            return 0
+        return recorder.input(Variable(name, unit, in_words(element, text)))
+
+    wrench = {}
+    for name, body in ((link.body, model.bodies[link.body]) for link in tree.links):
+        wrench[name] = (
+            force(body, f"body.{name}.force_x", "N", "Force at the CG, world X"),
+            force(body, f"body.{name}.force_z", "N", "Force at the CG, world Z"),
+            force(body, f"body.{name}.moment_y", "N.m", "Moment about the CG, about +Y"),
+        )
+    points = {
+        name: (
+            force(point, f"point.{name}.force_x", "N", "Force at the point, world X"),
+            force(point, f"point.{name}.force_z", "N", "Force at the point, world Z"),
+        )
+        for name, point in model.points.items()
+        if point.body != GROUND
+    }
+    efforts = {
+        link.joint_name: force(
+            link.joint,
+            f"joint.{link.joint_name}.effort",
+            "N.m" if link.joint.type == "revolute" else "N",
+            "Generalised force along the joint's coordinate",
+        )
+        for link in tree.links
+        if link.joint.type in ("revolute", "prismatic")
+    }
+    groups = {"body_wrench": wrench, "point_force": points, "effort": efforts}
+    silent = (0, (0, 0), (0, 0, 0))
+    return {
+        group: {name: value for name, value in members.items() if value not in silent}
+        for group, members in groups.items()
+    }
+
+
+def _declared_states(
+    recorder: Recorder, model: Model, tree: Topology
+) -> tuple[list[Any], list[Any]]:
+    values = parameter_values(model.parameters)
+    nominal = _nominal(model)
+    q: list[Any] = [None] * len(tree.coordinate_names)
+    u: list[Any] = list(q)
+    for link in tree.links:
+        floating = link.joint.type == "floating"
+        owner = model.bodies[link.body] if floating else link.joint
+        pairs = zip(state_names(link), STATES[link.joint.type], link.coordinates, strict=True)
+        for (position, velocity), (key, rate_key, unit), k in pairs:
+            start = {
+                name: float(as_expression(link.joint.initial.get(name, 0.0)).evaluate(values))
+                for name in (key, rate_key)
+            }
+            text = f"Coordinate {tree.coordinate_names[k]} of body {link.body}"
+            variable = Variable(
+                position, unit, in_words(owner, text), start[key], nominal=nominal[unit]
+            )
+            q[k] = recorder.state(variable)
+            text = f"Velocity {tree.velocity_names[k]} of body {link.body}"
+            u[k] = recorder.state(
+                Variable(
+                    velocity,
+                    f"{unit}/s",
+                    in_words(owner, text),
+                    start[rate_key],
+                    derivative_of=position,
+                    nominal=nominal[f"{unit}/s"],
+                )
+            )
+    return q, u
+
+
+def _nominal(model: Model) -> dict[str, float]:
+    """Orders of magnitude of the motion, by unit: of the longest arm l (1 m if there is none), of
+    one radian, and of these in the time √(l/g) of a pendulum of that length (1 s without gravity).
+    """
+    values = parameter_values(model.parameters)
+    elements = (*model.joints.values(), *model.points.values())
+    arms = (vector(element, field) for element in elements for field in element.vectors)
+    length = max((math.hypot(x.evaluate(values), z.evaluate(values)) for x, z in arms), default=0.0)
+    length = length or 1.0
+    gravity = abs(quantity(model, "gravity").evaluate(values))
+    rate = math.sqrt(gravity / length) or 1.0
+    exact = {"m": length, "rad": 1.0, "m/s": length * rate, "rad/s": rate}
+    return {unit: float(f"1e{round(math.log10(value))}") for unit, value in exact.items()}

@@ -1,0 +1,118 @@
+"""What an FMU of a model carries for people: a page, a picture, the series of its default run.
+
+The series is laid out as the FMI Cross-Check does it (``<identifier>_ref.csv`` and ``_ref.opt``),
+which FMPy compares with; there is no file of inputs, because these keep their start values.
+The same model gives the same bytes, with the same matplotlib.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from m4e_fmi.errors import RunError
+from m4e_fmi.fmu import ModelDescription, Options, described, renamed, shown
+from m4e_fmi.fmu.archive import model_identifier
+from m4e_fmi.fmu.options import ICON
+from m4e_fmi.model import Model
+from m4e_fmi.multibody import Equations
+from m4e_fmi.program import Program
+from m4e_fmi.report.fmu_page import fmu_page
+from m4e_fmi.report.schematic import model_figure, model_icon
+from m4e_fmi.simulate import simulate
+from m4e_fmi.simulate.simulation import FIXED
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+MOST_NUMBERS = 20_000
+"""In the reference series, whose rows are farther apart where there are many columns."""
+ICON_DOTS = 128  # per inch
+
+
+def fmu_documentation(model: Model, program: Program, options: Options) -> dict[str, bytes]:
+    """Name in the archive → content: a picture, and below ``documentation/`` the page
+    ``index.html`` and the reference series.
+
+    `program` is that of `model`; `options` are those that the FMU is built with. InputError as from
+    `build_fmu`. Without a series, which the page then says, if the default experiment fails.
+    """
+    visible = shown(program, options)
+    description = described(visible, options)
+    named = renamed(visible, options.rename)
+    series, others = _series(named, description, options)
+    page = fmu_page(
+        description,
+        options,
+        drawing=_svg(model_figure(model, program=program)),
+        equations=Equations(model),
+        states={v.name: w.name for v, w in zip(visible.states, named.states, strict=True)},
+        others=others,
+    )
+    icon = io.BytesIO()
+    _save(model_icon(model, program=program), icon, format="png", dpi=ICON_DOTS)
+    return {
+        ICON[options.fmi]: icon.getvalue(),
+        "documentation/index.html": page.encode(),
+        **{f"documentation/{name}": content for name, content in series.items()},
+    }
+
+
+def _series(
+    program: Program, description: ModelDescription, options: Options
+) -> tuple[Mapping[str, bytes], list[str]]:
+    """Files of the default experiment by name, and what the page says of them."""
+    names = [v.name for v in description.variables if v.causality == "output"]
+    interval = _interval(description, columns=len(names) + 1)
+    try:
+        found = simulate(
+            program,
+            stop_time=description.stop_time,
+            output_interval=interval,
+            tolerance=description.tolerance,
+            method=options.method,
+            step_size=description.step_size if options.method == FIXED else None,
+        )
+    except RunError as error:
+        return {}, [f"no reference series, because the default experiment fails: {error.message}"]
+    columns = [found.time, *(found[name] for name in names)]
+    lines = [",".join(f'"{name}"' for name in ["time", *names])]
+    lines += [",".join(f"{value:.10g}" for value in row) for row in zip(*columns, strict=True)]
+    settings = {
+        "StartTime": 0.0,
+        "StopTime": description.stop_time,
+        "StepSize": interval,
+        "RelTol": description.tolerance,
+    }
+    stem = f"{model_identifier(description.name)}_ref"
+    files = {
+        f"{stem}.csv": "\n".join([*lines, ""]).encode(),
+        f"{stem}.opt": "".join(f"{k}, {v!r}\n" for k, v in settings.items()).encode(),
+    }
+    text = f'<a href="{stem}.csv">{stem}.csv</a>: the outputs of the default experiment'
+    return files, [f"{text}, every {interval:g} s"]
+
+
+def _interval(description: ModelDescription, *, columns: int) -> float:
+    """A multiple of the step size that gives at most MOST_NUMBERS."""
+    rows = description.stop_time / description.step_size
+    return description.step_size * max(1, math.ceil(rows * columns / MOST_NUMBERS))
+
+
+def _svg(figure: Figure) -> str:
+    text = io.StringIO()
+    _save(figure, text, format="svg", bbox_inches="tight", pad_inches=0.15)
+    drawing = text.getvalue()
+    return drawing[drawing.index("<svg") :]
+
+
+def _save(figure: Figure, target: Any, **settings: Any) -> None:
+    """Write a figure without date, version and random names."""
+    from matplotlib import rc_context
+
+    nothing = {"svg": ("Date", "Creator", "Format", "Type"), "png": ("Software",)}
+    metadata = dict.fromkeys(nothing[settings["format"]])
+    with rc_context({"svg.hashsalt": "m4e_fmi", "svg.fonttype": "none"}):
+        figure.savefig(target, metadata=metadata, **settings)

@@ -1,0 +1,72 @@
+/* Performs schedules of a co-simulation's macro steps. */
+#include "loop.h"
+
+#include <math.h>
+
+typedef int get_real(void *component, const uint32_t *references, size_t count, double *values);
+typedef int set_real(void *component, const uint32_t *references, size_t count,
+                     const double *values);
+typedef int do_step(void *component, double t, double h, int no_return);
+
+static const double SECOND = 1e9;
+static const int WARNING = 1;
+
+static int get(const m4e_operation *o, double *values) {
+    const int status = ((get_real *)o->function)(o->component, o->references, o->count, values);
+    if (status > WARNING) return status;
+    for (uint32_t i = 0; i < o->count; ++i)
+        if (!isfinite(values[i])) return M4E_NOT_A_NUMBER;
+    return status;
+}
+
+/* One rounding per product and sum, in the order of the terms. */
+static void combine(const m4e_operation *o, double *values) {
+    for (uint32_t i = 0; i < o->count; ++i) {
+        double sum = o->weights[i] * o->source[o->references[i]];
+        for (size_t k = 1; k < o->terms; ++k) {
+            const size_t place = k * o->count + i;
+            sum += o->weights[place] * o->source[o->references[place]];
+        }
+        values[i] = o->offset ? sum + o->offset[i] : sum;
+    }
+}
+
+static int perform(const m4e_operation *o, double t, double h, uint64_t row) {
+    double *values = o->values + row * o->stride;
+    switch (o->kind) {
+    case M4E_GET: return get(o, values);
+    case M4E_SET:
+        return ((set_real *)o->function)(o->component, o->references, o->count, values);
+    case M4E_DO_STEP: return ((do_step *)o->function)(o->component, t, h, 1);
+    default: combine(o, values); return 0;
+    }
+}
+
+int m4e_perform(const m4e_operation *operations, size_t count, double t, double h, uint64_t row,
+                uint64_t *failed) {
+    for (size_t i = 0; i < count; ++i) {
+        const int status = perform(&operations[i], t, h, row);
+        if (status >= 0 && status <= WARNING) continue;
+        *failed = i;
+        return status;
+    }
+    return 0;
+}
+
+int m4e_loop(m4e_loop_state *s, uint64_t steps) {
+    for (; steps > 0; --steps) {
+        const double t = (double)s->now / SECOND, h = (double)s->size / SECOND;
+        int status = m4e_perform(s->step, s->step_count, t, h, s->noted, &s->failed);
+        s->in_row = 0;
+        if (status) return status;
+        s->now += s->size;
+        ++s->noted;
+        if (++s->since < s->every) continue;
+        s->in_row = 1;
+        status = m4e_perform(s->row, s->row_count, 0.0, 0.0, s->written, &s->failed);
+        if (status) return status;
+        s->since = 0;
+        ++s->written;
+    }
+    return 0;
+}

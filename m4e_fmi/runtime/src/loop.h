@@ -1,0 +1,48 @@
+/* Macro steps of a co-simulation: operations on FMUs (FMI 2.0), performed as a schedule lists them.
+
+   Nothing here knows an algorithm: what is got, set, combined and stepped, and in which order, is
+   the schedule's. Times are whole nanoseconds; floating point only in calls of FMUs. */
+#ifndef M4E_LOOP_H
+#define M4E_LOOP_H
+
+#include "m4e.h"
+
+enum {
+    M4E_GET,     /* values = Real variables `references`; all must be finite */
+    M4E_SET,     /* the reverse */
+    M4E_DO_STEP, /* the component steps to the end of the macro step */
+    M4E_COMBINE  /* values[i] = sum over the terms k of weights[k][i] source[references[k][i]],
+                    + offset[i] unless NULL */
+};
+enum { M4E_NOT_A_NUMBER = -1 }; /* beside the statuses of FMI */
+
+typedef struct {
+    int32_t kind;
+    uint32_t count, terms;
+    void *component;
+    void (*function)(void); /* fmi2GetReal, fmi2SetReal, fmi2DoStep */
+    const uint32_t *references;
+    const double *weights, *source, *offset;
+    double *values;
+    uint64_t stride; /* of rows, if `values` is a block of them; else 0 */
+} m4e_operation;
+
+/* Performs the operations over the step of h [s] from t [s]; blocks are filled at `row`. The status
+   (0 and 1 go on), and the operation that gave it. */
+M4E_API int m4e_perform(const m4e_operation *operations, size_t count, double t, double h,
+                        uint64_t row, uint64_t *failed);
+
+typedef struct {
+    const m4e_operation *step, *row; /* of each step; after each step that is a row of results */
+    uint64_t step_count, row_count;
+    int64_t now, size;       /* ns */
+    uint64_t every, since;   /* steps from row to row; steps since the last */
+    uint64_t noted, written; /* rows of blocks that are filled, by `step` and by `row` */
+    uint64_t failed;         /* the operation that ended the loop */
+    int32_t in_row;          /* it is one of `row` */
+} m4e_loop_state;
+
+/* So many steps, fewer if an operation fails: its status. The state tells how far it came. */
+M4E_API int m4e_loop(m4e_loop_state *state, uint64_t steps);
+
+#endif

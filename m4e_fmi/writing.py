@@ -1,0 +1,85 @@
+"""Files that appear whole or not at all, and what is said where they cannot be written."""
+
+from __future__ import annotations
+
+import errno
+import os
+import uuid
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+from m4e_fmi.errors import RunError
+
+PROBE = 2**18
+"""Bytes: more than what is left of a disk on which a block of results did not fit, usually."""
+_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+_FORBIDDEN = (errno.EROFS, errno.EACCES, errno.EPERM)
+_REMEDIES = {
+    **dict.fromkeys(_FULL, "free disk space, or write elsewhere"),
+    **dict.fromkeys(_FORBIDDEN, "choose a folder that you may write to"),
+}
+
+
+@contextmanager
+def written(path: str | Path) -> Iterator[Path]:
+    """Gives a file to write, of the same suffix and in the same folder, that then becomes `path`.
+
+    Folders are made where there are none. RunError, and no file, if one cannot be written.
+    """
+    path = Path(path)
+    part = path.with_name(f".{uuid.uuid4().hex}{path.suffix}")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if path.exists() and not path.is_file():  # a device would be replaced by a file
+            raise FileExistsError(errno.EEXIST, "it is no ordinary file")
+        if path.exists() and not os.access(path, os.W_OK):
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+        yield part
+        part.replace(path)
+    except OSError as error:
+        raise cannot_write(path, error) from error
+    finally:
+        with suppress(OSError):
+            part.unlink(missing_ok=True)
+
+
+def cannot_write(path: Path, error: Exception) -> RunError:
+    """What to raise when writing `path` failed with `error`."""
+    cause = _plain_cause(path) or error  # netCDF gives others
+    why = getattr(cause, "strerror", None) or cause
+    remedy = _REMEDIES.get(getattr(cause, "errno", 0), "choose another file")
+    return RunError(f"{path}: cannot be written: {why}", remedy)
+
+
+def _plain_cause(path: Path) -> OSError | None:
+    """Why a plain file beside `path` cannot be written; None if it can, or there is no folder."""
+    if not path.parent.is_dir():
+        return None
+    probe = path.with_name(f".{uuid.uuid4().hex}")
+    try:
+        probe.write_bytes(bytes(PROBE))
+    except OSError as error:
+        return error
+    finally:
+        with suppress(OSError):
+            probe.unlink(missing_ok=True)
+    return None
+
+
+@contextmanager
+def netcdf(path: Path) -> Iterator[Any]:
+    """A new netCDF-4 file, open; OSError where netCDF's library fails."""
+    from netCDF4 import Dataset
+
+    file = Dataset(path, "w", format="NETCDF4")
+    try:
+        yield file
+        file.close()
+    except RuntimeError as error:  # what netCDF4 makes of a full disk
+        raise OSError(str(error)) from error
+    finally:
+        if file.isopen():
+            with suppress(RuntimeError):
+                file.close()

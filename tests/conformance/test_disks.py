@@ -1,0 +1,124 @@
+"""Commands on full and read-only disks, and in folders of any name: a message, no debris."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+import resource
+import shutil
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from m4e_fmi.cli import main
+from m4e_fmi.results import load
+
+PENDULUM = Path(__file__).parents[2] / "examples/double_pendulum/double_pendulum.model.yaml"
+SYSTEM = """\
+name: alone
+components: {pendulum: {model: double_pendulum.model.yaml}}
+simulation: {stop_time: 30, step_size: 0.1}
+"""
+MODEL = "double_pendulum.model.yaml"
+TO_DISK = {  # DISK: the folder that cannot be written, WELL: one that can
+    "build": ("build", MODEL, "--build-folder", "DISK"),
+    "build native": ("build", MODEL, "--native", "--build-folder", "DISK"),
+    "build system": ("build", "system.yaml", "--build-folder", "DISK"),
+    "simulate": ("simulate", MODEL, "--output-file", "DISK/r.nc"),
+    "animate": ("simulate", MODEL, "--output-file", "WELL/r.nc", "--animate", "DISK/a.html"),
+    "draw": ("draw", MODEL, "--output-file", "DISK/p.png"),
+    "linearize": ("linearize", MODEL, "--output-file", "DISK/l.json"),
+    "run": ("run", "system.yaml", "--output-file", "DISK/r.nc", "--build-folder", "WELL"),
+    "run, built": ("run", "system.yaml", "--output-file", "WELL/r.nc", "--build-folder", "DISK"),
+}
+
+
+@pytest.fixture
+def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with a model and a system, where we are."""
+    folder = tmp_path / "project"
+    folder.mkdir()
+    shutil.copy(PENDULUM, folder)
+    (folder / "system.yaml").write_text(SYSTEM)
+    monkeypatch.chdir(folder)
+    return folder
+
+
+@contextlib.contextmanager
+def mounted(folder: Path, options: str) -> Iterator[None]:
+    """A file system of its own; skips where this process may not mount one."""
+    command = ["mount", "-t", "tmpfs", "-o", options, "tmpfs", str(folder)]
+    if os.geteuid() or subprocess.run(command, capture_output=True, check=False).returncode:
+        pytest.skip("no right to mount a file system")
+    try:
+        yield
+    finally:
+        subprocess.run(["umount", "-l", str(folder)], check=True)
+
+
+@contextlib.contextmanager
+def full(folder: Path) -> Iterator[str]:
+    with mounted(folder, "size=64k"):
+        with contextlib.suppress(OSError), (folder / "filler").open("wb") as file:
+            for _ in range(100):
+                file.write(bytes(1000))
+                file.flush()
+        yield "free disk space"
+
+
+@contextlib.contextmanager
+def limited(folder: Path) -> Iterator[str]:
+    """No file may be longer than 1,000 bytes: as a full disk, without the right to mount one."""
+    del folder
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, before[1]))
+    try:
+        yield "free disk space"
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+@contextlib.contextmanager
+def read_only(folder: Path) -> Iterator[str]:
+    if os.geteuid():
+        folder.chmod(0o555)
+        yield "a folder that you may write to"
+        folder.chmod(0o755)
+    else:  # to whom permissions mean nothing
+        with mounted(folder, "ro"):
+            yield "a folder that you may write to"
+
+
+@pytest.mark.parametrize("disk", [full, limited, read_only])
+@pytest.mark.parametrize("command", TO_DISK.values(), ids=TO_DISK)
+def test_a_disk_that_takes_nothing(
+    disk, command: tuple[str, ...], project: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bad, well = project / "bad", project / "well"
+    bad.mkdir()
+    words = [word.replace("DISK", str(bad)).replace("WELL", str(well)) for word in command]
+    with disk(bad) as remedy:
+        code = main(words)
+        left = {p.name for p in bad.rglob("*") if p.is_file()} - {"filler"}
+    error = capsys.readouterr().err
+    assert code == 1
+    assert re.search("cannot be (written|unpacked): ", error)  # the limit is everywhere
+    assert remedy in error
+    assert left == set()
+
+
+def test_a_disk_that_fills_up_during_a_run(
+    project: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What was written before can be read."""
+    disk = project / "disk"
+    disk.mkdir()
+    words = ["run", "system.yaml", "--output-file", str(disk / "r.nc"), "--stop-time", "900"]
+    with mounted(disk, "size=1600k"):
+        assert main(words) == 1
+        time = load(disk / "r.nc").time
+    assert 1024 <= len(time) < 9000
+    assert "cannot be written" in capsys.readouterr().err

@@ -1,0 +1,170 @@
+"""What FMUs of models carry for people: the page, the picture, the reference series."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import io
+import os
+import re
+import subprocess
+import sys
+import zipfile
+from html.parser import HTMLParser
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pytest
+from fmpy.validation import validate_fmu
+from PIL import Image
+
+from m4e_fmi.fmu import Options, build_fmu
+from m4e_fmi.model import Model, load_model
+from m4e_fmi.multibody import model_program
+from m4e_fmi.report import fmu_documentation
+
+PENDULUM = Path(__file__).parents[2] / "examples/double_pendulum/double_pendulum.model.yaml"
+RENAME = {"joint.elbow.*": "knee.*", "m": "mass"}
+
+
+@pytest.fixture(scope="module")
+def model() -> Model:
+    return load_model(PENDULUM)
+
+
+@pytest.fixture(scope="module", params=[False, True], ids=["python", "native"])
+def fmu(request: pytest.FixtureRequest, model: Model, tmp_path_factory: pytest.TempPathFactory):
+    program = model_program(model)
+    options = {"native": request.param, "rename": RENAME, "stop_time": 2.0, "tolerance": 1e-10}
+    documentation = fmu_documentation(model, program, Options(**options))
+    path = tmp_path_factory.mktemp("documented") / "pendulum.fmu"
+    return build_fmu(program, path, documentation=documentation, **options)
+
+
+class Page(HTMLParser):
+    """Tags that are open, what is loaded from elsewhere, and the texts of `code` elements."""
+
+    EMPTY = ("meta", "br", "link", "img", "use", "path", "rect")
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.loaded: list[str] = []
+        self.codes: list[str] = []
+        self.tags: set[str] = set()
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.add(tag)
+        if tag not in self.EMPTY:
+            self.open.append(tag)
+        self.loaded += [v or "" for k, v in attrs if k in ("src", "href") and v and v[0] != "#"]
+
+    def handle_endtag(self, tag: str) -> None:
+        if tag not in self.EMPTY:
+            assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        if self.open and self.open[-1] == "code":
+            self.codes.append(data)
+
+
+def contents(path: Path) -> dict[str, bytes]:
+    with zipfile.ZipFile(path) as archive:
+        return {name: archive.read(name) for name in archive.namelist()}
+
+
+def test_no_finding(fmu: Path) -> None:
+    assert validate_fmu(str(fmu)) == []
+
+
+def test_the_page_stands_alone_and_names_everything(fmu: Path) -> None:
+    page = Page(contents(fmu)["documentation/index.html"].decode())
+    assert page.open == []
+    assert page.loaded == ["double_pendulum_ref.csv"]
+    assert "script" not in page.tags
+    assert {"svg", "math", "table"} <= page.tags
+    description = fmpy.read_model_description(str(fmu))
+    assert {v.name for v in description.modelVariables} <= set(page.codes)
+    assert {"body.upper", "point.tip", "knee"} <= set(page.codes)  # connectors
+
+
+def test_the_equations_are_those_of_the_model(fmu: Path) -> None:
+    """Of a pendulum of two equal links: M₂₂ = J + m L²/4, the second with its states' names."""
+    text = contents(fmu)["documentation/index.html"].decode()
+    lines = {
+        re.sub(r"<[^>]*>|&InvisibleTimes;", "", line)
+        for line in re.findall(r"<li>(.*?)</li>", text, re.DOTALL)
+    }
+    shared = next(line for line in lines if line in ("w1=L2m", "w1=mL2"))
+    assert f"M2,2=J+{shared[:2]}4" in lines
+    assert "q2=θ2knee.q" in lines
+    assert "u2=θ.2knee.u" in lines
+
+
+def test_the_icon_is_a_square_picture_with_something_on_it(fmu: Path) -> None:
+    picture = Image.open(io.BytesIO(contents(fmu)["model.png"]))
+    assert picture.size == (256, 256)
+    assert picture.info.keys() <= {"dpi"}  # neither date nor version
+    colours = picture.convert("RGB").getcolors(maxcolors=1 << 16) or []
+    covered = sum(count for count, colour in colours if colour != (255, 255, 255))
+    assert 0.05 * 256**2 < covered < 0.95 * 256**2
+
+
+def test_the_reference_series_is_what_the_fmu_gives(fmu: Path) -> None:
+    """FMPy's run of the default experiment, whose steps are others; the tolerance is 1e-10 per
+    step, of some 20 in 2 s, and digits after the tenth are not written."""
+    files = contents(fmu)
+    rows = list(csv.reader(files["documentation/double_pendulum_ref.csv"].decode().splitlines()))
+    table = np.array(rows[1:], float)
+    lines = files["documentation/double_pendulum_ref.opt"].decode().splitlines()
+    settings = dict(line.split(", ") for line in lines)
+    assert float(settings["StopTime"]) == 2.0
+    description = fmpy.read_model_description(str(fmu))
+    outputs = [v.name for v in description.modelVariables if v.causality == "output"]
+    assert rows[0] == ["time", *outputs]
+    found = fmpy.simulate_fmu(
+        str(fmu), stop_time=2.0, output_interval=float(settings["StepSize"]), output=outputs
+    )
+    for k, name in enumerate(rows[0]):
+        scale = max(1.0, np.abs(table[:, k]).max())
+        np.testing.assert_allclose(found[name], table[:, k], rtol=0, atol=1e-8 * scale)
+
+
+def test_the_same_bytes_in_another_process(tmp_path: Path) -> None:
+    """Whatever the hash seed: neither the order of sets nor a date gets into the files."""
+    digests = set()
+    for seed in ("1", "2"):
+        command = [sys.executable, "-c", "import m4e_fmi.cli, sys; sys.exit(m4e_fmi.cli.main())"]
+        folder = tmp_path / seed
+        subprocess.run(
+            [*command, "build", str(PENDULUM), "--native", "--build-folder", str(folder)],
+            env={**os.environ, "PYTHONHASHSEED": seed},
+            capture_output=True,
+            check=True,
+        )
+        digests.add(hashlib.sha256((folder / "double_pendulum.fmu").read_bytes()).hexdigest())
+    assert len(digests) == 1
+
+
+def test_fmi_3_has_its_icon_elsewhere(model: Model, tmp_path: Path) -> None:
+    program, options = model_program(model), {"native": True, "fmi": "3"}
+    documentation = fmu_documentation(model, program, Options(**options))
+    path = build_fmu(program, tmp_path / "a.fmu", documentation=documentation, **options)
+    assert validate_fmu(str(path)) == []
+    names = contents(path).keys()
+    assert "terminalsAndIcons/icon.png" in names
+    assert "model.png" not in names
+
+
+def test_a_default_experiment_that_fails_is_told(tmp_path: Path) -> None:
+    """A pendulum whose push is no number from 1 s on."""
+    text = PENDULUM.read_text(encoding="utf-8").replace("[20, 20]", "[sqrt(1 - t), 0]")
+    path = tmp_path / "wild.model.yaml"
+    path.write_text(text, encoding="utf-8")
+    model = load_model(path)
+    files = fmu_documentation(model, model_program(model), Options())
+    assert not any(name.endswith("_ref.csv") for name in files)
+    page = files["documentation/index.html"].decode()
+    assert "no reference series, because the default experiment fails" in page

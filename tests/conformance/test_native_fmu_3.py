@@ -1,0 +1,684 @@
+"""Native FMUs of FMI 3.0: valid, exact, the bits of FMI 2.0 ones; no call breaks them."""
+
+from __future__ import annotations
+
+import ctypes
+import math
+import subprocess
+import sys
+import zipfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import fmpy
+import numpy as np
+import pytest
+from fmpy import fmi3
+from fmpy.fmi1 import FMICallException
+from fmpy.validation import validate_fmu
+from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]
+from support.driven import driven, fragile
+from support.fmu3_instance import Instance3
+from support.fmu_instance import DISCARD, Instance
+from support.plane import plane
+
+from m4e_fmi.errors import InputError
+from m4e_fmi.fmu import build_fmu
+from m4e_fmi.fmu.terminals import TERMINALS
+from m4e_fmi.model import load_model
+from m4e_fmi.multibody import model_program
+from m4e_fmi.program import Program, Recorder, Variable
+from m4e_fmi.simulate import simulate
+
+ERROR = 3
+EXAMPLES = Path(__file__).parents[2] / "examples"
+LARGEST = 300_000
+ELEMENTS = {
+    "body.ball.force": ("body.ball.force_x", "body.ball.force_z"),
+    "body.ball.position": ("body.ball.x", "body.ball.z"),
+    "body.ball.velocity": ("body.ball.vx", "body.ball.vz"),
+    "body.ball.acceleration": ("body.ball.ax", "body.ball.az"),
+    "der(body.ball.position)": ("der(body.ball.x)", "der(body.ball.z)"),
+    "joint.post.reaction": ("joint.post.reaction_x", "joint.post.reaction_z"),
+    "gain": ("gain[1,1]", "gain[1,2]", "gain[2,1]", "gain[2,2]"),
+}
+"""Of `plane`: array → the scalars of FMI 2.0."""
+
+
+def pendulum() -> Program:
+    return model_program(load_model(EXAMPLES / "double_pendulum/double_pendulum.model.yaml"))
+
+
+def buoy() -> Program:
+    return model_program(load_model(EXAMPLES / "moored_buoy/buoy.model.yaml"))
+
+
+def algebraic() -> Program:
+    r = Recorder("algebraic", "no states")
+    u = r.input(Variable("u", "1", "input", start=2.0))
+    r.output(Variable("y", "1", "output"), 3.0 * u)
+    return r.program()
+
+
+PROGRAMS: dict[str, Callable[[], Program]] = {
+    make.__name__: make for make in (driven, fragile, plane, pendulum, buoy, algebraic)
+}
+Load = Callable[..., Instance3]
+
+
+@pytest.fixture(scope="module")
+def fmus(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    folder = tmp_path_factory.mktemp("native3")
+    return {
+        name: build_fmu(make(), folder / f"{name}.fmu", native=True, fmi="3")
+        for name, make in PROGRAMS.items()
+    }
+
+
+@pytest.fixture
+def load(fmus: dict[str, Path], tmp_path: Path) -> Iterator[Load]:
+    opened: list[Instance3] = []
+
+    def loaded(name: str = "plane", **arguments: Any) -> Instance3:
+        opened.append(Instance3(fmus[name], tmp_path / f"unpacked_{len(opened)}", **arguments))
+        return opened[-1]
+
+    yield loaded
+    for instance in opened:
+        instance.fmu.freeInstance()
+
+
+@pytest.fixture
+def older(tmp_path: Path) -> Iterator[Instance]:
+    """`plane` in FMI 2.0."""
+    path = build_fmu(plane(), tmp_path / "older.fmu", native=True)
+    with Instance(path, tmp_path / "older") as instance:
+        yield instance
+
+
+def answers(status: int, action: Callable[[], Any]) -> None:
+    """Assert that a call answers `status`."""
+    with pytest.raises(FMICallException) as caught:
+        action()
+    assert caught.value.status == status
+
+
+class TestDescription:
+    @pytest.mark.parametrize("name", PROGRAMS)
+    def test_no_finding(self, fmus: dict[str, Path], name: str) -> None:
+        assert validate_fmu(str(fmus[name])) == []
+        assert fmus[name].stat().st_size < LARGEST
+
+    def test_arrays(self, load: Load) -> None:
+        variables = load().variables
+        shapes = {name: v.shape for name, v in variables.items() if v.shape}
+        assert shapes == {name: (2, 2) if name == "gain" else (2,) for name in ELEMENTS}
+        assert variables["body.ball.position"].unit == "m"
+        assert variables["body.ball.position"].start == "0.3 1.3"
+        assert variables["gain"].start == "1.0 0.1 0.2 1.0"
+        assert variables["gain"].unit is None
+        assert "units of the elements: 1, rad, rad, 1" in variables["gain"].description
+        derivative = variables["body.ball.acceleration"].derivative
+        assert derivative.name == "body.ball.velocity"
+        assert variables["time"].causality == "independent"
+        assert variables["time"].unit == "s"
+
+    def test_every_scalar_is_an_element_of_one_variable(
+        self, fmus: dict[str, Path], tmp_path: Path
+    ) -> None:
+        for name, make in PROGRAMS.items():
+            path = build_fmu(make(), tmp_path / f"{name}.fmu", native=True)
+            scalars: Any = fmpy.read_model_description(str(path)).modelVariables
+            variables: Any = fmpy.read_model_description(str(fmus[name])).modelVariables
+            sizes = [math.prod(v.shape) for v in variables]
+            assert sum(sizes) == len(scalars) + 1  # time
+            assert len({v.valueReference for v in variables}) == len(variables)
+
+    def test_structure(self, load: Load) -> None:
+        description = load().description
+
+        def kinds(unknowns: list[Any]) -> dict[str, dict[str, str]]:
+            return {
+                u.variable.name: dict(
+                    zip([v.name for v in u.dependencies], u.dependenciesKind, strict=True)
+                )
+                for u in unknowns
+            }
+
+        outputs = kinds(description.outputs)
+        assert outputs["body.ball.position"] == {"body.ball.position": "constant"}
+        assert outputs["body.ball.acceleration"] == {
+            "body.ball.force": "tunable",
+            "body.ball.position": "fixed",
+            "time": "dependent",
+        }
+        assert outputs["turn"] == {"body.ball.moment_y": "constant"}
+        rates = kinds(description.derivatives)
+        assert list(rates) == ["der(body.ball.position)", "body.ball.acceleration"]
+        first = kinds(description.initialUnknowns)
+        assert first["weight"] == {"mass": "constant"}
+        assert set(first["body.ball.acceleration"]) == {
+            *("time", "mass", "stiffness", "gain", "body.ball.force", "body.ball.position")
+        }
+
+    def test_terminals(self, fmus: dict[str, Path]) -> None:
+        """Bodies, points and joints with what goes in and out; valid by the standard's schema."""
+        schema = Path(fmpy.__file__).parent / "schema/fmi3/fmi3TerminalsAndIcons.xsd"
+        found = {}
+        for name, path in fmus.items():
+            with zipfile.ZipFile(path) as archive:
+                if TERMINALS not in archive.namelist():
+                    continue
+                root = etree.fromstring(archive.read(TERMINALS))
+            etree.XMLSchema(etree.parse(schema)).assertValid(root)
+            found[name] = {
+                t.get("name"): [m.get("memberName") for m in t] for t in root.iter("Terminal")
+            }
+        ball = ["force", "moment_y", "position", "velocity", "acceleration"]
+        assert found["plane"] == {"body.ball": ball}
+        assert set(found["pendulum"]) == {
+            *("body.upper", "body.lower", "point.tip", "joint.shoulder", "joint.elbow")
+        }
+        assert set(found) == {"plane", "pendulum", "buoy"}
+
+    def test_same_bytes_every_time(self, fmus: dict[str, Path], tmp_path: Path) -> None:
+        again = build_fmu(plane(), tmp_path / "again.fmu", native=True, fmi="3")
+        assert again.read_bytes() == fmus["plane"].read_bytes()
+
+    def test_native_only(self, tmp_path: Path) -> None:
+        with pytest.raises(InputError, match="native"):
+            build_fmu(plane(), tmp_path / "p.fmu", fmi="3")
+        with pytest.raises(InputError, match="no FMI version '4'"):
+            build_fmu(plane(), tmp_path / "p.fmu", native=True, fmi="4")
+
+
+class TestResults:
+    @pytest.mark.parametrize(
+        ("kind", "error"),
+        # co-simulation: tolerance 1e-10 in some tens of steps; CVODE: the same, of lower order
+        [("CoSimulation", 1e-8), ("ModelExchange", 1e-6)],
+    )
+    def test_as_simulate(self, fmus: dict[str, Path], kind: str, error: float) -> None:
+        expected = simulate(pendulum(), stop_time=2.0, output_interval=0.1, tolerance=1e-10)
+        found = fmpy.simulate_fmu(
+            str(fmus["pendulum"]),
+            fmi_type=kind,
+            stop_time=2.0,
+            output_interval=0.1,
+            relative_tolerance=1e-10,
+            output=["body.lower.theta", "point.tip.position"],
+        )
+        pairs = {
+            "body.lower.theta": found["body.lower.theta"],
+            "point.tip.x": found["point.tip.position"][:, 0],
+            "point.tip.z": found["point.tip.position"][:, 1],
+        }
+        for name, values in pairs.items():
+            scale = np.abs(expected[name]).max()
+            np.testing.assert_allclose(values, expected[name], atol=error * scale, rtol=0)
+
+    def test_the_bits_of_fmi_2(self, load: Load, older: Instance) -> None:
+        newer = load().initialise({"stiffness": 8.0}, tolerance=1e-6)
+        older.initialise({"stiffness": 8.0}, tolerance=1e-6)
+        for k in range(20):
+            force = (math.sin(k), 0.1 * k)
+            newer.set({"body.ball.force": force, "gain": (1.0, 0.2, 0.1 * k, 1.0)})
+            older.set(dict(zip(ELEMENTS["body.ball.force"], force, strict=True)))
+            older.set(dict(zip(ELEMENTS["gain"], (1.0, 0.2, 0.1 * k, 1.0), strict=True)))
+            assert newer.step(0.1 * k, 0.1) == (False, False, False, 0.1 * k + 0.1)
+            older.step(0.1 * k, 0.1)
+            for name in newer.numbers():
+                scalars = ELEMENTS.get(name, (name,))
+                if name != "time":
+                    assert newer.all(name) == list(older.get(scalars).values())
+        assert newer["time"] == 0.1 * 19 + 0.1
+
+    @pytest.mark.parametrize("method", ["rk4", "rk45", "dop853", "rodas"])
+    def test_the_bits_of_simulate(self, tmp_path: Path, method: str) -> None:
+        """Where no step is cut; looked at after each step of the integrator, or not."""
+        how: dict[str, Any] = {"method": method}
+        if method == "rk4":
+            how["step_size"] = 0.03
+        path = build_fmu(pendulum(), tmp_path / "p.fmu", native=True, fmi="3", **how)
+        expected = simulate(pendulum(), stop_time=1.0, output_interval=1.0, **how)
+        for update in (None, lambda *_: None):
+            with Instance3(path, tmp_path / "p", intermediateUpdate=update) as instance:
+                instance.initialise(tolerance=1e-8)
+                instance.step(0.0, 1.0)
+                assert instance["body.lower.theta"] == expected["body.lower.theta"][-1]
+
+    def test_reset(self, load: Load) -> None:
+        instance = load().initialise({"body.ball.position": (2.0, 1.0)})
+        instance.step(0.0, 0.5)
+        instance.fmu.reset()
+        instance.initialise()
+        instance.step(0.0, 0.5)
+        again = load().initialise()
+        again.step(0.0, 0.5)
+        assert instance.all("body.ball.position") == again.all("body.ball.position")
+
+
+class TestModelExchange:
+    def test_states_are_those_of_the_arrays(self, load: Load) -> None:
+        """Order: position x, z, then velocity x, z; not the program's x, vx, z, vz."""
+        instance = load(kind="ModelExchange").initialise({"body.ball.velocity": (5.0, 7.0)})
+        model = instance.fmu
+        model.updateDiscreteStates()
+        model.enterContinuousTimeMode()
+        assert model.getNumberOfContinuousStates() == 4
+        assert model.getNumberOfEventIndicators() == 0
+        four = (ctypes.c_double * 4)()
+        model.getContinuousStates(four, 4)
+        assert list(four) == [0.3, 1.3, 5.0, 7.0]
+        model.setTime(0.25)
+        model.setContinuousStates((ctypes.c_double * 4)(0.1, 0.2, 0.3, 0.4), 4)
+        model.getContinuousStateDerivatives(four, 4)
+        assert list(four[:2]) == [0.3, 0.4]
+        assert list(four[2:]) == instance.all("body.ball.acceleration")
+        assert four[2] == pytest.approx(-0.9, rel=1e-15)
+        assert four[3] == pytest.approx(math.sin(0.5) / 2.0 - 3.6, rel=1e-15)
+        assert instance["time"] == 0.25
+        model.getNominalsOfContinuousStates(four, 4)
+        assert min(four) > 0
+        for count in (3, 5):
+            answers(ERROR, lambda n=count: model.getContinuousStates((ctypes.c_double * 5)(), n))
+        assert model.completedIntegratorStep() == (False, False)
+        model.terminate()
+
+    def test_without_states(self, load: Load) -> None:
+        instance = load("algebraic", kind="ModelExchange").initialise()
+        instance.fmu.enterContinuousTimeMode()
+        instance.set({"u": 5.0})
+        assert instance["y"] == 15.0
+
+
+class TestDerivatives:
+    def test_directional_as_in_fmi_2(self, load: Load, older: Instance) -> None:
+        newer = load().initialise({"body.ball.velocity": (0.5, -0.7)})
+        older.initialise({"body.ball.vx": 0.5, "body.ball.vz": -0.7})
+        unknown, known = "body.ball.acceleration", ("body.ball.position", "body.ball.force")
+        seed = [0.3, -0.2, 1.0, 2.0]
+        found = newer.fmu.getDirectionalDerivative(
+            [newer.references[unknown]], [newer.references[k] for k in known], seed, 2
+        )
+        r = older.references
+        expected = older.fmu.getDirectionalDerivative(
+            [r[name] for name in ELEMENTS[unknown]],
+            [r[name] for k in known for name in ELEMENTS[k]],
+            seed,
+        )
+        assert found == expected
+
+    def test_by_time(self, load: Load) -> None:
+        instance = load().initialise()
+        r = instance.references
+        get = instance.fmu.getDirectionalDerivative
+        assert get([r["body.ball.acceleration"]], [r["time"]], [3.0], 2) == [0.0, 3.0]
+
+    def test_adjoint_is_the_transpose(self, load: Load) -> None:
+        """w·(J s) = (Jᵀ w)·s to rounding, over all unknowns and knowns."""
+        instance = load().initialise({"body.ball.velocity": (0.5, -0.7)})
+        r = instance.references
+        unknowns = ["body.ball.acceleration", "power", "joint.post.reaction", "weight"]
+        knowns = ["body.ball.force", "body.ball.velocity", "mass", "gain", "time"]
+        rows = sum(instance.size(name) for name in unknowns)
+        columns = sum(instance.size(name) for name in knowns)
+        random = np.random.default_rng(1)
+        w, s = random.normal(size=rows), random.normal(size=columns)
+        lists = [r[name] for name in unknowns], [r[name] for name in knowns]
+        forward = np.array(instance.fmu.getDirectionalDerivative(*lists, list(s), rows))
+        backward = np.array(instance.fmu.getAdjointDerivative(*lists, list(w), columns))
+        assert w @ forward == pytest.approx(backward @ s, rel=1e-13)
+
+    def test_as_differences(self, load: Load) -> None:
+        instance = load("pendulum", kind="ModelExchange").initialise()
+        model, r = instance.fmu, instance.references
+        model.enterContinuousTimeMode()
+        rates = [d.variable.valueReference for d in instance.description.derivatives]
+        states = [r[d.variable.derivative.name] for d in instance.description.derivatives]
+        n = len(states)
+        at, dx = np.array([0.4, -0.7, 0.9, 0.2]), (ctypes.c_double * n)()
+
+        def evaluated(x: np.ndarray) -> np.ndarray:
+            model.setContinuousStates((ctypes.c_double * n)(*x), n)
+            model.getContinuousStateDerivatives(dx, n)
+            return np.array(dx)
+
+        for k in range(n):
+            step = 1e-5 * np.eye(n)[k]  # error of central differences here: about 1e-9
+            expected = (evaluated(at + step) - evaluated(at - step)) / 2e-5
+            evaluated(at)
+            found = model.getDirectionalDerivative(rates, [states[k]], [1.0])
+            np.testing.assert_allclose(found, expected, atol=1e-7)
+
+    def test_of_outputs_by_time(self, load: Load) -> None:
+        instance = load().initialise({"body.ball.velocity": (0.5, -0.7)})
+        names = ["body.ball.position", "body.ball.velocity", "power"]
+        instance.set({"body.ball.force": (1.0, 2.0)})
+        r = [instance.references[name] for name in names]
+        values = (ctypes.c_double * 5)()
+        orders = (ctypes.c_int32 * 3)(1, 1, 1)
+        arguments = (ctypes.c_uint * 3)(*r), ctypes.c_size_t(3), orders, values
+        assert instance.call("GetOutputDerivatives", *arguments, ctypes.c_size_t(5)) == 0
+        a = instance.all("body.ball.acceleration")
+        assert list(values) == pytest.approx([0.5, -0.7, *a, a[0] + 2.0 * a[1]], rel=1e-14)
+        assert instance.call("GetOutputDerivatives", *arguments, ctypes.c_size_t(4)) == ERROR
+        orders[0] = 2
+        assert instance.call("GetOutputDerivatives", *arguments, ctypes.c_size_t(5)) == ERROR
+
+    def test_dependencies_of_elements(self, load: Load) -> None:
+        """Each is declared, and no derivative is without: by all knowns, of all unknowns."""
+        instance = load().initialise({"body.ball.velocity": (0.5, -0.7)})
+        instance.set({"body.ball.force": (1.0, 2.0)})
+        instance.step(0.0, 0.1)
+        r = instance.references
+        knowns = [
+            *("time", "body.ball.force", "body.ball.moment_y"),
+            *("body.ball.position", "body.ball.velocity"),
+        ]
+        for unknown in instance.description.outputs:
+            name = unknown.variable.name
+            found = dependencies(instance, name)
+            declared = {v.name for v in unknown.dependencies}
+            assert {known for _, known, _ in found} == declared
+            for known in knowns:
+                for k in range(instance.size(known)):
+                    seed = [float(i == k) for i in range(instance.size(known))]
+                    slopes = instance.fmu.getDirectionalDerivative(
+                        [r[name]], [r[known]], seed, instance.size(name)
+                    )
+                    for i, slope in enumerate(slopes):
+                        assert ((i + 1, known, k + 1) in found) == (slope != 0.0)
+        assert found_kinds(instance, "body.ball.acceleration")[2, "time", 1] == 5
+        assert found_kinds(instance, "body.ball.acceleration")[1, "body.ball.force", 2] == 3
+        assert found_kinds(instance, "weight") == {(1, "mass", 1): 1}
+        assert found_kinds(instance, "mass") == {}
+
+
+def dependencies(instance: Instance3, name: str) -> set[tuple[int, str, int]]:
+    return set(found_kinds(instance, name))
+
+
+def found_kinds(instance: Instance3, name: str) -> dict[tuple[int, str, int], int]:
+    """Element, known, element of the known → kind, as the FMU says it."""
+    count, reference = ctypes.c_size_t(), ctypes.c_uint(instance.references[name])
+    assert instance.call("GetNumberOfVariableDependencies", reference, ctypes.byref(count)) == 0
+    n = count.value
+    elements, others = (ctypes.c_size_t * n)(), (ctypes.c_size_t * n)()
+    knowns, kinds = (ctypes.c_uint * n)(), (ctypes.c_int * n)()
+    status = instance.call(
+        "GetVariableDependencies", reference, elements, knowns, others, kinds, ctypes.c_size_t(n)
+    )
+    assert status == 0
+    names = {reference: name for name, reference in instance.references.items()}
+    rows = zip(elements, (names[k] for k in knowns), others, strict=True)
+    return dict(zip(rows, kinds, strict=True))
+
+
+class Watch:
+    """An intermediate update callback that notes what it is told, and acts as `act` says."""
+
+    def __init__(self, act: Callable[[float], float | None] = lambda _: None) -> None:
+        self.seen: list[tuple[float, bool, bool, bool, bool]] = []
+        self.act = act
+
+    def __call__(
+        self,
+        _environment: Any,
+        time: float,
+        settable: bool,
+        readable: bool,
+        finished: bool,
+        may_return: bool,
+        early: Any,
+        early_time: Any,
+    ) -> None:
+        self.seen.append((time, settable, readable, finished, may_return))
+        wanted = self.act(time)
+        if wanted is not None:
+            early[0] = True
+            early_time[0] = wanted
+
+
+class TestWithinSteps:
+    def test_each_step_of_the_integrator_is_shown(self, load: Load) -> None:
+        """x = 1/(1 − t): intermediate values are on the solution, as near as those at the end."""
+        watch, found = Watch(), []
+        instance = load("fragile", intermediateUpdate=watch).initialise()
+        watch.act = lambda t: found.append((t, instance["x"], instance["time"]))
+        assert instance.step(0.0, 0.9) == (False, False, False, 0.9)
+        times = [t for t, *_ in watch.seen]
+        assert len(times) > 3
+        assert times == sorted(set(times))
+        assert times[-1] == 0.9
+        assert {tuple(flags) for _, *flags in watch.seen} == {(True, True, True, False)}
+        for t, x, time in found:
+            assert t == time
+            # 1e-8 a step, grown by x²/x0² since
+            assert x == pytest.approx(1.0 / (1.0 - t), rel=1e-8 * len(times) / (1.0 - t))
+
+    @pytest.mark.parametrize("beyond", [0.0, 0.01, 5.0])
+    def test_early_return(self, load: Load, beyond: float) -> None:
+        """At once, or at a time still to come: the state is that of a step to there."""
+        watch = Watch(lambda t: t + beyond if t > 0.2 else None)
+        instance = load(earlyReturnAllowed=True, intermediateUpdate=watch).initialise()
+        *_, early, reached = instance.step(0.0, 3.0)
+        assert early == (beyond < 3.0)
+        assert reached == instance["time"]
+        first = next(t for t, *_ in watch.seen if t > 0.2)
+        assert reached == pytest.approx(min(first + beyond, 3.0), abs=1e-12)
+        plain = load().initialise()
+        plain.step(0.0, reached)
+        for name in ("body.ball.position", "body.ball.velocity"):
+            # other steps, of a local error of 1e-8 each, on a motion that does not amplify them
+            assert instance.all(name) == pytest.approx(plain.all(name), abs=1e-6)
+        watch.act = lambda _: None
+        assert instance.step(reached, 3.5 - reached)[2:] == (False, 3.5)
+
+    def test_no_early_return_where_it_is_not_allowed(self, load: Load) -> None:
+        watch = Watch(lambda t: t)
+        instance = load(intermediateUpdate=watch).initialise()
+        assert instance.step(0.0, 3.0) == (False, False, False, 3.0)
+        assert not any(may_return for *_, may_return in watch.seen)
+
+    def test_inputs_set_within_a_step(self, load: Load) -> None:
+        """As a step that ends where the input is set."""
+        watch = Watch()
+        instance = load(intermediateUpdate=watch).initialise()
+
+        def act(_: float) -> None:
+            if len(watch.seen) == 2:
+                instance.set({"body.ball.force": (4.0, -1.0)})
+
+        watch.act = act
+        instance.step(0.0, 2.0)
+        turn = watch.seen[1][0]
+        plain = load().initialise()
+        plain.step(0.0, turn)
+        plain.set({"body.ball.force": (4.0, -1.0)})
+        plain.step(turn, 2.0 - turn)
+        assert instance.all("body.ball.position") == pytest.approx(
+            plain.all("body.ball.position"), abs=1e-6
+        )
+        assert instance.all("body.ball.force") == [4.0, -1.0]
+        answers(ERROR, lambda: instance.set({"mass": 3.0}))
+
+    def test_what_is_refused_within_a_step(self, load: Load) -> None:
+        watch, statuses = Watch(), {}
+        instance = load(intermediateUpdate=watch).initialise()
+        state = instance.fmu.getFMUState()
+
+        def act(_: float) -> None:
+            r = (ctypes.c_uint * 1)(instance.references["mass"])
+            one = (ctypes.c_double * 1)(3.0)
+            n = ctypes.c_size_t(1)
+            statuses["mass"] = instance.call("SetFloat64", r, n, one, n)
+            statuses["reset"] = instance.call("Reset")
+            statuses["restore"] = instance.call("SetFMUState", state)
+            statuses["terminate"] = instance.call("Terminate")
+            instance.call("FreeInstance")
+
+        watch.act = act
+        instance.step(0.0, 0.5)
+        assert set(statuses.values()) == {ERROR}
+        assert instance["mass"] == 2.0
+        assert any("within a step" in text for _, text in instance.messages)
+        instance.fmu.freeFMUState(state)
+
+    def test_a_step_that_cannot_be_finished(self, load: Load) -> None:
+        """fmi3Discard: all is as before, and a shorter step from there is a step like others."""
+        for update in (None, Watch()):
+            instance = load("fragile", intermediateUpdate=update).initialise()
+            instance.step(0.0, 0.5)
+            x = instance["x"]
+            answers(DISCARD, lambda i=instance: i.step(0.5, 1.0))
+            assert (instance["x"], instance["time"]) == (x, 0.5)
+            assert "t = 1" in instance.last_error or "t = 0.99999" in instance.last_error
+            assert instance.messages[-1] == (DISCARD, instance.last_error)
+            assert instance.step(0.5, 0.25)[3] == 0.75
+            assert instance["x"] == pytest.approx(4.0, rel=1e-6)
+
+
+CONTINUED = """
+import sys
+from pathlib import Path
+sys.path[:0] = {path!r}
+from support.fmu3_instance import Instance3
+with Instance3(Path({fmu!r}), Path({folder!r})) as instance:
+    fmu = instance.fmu
+    state = fmu.deserializeFMUState(Path({bytes!r}).read_bytes())
+    fmu.setFMUState(state)
+    fmu.freeFMUState(state)
+    for k in range(5, 10):
+        instance.step(0.1 * k, 0.1)
+    print(*(x.hex() for x in instance.all("body.ball.position")))
+"""
+
+
+class TestStates:
+    def test_rollback(self, load: Load) -> None:
+        instance = load().initialise()
+        instance.step(0.0, 0.1)
+        state = instance.fmu.getFMUState()
+        runs = []
+        for _ in range(3):
+            instance.fmu.setFMUState(state)
+            for k in range(1, 6):
+                instance.set({"body.ball.force": (float(k), -k)})
+                instance.step(0.1 * k, 0.1)
+            runs.append((instance.all("body.ball.position"), instance.all("body.ball.velocity")))
+        instance.fmu.freeFMUState(state)
+        assert runs[0] == runs[1] == runs[2]
+
+    def test_into_another_instance_and_process(
+        self, load: Load, fmus: dict[str, Path], tmp_path: Path
+    ) -> None:
+        first, second = load().initialise({"gain": (1.0, 2.0, 3.0, 4.0)}), load()
+        first.set({"body.ball.force": (0.5, 0.25)})
+        for k in range(5):
+            first.step(0.1 * k, 0.1)
+        content = first.fmu.serializeFMUState(first.fmu.getFMUState())
+        (tmp_path / "state").write_bytes(content)
+        second.fmu.setFMUState(second.fmu.deserializeFMUState(content))
+        for k in range(5, 10):
+            first.step(0.1 * k, 0.1)
+            second.step(0.1 * k, 0.1)
+        expected = first.all("body.ball.position")
+        assert second.all("body.ball.position") == expected
+        script = CONTINUED.format(
+            path=sys.path,
+            fmu=str(fmus["plane"]),
+            folder=str(tmp_path / "other"),
+            bytes=str(tmp_path / "state"),
+        )
+        run = subprocess.run(
+            [sys.executable, "-c", script], capture_output=True, text=True, check=True
+        )
+        assert run.stdout.split()[-2:] == [x.hex() for x in expected]
+
+    def test_foreign_and_damaged_states_are_refused(self, load: Load) -> None:
+        instance, other = load().initialise(), load("fragile").initialise()
+        state = instance.fmu.getFMUState()
+        answers(ERROR, lambda: other.fmu.setFMUState(state))
+        content = bytearray(instance.fmu.serializeFMUState(state))
+        for place in range(0, len(content), 7):
+            damaged = bytearray(content)
+            damaged[place] ^= 1
+            answers(ERROR, lambda d=damaged: instance.fmu.deserializeFMUState(bytes(d)))
+        instance.fmu.freeFMUState(state)
+
+
+class TestRefusals:
+    def test_instances_that_cannot_be(self, fmus: dict[str, Path], tmp_path: Path) -> None:
+        """No event mode, no scheduled execution, no other token, no variable that is none."""
+        impossible: tuple[dict[str, Any], ...] = (
+            {"eventModeUsed": True},
+            {"requiredIntermediateVariables": [99]},
+        )
+        for number, arguments in enumerate(impossible):
+            with pytest.raises(Exception, match="instantiate"):
+                Instance3(fmus["plane"], tmp_path / str(number), **arguments)
+        with Instance3(fmus["plane"], tmp_path / "plane") as instance:
+            instance.fmu.guid = "{00000000-0000-0000-0000-000000000000}"
+            component = instance.fmu.component
+            with pytest.raises(Exception, match="instantiate"):
+                instance.fmu.instantiate(logMessage=instance._log)
+            assert "is not that of this FMU" in instance.messages[-1][1]
+            scheduled = instance.fmu.dll.fmi3InstantiateScheduledExecution
+            arguments = b"one", b"token", b"/", False, False, None, instance.fmu.logMessage
+            clocks = fmi3.fmi3ClockUpdateCallback(), fmi3.fmi3LockPreemptionCallback()
+            assert not scheduled(*arguments, *clocks, fmi3.fmi3UnlockPreemptionCallback())
+            assert "no scheduled execution" in instance.messages[-1][1]
+            instance.fmu.component = component
+
+    def test_numbers_that_do_not_fit(self, load: Load) -> None:
+        instance = load().initialise()
+        r = instance.references["body.ball.force"]
+        for call in (
+            lambda: instance.fmu.getFloat64([r], nValues=1),
+            lambda: instance.fmu.getFloat64([r], nValues=3),
+            lambda: instance.fmu.setFloat64([r], [1.0]),
+            lambda: instance.fmu.setFloat64([r], [1.0, math.nan]),
+            lambda: instance.fmu.getFloat64([instance.references["last_error"]]),
+            lambda: instance.fmu.getFloat64([999]),
+            lambda: instance.fmu.getFloat32([r]),
+            lambda: instance.fmu.setBoolean([r], [True]),
+            lambda: instance.fmu.getString([r]),
+            lambda: instance.fmu.setString([instance.references["last_error"]], ["x"]),
+            lambda: instance.set({"time": 1.0}),
+            lambda: instance.set({"body.ball.acceleration": (0.0, 0.0)}),
+        ):
+            answers(ERROR, call)
+        assert instance.all("body.ball.force") == [0.0, 0.0]
+
+    def test_silence(self, load: Load) -> None:
+        """Without logging nothing is logged, until it is asked for."""
+        instance = load(loggingOn=False)
+        answers(ERROR, instance.fmu.exitInitializationMode)
+        assert instance.messages == []
+        instance.fmu.setDebugLogging(True, ["logStatusError"])
+        answers(ERROR, instance.fmu.exitInitializationMode)
+        assert len(instance.messages) == 1
+        answers(ERROR, lambda: instance.fmu.setDebugLogging(True, ["nonsense"]))
+
+    def test_files_that_are_not_of_the_fmu(self, fmus: dict[str, Path], tmp_path: Path) -> None:
+        """Damaged lists of variables and dependencies: an error, never a crash."""
+        with Instance3(fmus["plane"], tmp_path / "x") as instance:
+            resources = instance.folder / "resources"
+            variables = (resources / "variables.txt").read_text()
+            component = instance.fmu.component
+            for text in ("", "0\n", variables + "x", variables[:-1], variables + "999\n", "7\n7\n"):
+                (resources / "variables.txt").write_text(text)
+                with pytest.raises(Exception, match="instantiate"):
+                    instance.fmu.instantiate(logMessage=instance._log)
+                assert instance.messages[-1][1] == "variables.txt is not of this FMU"
+            instance.fmu.component = component
+            count = ctypes.c_size_t()
+            for text in ("1 1 1\n", "1 9 1 1 1\n", "2 1 1 1 1\n1 1 1 1 1\n", "1 1 1 1 7\n", "x\n"):
+                (resources / "dependencies.txt").write_text(text)
+                arguments = ctypes.c_uint(1), ctypes.byref(count)
+                assert instance.call("GetNumberOfVariableDependencies", *arguments) == ERROR
+                assert instance.messages[-1][1] == "dependencies.txt is not of this FMU"
+            (resources / "dependencies.txt").write_text("")
+            assert instance.call("GetNumberOfVariableDependencies", *arguments) == 0

@@ -1,0 +1,253 @@
+"""Every function of FMI 3.0 in every state of the state machine answers as the standard says."""
+
+from __future__ import annotations
+
+import ctypes
+import subprocess
+from collections.abc import Callable, Iterator
+from ctypes import POINTER, byref, c_bool, c_double, c_int32, c_size_t, c_uint, c_uint8, c_uint64
+from pathlib import Path
+from typing import Any
+
+import pytest
+from support.fmu3_instance import Instance3
+from support.plane import plane
+
+from m4e_fmi.fmu import build_fmu
+
+OK, ERROR = 0, 3
+PHASES = {
+    "CoSimulation": ("instantiated", "initializing", "stepping", "within a step", "terminated"),
+    "ModelExchange": ("instantiated", "initializing", "event", "continuous", "terminated"),
+}
+ALL = {phase for phases in PHASES.values() for phase in phases}
+EXCHANGE = {"event", "continuous"}
+NOT_WITHIN = ALL - {"within a step"}
+EVALUATED = ALL - {"instantiated"}
+
+ALLOWED: dict[str, set[str]] = {
+    "GetVersion": ALL,
+    "SetDebugLogging": ALL,
+    "EnterInitializationMode": {"instantiated"},
+    "ExitInitializationMode": {"initializing"},
+    "EnterEventMode": {"continuous"},
+    "Terminate": {"event", "continuous", "stepping"},
+    "Reset": NOT_WITHIN,
+    "EnterConfigurationMode": set(),  # there are no structural parameters
+    "ExitConfigurationMode": set(),
+    "GetFloat64": ALL,
+    "GetString": ALL,
+    "SetFloat64": ALL - {"terminated"},
+    "GetNumberOfVariableDependencies": ALL,
+    "GetVariableDependencies": ALL,
+    "GetFMUState": NOT_WITHIN,
+    "SetFMUState": NOT_WITHIN,
+    "FreeFMUState": ALL,
+    "SerializedFMUStateSize": ALL,
+    "SerializeFMUState": ALL,
+    "DeserializeFMUState": ALL,
+    "GetDirectionalDerivative": EVALUATED,
+    "GetAdjointDerivative": EVALUATED,
+    "EvaluateDiscreteStates": {"event"},
+    "UpdateDiscreteStates": {"event"},
+    "EnterContinuousTimeMode": {"event"},
+    "CompletedIntegratorStep": {"continuous"},
+    "SetTime": EXCHANGE,
+    "SetContinuousStates": {"continuous"},
+    "EnterStepMode": set(),  # nor an event mode of co-simulation
+    "DoStep": {"stepping"},
+    "ActivateModelPartition": set(),
+}
+"""Function → states in which it may be called."""
+ONLY_STEPPING = {"GetOutputDerivatives": {"stepping", "within a step", "terminated"}}
+"""The same, of co-simulation only."""
+ONLY_EXCHANGE = {
+    "GetContinuousStates": EVALUATED,
+    "GetContinuousStateDerivatives": EVALUATED,
+    "GetEventIndicators": EVALUATED,
+    "GetNominalsOfContinuousStates": EVALUATED,
+    "GetNumberOfEventIndicators": NOT_WITHIN,
+    "GetNumberOfContinuousStates": NOT_WITHIN,
+}
+"""The same, of model exchange only."""
+TYPES = ("Float32", *(f"{u}Int{n}" for u in ("", "U") for n in (8, 16, 32, 64)), "Boolean")
+NONE_THERE = {
+    *(f"{verb}{kind}" for verb in ("Get", "Set") for kind in (*TYPES, "Binary", "Clock")),
+    *("GetIntervalDecimal", "GetIntervalFraction", "GetShiftDecimal", "GetShiftFraction"),
+    *("SetIntervalDecimal", "SetIntervalFraction", "SetShiftDecimal", "SetShiftFraction"),
+    "SetString",
+}
+"""Functions of variables that the FMU has none of: an error in every state."""
+ELSEWHERE = {
+    *("InstantiateModelExchange", "InstantiateCoSimulation", "InstantiateScheduledExecution"),
+    "FreeInstance",
+}
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("phases")
+    return build_fmu(plane(), folder / "plane.fmu", native=True, fmi="3")
+
+
+@pytest.fixture(params=PHASES)
+def instance(request: Any, path: Path, tmp_path: Path) -> Iterator[Instance3]:
+    more: dict[str, Any] = {}
+    if request.param == "CoSimulation":
+        more["intermediateUpdate"] = lambda *_: _CALLBACK[-1]()
+    with Instance3(path, tmp_path / "plane", kind=request.param, **more) as opened:
+        yield opened
+
+
+_CALLBACK: list[Callable[[], None]] = [lambda: None]
+
+
+def calls(instance: Instance3, state: Any) -> dict[str, tuple[Any, ...]]:
+    """Function → sound arguments, for the variable of the two forces where there is a choice."""
+    r = instance.references
+    force, a = (c_uint * 1)(r["body.ball.force"]), (c_uint * 1)(r["body.ball.acceleration"])
+    text = (c_uint * 1)(r["last_error"])
+    one, two, four, none = c_size_t(1), c_size_t(2), c_size_t(4), c_size_t(0)
+    pair, quad = (c_double * 2)(0.0, 0.0), (c_double * 4)(0.3, 1.3, 0.0, 0.0)
+    flags = [byref(c_bool()) for _ in range(5)]
+    number, size = byref(c_double()), c_size_t()
+    instance.fmu.fmi3SerializedFMUStateSize(instance.fmu.component, state, byref(size))
+    content = (c_uint8 * size.value)()
+    instance.fmu.fmi3SerializeFMUState(instance.fmu.component, state, content, size)
+    count = c_size_t()
+    instance.call("GetNumberOfVariableDependencies", a[0], byref(count))
+    n = count.value
+    found = (c_size_t * n)(), (c_uint * n)(), (c_size_t * n)(), (ctypes.c_int * n)()
+    made = ctypes.c_void_p()
+    derivative = a, one, force, one, pair, two, pair, two
+    return {
+        "SetDebugLogging": (True, none, None),
+        "EnterInitializationMode": (False, 0.0, 0.0, False, 0.0),
+        "GetFloat64": (force, one, pair, two),
+        "SetFloat64": (force, one, pair, two),
+        "GetString": (text, one, (ctypes.c_char_p * 1)(), one),
+        "GetNumberOfVariableDependencies": (a[0], byref(c_size_t())),
+        "GetVariableDependencies": (a[0], *found, count),
+        "GetFMUState": (byref(made),),
+        "SetFMUState": (state,),
+        "FreeFMUState": (byref(made),),
+        "SerializedFMUStateSize": (state, byref(c_size_t())),
+        "SerializeFMUState": (state, content, size),
+        "DeserializeFMUState": (content, size, byref(made)),
+        "GetDirectionalDerivative": derivative,
+        "GetAdjointDerivative": derivative,
+        "UpdateDiscreteStates": (*flags, number),
+        "CompletedIntegratorStep": (True, flags[0], flags[1]),
+        "SetTime": (0.0,),
+        "SetContinuousStates": (quad, four),
+        "GetContinuousStates": (quad, four),
+        "GetContinuousStateDerivatives": (quad, four),
+        "GetNominalsOfContinuousStates": (quad, four),
+        "GetEventIndicators": (pair, none),
+        "GetNumberOfEventIndicators": (byref(c_size_t()),),
+        "GetNumberOfContinuousStates": (byref(c_size_t()),),
+        "DoStep": (0.0, 0.1, True, *flags[:3], number),
+        "GetOutputDerivatives": (a, one, (c_int32 * 1)(1), pair, two),
+        "ActivateModelPartition": (c_uint(0), 0.0),
+        **_of_other_types(force, one),
+    }
+
+
+def _of_other_types(r: Any, one: Any) -> dict[str, tuple[Any, ...]]:
+    from fmpy import fmi3
+
+    room = {kind: (getattr(fmi3, f"fmi3{kind}") * 1)() for kind in TYPES}
+    decimals, counters = (c_double * 1)(), (c_uint64 * 1)()
+    sizes, binary = (c_size_t * 1)(), (POINTER(c_uint8) * 1)()
+    qualifiers = (ctypes.c_int * 1)()
+    return {
+        **{f"{v}{kind}": (r, one, room[kind], one) for v in ("Get", "Set") for kind in TYPES},
+        **{f"{v}Binary": (r, one, sizes, binary, one) for v in ("Get", "Set")},
+        **{f"{v}Clock": (r, one, (fmi3.fmi3Clock * 1)()) for v in ("Get", "Set")},
+        "SetString": (r, one, (ctypes.c_char_p * 1)(b"x"), one),
+        "GetIntervalDecimal": (r, one, decimals, qualifiers),
+        "GetIntervalFraction": (r, one, counters, counters, qualifiers),
+        "GetShiftDecimal": (r, one, decimals),
+        "GetShiftFraction": (r, one, counters, counters),
+        "SetIntervalDecimal": (r, one, decimals),
+        "SetIntervalFraction": (r, one, counters, counters),
+        "SetShiftDecimal": (r, one, decimals),
+        "SetShiftFraction": (r, one, counters, counters),
+    }
+
+
+def expected(name: str, phase: str, kind: str) -> int:
+    table = ONLY_EXCHANGE if kind == "ModelExchange" else ONLY_STEPPING
+    return OK if phase in {**ALLOWED, **table}.get(name, set()) else ERROR
+
+
+def test_every_exported_function_is_in_the_table(instance: Instance3) -> None:
+    (binary,) = instance.folder.glob("binaries/*/*")
+    listed = subprocess.run(
+        ["nm", "-D", "--defined-only", str(binary)], capture_output=True, text=True, check=True
+    )
+    names = {line.split()[-1] for line in listed.stdout.splitlines()}
+    tables = {*ALLOWED, *ONLY_STEPPING, *ONLY_EXCHANGE, *NONE_THERE, *ELSEWHERE}
+    assert {name[4:] for name in names if name.startswith("fmi3")} == tables
+
+
+def test_every_function_in_every_state(instance: Instance3) -> None:
+    fmu, kind = instance.fmu, instance.kind
+    names = sorted({*ALLOWED, *ONLY_STEPPING, *ONLY_EXCHANGE, *NONE_THERE} - {"GetVersion"})
+    checked: list[str] = []
+    wrong: list[tuple[str, str, int]] = []  # no assertion leaves a callback
+
+    def check(phase: str) -> None:
+        state = fmu.getFMUState() if phase != "within a step" else before
+        for name in names:
+            instance.messages.clear()
+            status = instance.call(name, *calls(instance, state).get(name, ()))
+            told = [text for how, text in instance.messages if how == ERROR]
+            silent = status == ERROR and not (told and f"fmi3{name}" in told[-1])
+            if status != expected(name, phase, kind) or silent:
+                wrong.append((name, phase, status))
+            if phase != "within a step":
+                fmu.setFMUState(state)
+        checked.append(phase)
+
+    def within() -> None:
+        if "within a step" not in checked:
+            check("within a step")
+
+    check("instantiated")
+    fmu.enterInitializationMode()
+    check("initializing")
+    fmu.exitInitializationMode()
+    if kind == "CoSimulation":
+        check("stepping")
+        before = fmu.getFMUState()
+        _CALLBACK.append(within)
+        instance.step(0.0, 0.1)
+        _CALLBACK.pop()
+    else:
+        check("event")
+        fmu.enterContinuousTimeMode()
+        check("continuous")
+    fmu.terminate()
+    check("terminated")
+    assert wrong == []
+    assert set(checked) == set(PHASES[kind])
+
+
+def test_no_instance_is_an_error(instance: Instance3) -> None:
+    for name, arguments in calls(instance, instance.fmu.getFMUState()).items():
+        assert getattr(instance.fmu.dll, f"fmi3{name}")(None, *arguments) == ERROR
+    instance.fmu.dll.fmi3FreeInstance(None)
+
+
+def test_nowhere_to_put_answers(instance: Instance3) -> None:
+    """Null pointers in place of each argument that is one: an error, or no need of it."""
+    state = instance.fmu.getFMUState()
+    for name, arguments in calls(instance, state).items():
+        if name in NONE_THERE:
+            continue
+        for place, argument in enumerate(arguments):
+            if isinstance(argument, bool | float | int | c_size_t | c_uint):
+                continue
+            given = [*arguments[:place], None, *arguments[place + 1 :]]
+            assert instance.call(name, *given) in (OK, ERROR)

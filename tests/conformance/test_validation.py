@@ -1,0 +1,127 @@
+"""The checks find each fault planted into an FMU without any, and nothing in the FMUs we build.
+
+`tests/fuzz/validate_all.py` validates the FMUs of all examples, in both kinds.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from support import defects
+from support.chains import hanging_chain
+from support.defects import DEFECTS
+
+from m4e_fmi.cli import main
+from m4e_fmi.errors import InputError
+from m4e_fmi.fmu import Report, build_fmu, validate_fmu
+from m4e_fmi.fmu.validation import GROUPS
+from m4e_fmi.model import load_model
+from m4e_fmi.multibody import model_program
+
+HANGS = 2.0  # s after which a call is said to hang; the FMU's own calls take milliseconds
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+
+def troubles(report: Report) -> set[str]:
+    return {finding.id for finding in report.of_severity("error", "warning")}
+
+
+@pytest.fixture(scope="module")
+def sound(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return defects.build(tmp_path_factory.mktemp("sound"))
+
+
+def test_nothing_is_found_where_nothing_is_wrong(sound: Path):
+    report = validate_fmu(sound)
+    assert troubles(report) == set()
+    assert [group.name for group in report.groups] == list(GROUPS)
+    assert all(group.passed for group in report.groups)
+
+
+@pytest.mark.parametrize("name", DEFECTS)
+def test_a_planted_fault_is_found(name: str, tmp_path: Path):
+    defect = DEFECTS[name]
+    path = defects.build(tmp_path, defect)
+    only = ("description",) if defect.text_only else ()
+    report = validate_fmu(path, only=only, call_limit=HANGS)
+    assert troubles(report) == defect.expected
+    assert report.ok == ("error" not in {f.severity for f in report.findings})
+
+
+def test_a_crash_names_the_call_and_spares_the_other_groups(tmp_path: Path):
+    path = defects.build(tmp_path, DEFECTS["nan crashes"])
+    report = validate_fmu(path, only=("values", "solution"))
+    (crash,) = report.of_severity("error")
+    assert "SIGSEGV in fmi2SetReal" in crash.message
+    assert [group.passed for group in report.groups] == [False, True]
+
+
+def test_a_hang_names_the_call(tmp_path: Path):
+    path = defects.build(tmp_path, DEFECTS["a huge step hangs"])
+    report = validate_fmu(path, only=("values",), call_limit=HANGS)
+    (hang,) = report.of_severity("error")
+    assert "fmi2DoStep(t=0.01, h=1e+300) did not return within 2 s" in hang.message
+
+
+def test_what_the_fmu_says_is_attached(tmp_path: Path):
+    report = validate_fmu(defects.build(tmp_path, DEFECTS["a stale GUID"]), only=("start",))
+    (finding,) = report.findings
+    assert finding.words == ("this is not my GUID",)
+
+
+@pytest.mark.parametrize("native", [False, True])
+@pytest.mark.parametrize(
+    "model",
+    [
+        lambda: hanging_chain(10),
+        lambda: load_model(EXAMPLES / "paper_cases" / "foswec.model.yaml"),
+    ],
+    ids=["ten links", "foswec"],
+)
+def test_our_own_fmus_have_no_finding(model: Callable, native: bool, tmp_path: Path):
+    path = build_fmu(model_program(model()), tmp_path / "model.fmu", native=native)
+    report = validate_fmu(path)
+    assert report.of_severity("error", "warning") == ()
+    skipped = {group.name for group in report.groups if group.skipped}
+    assert skipped == (set() if native else {"directional"})
+
+
+def test_groups_are_chosen_by_name(sound: Path):
+    report = validate_fmu(sound, only=("description", "phases"), skip=("description",))
+    assert [group.name for group in report.groups] == ["phases"]
+    with pytest.raises(InputError, match="no group 'pahses'"):
+        validate_fmu(sound, only=("pahses",))
+
+
+def test_the_command(sound: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    faulty = defects.build(tmp_path, DEFECTS["start below min"])
+    assert main(["validate", str(sound), "--only", "description"]) == 0
+    assert "no errors, no warnings" in capsys.readouterr().out
+    assert main(["validate", str(sound), str(faulty), "--only", "description", "--json"]) == 1
+    one, other = json.loads(capsys.readouterr().out)
+    assert one["ok"]
+    assert not other["ok"]
+    (error,) = [f for g in other["groups"] for f in g["findings"] if f["severity"] == "error"]
+    assert error["id"] == "variables.start"
+    assert "stiffness: start 5 is not between 6 and inf" in error["message"]
+
+
+def test_warnings_leave_the_exit_code_at_0(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    path = defects.build(tmp_path, DEFECTS["the exponents of a unit"])
+    assert main(["validate", str(path), "--only", "description"]) == 0
+    assert "warning units.definition" in capsys.readouterr().out
+
+
+def test_all_that_an_fmu_says(sound: Path, capsys: pytest.CaptureFixture[str]):
+    assert main(["info", str(sound), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["experiment"] == {"startTime": 0.0, "stopTime": 10.0, "stepSize": 0.01}
+    assert told["kinds"]["co-simulation"]["maxOutputDerivativeOrder"] == 1
+    assert len(told["variables"]) == 13
+    (power,) = [u for u in told["structure"]["outputs"] if u["name"] == "power"]
+    assert power["dependencies"] == ["force", "v"]
+    assert main(["info", str(sound)]) == 0
+    assert "FMI 2.0 model exchange and co-simulation, 13 variables" in capsys.readouterr().out

@@ -1,0 +1,146 @@
+"""The loop over macro steps: the same bits and the same failures by C and by Python."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from m4e_fmi.cosim import Component, FmuFile, Network, Outcome, Simulation, System, load, run
+from m4e_fmi.cosim.binary import binaries
+from m4e_fmi.cosim.schedule import PythonExecutor, Schedule
+from m4e_fmi.errors import RunError
+from m4e_fmi.fmu import read_description
+
+Fmus = Callable[[str], Path]
+Models = Mapping[str, tuple[str, Mapping[str, float]]]
+Both = Callable[[Callable[[], None]], None]
+
+SYSTEMS: dict[str, tuple[Models, tuple[str, ...]]] = {
+    "two masses": (
+        {"a": ("mass", {"stiffness": 1.0, "body.m.x": 1.0}), "b": ("partner", {"damping": 0.1})},
+        ("a.m <-> b.end",),
+    ),
+    "moved input": (
+        {"b": ("moving_partner", {}), "a": ("mass", {"stiffness": 1.0, "body.m.x": 1.0})},
+        ("a.m <-> b.end",),
+    ),
+    "line": ({"a": ("mass", {"body.m.x": 1.0}), "b": ("line", {})}, ("a.m <-> b.end",)),
+    "feed-through": (
+        {"c": ("stage", {"gain": 0.5}), "b": ("stage", {"gain": 3.0}), "a": ("stage", {"u": 5.0})},
+        ("a.y -> b.u", "b.y -> c.u"),
+    ),
+    "other units": (
+        {"a": ("mass", {"body.m.x": 1.0}), "b": ("mm_spring", {"stiffness": 2e-3})},
+        (
+            "a.body.m.x -> b.end.x",
+            "a.body.m.vx * 0.9 -> b.end.vx",
+            "b.end.force_x -> a.body.m.force_x",
+        ),
+    ),
+    "cycle": (
+        {"a": ("integrator", {"y": 1.0}), "b": ("integrator", {"gain": -1.0})},
+        ("a.y * 1.1 + 0.25 -> b.u", "b.y -> a.u"),
+    ),
+    "alone": ({"a": ("mass", {"body.m.vx": 1.0})}, ()),
+}
+
+
+def made(fmus: Fmus, name: str, simulation: Simulation) -> System:
+    models, connections = SYSTEMS[name]
+    parts = tuple(Component(n, FmuFile(fmus(m)), start) for n, (m, start) in models.items())
+    return System("test", parts, connections, simulation)
+
+
+def by_python(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("m4e_fmi.cosim.schedule.library", lambda: None)
+    assert isinstance(Schedule(()).executor, PythonExecutor)
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+@pytest.mark.parametrize("algorithm", ["jacobi", "gauss_seidel"])
+def test_c_and_python_give_the_same_bits(
+    c_fmu: Fmus, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, algorithm: str
+) -> None:
+    # rows at every third step; the last step is shorter, and a row of its own
+    system = made(c_fmu, name, Simulation(12.345, 0.01, algorithm, output_interval=0.03))
+    found = []
+    for how in ("c", "python"):
+        if how == "python":
+            by_python(monkeypatch)
+        outcome = run(system, results=tmp_path / f"{how}.nc")
+        found.append((outcome, load(tmp_path / f"{how}.nc")))
+    (first, by_c), (second, by_p) = found
+    assert (first.steps, first.energy) == (second.steps, second.energy)
+    assert first.steps == 1235
+    np.testing.assert_array_equal(by_c.time, by_p.time)
+    np.testing.assert_array_equal(by_c.time, [*(3 * k / 100 for k in range(412)), 12.345])
+    for component, variables in by_c.components.items():
+        for variable, series in variables.items():
+            other = by_p.components[component][variable].values
+            np.testing.assert_array_equal(series.values, other)
+            assert np.abs(series.values).max() > 0 or (name, variable) == ("alone", "body.m.ax")
+
+
+@pytest.mark.parametrize("algorithm", ["jacobi", "gauss_seidel"])
+def test_observing_changes_no_bit(c_fmu: Fmus, algorithm: str) -> None:
+    system = made(c_fmu, "two masses", Simulation(5.0, 0.01, algorithm))
+    seen: list[float] = []
+
+    def observe(time: float, network: Network) -> None:
+        seen.append(time)
+        assert network.time == time
+        assert all(instance.time == time for instance in network.instances.values())
+
+    watched: Outcome = run(system, observers=[observe])
+    assert seen == [k / 100 for k in range(501)]
+    assert watched.energy == run(system).energy
+
+
+@pytest.mark.parametrize("what", [2, 3, 4, 9])
+def test_failures_are_the_same(
+    c_fmu: Fmus, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, what: int
+) -> None:
+    """At a step in the midst of those that are made at once; `test_cosim_run` reads the message."""
+    start = {"what": float(what), "when": 0.77}
+    parts = (
+        Component("body", FmuFile(c_fmu("mass")), {}),
+        Component("pump", FmuFile(c_fmu("rogue")), start),
+        Component("next", FmuFile(c_fmu("stage")), {}),
+    )
+    system = System("test", parts, ("pump.y -> next.u",), Simulation(2.0, 0.01))
+    told = []
+    for how in ("c", "python"):
+        if how == "python":
+            by_python(monkeypatch)
+        with pytest.raises(RunError) as caught:
+            run(system, results=tmp_path / "r.nc")
+        told.append((caught.value.message, caught.value.remedy))
+        np.testing.assert_array_equal(load(tmp_path / "r.nc").time, np.arange(77) / 100)
+    assert told[0] == told[1]
+    assert "pump" in told[0][0]
+    assert "0.77 s" in told[0][0]
+
+
+def test_components_of_one_file_share_its_library(c_fmu: Fmus) -> None:
+    mass, once = (read_description(c_fmu(name)) for name in ("mass", "mass+once"))
+    with ExitStack() as stack:
+        found = binaries({"a": mass, "b": mass, "c": once, "d": once}, stack)
+        folders = [binary.functions.unzipDirectory for binary in found.values()]
+        assert folders[0] == folders[1]
+        assert len({*folders}) == 3  # what can be there only once is loaded twice, from two folders
+        assert all(Path(folder).is_dir() for folder in folders)
+    assert not any(Path(folder).exists() for folder in folders)
+
+
+def test_components_of_one_file_are_apart(c_fmu: Fmus, tmp_path: Path) -> None:
+    system = made(c_fmu, "alone", Simulation(1.0, 0.1))
+    more = tuple(Component(f"m{k}", FmuFile(c_fmu("mass")), {"body.m.vx": k}) for k in range(5))
+    results = run(replace(system, components=more), results=tmp_path / "r.nc").results()
+    for k in range(5):
+        # x = v t by rational arithmetic but for rounding in twenty inner steps of ten steps
+        np.testing.assert_allclose(results[f"m{k}.body.m.x"].values, k * results.time, rtol=1e-13)

@@ -1,0 +1,113 @@
+"""Which scalars become the elements of one variable of FMI 3.0."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from m4e_fmi.fmu.arrays import Grouped, Place, grouped, places
+from m4e_fmi.fmu.description import FmuVariable, ModelDescription
+
+
+def output(name: str, **more: Any) -> FmuVariable:
+    given = {"unit": "m", "causality": "output", "initial": "calculated", **more}
+    return FmuVariable(name=name, description=name, **given)
+
+
+def arrays(*variables: FmuVariable, derivatives: tuple[str, ...] = ()) -> dict[str, Grouped]:
+    description = ModelDescription("m", "m", variables, derivatives=derivatives)
+    return {v.name: v for v in grouped(description)}
+
+
+def names(*variables: FmuVariable, derivatives: tuple[str, ...] = ()) -> list[str]:
+    return list(arrays(*variables, derivatives=derivatives))
+
+
+def test_time_comes_first_and_arrays_at_their_first_element() -> None:
+    found = arrays(output("a"), output("b.x.z"), output("c"), output("b.x.x"))
+    assert list(found) == ["time", "a", "b.x.position", "c"]
+    assert [v.name for v in found["b.x.position"].members] == ["b.x.x", "b.x.z"]
+    assert found["b.x.position"].shape == (2,)
+    assert places(list(found.values())) == {
+        "time": Place(0, 1),
+        "a": Place(1, 1),
+        "b.x.x": Place(2, 1),
+        "b.x.z": Place(2, 2),
+        "c": Place(3, 1),
+    }
+
+
+def test_three_axes() -> None:
+    found = arrays(*(output(f"p.moment_{axis}") for axis in "zyx"))
+    assert [v.name for v in found["p.moment"].members] == [f"p.moment_{axis}" for axis in "xyz"]
+
+
+def test_forces_of_any_name() -> None:
+    listed = [output(f"p.{name}_{axis}") for name in ("reaction", "wave_force") for axis in "xz"]
+    assert names(*listed, output("p.lift_z")) == [
+        *("time", "p.reaction", "p.wave_force", "p.lift_z")
+    ]
+
+
+def test_indices() -> None:
+    matrix = [output(f"a.m[{i},{j}]", unit=f"m{i + j}") for j in (1, 2, 3) for i in (1, 2)]
+    found = arrays(*matrix, output("v[2]"), output("v[1]"), output("w[1]"))
+    assert list(found) == ["time", "a.m", "v", "w[1]"]
+    assert found["a.m"].shape == (2, 3)
+    assert [v.name[-5:] for v in found["a.m"].members] == [
+        *("[1,1]", "[1,2]", "[1,3]", "[2,1]", "[2,2]", "[2,3]")
+    ]
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        output("b.z", causality="input", initial=None),
+        output("b.z", variability="discrete"),
+        output("b.z", initial="exact", start=0.0),
+        output("b.z", unit="km"),
+        output("b.z", display_unit="mm"),
+        output("z"),
+        output("c.z"),
+    ],
+)
+def test_what_does_not_agree_stays_apart(other: FmuVariable) -> None:
+    assert names(output("b.x"), other) == ["time", "b.x", other.name]
+
+
+@pytest.mark.parametrize(
+    "listed",
+    [
+        ("a[1,1]", "a[1,2]", "a[2,1]"),  # incomplete
+        ("a[1]", "a[1,1]"),
+        ("a[0]", "a[1]"),
+        ("a[1]", "a[3]"),
+        ("v[1]", "v[2]", "v"),  # the name is taken
+        ("b.x", "b.z", "b.position"),
+        ("x", "z"),  # of nothing
+    ],
+)
+def test_what_is_no_array(listed: tuple[str, ...]) -> None:
+    assert names(*map(output, listed)) == ["time", *listed]
+
+
+def test_derivatives_of_elements_are_elements() -> None:
+    places_ = output("b.x"), output("b.z")
+    speeds = [output(f"b.v{a}", derivative_of=f"b.{a}") for a in "xz"]
+    assert names(*places_, *speeds) == ["time", "b.position", "b.velocity"]
+    crossed = [output(f"b.v{a}", derivative_of=f"b.{o}") for a, o in ("xz", "zx")]
+    assert names(*places_, *crossed) == ["time", "b.position", "b.vx", "b.vz"]
+    apart = output("b.x"), output("b.z", unit="km")
+    assert names(*apart, *speeds) == ["time", "b.x", "b.z", "b.vx", "b.vz"]
+
+
+def test_rates_of_an_array_of_states_are_an_array() -> None:
+    states = [output(f"b.{a}", initial="exact", start=0.0) for a in "xz"]
+    rates = [output(f"der(b.{a})", causality="local", derivative_of=f"b.{a}") for a in "xz"]
+    listed = tuple(v.name for v in rates)
+    assert names(*states, *rates, derivatives=listed) == ["time", "b.position", "der(b.position)"]
+    odd = [output("b.up", derivative_of="b.z"), rates[0]]
+    assert names(*states, *odd, derivatives=("der(b.x)", "b.up")) == [
+        *("time", "b.x", "b.z", "b.up", "der(b.x)")
+    ]
