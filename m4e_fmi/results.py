@@ -1,15 +1,23 @@
-"""Results files in memory: what runs and simulations have written (netCDF-4).
+"""Results files in memory: what runs and simulations have written (netCDF-4), and other forms.
 
 The dimension and the variable `time` are at the root; each group holds the variables of one
-component, or of the one model that was simulated.
+component, or of the one model that was simulated. CSV and Parquet have one column for each
+variable, ``component.variable``; in CSV its unit follows in brackets.
 """
 
 from __future__ import annotations
 
+import csv
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
+
+from m4e_fmi.errors import InputError
+from m4e_fmi.writing import written
+
+NETCDF, CSV, PARQUET = ".nc", ".csv", ".parquet"
 
 
 @dataclass(frozen=True)
@@ -52,3 +60,59 @@ def load(path: str | Path) -> Results:
         }
         attributes = {name: str(file.getncattr(name)) for name in file.ncattrs()}
         return Results(Path(path), file["time"][:], components, attributes)
+
+
+def stream_of(path: str | Path) -> Path:
+    """The netCDF file that a run streams to if its results are to be in `path`."""
+    path = Path(path)
+    return path.with_suffix(NETCDF) if path.suffix.lower() in (CSV, PARQUET) else path
+
+
+def check_export(path: str | Path) -> None:
+    """InputError if results cannot be written in the form that the suffix of `path` names."""
+    if Path(path).suffix.lower() == PARQUET and find_spec("pyarrow") is None:
+        remedy = "install it with: pip install 'm4e_fmi[parquet]'; or write .nc or .csv"
+        raise InputError.single("Parquet needs the package pyarrow", remedy, str(path))
+
+
+def export(results: Path, path: Path) -> None:
+    """Write the results in the netCDF file `results` to `path`, CSV or Parquet by its suffix."""
+    suffix = path.suffix.lower()
+    if suffix == CSV:
+        _write_csv(load(results), path)
+    elif suffix == PARQUET:
+        _write_parquet(load(results), path)
+
+
+def _series(results: Results) -> dict[str, Series]:
+    """All series by ``component.variable``."""
+    return {
+        f"{component}.{name}": series
+        for component, members in results.components.items()
+        for name, series in members.items()
+    }
+
+
+def _write_csv(results: Results, path: Path) -> None:
+    series = _series(results)
+    rows = np.column_stack([results.time, *(one.values for one in series.values())])
+    with written(path) as part, part.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        units = (f"{name} [{one.unit}]" for name, one in series.items())
+        writer.writerow(["time [s]", *units])
+        writer.writerows(rows.tolist())  # all digits of each number
+
+
+def _write_parquet(results: Results, path: Path) -> None:
+    import pyarrow  # pyright: ignore[reportMissingImports]  an extra
+    import pyarrow.parquet  # pyright: ignore[reportMissingImports]
+
+    columns = {"time": Series("time", "s", "simulated time", results.time), **_series(results)}
+    fields = [
+        pyarrow.field(name, pyarrow.float64(), metadata={"unit": s.unit, "long_name": s.long_name})
+        for name, s in columns.items()
+    ]
+    schema = pyarrow.schema(fields, metadata=results.attributes)
+    arrays = [pyarrow.array(one.values) for one in columns.values()]
+    with written(path) as part:
+        pyarrow.parquet.write_table(pyarrow.table(arrays, schema=schema), part)

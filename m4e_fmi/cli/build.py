@@ -11,12 +11,13 @@ from m4e_fmi.cli.options import (
     add_build_folder,
     add_native,
     is_system,
+    load_system,
     print_files,
     say,
 )
 from m4e_fmi.errors import InputError
 
-OF_MODELS = {
+ARGUMENTS = {
     "fmi": "2",
     "method": "dop853",
     "tolerance": None,
@@ -26,7 +27,7 @@ OF_MODELS = {
     "rename": [],
     "sources": False,
 }
-"""Options that say something of one model's FMU, with their defaults."""
+"""Arguments of `build_fmu` that are options here, with their defaults."""
 
 
 def add(commands: argparse._SubParsersAction) -> None:
@@ -37,9 +38,10 @@ def add(commands: argparse._SubParsersAction) -> None:
     of_model.add_argument(
         "--fmi", choices=("2", "3"), help="version of the standard; 3 of native FMUs; default 2"
     )
-    of_model.add_argument(
-        "--outputs", nargs="+", metavar="PATTERN", help="only these, as 'body.*'; default all"
-    )
+    for flag in ("--inputs", "--outputs"):
+        of_model.add_argument(
+            flag, nargs="+", metavar="PATTERN", help="only these, as 'body.*'; default all"
+        )
     of_model.add_argument(
         "--rename", action="append", metavar="OLD=NEW", help="call a variable NEW; may be repeated"
     )
@@ -55,23 +57,30 @@ def add(commands: argparse._SubParsersAction) -> None:
     of_model.add_argument(
         "--no-documentation", action="store_true", help="no page, picture and reference series"
     )
+    command.add_argument(
+        "--ssp", action="store_true", help="of a system: one package of it and all its FMUs (.ssp)"
+    )
     add_build_folder(command)
-    command.set_defaults(command=_run, **OF_MODELS)
+    command.set_defaults(command=_run, **ARGUMENTS)
 
 
 def _run(options: argparse.Namespace) -> None:
     if is_system(options.source):
         _build_system(options)
         return
-    from m4e_fmi.fmu import build_fmu
+    if options.ssp:
+        raise InputError.single("--ssp packs a system, not the FMU of a model")
+    from m4e_fmi.fmu import build_fmu, matching
     from m4e_fmi.model import load_model
     from m4e_fmi.multibody import model_program
 
-    chosen: dict[str, Any] = {name: getattr(options, name) for name in OF_MODELS}
+    chosen: dict[str, Any] = {name: getattr(options, name) for name in ARGUMENTS}
     chosen["native"] = bool(options.native)
     chosen["rename"] = dict(_renaming(text) for text in options.rename)
     model = load_model(options.source)
     program = model_program(model)
+    if options.inputs is not None:
+        program = model_program(model, inputs=matching(program.inputs, options.inputs, "input"))
     documentation: dict[str, bytes] = {}
     if not options.no_documentation:
         from m4e_fmi.fmu import Options
@@ -83,16 +92,20 @@ def _run(options: argparse.Namespace) -> None:
 
 
 def _build_system(options: argparse.Namespace) -> None:
-    from m4e_fmi.cosim import System, fmu_files
+    from m4e_fmi.cosim import fmu_files
 
-    given = [name for name, default in OF_MODELS.items() if getattr(options, name) != default]
+    defaults = {**ARGUMENTS, "inputs": None, "no_documentation": False}
+    given = [name for name, default in defaults.items() if getattr(options, name) != default]
     if given:
         flag = f"--{given[0].replace('_', '-')}"
         raise InputError.single(f"{flag} is for the FMU of a model, not for those of a system")
-    system = System.load(options.source)
+    system = load_system(options.source)
     files = fmu_files(system, options.build_folder, native=options.native, tell=say)
     for name, path in files.items():
         print(f"{name}: {path}")
+    if options.ssp:
+        package = options.build_folder / f"{system.name}.ssp"
+        print_files([system.save(package, build_directory=options.build_folder)])
 
 
 def _renaming(text: str) -> tuple[str, str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from m4e_fmi.cli.options import add_build_folder, is_system, say
+from m4e_fmi.cli.options import add_build_folder, is_system, load_system, say
 
 
 def add(commands: argparse._SubParsersAction) -> None:
@@ -29,9 +29,9 @@ def _run(options: argparse.Namespace) -> None:
     elif options.source.suffix == ".fmu":
         print(fmu_text(options.source))
     elif is_system(options.source):
-        from m4e_fmi.cosim import System, prepare
+        from m4e_fmi.cosim import prepare
 
-        system = System.load(options.source)
+        system = load_system(options.source)
         print(prepare(system, build_directory=options.build_folder, tell=say))
     else:
         from m4e_fmi.model import load_model

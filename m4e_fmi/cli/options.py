@@ -6,8 +6,12 @@ import argparse
 import re
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from m4e_fmi.errors import InputError
+
+if TYPE_CHECKING:
+    from m4e_fmi.cosim import System
 
 EXIT_FAILED = 1
 BUILD_FOLDER = "build"
@@ -62,10 +66,23 @@ def output_file(options: argparse.Namespace, name: str) -> Path:
 
 
 def is_system(path: Path) -> bool:
-    """Whether a YAML file describes a system rather than a model."""
+    """Whether a file describes a system rather than a model: a package, or YAML that has parts."""
+    from m4e_fmi.cosim.system import PACKAGE
     from m4e_fmi.document import Document
 
+    if path.suffix.lower() == PACKAGE:
+        return True
     return "components" in Document.load(path).data
+
+
+def load_system(path: Path) -> System:
+    """The system in a file, after telling what reading it has changed or left out."""
+    from m4e_fmi.cosim import System
+
+    system = System.load(path)
+    for note in system.notes:
+        print(f"{path}: {note}", file=sys.stderr)
+    return system
 
 
 def say(text: str) -> None:

@@ -10,6 +10,7 @@ from m4e_fmi.cli.options import (
     add_native,
     add_output_file,
     add_start_values,
+    load_system,
     output_file,
     print_files,
     say,
@@ -19,7 +20,7 @@ from m4e_fmi.cli.options import (
 
 def add(commands: argparse._SubParsersAction) -> None:
     command = commands.add_parser("run", help="co-simulate a system of FMUs")
-    command.add_argument("system", type=Path, help="a system file (YAML)")
+    command.add_argument("system", type=Path, help="a system file (YAML) or package (.ssp)")
     for flag, text in (
         ("--stop-time", "end of the run"),
         ("--step-size", "time between communication points"),
@@ -42,10 +43,10 @@ def add(commands: argparse._SubParsersAction) -> None:
 
 
 def _run(options: argparse.Namespace) -> None:
-    from m4e_fmi.cosim import System, prepare, run
+    from m4e_fmi.cosim import prepare, run
     from m4e_fmi.report import plot_run, progress_bar, run_summary
 
-    system = System.load(options.system).changed(
+    system = load_system(options.system).changed(
         start=start_values(options),
         stop_time=options.stop_time,
         step_size=options.step_size,

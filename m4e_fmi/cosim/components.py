@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
@@ -11,6 +12,7 @@ from typing import Any
 
 from m4e_fmi.cosim.system import Component, FmuFile, Kind, ModelFile, System, kind_module, kinds
 from m4e_fmi.errors import RunError
+from m4e_fmi.fmu.reading import Description
 from m4e_fmi.writing import cannot_write, written
 
 Tell = Callable[[str], None]
@@ -48,12 +50,30 @@ def fmu_files(
     for component in system.components:
         source = component.source
         if isinstance(source, FmuFile):
-            files[component.name] = source.path
+            files[component.name] = _found(source, folder)
         else:
             files[component.name] = _built(
                 system, component, source, folder, native=native, tell=tell
             )
     return files
+
+
+def with_units(component: Component, description: Description) -> Description:
+    """What the component's FMU says, with the units that the system adds."""
+    variables = dict(description.variables)
+    for name, unit in component.units.items():
+        if name in variables and variables[name].dimension is None:
+            variables[name] = replace(variables[name], unit=unit.text, dimension=unit)
+    return replace(description, variables=variables)
+
+
+def _found(source: FmuFile, folder: Path) -> Path:
+    """The FMU itself; if it is packed, its copy in `folder`."""
+    if not source.member:
+        return source.path
+    from m4e_fmi.cosim.ssp import unpack_member
+
+    return unpack_member(source.path, source.member, folder)
 
 
 def _library_is_there(tell: Tell) -> bool:

@@ -19,6 +19,8 @@ from m4e_fmi.cosim.instance import Instance
 from m4e_fmi.cosim.network import Network
 from m4e_fmi.cosim.operations import Get
 from m4e_fmi.cosim.schedule import Schedule
+from m4e_fmi.cosim.selection import chosen
+from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.reading import Variable
 from m4e_fmi.writing import cannot_write
 
@@ -31,19 +33,28 @@ FLUSH = 5.0
 
 
 class ResultsWriter:
-    """Writes rows of all scalar Real outputs of a network; use it as a context manager.
+    """Writes rows of Real variables of a network; use it as a context manager.
 
-    A row reaches the disk with its block (of 4 million values at most), or after five seconds; a
-    run that is killed leaves a readable file. `expected` is the number of rows, for a file of the
-    right size: there may be more or less.
+    These are all scalar outputs, or what `variables` choose (see `chosen`). A row reaches the disk
+    with its block (of 4 million values at most), or after five seconds; a run that is killed leaves
+    a readable file. `expected` is the number of rows, for a file of the right size: there may be
+    more or less. The file's attribute `ended` says how the run did.
     """
 
     def __init__(
-        self, path: str | Path, network: Network, attributes: Mapping[str, str], *, expected: int
+        self,
+        path: str | Path,
+        network: Network,
+        attributes: Mapping[str, str],
+        *,
+        expected: int,
+        variables: Sequence[str] = (),
     ) -> None:
         from netCDF4 import Dataset
 
         self.path = Path(path)
+        descriptions = {name: i.description for name, i in network.instances.items()}
+        names = chosen(descriptions, variables)
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             self._file = Dataset(self.path, "w", format="NETCDF4")
@@ -54,17 +65,23 @@ class ResultsWriter:
             raise cannot_write(self.path, error) from error
         self._rows = 0
         self._written = 0
+        self.last = network.time
         self._flushed = clock.monotonic()
         with self._errors():
-            self._declare(network, attributes, expected)
+            self._declare(network, attributes, names, expected)
 
-    def _declare(self, network: Network, attributes: Mapping[str, str], expected: int) -> None:
+    def _declare(
+        self,
+        network: Network,
+        attributes: Mapping[str, str],
+        outputs: Mapping[str, list[Variable]],
+        expected: int,
+    ) -> None:
         self._file.setncatts({**attributes, "created": datetime.now(UTC).isoformat("T", "seconds")})
         self._file.createDimension("time", None)
         chunk = (min(max(expected, CHUNK[0]), CHUNK[1]),)
         self._time = self._file.createVariable("time", "f8", ("time",), chunksizes=chunk)
         self._time.setncatts({"units": "s", "long_name": "simulated time"})
-        outputs = {name: _outputs(network.instances[name]) for name in network.instances}
         count = sum(map(len, outputs.values()))
         self._block = max(CHUNK[0], min(MOST_ROWS, MOST_VALUES // (count + 1)))
         self._times = np.zeros(self._block)
@@ -78,8 +95,8 @@ class ResultsWriter:
     def __enter__(self) -> ResultsWriter:
         return self
 
-    def __exit__(self, *_: object) -> None:
-        self.close()
+    def __exit__(self, kind: type[BaseException] | None, error: object, _: object) -> None:
+        self.close("at the stop time" if kind is None else _ending(error))
 
     @property
     def row(self) -> int:
@@ -100,6 +117,7 @@ class ResultsWriter:
         """So many further rows are filled, read at `times` [s]."""
         last = self._rows + len(times)
         self._times[self._rows : last] = times
+        self.last = times[-1] if times else self.last
         self._rows = last
         if self._rows == self._block or clock.monotonic() - self._flushed > FLUSH:
             self.flush()
@@ -120,11 +138,15 @@ class ResultsWriter:
             self._rows = 0
         self._flushed = clock.monotonic()
 
-    def close(self) -> None:
-        """Write what is left and close the file; RunError if the disk does not take it."""
+    def close(self, ended: str) -> None:
+        """Write what is left and how the run has `ended`, and close the file.
+
+        RunError if the disk does not take it.
+        """
         if self._file.isopen():
             with self._errors():
                 self._flush()
+                self._file.setncattr("ended", ended)
                 self._file.close()
 
     @contextmanager
@@ -140,20 +162,20 @@ class ResultsWriter:
             raise cannot_write(self.path, error) from error
 
 
-def _outputs(instance: Instance) -> list[Variable]:
-    """The scalar Real outputs of a component."""
-    outputs = instance.description.of_causality("output")
-    return [v for v in outputs if v.type == "Real" and not v.name.endswith("]")]
+def _ending(error: object) -> str:
+    if isinstance(error, RunError):
+        return f"failed: {error.message}"
+    return "interrupted" if isinstance(error, KeyboardInterrupt) else f"failed: {error}"
 
 
 class _Group:
-    """The outputs of one component: a block of rows, and the netCDF variables they go to."""
+    """What is recorded of one component: a block of rows, and the netCDF variables they go to."""
 
     def __init__(
         self,
         file: Any,
         instance: Instance,
-        outputs: list[Variable],
+        outputs: Sequence[Variable],
         rows: int,
         chunk: tuple[int],
     ) -> None:

@@ -3,23 +3,24 @@
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cache
 from math import ceil
 from pathlib import Path
 
 from m4e_fmi.cosim.certificate import Certificate, Trace, certificate
-from m4e_fmi.cosim.components import fmu_files
+from m4e_fmi.cosim.components import fmu_files, with_units
 from m4e_fmi.cosim.connect import Wiring, connect
 from m4e_fmi.cosim.energy import BondEnergy
 from m4e_fmi.cosim.master import Master, Observer, Progress
 from m4e_fmi.cosim.results import ResultsWriter
 from m4e_fmi.cosim.structure import Structure, analyse
-from m4e_fmi.cosim.system import SOLVES_LOOPS, System
+from m4e_fmi.cosim.system import SOLVES_LOOPS, Simulation, System
 from m4e_fmi.errors import InputError, Problem, RunError
 from m4e_fmi.fmu import Description, read_description
-from m4e_fmi.results import Results, load
+from m4e_fmi.results import Results, check_export, export, load, stream_of
 
 
 @dataclass(frozen=True)
@@ -92,10 +93,12 @@ def prepare(
     """
     problems: list[Problem] = []
     descriptions: dict[str, Description] = {}
+    files = fmu_files(system, build_directory, native=native, tell=tell)
     read = cache(read_description)  # many components may be of one file
-    for name, path in fmu_files(system, build_directory, native=native, tell=tell).items():
+    for component in system.components:
         try:
-            descriptions[name] = read(path)
+            description = read(files[component.name])
+            descriptions[component.name] = with_units(component, description)
         except InputError as error:
             problems += error.problems
     if problems:
@@ -115,10 +118,13 @@ def run(
     progress: Progress | None = None,
     tell: Callable[[str], None] | None = None,
     check: bool = False,
+    variables: Sequence[str] = (),
 ) -> Outcome:
     """Co-simulate `system` from its start to its stop time.
 
-    `results` is the netCDF file to stream to (None: none). Each of `observers` is called as
+    `results` is the file to write (None: none): netCDF, which grows with the run, or `.csv` or
+    `.parquet`, written beside it at the end. `variables` choose what it holds, as ``buoy.*``; all
+    scalar Real outputs if empty. Each of `observers` is called as
     ``observer(time, network)`` at the start and after every step, `progress` as
     ``progress(time)`` about ten times a second. With `check`, the system runs once more at half the
     step (and an eighth of the coupling tolerance), and the outcome has a certificate. RunError
@@ -128,30 +134,27 @@ def run(
     if isinstance(system, System):
         system = prepare(system, build_directory=build_directory, tell=tell)
     if check:
-        return _checked(system, results=results, observers=observers, progress=progress)
+        return _checked(
+            system, results=results, observers=observers, progress=progress, variables=variables
+        )
     begun = clock.perf_counter()
-    path = None if results is None else Path(results)
-    settings = system.system.simulation
+    if results is not None:
+        check_export(results)
     with Master(system.system, system.descriptions, system.wiring, system.structure) as master:
-        if path is None:
+        path = None
+        if results is None:
             master.run(observers=observers, progress=progress)
         else:
-            attributes = {
-                "title": system.system.name,
-                "comment": system.system.description,
-                "algorithm": settings.algorithm,
-                "step_size": f"{settings.step_size:g} s",
-            }
-            interval = settings.output_interval or settings.step_size
-            rows = ceil((settings.stop_time - settings.start_time) / interval) + 1
-            with ResultsWriter(path, master.network, attributes, expected=rows) as writer:
-                try:
-                    master.run(results=writer, observers=observers, progress=progress)
-                except RunError as error:
-                    if not path.is_file():  # the disk was full from the start
-                        raise
-                    note = f"{error.remedy}; results up to there are in {path}".lstrip("; ")
-                    raise RunError(error.message, note) from error
+            path = stream_of(results)
+            writer = ResultsWriter(
+                path,
+                master.network,
+                _attributes(system.system),
+                expected=_rows(system.system.simulation),
+                variables=variables,
+            )
+            with _exported(path, Path(results), writer), writer:
+                master.run(results=writer, observers=observers, progress=progress)
         return Outcome(
             prepared=system,
             path=path,
@@ -164,19 +167,58 @@ def run(
         )
 
 
+def _rows(simulation: Simulation) -> int:
+    """How many rows of results are expected."""
+    interval = simulation.output_interval or simulation.step_size
+    return ceil((simulation.stop_time - simulation.start_time) / interval) + 1
+
+
+def _attributes(system: System) -> dict[str, str]:
+    return {
+        "title": system.name,
+        "comment": system.description,
+        "algorithm": system.simulation.algorithm,
+        "step_size": f"{system.simulation.step_size:g} s",
+    }
+
+
+@contextmanager
+def _exported(path: Path, results: Path, writer: ResultsWriter) -> Iterator[None]:
+    """Writes the results in the form wanted, however the run ends, and tells how far they go."""
+    try:
+        yield
+    except RunError as error:
+        if not path.is_file():  # the disk was full from the start
+            raise
+        export(path, results)
+        note = f"results until t = {writer.last:.9g} s are in {results}"
+        raise RunError(error.message, f"{error.remedy}; {note}".lstrip("; ")) from error
+    except KeyboardInterrupt:
+        export(path, results)
+        raise
+    export(path, results)
+
+
 def _checked(
     prepared: Prepared,
     *,
     results: str | Path | None,
     observers: Sequence[Observer],
     progress: Progress | None,
+    variables: Sequence[str],
 ) -> Outcome:
     """A run with the certificate that a second run at half the step gives it."""
     system = prepared.system
     settings = system.simulation
     tolerance = settings.coupling_tolerance
     trace, finer_trace = Trace(), Trace()
-    outcome = run(prepared, results=results, observers=[*observers, trace], progress=progress)
+    outcome = run(
+        prepared,
+        results=results,
+        observers=[*observers, trace],
+        progress=progress,
+        variables=variables,
+    )
     finer = system.changed(
         step_size=settings.step_size / 2,
         output_interval=settings.output_interval or settings.step_size,

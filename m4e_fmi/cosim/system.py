@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib
 import math
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from importlib.metadata import entry_points
@@ -12,11 +11,9 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from pydantic import Field
-
 from m4e_fmi.document import Document, Location, Section
 from m4e_fmi.errors import InputError, Problem, suggestion
-from m4e_fmi.units import Quantity
+from m4e_fmi.units import Quantity, Unit
 
 ALGORITHMS = ("corrector", "gauss_seidel", "implicit", "jacobi")
 ADAPTIVE = ("corrector",)
@@ -24,18 +21,20 @@ ADAPTIVE = ("corrector",)
 SOLVES_LOOPS = ("implicit",)
 """Those that solve algebraic loops."""
 KIND_GROUP = "m4e_fmi.fmus"
+PACKAGE = ".ssp"
+"""Suffix of an SSP package; any other file with a system is YAML."""
 SECOND = 1_000_000_000
 """Nanoseconds, in which the master counts time."""
 
 Start = Mapping[str, float | int | bool | str | Quantity]
-_NAME = re.compile(r"[A-Za-z_]\w*$")
 
 
 @dataclass(frozen=True)
 class FmuFile:
-    """A component that is there already as an FMU."""
+    """A component that is there already as an FMU: the file `path`, or `member` of that archive."""
 
     path: Path
+    member: str = ""
 
 
 @dataclass(frozen=True)
@@ -61,12 +60,13 @@ class Component:
     """One FMU of the system.
 
     `start` holds start values by variable name: in the FMU's unit, or with one of their own (a
-    Quantity, or a text as ``"5 mm"``).
+    Quantity, or a text as ``"5 mm"``). `units` are those of variables whose FMU gives none.
     """
 
     name: str
     source: FmuFile | ModelFile | Kind
     start: Start = field(default_factory=dict)
+    units: Mapping[str, Unit] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -88,9 +88,21 @@ class Simulation:
     coupling_tolerance: float | None = None
 
     def __post_init__(self) -> None:
-        problems = [Problem(message, remedy) for _, message, remedy in _simulation_problems(self)]
+        problems = [Problem(message, remedy) for _, message, remedy in simulation_problems(self)]
         if problems:
             raise InputError(problems)
+
+
+class SimulationSection(Section):
+    """A Simulation as files have it."""
+
+    stop_time: float
+    step_size: float
+    algorithm: str = ALGORITHMS[0]
+    output_interval: float | None = None
+    start_time: float = 0.0
+    tolerance: float | None = None
+    coupling_tolerance: float | None = None
 
 
 @dataclass(frozen=True)
@@ -99,8 +111,11 @@ class System:
 
     A connection is text: ``a.group <-> b.group`` connects connectors, ``a.variable -> b.variable``
     one variable or all elements of an array, ``a.variable * 2.5 + 1 -> b.variable`` with a factor
-    and an offset. `folder` is what relative file names in the
-    components' configurations refer to; `document` the file it came from, None from Python.
+    and an offset. `inputs` and `outputs` are the system's own variables by name, and what they
+    stand for: the inputs ``component.variable`` that take the value, the output that gives it.
+
+    `notes` say what reading the file has changed or left out. `folder` is what relative file names
+    in the components' configurations refer to; `document` the YAML file it came from, if it did.
     """
 
     name: str
@@ -108,13 +123,34 @@ class System:
     connections: tuple[str, ...]
     simulation: Simulation
     description: str = ""
+    inputs: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    outputs: Mapping[str, str] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
     folder: Path = field(default_factory=Path)
     document: Document | None = field(default=None, repr=False, compare=False)
 
     @classmethod
     def load(cls, path: str | Path) -> System:
-        """The system that a YAML file describes; InputError with all problems found in it."""
-        return _read(Document.load(path))
+        """The system in a YAML file or an SSP package; InputError with all problems found in it."""
+        if Path(path).suffix.lower() == PACKAGE:
+            from m4e_fmi.cosim.ssp import read_ssp
+
+            return read_ssp(path)
+        from m4e_fmi.cosim.system_file import read_system
+
+        return read_system(Document.load(path))
+
+    def save(self, path: str | Path, *, build_directory: str | Path = "build") -> Path:
+        """Write the system with all its FMUs, built where needed, as an SSP package (`*.ssp`).
+
+        InputError and RunError as from `prepare`, and InputError for another suffix.
+        """
+        from m4e_fmi.cosim.run import prepare
+        from m4e_fmi.cosim.ssp import write_ssp
+
+        if Path(path).suffix.lower() != PACKAGE:
+            raise InputError.single(f"a system is saved as {PACKAGE}", f"write {path}{PACKAGE}")
+        return write_ssp(prepare(self, build_directory=build_directory), path)
 
     def changed(self, *, start: Start | None = None, **simulation: Any) -> System:
         """The same system with other start values and simulation settings.
@@ -155,70 +191,8 @@ def kind_module(name: str) -> ModuleType:
     return importlib.import_module(kinds()[name].value)
 
 
-class _SimulationSection(Section):
-    stop_time: float
-    step_size: float
-    algorithm: str = ALGORITHMS[0]
-    output_interval: float | None = None
-    start_time: float = 0.0
-    tolerance: float | None = None
-    coupling_tolerance: float | None = None
-
-
-class _SystemSection(Section):
-    name: str
-    description: str = ""
-    components: dict[str, dict[str, Any]]
-    connections: tuple[str, ...] = ()
-    simulation: _SimulationSection
-
-
-class _FileSection(Section):
-    model: str | None = None
-    fmu: str | None = None
-    start: dict[str, bool | int | float | str] = Field(default_factory=dict)
-
-
-class _StartSection(Section):
-    start: dict[str, bool | int | float | str] = Field(default_factory=dict)
-
-
-def _read(document: Document) -> System:
-    problems: list[Problem] = []
-    section: _SystemSection | None = None
-    try:
-        section = document.validate(_SystemSection)
-    except InputError as error:
-        problems += error.problems
-    components = _read_components(document, problems)
-    simulation = _read_simulation(document, section, problems)
-    if problems or section is None or simulation is None:
-        raise InputError(dict.fromkeys(problems))
-    return System(
-        name=section.name,
-        components=tuple(components),
-        connections=tuple(" ".join(text.split()) for text in section.connections),
-        simulation=simulation,
-        description=section.description,
-        folder=document.path.parent,
-        document=document,
-    )
-
-
-def _read_simulation(
-    document: Document, section: _SystemSection | None, problems: list[Problem]
-) -> Simulation | None:
-    if section is None:
-        return None
-    found = _simulation_problems(section.simulation)
-    problems += [
-        document.problem(("simulation", key), message, remedy) for key, message, remedy in found
-    ]
-    return None if found else Simulation(**section.simulation.model_dump())
-
-
-def _simulation_problems(
-    simulation: Simulation | _SimulationSection,
+def simulation_problems(
+    simulation: Simulation | SimulationSection,
 ) -> list[tuple[str, str, str]]:
     """(key, message, remedy) for all that is wrong with times and algorithm."""
     found = []
@@ -252,56 +226,3 @@ def _simulation_problems(
         text = f"unknown algorithm {simulation.algorithm!r}"
         found.append(("algorithm", text, suggestion(simulation.algorithm, ALGORITHMS)))
     return found
-
-
-def _read_components(document: Document, problems: list[Problem]) -> list[Component]:
-    written = document.data.get("components")
-    components = []
-    for name, keys in written.items() if isinstance(written, dict) else ():
-        if not isinstance(keys, dict):
-            continue
-        try:
-            components.append(_read_component(document, str(name), keys))
-        except InputError as error:
-            problems += error.problems
-    return components
-
-
-def _read_component(document: Document, name: str, keys: dict[str, Any]) -> Component:
-    at: Location = ("components", name)
-    if not _NAME.match(name):
-        remedy = "use letters, digits and _, not starting with a digit"
-        raise InputError([document.problem(at, f"component name {name!r}", remedy)])
-    given = [key for key in ("model", "kind", "fmu") if key in keys]
-    if len(given) != 1:
-        what = f"has {' and '.join(given)}" if given else "has none of 'model', 'kind' and 'fmu'"
-        remedy = "give one: 'model: x.model.yaml', 'kind: name' or 'fmu: x.fmu'"
-        raise InputError([document.problem(at, f"component {name!r} {what}", remedy)])
-    if given[0] == "kind":
-        start: Start = {}
-        if "start" in keys:
-            others = tuple(key for key in keys if key != "start")
-            start = document.validate(_StartSection, at=at, drop=others).start
-        return Component(name, _read_kind(document, at, keys["kind"]), start)
-    section = document.validate(_FileSection, at=at)
-    path = document.path.parent / str(section.model or section.fmu)
-    if not path.is_file():
-        near = [p.name for p in path.parent.glob("*")] if path.parent.is_dir() else []
-        message = f"no such file: {path}"
-        raise InputError([document.problem((*at, given[0]), message, suggestion(path.name, near))])
-    source = ModelFile(path) if given[0] == "model" else FmuFile(path)
-    return Component(name, source, section.start)
-
-
-def _read_kind(document: Document, at: Location, kind: Any) -> Kind:
-    known = kinds()
-    if kind not in known:
-        remedy = suggestion(str(kind), known, "kinds")
-        raise InputError([document.problem((*at, "kind"), f"unknown kind {str(kind)!r}", remedy)])
-    try:
-        module = kind_module(kind)
-    except ImportError as error:
-        message = f"kind {kind!r} is installed but cannot be imported: {error}"
-        remedy = "install what is missing; `m4e-fmi doctor` tells what that is"
-        raise InputError([document.problem((*at, "kind"), message, remedy)]) from error
-    return Kind(kind, document.validate(module.Config, at=at, drop=("kind", "start")))

@@ -12,7 +12,7 @@ from m4e_fmi.fmu.description import FmuVariable, ModelDescription, PythonSource
 from m4e_fmi.fmu.from_program import describe
 from m4e_fmi.fmu.options import Options
 from m4e_fmi.fmu.reading import Description, read_description
-from m4e_fmi.fmu.selection import renamed
+from m4e_fmi.fmu.selection import matching, renamed
 from m4e_fmi.fmu.validation import Finding, Group, Report, validate_fmu
 
 __all__ = [
@@ -28,6 +28,7 @@ __all__ = [
     "describe",
     "described",
     "fmu_contents",
+    "matching",
     "read_description",
     "renamed",
     "shown",

@@ -168,7 +168,7 @@ def _variable(
     now: Mapping[str, str] | None = None,
     first: Mapping[str, str] | None = None,
 ) -> FmuVariable:
-    now, first = dict(sorted((now or {}).items())), dict(sorted((first or {}).items()))
+    now, first = now or {}, first or {}
     return FmuVariable(
         name=v.name,
         unit=v.unit,

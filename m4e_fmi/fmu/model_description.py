@@ -130,10 +130,13 @@ def _add_structure(root: Element, description: ModelDescription, *, native: bool
     by_name = {variable.name: variable for variable in variables}
     # at a communication point of co-simulation only the inputs are known
     states = {by_name[name].derivative_of for name in description.derivatives if native}
-    known = {v.name for v in variables if v.causality == "input" or v.name in states}
+    known = {
+        v.name: position[v.name] for v in variables if v.causality == "input" or v.name in states
+    }
+    numbers = [str(k) for k in range(len(variables) + 1)]
 
     def unknowns(title: str, listed: Iterable[FmuVariable], *, initial: bool = False) -> None:
-        parent = Element(title)
+        parent, places = Element(title), position if initial else known
         for v in listed:
             names, kinds = v.dependencies, v.kinds
             if initial:
@@ -142,12 +145,10 @@ def _add_structure(root: Element, description: ModelDescription, *, native: bool
             if names is None:
                 continue
             pairs = zip(names, kinds or [""] * len(names), strict=True)
-            chosen = sorted(
-                (position[n], kind) for n, kind in pairs if n in (position if initial else known)
-            )
-            element.set("dependencies", " ".join(str(place) for place, _ in chosen))
+            chosen = sorted([(places[n], kind) for n, kind in pairs if n in places])
+            element.set("dependencies", " ".join([numbers[place] for place, _ in chosen]))
             if kinds is not None:
-                element.set("dependenciesKind", " ".join(kind for _, kind in chosen))
+                element.set("dependenciesKind", " ".join([kind for _, kind in chosen]))
         if len(parent):
             structure.append(parent)
 

@@ -17,20 +17,27 @@ STRUCTURED_NAME = re.compile(rf"{_PART}(?:\.{_PART})*")
 """FMI 2.0.4, section 2.2.9, without derivatives."""
 
 
-def with_outputs(program: Program, patterns: Iterable[str]) -> Program:
-    """`program` with those outputs only that match one of the shell `patterns`; others are not
-    computed. States stay, but are `local` unless they match. InputError if one matches nothing."""
-    names = [v.name for v in (*program.states, *program.outputs)]
-    chosen: set[str] = set()
+def matching(variables: Iterable[Variable], patterns: Iterable[str], noun: str) -> set[str]:
+    """Names of the `variables` that match one of the shell `patterns`; InputError if one matches
+    nothing. `noun` is what one of the variables is called."""
+    names = [v.name for v in variables]
+    found: set[str] = set()
     problems = []
     for pattern in patterns:
         matches = {name for name in names if fnmatchcase(name, pattern)}
-        chosen |= matches
+        found |= matches
         if not matches:
-            message = f"{program.name}: no output matches {pattern!r}"
-            problems.append(Problem(message, suggestion(pattern, names, "outputs")))
+            remedy = suggestion(pattern, names, f"{noun}s")
+            problems.append(Problem(f"no {noun} matches {pattern!r}", remedy))
     if problems:
         raise InputError(problems)
+    return found
+
+
+def with_outputs(program: Program, patterns: Iterable[str]) -> Program:
+    """`program` with those outputs only that match one of the shell `patterns`; others are not
+    computed. States stay, but are `local` unless they match. InputError if one matches nothing."""
+    chosen = matching([*program.states, *program.outputs], patterns, "output")
     kept = [k for k, v in enumerate(program.outputs) if v.name in chosen]
     gone = {v.name for v in program.outputs} - chosen
 

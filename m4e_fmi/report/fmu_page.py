@@ -69,7 +69,7 @@ def fmu_page(
 
 def _facts(description: ModelDescription, options: Options, others: Sequence[str]) -> str:
     kinds = "co-simulation and model exchange" if options.native else "co-simulation"
-    needs = "nothing else" if options.native else "Python 3.8 to 3.13 in the importing tool"
+    needs = "nothing else" if options.native else "Python 3.10 to 3.13 in the importing tool"
     experiment = (
         f"0 to {description.stop_time:g} s in steps of {description.step_size:g} s, "
         f"tolerance {description.tolerance:g}"

@@ -5,11 +5,11 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-import zipfile
 from pathlib import Path
 
 from support.chains import cantilever, hanging_chain, sprung_chain
 from support.driven import driven
+from support.together import without_library
 
 from m4e_fmi.fmu import build_fmu
 from m4e_fmi.model import load_model
@@ -48,15 +48,7 @@ def build(folder: Path) -> None:
         build_fmu(program, folder / f"{name}_native.fmu", native=True)
         python = build_fmu(program, folder / f"{name}_python.fmu")
         if program.name == "chain":
-            strip_library(python)
-
-
-def strip_library(fmu: Path) -> None:
-    with zipfile.ZipFile(fmu) as old:
-        kept = {n: old.read(n) for n in old.namelist() if not n.endswith("/runtime.bin")}
-    with zipfile.ZipFile(fmu, "w") as new:
-        for name, content in kept.items():
-            new.writestr(name, content)
+            without_library(python)
 
 
 def compared(folder: Path) -> dict:

@@ -218,6 +218,34 @@ class TestResults:
             scale = np.abs(expected[name]).max()
             np.testing.assert_allclose(values, expected[name], atol=error * scale, rtol=0)
 
+    @pytest.mark.parametrize(("kind", "error"), [("CoSimulation", 1e-8), ("ModelExchange", 1e-6)])
+    def test_arrays_from_outside(self, fmus: dict[str, Path], kind: str, error: float) -> None:
+        """FMPy sets a matrix and an input signal of two columns; limits as above."""
+        columns = [("time", float), *((n, float, (2,)) for n in ["body.ball.force"])]
+        signal = np.array([(t, (0.7, -1.0)) for t in (0.0, 2.0)], dtype=columns)
+        gain = dict(zip(ELEMENTS["gain"], (1.0, 0.5, -0.25, 2.0), strict=True))
+        found = fmpy.simulate_fmu(
+            str(fmus["plane"]),
+            fmi_type=kind,
+            stop_time=2.0,
+            output_interval=0.1,
+            relative_tolerance=1e-10,
+            input=signal,
+            start_values={"gain": list(gain.values())},
+            output=["body.ball.position"],
+        )
+        force = {"body.ball.force_x": 0.7, "body.ball.force_z": -1.0}
+        expected = simulate(
+            plane(),
+            stop_time=2.0,
+            output_interval=0.1,
+            tolerance=1e-10,
+            start_values={**gain, **force},
+        )
+        for k, name in enumerate(ELEMENTS["body.ball.position"]):
+            values = found["body.ball.position"][:, k]
+            np.testing.assert_allclose(values, expected[name], atol=error, rtol=0)
+
     def test_the_bits_of_fmi_2(self, load: Load, older: Instance) -> None:
         newer = load().initialise({"stiffness": 8.0}, tolerance=1e-6)
         older.initialise({"stiffness": 8.0}, tolerance=1e-6)

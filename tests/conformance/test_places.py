@@ -106,26 +106,25 @@ def test_without_library_and_compiler(project: Path) -> None:
     assert "Python FMUs instead of native ones" in done.stdout
 
 
-@pytest.mark.parametrize("command", ["validate", "run"])
-def test_an_fmu_of_another_platform(
-    command: str, project: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_fmu_of_another_platform(project: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """It cannot run; `validate` checks what can be checked without running it."""
     assert main(["build", MODEL, "--native"]) == 0
     with zipfile.ZipFile("build/double_pendulum.fmu") as old, zipfile.ZipFile("x.fmu", "w") as new:
         for name in old.namelist():
-            new.writestr(
-                name.replace(f"binaries/{fmpy.platform}/", "binaries/os9/"), old.read(name)
-            )
+            renamed = name.replace(f"binaries/{fmpy.platform}/", "binaries/os9/")
+            new.writestr(renamed, old.read(name))
     (project / "system.yaml").write_text(SYSTEM.replace(f"model: {MODEL}", "fmu: x.fmu"))
     capsys.readouterr()
-    code = main([command, "system.yaml" if command == "run" else "x.fmu"])
+    assert main(["validate", "x.fmu"]) == 0
+    assert f"there is no binaries/{fmpy.platform}" in capsys.readouterr().out
+    assert main(["run", "system.yaml"]) == 2
     said = capsys.readouterr()
-    assert code == 2, said
     assert f"has no binary for this platform, {fmpy.platform}" in said.err
     assert f"export it for {fmpy.platform}" in said.err
 
 
-def test_an_output_that_is_full(project: Path) -> None:
+@pytest.mark.usefixtures("project")
+def test_an_output_that_is_full() -> None:
     if not Path("/dev/full").exists():
         pytest.skip("there is no /dev/full")
     command = [sys.executable, "-c", ELSEWHERE.format(missing="none"), "info", MODEL]

@@ -27,7 +27,12 @@ SOURCES = {
     "published": "published",
     "independent": "independent code",
 }
-SPELLING = {"cosim": "co-simulation", "lagrange": "by Lagrange", "paper": "the paper's"}
+SPELLING = {
+    "cosim": "co-simulation",
+    "lagrange": "by Lagrange",
+    "paper": "the paper's",
+    "ssp": "SSP",
+}
 IDENTICAL = "identical"
 TOLERANCE = re.compile(r"(?:.* ± )?(\d+(?:\.\d+)?(?:e-?\d+)?)")
 HEAD = """\

@@ -13,6 +13,7 @@ import pytest
 from fmpy.validation import validate_fmu
 
 from m4e_fmi.cli import main
+from m4e_fmi.fmu import read_description
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 PENDULUM = EXAMPLES / "double_pendulum" / "double_pendulum.model.yaml"
@@ -188,10 +189,8 @@ def test_simulate_tells_events_and_where_the_energy_went(capsys):
 def test_build_native(here, capsys):
     assert main(["build", str(PENDULUM), "--native"]) == 0
     assert main(["validate", "build/double_pendulum.fmu"]) == 0
-    assert "no finding" in capsys.readouterr().out
+    assert "no errors, no warnings" in capsys.readouterr().out
     assert (here / "build" / "double_pendulum.fmu").stat().st_size < 300_000
-    assert main(["build", str(EXAMPLES / "moored_buoy" / "system.yaml"), "--native"]) == 2
-    assert "not for those of a system" in capsys.readouterr().err
 
 
 def test_build_fmi_3(here, capsys):
@@ -199,12 +198,14 @@ def test_build_fmi_3(here, capsys):
     assert validate_fmu(str(here / "build" / "double_pendulum.fmu")) == []
     assert main(["build", str(PENDULUM), "--fmi", "3"]) == 2
     assert "FMI 3.0 is for native FMUs" in capsys.readouterr().err
+    assert main(["build", str(BUOY), "--fmi", "3"]) == 2
+    assert "--fmi is for the FMU of a model" in capsys.readouterr().err
 
 
 def test_build_validate_info_simulate(here, capsys):
     assert main(["build", str(PENDULUM)]) == 0
     assert main(["validate", "build/double_pendulum.fmu"]) == 0
-    assert "no finding" in capsys.readouterr().out
+    assert "no errors, no warnings" in capsys.readouterr().out
     assert main(["info", "build/double_pendulum.fmu"]) == 0
     assert "joint.elbow.q" in capsys.readouterr().out
     assert main(["simulate", str(PENDULUM), "--stop-time", "1"]) == 0
@@ -262,6 +263,20 @@ def test_run_writes_results_picture_and_summary(here, capsys):
     assert "body.end <-> line.end" in text
     for name in ("flexible_pendulum.nc", "flexible_pendulum.png"):
         assert (here / "build" / name).stat().st_size > 1000
+
+
+@pytest.mark.usefixtures("here")
+def test_a_system_is_packed_and_runs_from_its_package(capsys):
+    system = FLEXIBLE / "system.yaml"
+    assert main(["build", str(system), "--ssp"]) == 0
+    assert "wrote build/flexible_pendulum.ssp" in capsys.readouterr().out
+    short = ["--stop-time", "0.5", "--step-size", "0.005"]
+    assert main(["run", "build/flexible_pendulum.ssp", *short]) == 0
+    assert "body.end <-> line.end" in capsys.readouterr().out
+    assert main(["info", "build/flexible_pendulum.ssp"]) == 0
+    assert "body.end <-> line.end" in capsys.readouterr().out
+    assert main(["build", str(PENDULUM), "--ssp"]) == 2
+    assert "packs a system" in capsys.readouterr().err
 
 
 def test_doctor_finds_this_machine_fit(capsys):
@@ -332,3 +347,36 @@ class TestLinearize:
     def test_unknown_output(self, capsys) -> None:
         text = refused(capsys, "linearize", PENDULUM, "--outputs", "point.tip.alpha")
         assert "no output or state point.tip.alpha" in text
+
+
+def test_build_with_options(here):
+    options = ["--native", "--no-documentation", "--inputs", "point.*", "--outputs", "body.upper.*"]
+    options += ["--rename", "m=mass", "--rename", "body.upper.*=boom.*", "--stop-time", "3"]
+    assert main(["build", str(PENDULUM), *options]) == 0
+    description = read_description(here / "build" / "double_pendulum.fmu")
+    inputs = {v.name for v in description.of_causality("input")}
+    outputs = {v.name for v in description.of_causality("output")}
+    assert inputs == {"point.tip.force_x", "point.tip.force_z"}
+    assert {name.split(".")[0] for name in outputs} == {"boom"}
+    assert "mass" in description.variables
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--inputs", "points.*"], "no input matches 'points.*'"),
+        (["--outputs", "energy.totl"], "did you mean 'energy.total'?"),
+        (["--rename", "m"], "expected OLD=NEW"),
+        (["--rename", "m=J"], "two variables would be called 'J'"),
+        (["--method", "euler"], "there is no method 'euler'"),
+        (["--step-size", "0"], "the step size must be positive"),
+    ],
+)
+def test_build_with_options_that_are_wrong(here, capsys, options, message):
+    assert message in refused(capsys, "build", PENDULUM, *options)
+    assert not (here / "build").exists()
+
+
+def test_options_of_a_model_with_a_system(capsys):
+    text = refused(capsys, "build", BUOY, "--no-documentation")
+    assert "--no-documentation is for the FMU of a model" in text

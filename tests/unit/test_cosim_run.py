@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import os
 import re
 import signal
@@ -10,6 +11,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -150,36 +152,111 @@ def test_calculated_parameters_reach_parameters_in_order(c_fmu: Fmus) -> None:
     assert read == {"gain": 12.0, "y": 12.0 * 21.0}
 
 
-@pytest.mark.parametrize(("what", "told"), [(2, "Discard"), (3, "Error"), (4, "Fatal"), (9, "nan")])
+ALGORITHM_NAMES = ("jacobi", "gauss_seidel", "corrector", "implicit")
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHM_NAMES)
+@pytest.mark.parametrize(
+    ("what", "told"), [(2, "Discard"), (3, "Error"), (4, "Fatal"), (8, "inf"), (9, "nan")]
+)
 def test_a_failing_component_is_named_and_results_kept(
-    c_fmu: Fmus, tmp_path: Path, what: int, told: str
+    c_fmu: Fmus, tmp_path: Path, what: int, told: str, algorithm: str
 ) -> None:
     path = tmp_path / "r.nc"
     start = {"pump": {"what": float(what), "when": 0.5}}
-    names = {"body": "mass", "pump": "rogue", "other": "rogue"}
-    failing = system(c_fmu, names, start=start)
-    if what == 9:
-        failing = system(c_fmu, {**names, "next": "stage"}, "pump.y -> next.u", start=start)
+    names = {"body": "mass+state", "pump": "rogue+state", "next": "stage+state"}
+    # one bond for the corrector to correct
+    names["spring"] = "spring+state"
+    links = ("pump.y -> next.u", "body.m <-> spring.end")
+    settings = Simulation(1, 0.1, algorithm)
     with pytest.raises(RunError) as caught:
-        run(failing, results=path)
+        run(system(c_fmu, names, *links, start=start, simulation=settings), results=path)
     message = caught.value.message
     assert "pump" in message
     assert told in message
-    if what == 9:
-        assert "pump.y at t = 0.5 s is nan" in message
-    else:
-        assert "from t = 0.4 s to 0.5 s" in message
+    assert re.search(r"t = 0\.(4|425|45|475|5) s", message)
+    if what < 5:
         assert "the pump ran dry" in message
     assert "step_size" in caught.value.remedy
-    assert str(path) in caught.value.remedy
+    assert f"results until t = 0.4 s are in {path}" in caught.value.remedy
     results = load(path)
     np.testing.assert_allclose(results.time, [0, 0.1, 0.2, 0.3, 0.4], atol=1e-15)
+    assert all(np.isfinite(s.values).all() for g in results.components.values() for s in g.values())
+    assert results.attributes["ended"] == f"failed: {message}"
 
 
 def test_an_output_that_is_only_recorded_is_checked_too(c_fmu: Fmus, tmp_path: Path) -> None:
     start = {"pump": {"what": 9.0, "when": 0.5}}
     with pytest.raises(RunError, match=r"pump\.y at t = 0\.5 s is nan"):
         run(system(c_fmu, {"pump": "rogue"}, start=start), results=tmp_path / "r.nc")
+    assert load(tmp_path / "r.nc").time[-1] == pytest.approx(0.4)
+
+
+def test_a_tolerance_that_is_missed_ends_the_run(c_fmu: Fmus, tmp_path: Path) -> None:
+    """An output that jumps: no step is small enough for it."""
+    names = {"pump": "rogue+state", "body": "mass+state", "spring": "spring+state"}
+    links = ("pump.y -> spring.end.x, units ignored", "body.body.m.vx -> spring.end.vx",
+             "spring.end.force_x -> body.body.m.force_x")  # fmt: skip
+    start = {"pump": {"what": 7.0, "when": 1.55}, "spring": {"damping": 1.0}}
+    settings = Simulation(2, 0.1, "corrector", start_time=1.0, coupling_tolerance=1e-4)
+    with pytest.raises(RunError) as caught:
+        run(
+            system(c_fmu, names, *links, start=start, simulation=settings),
+            results=tmp_path / "r.nc",
+        )
+    assert "stays above coupling_tolerance" in caught.value.message
+    assert "leave coupling_tolerance out" in caught.value.remedy
+    results = load(tmp_path / "r.nc")
+    assert 1.5 < results.time[-1] <= 1.55
+    assert f"results until t = {results.time[-1]:.9g} s" in caught.value.remedy
+
+
+def test_a_loop_without_solution_ends_the_run(c_fmu: Fmus, tmp_path: Path) -> None:
+    """a.y = a.u + t, b.y = b.u + t in a ring: 0 = 2 t, which holds at the start only."""
+    names = {"a": "stage+state", "b": "stage+state"}
+    settings = Simulation(1, 0.1, "implicit")
+    loop = system(c_fmu, names, "a.y -> b.u", "b.y -> a.u", simulation=settings)
+    with pytest.raises(RunError) as caught:
+        run(loop, results=tmp_path / "r.nc")
+    assert re.search(r"[ab]\.u", caught.value.message)
+    assert "t = 0 s" in caught.value.message or "t = 0.1 s" in caught.value.message
+    assert "results until t = 0 s" in caught.value.remedy
+    assert load(tmp_path / "r.nc").time.tolist() == [0.0]
+
+
+def test_a_run_that_ends_well_says_so(c_fmu: Fmus, tmp_path: Path) -> None:
+    outcome = run(oscillator(c_fmu, Simulation(1, 0.1)), results=tmp_path / "r.nc")
+    assert outcome.results().attributes["ended"] == "at the stop time"
+
+
+def test_chosen_variables_are_recorded(c_fmu: Fmus, tmp_path: Path) -> None:
+    path = tmp_path / "r.nc"
+    whole = oscillator(c_fmu, Simulation(1, 0.1))
+    chosen = run(whole, results=path, variables=["body.*x", "spring.stiffness"]).results()
+    names = {f"{c}.{n}" for c, members in chosen.components.items() for n in members}
+    assert names == {"body.body.m.x", "body.body.m.vx", "body.body.m.ax", "spring.stiffness"}
+    assert chosen["spring.stiffness"].values.tolist() == [1.0] * 11
+    with pytest.raises(InputError, match=r"no output is called 'bdy\.\*'"):
+        run(whole, results=path, variables=["bdy.*"])
+
+
+def test_results_as_csv_and_parquet(c_fmu: Fmus, tmp_path: Path) -> None:
+    whole = oscillator(c_fmu, Simulation(1, 0.1))
+    results = run(whole, results=tmp_path / "r.csv").results()
+    with (tmp_path / "r.csv").open(encoding="utf-8") as file:
+        rows = list(csv.reader(file))
+    assert rows[0][:2] == ["time [s]", "body.body.m.x [m]"]
+    assert [float(row[1]) for row in rows[1:]] == results["body.body.m.x"].values.tolist()
+    if find_spec("pyarrow") is None:
+        with pytest.raises(InputError, match="needs the package pyarrow"):
+            run(whole, results=tmp_path / "r.parquet")
+        return
+    import pyarrow.parquet  # pyright: ignore[reportMissingImports]
+
+    run(whole, results=tmp_path / "r.parquet")
+    table = pyarrow.parquet.read_table(tmp_path / "r.parquet")
+    assert table["body.body.m.x"].to_pylist() == results["body.body.m.x"].values.tolist()
+    assert table.schema.field("body.body.m.x").metadata[b"unit"] == b"m"
 
 
 def test_fmus_are_unpacked_below_a_plain_path(

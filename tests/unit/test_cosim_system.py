@@ -8,8 +8,7 @@ from types import ModuleType
 
 import pytest
 
-from m4e_fmi.cosim import FmuFile, Kind, Simulation, System
-from m4e_fmi.cosim import system as system_module
+from m4e_fmi.cosim import FmuFile, Kind, Simulation, System, system, system_file
 from m4e_fmi.document import Section
 from m4e_fmi.errors import InputError
 
@@ -40,7 +39,8 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     class Point:
         value = "coil_kind"
 
-    monkeypatch.setattr(system_module, "kinds", lambda: {"coil": Point()})
+    for module in (system, system_file):
+        monkeypatch.setattr(module, "kinds", lambda: {"coil": Point()})
     return tmp_path
 
 
@@ -51,16 +51,16 @@ def written(folder: Path, text: str) -> Path:
 
 
 def test_a_good_file_is_understood(folder: Path) -> None:
-    system = System.load(written(folder, GOOD))
-    assert system.name == "pair"
-    body, spring = system.components
+    read = System.load(written(folder, GOOD))
+    assert read.name == "pair"
+    body, spring = read.components
     assert body.source == FmuFile(folder / "mass.fmu")
     assert dict(body.start) == {"body.m.x": 1.0}
     assert spring.source == Kind("coil", CoilConfig(stiffness=4.0))
     assert dict(spring.start) == {"damping": 0.5}
-    assert system.connections == ("body.m <-> spring.end",)
-    assert system.simulation == Simulation(10, 0.1, output_interval=0.5)
-    assert system.folder == folder
+    assert read.connections == ("body.m <-> spring.end",)
+    assert read.simulation == Simulation(10, 0.1, output_interval=0.5)
+    assert read.folder == folder
 
 
 @pytest.mark.parametrize(

@@ -9,12 +9,16 @@ later step answers fmi2Discard.
 import base64
 import copy
 import json
+import sys
 import traceback
 from math import inf, isfinite, nan
 from pathlib import Path
 
 from pythonfmu import Fmi2Slave
 from pythonfmu.enums import Fmi2Status
+
+if sys.version_info < (3, 10):  # noqa: UP036  not the version that builds
+    raise ImportError(f"this FMU needs Python 3.10 or newer; here is {sys.version.split()[0]}")
 
 DESCRIPTION = "description.json"
 LAST_ERROR = "last_error"

@@ -7,13 +7,19 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import fmpy
-from fmpy import fmi2
+from fmpy import fmi2, fmi3
 
 from m4e_fmi.fmu.validation.elf import SharedLibrary, read_elf
 from m4e_fmi.fmu.validation.findings import Finding, some
 from m4e_fmi.fmu.validation.subject import Subject
 from m4e_fmi.fmu.validation.units import check_units
 from m4e_fmi.fmu.validation.variables import check_variables
+
+LIBRARIES = {
+    "2.0": ("fmi2", fmi2.FMU2Slave, fmi2.FMU2Model),
+    "3.0": ("fmi3", fmi3.FMU3Slave, fmi3.FMU3Model),
+}
+"""What a function's name begins with, and FMPy's classes that have all of them as methods."""
 
 
 def description_findings(path: Path, folder: Path) -> tuple[tuple[Finding, ...], str]:
@@ -28,10 +34,12 @@ def description_findings(path: Path, folder: Path) -> tuple[tuple[Finding, ...],
         subject = Subject.read(folder)
     except Exception:  # noqa: BLE001  whatever FMPy raises on what it cannot read
         return tuple(found), "the model description cannot be understood"
-    if subject.raw.fmiVersion != "2.0":
-        return tuple(found), f"numeric checks are for FMI 2.0, this is {subject.raw.fmiVersion}"
-    found += check_variables(subject)
-    found += check_units(subject)
+    version = subject.raw.fmiVersion
+    if version not in LIBRARIES:
+        return tuple(found), f"made for FMI 2.0 and 3.0, this is {version}"
+    if version == "2.0":
+        found += check_variables(subject)
+        found += check_units(subject)
     found += _experiment(subject)
     found += _library(subject)
     reasons = [f.message for f in found if f.id in ("library.missing", "library.exports")]
@@ -63,13 +71,14 @@ def _experiment(subject: Subject) -> Iterator[Finding]:
 
 def _library(subject: Subject) -> Iterator[Finding]:
     binaries = subject.folder / "binaries"
-    here = binaries / fmpy.platform
+    platform = fmpy.platform if subject.raw.fmiVersion == "2.0" else fmpy.platform_tuple
+    here = binaries / platform
     for identifier in sorted({kind.modelIdentifier for kind in subject.kinds}):
         library = here / f"{identifier}{fmpy.sharedLibraryExtension}"
         if not library.is_file():
             there = sorted(p.name for p in binaries.iterdir()) if binaries.is_dir() else []
             others = sorted(p.name for p in here.iterdir()) if here.is_dir() else []
-            message = f"there is no binaries/{fmpy.platform}/{library.name}"
+            message = f"there is no binaries/{platform}/{library.name}"
             remedy = f"platforms in it: {', '.join(there) or 'none'}"
             if others:
                 remedy = f"there is {some(others)}: its name must be the modelIdentifier"
@@ -79,8 +88,9 @@ def _library(subject: Subject) -> Iterator[Finding]:
 
 
 def _elf(subject: Subject, elf: SharedLibrary) -> Iterator[Finding]:
-    classes = [fmi2.FMU2Slave] * subject.steps + [fmi2.FMU2Model] * subject.exchanges
-    needed = sorted({name for c in classes for name in dir(c) if name.startswith("fmi2")})
+    prefix, stepping, exchanging = LIBRARIES[subject.raw.fmiVersion]
+    classes = [stepping] * subject.steps + [exchanging] * subject.exchanges
+    needed = sorted({name for c in classes for name in dir(c) if name.startswith(prefix)})
     missing = [name for name in needed if name not in elf.exports]
     if missing:
         message = f"the library does not export {some(missing)}"

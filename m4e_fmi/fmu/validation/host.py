@@ -7,14 +7,15 @@ imported once, here.
 from __future__ import annotations
 
 import json
+import multiprocessing
 import os
 import signal
 import time
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field
 from importlib import import_module
-from multiprocessing import get_context
 from pathlib import Path
+from typing import Any
 
 from m4e_fmi.fmu.validation.findings import Finding, Group
 from m4e_fmi.fmu.validation.journal import last_call
@@ -36,7 +37,7 @@ _POLL = 0.005  # s
 _UNFINISHED = "no FMU may end or block its host; what this group checks after it was not looked at"
 _WORDS = 400  # characters of what the process wrote last
 _START = "start"
-_FORKS = hasattr(os, "fork")
+_PROCESSES: Any = multiprocessing.get_context("fork" if hasattr(os, "fork") else "spawn")
 
 
 def main(work: str, fmu: str, call_limit: str, *groups: str) -> None:
@@ -60,7 +61,8 @@ def _run(work: Path, fmu: str, call_limit: float, groups: list[str]) -> Iterator
     if (work / FACTS).exists():
         yield from _all(rest, work, fmu, call_limit)
     else:
-        yield from (Group(name, skipped="the FMU does not start") for name in rest)
+        reason = "the FMU does not start" if start[0].count("error") else "for FMI 2.0 only"
+        yield from (Group(name, skipped=reason) for name in rest)
 
 
 def _all(groups: list[str], work: Path, fmu: str, call_limit: float) -> list[Group]:
@@ -99,8 +101,7 @@ class _Watched:
     def __post_init__(self) -> None:
         print(self.name, flush=True)
         arguments = (self.name, self.work, self.fmu)
-        process = get_context("fork").Process if _FORKS else get_context("spawn").Process
-        self.process = process(target=work_on, args=arguments, daemon=True)
+        self.process = _PROCESSES.Process(target=work_on, args=arguments, daemon=True)
         self.process.start()
 
     def outcome(self) -> Group | None:

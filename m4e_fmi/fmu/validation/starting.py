@@ -11,6 +11,7 @@ import numpy as np
 from m4e_fmi.fmu.validation.bench import Bench, Facts
 from m4e_fmi.fmu.validation.findings import Finding, some
 from m4e_fmi.fmu.validation.probe import ERROR, FatalError, Probe, RefusedError
+from m4e_fmi.fmu.validation.simulated import check_simulated
 
 STEPS = 10
 AMPLITUDES = (1.0, 0.1, 0.01, 1e-4, 0.0)
@@ -19,6 +20,9 @@ WRONG_GUID = "{00000000-not-the-guid-of-this-fmu}"
 
 def check(bench: Bench) -> Iterator[Finding | Facts]:
     """Findings, and last the facts for the other groups, unless the FMU does not even start."""
+    if bench.subject.raw.fmiVersion != "2.0":
+        yield from check_simulated(bench)
+        return
     try:
         version = _version(bench)
     except Exception as error:  # noqa: BLE001  FMPy raises plain exceptions

@@ -19,6 +19,8 @@ UNITS = {
     "mm": 'm="1" factor="0.001"',
     "m/s": 'm="1" s="-1"',
     "m/s2": 'm="1" s="-2"',
+    "mm/s": 'm="1" s="-1" factor="0.001"',
+    "mm/s2": 'm="1" s="-2" factor="0.001"',
     "s": 's="1"',
     "kg": 'kg="1"',
     "N": 'kg="1" m="1" s="-2"',
@@ -72,6 +74,13 @@ MASS = (
     V("body.m.force_x", "N", "input", 0.0),
     *motion("body.m.", acceleration_needs=("body.m.force_x",)),
 )
+MM_MASS = (
+    *MASS[:4],
+    V("body.m.x", "mm", "output", 0.0, initial="exact"),
+    V("body.m.vx", "mm/s", "output", 0.0, rate_of="body.m.x", initial="exact"),
+    V("body.m.ax", "mm/s2", "output", needs=("body.m.force_x",), rate_of="body.m.vx"),
+)
+"""With a mass of 0.001 it weighs 1 kg, with a stiffness of 0.001 it is held by 1 N/m."""
 PARTNER = (
     parameter("mass", "kg", 1.0),
     STIFFNESS,
@@ -139,6 +148,7 @@ ROGUE = (parameter("what", "1", 0.0), parameter("when", "s", 1.0), V("y", "s", "
 
 MODELS: dict[str, tuple[str, tuple[V, ...]]] = {
     "mass": ("mass.c", MASS),
+    "mm_mass": ("mass.c", MM_MASS),
     "partner": ("partner.c", PARTNER),
     "moving_partner": ("partner.c", MOVING_PARTNER),
     "spring": ("spring.c", SPRING),

@@ -3,20 +3,9 @@
    A call that is refused answers fmi3Error with a text and changes nothing, though the standard lets
    an importer count on less. What cannot be computed answers fmi3Discard, and the FMU is as it was
    before the call. There are neither clocks nor structural parameters nor events. */
-#include "fmi3.h"
-
 #include <string.h>
 
-#include "instance.h"
-
-#define ENTER(phases)                                                                             \
-    instance *c = self;                                                                           \
-    if (!allowed(c, phases, __func__)) return fmi3Error
-#define NEEDS(condition, text)                                                                    \
-    if (!(condition)) return (fmi3Status)tell(c, FMI_ERROR, "%s: " text, __func__)
-#define NEEDS_ANSWERS(condition) NEEDS(condition, "there is nowhere to put the answer")
-#define NEEDS_EXCHANGE                                                                            \
-    NEEDS(c->now.type == MODEL_EXCHANGE, "this belongs to model exchange")
+#include "fmi3_calls.h"
 
 enum { WITHIN = READABLE | INTERMEDIATE };
 
@@ -94,22 +83,6 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
     return c;
 }
 
-fmi3Instance fmi3InstantiateScheduledExecution(fmi3String name, fmi3String token,
-                                               fmi3String resources, fmi3Boolean visible,
-                                               fmi3Boolean logging_on,
-                                               fmi3InstanceEnvironment environment,
-                                               fmi3LogMessageCallback logger,
-                                               fmi3ClockUpdateCallback update,
-                                               fmi3LockPreemptionCallback lock,
-                                               fmi3UnlockPreemptionCallback unlock) {
-    (void)name, (void)token, (void)resources, (void)visible, (void)logging_on;
-    (void)update, (void)lock, (void)unlock;
-    if (logger)
-        logger(environment, fmi3Error, "logStatusError",
-               "this FMU has no scheduled execution: it is one of co-simulation and model exchange");
-    return NULL;
-}
-
 void fmi3FreeInstance(fmi3Instance self) {
     instance *c = self;
     if (c && c->now.phase == INTERMEDIATE)
@@ -160,17 +133,6 @@ fmi3Status fmi3Reset(fmi3Instance self) {
     return fmi3OK;
 }
 
-fmi3Status fmi3EnterConfigurationMode(fmi3Instance self) {
-    ENTER(INSTANTIATED | EVENT | STEP);
-    NEEDS(0, "there are no structural parameters");
-    return fmi3OK;
-}
-
-fmi3Status fmi3ExitConfigurationMode(fmi3Instance self) {
-    ENTER(0); /* it is never entered */
-    return fmi3OK;
-}
-
 /* ---- variables ---- */
 
 fmi3Status fmi3GetFloat64(fmi3Instance self, const fmi3ValueReference references[], size_t count,
@@ -190,46 +152,6 @@ fmi3Status fmi3GetString(fmi3Instance self, const fmi3ValueReference references[
     ENTER(INSTANTIATED | WITHIN);
     return (fmi3Status)get_text(c, references, count, values, room);
 }
-
-/* Functions of variables that are not there: of other types, and clocks. */
-#define NONE(Name, ...)                                                                           \
-    fmi3Status fmi3##Name(fmi3Instance self, const fmi3ValueReference r[], size_t count,          \
-                          __VA_ARGS__) {                                                          \
-        ENTER(ANY | INTERMEDIATE);                                                                \
-        (void)r;
-#define NONE_END                                                                                  \
-    NEEDS(count == 0, "this FMU has no such variable");                                           \
-    return fmi3OK;                                                                                \
-    }
-#define NONE_1(Name, A) NONE(Name, A a)(void) a; NONE_END
-#define NONE_2(Name, A, B) NONE(Name, A a, B b)(void) a, (void)b; NONE_END
-#define NONE_3(Name, A, B, C) NONE(Name, A a, B b, C d)(void) a, (void)b, (void)d; NONE_END
-#define NO_NUMBER(Type)                                                                           \
-    NONE_2(Get##Type, fmi3##Type *, size_t)                                                       \
-    NONE_2(Set##Type, const fmi3##Type *, size_t)
-NO_NUMBER(Float32)
-NO_NUMBER(Int8)
-NO_NUMBER(UInt8)
-NO_NUMBER(Int16)
-NO_NUMBER(UInt16)
-NO_NUMBER(Int32)
-NO_NUMBER(UInt32)
-NO_NUMBER(Int64)
-NO_NUMBER(UInt64)
-NO_NUMBER(Boolean)
-NONE_2(SetString, const fmi3String *, size_t)
-NONE_3(GetBinary, size_t *, fmi3Binary *, size_t)
-NONE_3(SetBinary, const size_t *, const fmi3Binary *, size_t)
-NONE_1(GetClock, fmi3Clock *)
-NONE_1(SetClock, const fmi3Clock *)
-NONE_2(GetIntervalDecimal, fmi3Float64 *, fmi3IntervalQualifier *)
-NONE_3(GetIntervalFraction, fmi3UInt64 *, fmi3UInt64 *, fmi3IntervalQualifier *)
-NONE_1(GetShiftDecimal, fmi3Float64 *)
-NONE_2(GetShiftFraction, fmi3UInt64 *, fmi3UInt64 *)
-NONE_1(SetIntervalDecimal, const fmi3Float64 *)
-NONE_2(SetIntervalFraction, const fmi3UInt64 *, const fmi3UInt64 *)
-NONE_1(SetShiftDecimal, const fmi3Float64 *)
-NONE_2(SetShiftFraction, const fmi3UInt64 *, const fmi3UInt64 *)
 
 fmi3Status fmi3GetDirectionalDerivative(fmi3Instance self, const fmi3ValueReference unknowns[],
                                         size_t unknown_count, const fmi3ValueReference knowns[],
@@ -325,13 +247,6 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance self, fmi3Boolean *again, fmi3B
     return fmi3OK;
 }
 
-fmi3Status fmi3ActivateModelPartition(fmi3Instance self, fmi3ValueReference clock,
-                                      fmi3Float64 time) {
-    ENTER(0); /* there is no scheduled execution */
-    (void)clock, (void)time;
-    return fmi3OK;
-}
-
 /* ---- model exchange ---- */
 
 fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance self) {
@@ -406,11 +321,6 @@ fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance self, size_t *count) {
 }
 
 /* ---- co-simulation ---- */
-
-fmi3Status fmi3EnterStepMode(fmi3Instance self) {
-    ENTER(0); /* it is left for event mode only, which there is none of */
-    return fmi3OK;
-}
 
 fmi3Status fmi3GetOutputDerivatives(fmi3Instance self, const fmi3ValueReference references[],
                                     size_t count, const fmi3Int32 orders[], fmi3Float64 values[],

@@ -1,0 +1,14 @@
+"""Systems as SSP 1.0 packages: a ZIP archive with SystemStructure.ssd and the FMUs.
+
+Start reading at `read` and `write`. `package` opens the archive and its XML files; `elements` is
+the tree of systems and components in it, `signals` what flows through its connectors, `parameters`
+the start values; `fmus` compares it with the FMUs; `units` and `names` are shared by both ways.
+Source: Modelica Association, System Structure and Parameterization 1.0.1, 2022.
+"""
+
+from m4e_fmi.cosim.ssp.package import unpack_member
+from m4e_fmi.cosim.ssp.parameters import read_parameter_set
+from m4e_fmi.cosim.ssp.read import read_ssp
+from m4e_fmi.cosim.ssp.write import write_ssp
+
+__all__ = ["read_parameter_set", "read_ssp", "unpack_member", "write_ssp"]

@@ -1,0 +1,228 @@
+"""Reading an SSP package: a System whose FMUs stay in the archive until they are needed.
+
+Systems inside systems are flattened: the component `mass` of the system `left` is `left_mass`. What
+is not understood is an error, or one of the system's `notes`.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from m4e_fmi.cosim.connection import Connection, parse_connection
+from m4e_fmi.cosim.ssp.elements import Node, Signal, read_tree
+from m4e_fmi.cosim.ssp.fmus import add_units, check_connectors, flat_names, read_fmus
+from m4e_fmi.cosim.ssp.names import OSP_SPACE, OWN, SSC, SSD, SSD_FILE
+from m4e_fmi.cosim.ssp.package import Element, Package
+from m4e_fmi.cosim.ssp.parameters import Value, bound_parameters, targets
+from m4e_fmi.cosim.ssp.signals import Flow, follow, read_edges
+from m4e_fmi.cosim.ssp.units import Definition, read_units
+from m4e_fmi.cosim.system import Component, FmuFile, Simulation, SimulationSection, System
+from m4e_fmi.errors import InputError
+from m4e_fmi.fmu.reading import Description
+
+STOP_TIME, STEPS = 1.0, 500
+"""Where a package names none: the stop time [s], and the number of steps."""
+
+
+def read_ssp(path: str | Path) -> System:
+    """The system in an SSP 1.0 package; InputError with all problems found in it.
+
+    A package says nothing about steps. Ours do, in an annotation; of any other the step is 1/500 of
+    the time, which a note tells.
+    """
+    package = Package(path)
+    root = package.xml(SSD_FILE, SSD)
+    units = read_units(root)
+    tree, of_signals = read_tree(package, root, units)
+    parts = list(tree.components())
+    names = flat_names(package, parts)
+    descriptions = read_fmus(package, parts)
+    added = {node.path: check_connectors(package, node, descriptions) for node in parts}
+    for node in parts:
+        add_units(node, descriptions, of_signals)
+    flows = follow(package, read_edges(package, tree), of_signals.get)
+    start = _start(package, tree, flows, descriptions, units)
+    inputs, outputs = _outside(package, tree, flows, names)
+    simulation = _simulation(package, root)
+    connections = _connections(package, flows, names)
+    if package.problems:
+        raise InputError(dict.fromkeys(package.problems))
+    title = root.get("name")
+    name = re.sub(r'[/\\:*?"<>|\x00-\x1f]', "_", title).strip(". ") or "system"
+    if name != title:
+        package.note(f"system {title!r} is called {name!r} here")
+    return System(
+        name=name,
+        components=tuple(
+            Component(
+                names[node.path],
+                FmuFile(package.path, node.member),
+                start.get(node.path, {}),
+                added[node.path],
+            )
+            for node in parts
+        ),
+        connections=connections,
+        simulation=simulation,
+        description=root.get("description") or tree.element.get("description") or "",
+        inputs=inputs,
+        outputs=outputs,
+        notes=tuple(package.notes),
+        folder=package.path.parent,
+    )
+
+
+def _start(
+    package: Package,
+    tree: Node,
+    flows: Iterable[Flow],
+    descriptions: dict[tuple[str, ...], Description],
+    units: dict[str, Definition],
+) -> dict[tuple[str, ...], dict[str, Value]]:
+    """Start values of all components; bindings further out come later and win."""
+    leads_to: dict[Signal, list[Signal]] = {}
+    for flow in flows:
+        if flow.is_plain:
+            for at in (flow.origin, *(edge.end for edge in flow.edges[1:])):
+                leads_to.setdefault(at, []).append(flow.sink)
+    start: dict[tuple[str, ...], dict[str, Value]] = {}
+    for node in tree.nodes():
+        for parameter in bound_parameters(package, node, units):
+            found = targets(node, parameter.name, leads_to)
+            found = [(p, n) for p, n in found or () if p in descriptions]
+            known = [(p, n) for p, n in found if n in descriptions[p].variables]
+            for path, name in known:
+                try:
+                    value = parameter.for_variable(descriptions[path].variables[name])
+                except ValueError as error:
+                    package.reject(parameter.element, *error.args)
+                else:
+                    start.setdefault(path, {})[name] = value
+            if not known:
+                where = ".".join(node.path) or "the system"
+                message = f"parameter {parameter.name!r} of {where} reaches no variable"
+                package.note(f"{message}: it is left out")
+    return start
+
+
+def _outside(
+    package: Package, tree: Node, flows: Iterable[Flow], names: dict[tuple[str, ...], str]
+) -> tuple[dict[str, tuple[str, ...]], dict[str, str]]:
+    """The root system's own inputs and outputs, and what they stand for."""
+    inputs: dict[str, list[str]] = {}
+    outputs: dict[str, str] = {}
+    for flow in flows:
+        (origin, name), (sink, variable) = flow.origin, flow.sink
+        if (origin == ()) == (sink == ()):
+            continue
+        if not flow.is_plain:
+            message = f"the system's own {name if origin == () else variable!r} is transformed"
+            package.reject(flow.edges[-1].element, message, "connect it as it is")
+        elif origin == () and sink in names:
+            inputs.setdefault(name, []).append(f"{names[sink]}.{variable}")
+        elif sink == () and origin in names:
+            outputs[variable] = f"{names[origin]}.{name}"
+    for name, connector in tree.connectors.items():
+        if name not in inputs and name not in outputs:
+            package.note(f"the system's own {connector.kind} {name!r} is connected to nothing")
+    return {name: tuple(ports) for name, ports in inputs.items()}, outputs
+
+
+def _connections(
+    package: Package, flows: Iterable[Flow], names: dict[tuple[str, ...], str]
+) -> tuple[str, ...]:
+    """Connection texts; those that our own annotation puts together are one text again."""
+    texts: dict[str, None] = {}
+    groups: dict[str, list[Flow]] = {}
+    for flow in flows:
+        if flow.origin[0] not in names or flow.sink[0] not in names:
+            continue
+        told = _annotation(flow.edges[0].element) if len(flow.edges) == 1 else {}
+        whole = told.get("connection")
+        if isinstance(whole, str):
+            groups.setdefault(whole, []).append(flow)
+            texts.setdefault(whole)
+        else:
+            texts.setdefault(_text(flow, names))
+    for whole, members in groups.items():
+        if not _agrees(whole, members, names):
+            package.note(f"{whole!r} is not what the package connects: its members stand alone")
+            place = list(texts)
+            at = place.index(whole)
+            place[at : at + 1] = [_text(flow, names) for flow in members]
+            texts = dict.fromkeys(place)
+    return tuple(texts)
+
+
+def _agrees(whole: str, members: list[Flow], names: dict[tuple[str, ...], str]) -> bool:
+    """Whether connections still are the members of the text that they have been."""
+    if {_annotation(flow.edges[0].element).get("of") for flow in members} != {len(members)}:
+        return False
+    try:
+        text = parse_connection(whole)
+    except ValueError:
+        return False
+    ends = {text.left.partition(".")[0], text.right.partition(".")[0]}
+    way = (text.factor, text.offset, text.units_ignored)
+    return all(
+        {names[flow.origin[0]], names[flow.sink[0]]} == ends
+        and (flow.factor, flow.offset, flow.units_ignored) == way
+        for flow in members
+    )
+
+
+def _text(flow: Flow, names: dict[tuple[str, ...], str]) -> str:
+    (origin, output), (sink, taken) = flow.origin, flow.sink
+    return str(
+        Connection(
+            f"{names[origin]}.{output}",
+            f"{names[sink]}.{taken}",
+            factor=flow.factor,
+            offset=flow.offset,
+            units_ignored=flow.units_ignored,
+        )
+    )
+
+
+def _annotation(element: Element) -> dict[str, Any]:
+    """What our own annotation of an element says, empty if there is none."""
+    for annotation in element.findall(f"{SSD}Annotations/{SSC}Annotation"):
+        if annotation.get("type") == OWN and len(annotation):
+            try:
+                found = json.loads(annotation[0].text or "")
+            except ValueError:
+                return {}
+            return found if isinstance(found, dict) else {}
+    return {}
+
+
+def _simulation(package: Package, root: Element) -> Simulation:
+    """Times of the default experiment, all else from our own annotation."""
+    experiment = root.find(f"{SSD}DefaultExperiment")
+    given = dict(experiment.attrib) if experiment is not None else {}
+    start = float(given.get("startTime", 0.0))
+    settings: dict[str, Any] = {
+        "start_time": start,
+        "stop_time": float(given.get("stopTime", start + STOP_TIME)),
+        **_annotation(root).get("simulation", {}),
+    }
+    if "stopTime" not in given:
+        package.note(f"names no stop time: {settings['stop_time']:g} s is taken (--stop-time)")
+    step = root.find(f".//{OSP_SPACE}FixedStepAlgorithm")
+    if "step_size" not in settings and step is not None:
+        settings["step_size"] = step.get("baseStepSize")
+    if "step_size" not in settings:
+        settings["step_size"] = (settings["stop_time"] - start) / STEPS
+        package.note(f"names no step: {settings['step_size']:g} s is taken (--step-size)")
+    try:
+        return Simulation(**SimulationSection(**settings).model_dump())
+    except (ValidationError, InputError) as error:
+        text = error.problems[0].message if isinstance(error, InputError) else str(error)
+        package.reject(root, f"its experiment: {text}")
+        return Simulation(STOP_TIME, STOP_TIME / STEPS)

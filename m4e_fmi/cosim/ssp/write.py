@@ -1,0 +1,267 @@
+"""Writing a prepared system as an SSP package.
+
+Every connected variable becomes a connector, every link a connection; start values go into a
+parameter set for each component, where most tools look for them. What SSP has no place for is in
+annotations: which connections are one of ours (``a.m <-> b.end``), and how to step; the step alone
+also in the words of the Open Simulation Platform.
+"""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from collections.abc import Iterable
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no types
+
+from m4e_fmi.cosim.connect import Link, Port
+from m4e_fmi.cosim.connection import Connection, parse_connection
+from m4e_fmi.cosim.run import Prepared
+from m4e_fmi.cosim.ssp.names import (
+    OSP,
+    OSP_SPACE,
+    OWN,
+    PARAMETER_FILE,
+    SSC,
+    SSD,
+    SSD_FILE,
+    SSV,
+    VERSION,
+)
+from m4e_fmi.cosim.ssp.package import Element
+from m4e_fmi.cosim.ssp.units import Definition, write_units
+from m4e_fmi.cosim.start_values import start_values
+from m4e_fmi.fmu.reading import Variable
+from m4e_fmi.writing import written
+
+EPOCH = (1980, 1, 1, 0, 0, 0)
+"""Time stamp in the archive: the same system gives the same bytes."""
+_JSON = "{urn:m4e_fmi}json"
+
+
+def write_ssp(prepared: Prepared, path: str | Path) -> Path:
+    """Write the system with all its FMUs to `path`; RunError if that cannot be written."""
+    path = Path(path)
+    resources = _resources(prepared)
+    parameters = _parameter_sets(prepared)
+    descriptions = prepared.descriptions
+    with written(path) as part, zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as archive:
+        _add(archive, SSD_FILE, _xml(_description(prepared, resources, set(parameters))))
+        for name, element in parameters.items():
+            _add(archive, PARAMETER_FILE.format(name), _xml(element))
+        for file, fmu in {resources[n]: d.path for n, d in descriptions.items()}.items():
+            _add(archive, file, fmu.read_bytes(), zipfile.ZIP_STORED)
+    return path
+
+
+def _add(
+    archive: zipfile.ZipFile, name: str, content: bytes, packing: int = zipfile.ZIP_DEFLATED
+) -> None:
+    archive.writestr(zipfile.ZipInfo(name, EPOCH), content, packing)
+
+
+def _xml(root: Element) -> bytes:
+    return etree.tostring(root, encoding="UTF-8", xml_declaration=True, pretty_print=True)
+
+
+def _resources(prepared: Prepared) -> dict[str, str]:
+    """The file in the package of every component; components with one FMU share it."""
+    files: dict[Path, str] = {}
+    found = {}
+    for name, description in prepared.descriptions.items():
+        found[name] = files.setdefault(description.path.resolve(), f"resources/{name}.fmu")
+    return found
+
+
+def _variable(prepared: Prepared, port: Port) -> Variable:
+    return prepared.descriptions[port.component].variables[port.variable]
+
+
+def _description(
+    prepared: Prepared, resources: dict[str, str], with_parameters: set[str]
+) -> Element:
+    system = prepared.system
+    # libcosim and Ecos know the namespaces by these prefixes, declared here
+    spaces = {"ssd": SSD[1:-1], "ssc": SSC[1:-1], "ssv": SSV[1:-1], "osp": OSP_SPACE[1:-1]}
+    root = etree.Element(
+        f"{SSD}SystemStructureDescription", nsmap=spaces, version=VERSION, name=system.name
+    )
+    if system.description:
+        root.set("description", system.description)
+    root.set("generationTool", OWN)
+    element = etree.SubElement(root, f"{SSD}System", name=system.name)
+    ports = _connected(prepared)
+    _system_connectors(prepared, element)
+    elements = etree.SubElement(element, f"{SSD}Elements")
+    for name, file in resources.items():
+        component = etree.SubElement(elements, f"{SSD}Component", name=name, source=file)
+        component.set("type", "application/x-fmu-sharedlibrary")
+        component.set("implementation", "CoSimulation")
+        own = [port for port in ports if port.component == name]
+        _connectors(component, ((p.variable, _variable(prepared, p)) for p in own))
+        if name in with_parameters:
+            bindings = etree.SubElement(component, f"{SSD}ParameterBindings")
+            source = PARAMETER_FILE.format(name)
+            etree.SubElement(bindings, f"{SSD}ParameterBinding", source=source)
+    _connections(prepared, element)
+    write_units(root, _units(prepared, ports))
+    _experiment(prepared, root)
+    return root
+
+
+def _connected(prepared: Prepared) -> list[Port]:
+    """All variables that connections lead to or from, and those the package gives units to."""
+    links = (*prepared.wiring.initial_links, *prepared.wiring.links)
+    ports = {port for link in links for port in (link.source, link.target)}
+    system = prepared.system
+    for text in (*system.outputs.values(), *(t for texts in system.inputs.values() for t in texts)):
+        component, _, variable = text.partition(".")
+        ports.add(Port(component, variable))
+    ports |= {Port(c.name, variable) for c in system.components for variable in c.units}
+    return sorted(ports)
+
+
+def _connectors(parent: Element, variables: Iterable[tuple[str, Variable]]) -> None:
+    connectors = None
+    for name, variable in variables:
+        if connectors is None:
+            connectors = etree.SubElement(parent, f"{SSD}Connectors")
+        element = etree.SubElement(
+            connectors, f"{SSD}Connector", name=name, kind=variable.causality
+        )
+        kind = etree.SubElement(element, f"{SSC}{variable.type}")
+        if variable.type == "Real" and variable.dimension is not None:
+            kind.set("unit", variable.unit)
+
+
+def _system_connectors(prepared: Prepared, parent: Element) -> None:
+    system = prepared.system
+    stand_for = {name: texts[0] for name, texts in system.inputs.items()} | dict(system.outputs)
+    ports = {name: Port(*text.split(".", 1)) for name, text in stand_for.items()}
+    _connectors(parent, ((name, _variable(prepared, port)) for name, port in ports.items()))
+
+
+def _connections(prepared: Prepared, parent: Element) -> None:
+    system, wiring = prepared.system, prepared.wiring
+    links = (*wiring.initial_links, *wiring.links)
+    outer = [(None, name, *text.split(".", 1)) for name, t in system.inputs.items() for text in t]
+    outer += [(*text.split(".", 1), None, name) for name, text in system.outputs.items()]
+    if not links and not outer:
+        return
+    connections = etree.SubElement(parent, f"{SSD}Connections")
+    for ends in outer:
+        _connection(connections, *ends)
+    for index, text in enumerate(system.connections):
+        members = [link for link in links if link.connection == index]
+        written = parse_connection(text)
+        for link in members:
+            source, target = link.source, link.target
+            element = _connection(
+                connections, source.component, source.variable, target.component, target.variable
+            )
+            _transform(element, written)
+            if not _stands_alone(written, members):
+                _annotate(element, {"connection": text, "of": len(members)})
+
+
+def _stands_alone(written: Connection, members: list[Link]) -> bool:
+    """Whether the one link says all that the text does."""
+    if written.both_ways or len(members) != 1:
+        return False
+    return (written.left, written.right) == (str(members[0].source), str(members[0].target))
+
+
+def _connection(
+    parent: Element,
+    start_element: str | None,
+    start: str | None,
+    end_element: str | None,
+    end: str | None,
+) -> Element:
+    element = etree.SubElement(parent, f"{SSD}Connection")
+    given = {
+        "startElement": start_element,
+        "startConnector": start,
+        "endElement": end_element,
+        "endConnector": end,
+    }
+    for key, value in given.items():
+        if value is not None:
+            element.set(key, value)
+    return element
+
+
+def _transform(element: Element, written: Connection) -> None:
+    if written.units_ignored:
+        element.set("suppressUnitConversion", "true")
+    if (written.factor, written.offset) != (1.0, 0.0):
+        transformation = etree.SubElement(element, f"{SSC}LinearTransformation")
+        transformation.set("factor", repr(written.factor))
+        transformation.set("offset", repr(written.offset))
+
+
+def _annotate(parent: Element, content: dict[str, Any]) -> None:
+    annotations = etree.SubElement(parent, f"{SSD}Annotations")
+    annotation = etree.SubElement(annotations, f"{SSC}Annotation", type=OWN)
+    element = etree.SubElement(annotation, _JSON, nsmap={None: "urn:m4e_fmi"})
+    element.text = json.dumps(content)
+
+
+def _units(prepared: Prepared, ports: Iterable[Port]) -> dict[str, Definition]:
+    found = {}
+    for port in ports:
+        variable = _variable(prepared, port)
+        if variable.type == "Real" and variable.dimension is not None:
+            found[variable.unit] = Definition(variable.dimension, variable.offset)
+    return found
+
+
+def _experiment(prepared: Prepared, root: Element) -> None:
+    simulation = prepared.system.simulation
+    experiment = etree.SubElement(root, f"{SSD}DefaultExperiment")
+    experiment.set("startTime", repr(float(simulation.start_time)))
+    experiment.set("stopTime", repr(float(simulation.stop_time)))
+    annotations = etree.SubElement(experiment, f"{SSD}Annotations")
+    annotation = etree.SubElement(annotations, f"{SSC}Annotation", type=OSP)
+    algorithm = etree.SubElement(annotation, f"{OSP_SPACE}Algorithm")
+    step = etree.SubElement(algorithm, f"{OSP_SPACE}FixedStepAlgorithm")
+    step.set("baseStepSize", repr(float(simulation.step_size)))
+    settings = asdict(simulation)
+    del settings["start_time"], settings["stop_time"]
+    given = {key: value for key, value in settings.items() if value is not None}
+    _annotate(root, {"simulation": given})
+
+
+def _parameter_sets(prepared: Prepared) -> dict[str, Element]:
+    """The start values of each component that has any, in its FMU's own units."""
+    found = {}
+    for component in prepared.system.components:
+        description = prepared.descriptions[component.name]
+        values = start_values(component, description)
+        if not values:
+            continue
+        root = etree.Element(f"{SSV}ParameterSet", nsmap={"ssv": SSV[1:-1], "ssc": SSC[1:-1]})
+        root.set("version", VERSION)
+        root.set("name", "parameters")
+        parameters = etree.SubElement(root, f"{SSV}Parameters")
+        for name, value in values.items():
+            element = etree.SubElement(parameters, f"{SSV}Parameter", name=name)
+            variable = description.variables[name]
+            _value(etree.SubElement(element, f"{SSV}{variable.type}"), variable, value)
+        found[component.name] = root
+    return found
+
+
+def _value(element: Element, variable: Variable, value: float | int | bool | str) -> None:
+    if variable.type == "Real":
+        element.set("value", repr(float(value)))
+    elif variable.type == "Boolean":
+        element.set("value", "true" if value else "false")
+    elif variable.type == "Enumeration":
+        names = {number: name for name, number in variable.items.items()}
+        element.set("value", names.get(int(value), str(value)))
+    else:
+        element.set("value", str(value))

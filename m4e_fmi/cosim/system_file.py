@@ -1,0 +1,136 @@
+"""Reading `system.yaml`: all that is wrong with it is told at once, in place."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+from pydantic import Field
+
+from m4e_fmi.cosim.system import (
+    Component,
+    FmuFile,
+    Kind,
+    ModelFile,
+    Simulation,
+    SimulationSection,
+    Start,
+    System,
+    kind_module,
+    kinds,
+    simulation_problems,
+)
+from m4e_fmi.document import Document, Location, Section
+from m4e_fmi.errors import InputError, Problem, suggestion
+
+_NAME = re.compile(r"[A-Za-z_]\w*$")
+
+
+class _SystemSection(Section):
+    name: str
+    description: str = ""
+    components: dict[str, dict[str, Any]]
+    connections: tuple[str, ...] = ()
+    inputs: dict[str, tuple[str, ...]] = Field(default_factory=dict)
+    outputs: dict[str, str] = Field(default_factory=dict)
+    simulation: SimulationSection
+
+
+class _FileSection(Section):
+    model: str | None = None
+    fmu: str | None = None
+    start: dict[str, bool | int | float | str] = Field(default_factory=dict)
+
+
+class _StartSection(Section):
+    start: dict[str, bool | int | float | str] = Field(default_factory=dict)
+
+
+def read_system(document: Document) -> System:
+    """The system that a document describes; InputError with all problems found in it."""
+    problems: list[Problem] = []
+    section: _SystemSection | None = None
+    try:
+        section = document.validate(_SystemSection)
+    except InputError as error:
+        problems += error.problems
+    components = _read_components(document, problems)
+    simulation = _read_simulation(document, section, problems)
+    if problems or section is None or simulation is None:
+        raise InputError(dict.fromkeys(problems))
+    return System(
+        name=section.name,
+        components=tuple(components),
+        connections=tuple(" ".join(text.split()) for text in section.connections),
+        simulation=simulation,
+        description=section.description,
+        inputs=section.inputs,
+        outputs=section.outputs,
+        folder=document.path.parent,
+        document=document,
+    )
+
+
+def _read_simulation(
+    document: Document, section: _SystemSection | None, problems: list[Problem]
+) -> Simulation | None:
+    if section is None:
+        return None
+    found = simulation_problems(section.simulation)
+    problems += [
+        document.problem(("simulation", key), message, remedy) for key, message, remedy in found
+    ]
+    return None if found else Simulation(**section.simulation.model_dump())
+
+
+def _read_components(document: Document, problems: list[Problem]) -> list[Component]:
+    written = document.data.get("components")
+    components = []
+    for name, keys in written.items() if isinstance(written, dict) else ():
+        if not isinstance(keys, dict):
+            continue
+        try:
+            components.append(_read_component(document, str(name), keys))
+        except InputError as error:
+            problems += error.problems
+    return components
+
+
+def _read_component(document: Document, name: str, keys: dict[str, Any]) -> Component:
+    at: Location = ("components", name)
+    if not _NAME.match(name):
+        remedy = "use letters, digits and _, not starting with a digit"
+        raise InputError([document.problem(at, f"component name {name!r}", remedy)])
+    given = [key for key in ("model", "kind", "fmu") if key in keys]
+    if len(given) != 1:
+        what = f"has {' and '.join(given)}" if given else "has none of 'model', 'kind' and 'fmu'"
+        remedy = "give one: 'model: x.model.yaml', 'kind: name' or 'fmu: x.fmu'"
+        raise InputError([document.problem(at, f"component {name!r} {what}", remedy)])
+    if given[0] == "kind":
+        start: Start = {}
+        if "start" in keys:
+            others = tuple(key for key in keys if key != "start")
+            start = document.validate(_StartSection, at=at, drop=others).start
+        return Component(name, _read_kind(document, at, keys["kind"]), start)
+    section = document.validate(_FileSection, at=at)
+    path = document.path.parent / str(section.model or section.fmu)
+    if not path.is_file():
+        near = [p.name for p in path.parent.glob("*")] if path.parent.is_dir() else []
+        message = f"no such file: {path}"
+        raise InputError([document.problem((*at, given[0]), message, suggestion(path.name, near))])
+    source = ModelFile(path) if given[0] == "model" else FmuFile(path)
+    return Component(name, source, section.start)
+
+
+def _read_kind(document: Document, at: Location, kind: Any) -> Kind:
+    known = kinds()
+    if kind not in known:
+        remedy = suggestion(str(kind), known, "kinds")
+        raise InputError([document.problem((*at, "kind"), f"unknown kind {str(kind)!r}", remedy)])
+    try:
+        module = kind_module(kind)
+    except ImportError as error:
+        message = f"kind {kind!r} is installed but cannot be imported: {error}"
+        remedy = "install what is missing; `m4e-fmi doctor` tells what that is"
+        raise InputError([document.problem((*at, "kind"), message, remedy)]) from error
+    return Kind(kind, document.validate(module.Config, at=at, drop=("kind", "start")))
