@@ -25,6 +25,7 @@ ARGUMENTS = {
     "step_size": None,
     "outputs": None,
     "rename": [],
+    "sources": False,
 }
 """Arguments of `build_fmu` that are options here, with their defaults."""
 
@@ -50,6 +51,9 @@ def add(commands: argparse._SubParsersAction) -> None:
         of_model.add_argument(
             flag, type=float, metavar="S", help=f"of the default experiment; default {text}"
         )
+    of_model.add_argument(
+        "--sources", action="store_true", help="with --native: C sources too, to compile elsewhere"
+    )
     of_model.add_argument(
         "--no-documentation", action="store_true", help="no page, picture and reference series"
     )

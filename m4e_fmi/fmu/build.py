@@ -39,6 +39,7 @@ def build_fmu(
     outputs: Sequence[str] | None = None,
     rename: Mapping[str, str] | None = None,
     documentation: Mapping[str, bytes] | None = None,
+    sources: bool = False,
 ) -> Path:
     """Write the FMU of `source` to `path` (replaced as a whole) and return the path.
 
@@ -51,7 +52,8 @@ def build_fmu(
     `outputs` are shell patterns of the outputs and states to be seen; what computes the others only
     is left out; default all. `rename` gives variables other names, old → new. `documentation` has
     more files: name in the archive, below ``documentation/`` or ``model.png`` (FMI 3.0:
-    ``terminalsAndIcons/icon.png``), → content.
+    ``terminalsAndIcons/icon.png``), → content. `sources` adds the C sources of a native FMU's
+    library, for importers that compile (FMI 2.0).
 
     Variables and value references of a program are the same for both kinds, and so are results, to
     the bit. The same source gives the same bytes. InputError if an option is not one, if the name
@@ -70,6 +72,7 @@ def build_fmu(
         outputs=None if outputs is None else tuple(outputs),
         rename=dict(rename or {}),
         documentation=dict(documentation or {}),
+        sources=sources,
     )
     path = Path(path)
     write_archive(fmu_files(source, options), path)

@@ -6,7 +6,7 @@ Source: FMI Specification 2.0.4, section 2.2. Element order and attributes follo
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 import m4e_fmi
@@ -24,11 +24,17 @@ LOG_CATEGORIES = {
 
 
 def model_description_xml(
-    description: ModelDescription, *, model_identifier: str, guid: str, native: bool = False
+    description: ModelDescription,
+    *,
+    model_identifier: str,
+    guid: str,
+    native: bool = False,
+    sources: Sequence[str] = (),
 ) -> bytes:
     """The XML text (UTF-8) of `description`; ValueError names a unit that is not understood.
 
     A `native` FMU is one of model exchange, too, and declares what its library can do more.
+    `sources` are the C files in the FMU that an importer compiles.
     """
     root = Element(
         "fmiModelDescription",
@@ -41,7 +47,7 @@ def model_description_xml(
     )
     if native:
         root.set("numberOfEventIndicators", "0")
-    _add_kinds(root, model_identifier, native=native)
+    _add_kinds(root, model_identifier, native=native, sources=sources)
     add_units(root, description.variables)
     add_types(root, description.variables, "SimpleType")
     categories = SubElement(root, "LogCategories")
@@ -66,7 +72,7 @@ def with_guid(xml: bytes, guid: str) -> bytes:
     return re.sub(rb'(guid|instantiationToken)=""', rf'\1="{guid}"'.encode(), xml, count=1)
 
 
-def _add_kinds(root: Element, identifier: str, *, native: bool) -> None:
+def _add_kinds(root: Element, identifier: str, *, native: bool, sources: Sequence[str]) -> None:
     both = {
         "modelIdentifier": identifier,
         "needsExecutionTool": "false" if native else "true",
@@ -81,6 +87,10 @@ def _add_kinds(root: Element, identifier: str, *, native: bool) -> None:
         SubElement(root, "ModelExchange", both, completedIntegratorStepNotNeeded="true")
     stepping = {"canHandleVariableCommunicationStepSize": "true", **more}
     SubElement(root, "CoSimulation", {**both, **stepping})
+    for kind in root if sources else ():
+        files = SubElement(kind, "SourceFiles")
+        for name in sources:
+            SubElement(files, "File", name=name)
 
 
 def _add_variables(root: Element, variables: tuple[FmuVariable, ...]) -> None:

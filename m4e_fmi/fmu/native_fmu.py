@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from decimal import Decimal
+from pathlib import PurePath
 
 from m4e_fmi.fmu.archive import content_guid, model_identifier
 from m4e_fmi.fmu.arrays import Grouped, grouped
@@ -10,7 +11,7 @@ from m4e_fmi.fmu.description import ModelDescription
 from m4e_fmi.fmu.layout_files import layout_files
 from m4e_fmi.fmu.model_description import XML, model_description_xml, with_guid
 from m4e_fmi.fmu.model_description_3 import model_description_3_xml
-from m4e_fmi.fmu.native import shell_binaries
+from m4e_fmi.fmu.native import shell_binaries, shell_sources
 from m4e_fmi.fmu.options import Options
 from m4e_fmi.fmu.program_files import PROGRAM, TANGENT, model_file, tangent_file
 from m4e_fmi.fmu.terminals import TERMINALS, terminals_xml
@@ -30,6 +31,8 @@ def native_fmu_files(
         f"resources/{TANGENT}": tangent_file(program),
     }
     files |= shell_binaries(identifier, fmi=options.fmi) | dict(options.documentation)
+    code = shell_sources() if options.sources else {}
+    files |= code
     numbers = (_without_point(v) for v in (description.tolerance, description.step_size))
     settings = f"{METHODS[options.method]} {' '.join(numbers)}\n"
     files[SETTINGS] = settings.encode()
@@ -38,7 +41,13 @@ def native_fmu_files(
         files |= _files_of_version_3(description, variables)
         xml = model_description_3_xml(description, variables, model_identifier=identifier)
     else:
-        xml = model_description_xml(description, model_identifier=identifier, guid="", native=True)
+        xml = model_description_xml(
+            description,
+            model_identifier=identifier,
+            guid="",
+            native=True,
+            sources=[PurePath(name).name for name in code if name.endswith(".c")],
+        )
     guid = content_guid(files, xml)
     files[SETTINGS] = f"{guid} {settings}".encode()
     files[XML] = with_guid(xml, guid)

@@ -27,6 +27,7 @@ class Options:
     outputs: tuple[str, ...] | None = None
     rename: Mapping[str, str] = field(default_factory=dict)
     documentation: Mapping[str, bytes] = field(default_factory=dict)
+    sources: bool = False
 
     def __post_init__(self) -> None:
         problems = []
@@ -45,6 +46,8 @@ class Options:
                 problems.append(Problem(f"the {what} must be positive, got {value:g}"))
         if self.fmi == "3" and not self.native:
             problems.append(Problem("FMI 3.0 is for native FMUs", "add native, or take FMI 2"))
+        if self.sources and (self.fmi != "2" or not self.native):
+            problems.append(Problem("C sources are for native FMUs of FMI 2", "leave them out"))
         icon = ICON.get(self.fmi, "")
         problems += [
             Problem(f"{name!r} is no place for documentation", f"documentation/… or {icon}")

@@ -34,10 +34,11 @@ FLAGS = (
 )
 
 RUNTIME_FLAGS = ("-DM4E_SHARED", "-s")
-"""Of the runtime as a library of its own, which exports its functions and runs ensembles."""
+"""Of the runtime as a library of its own, which exports its functions, those of masters too."""
 SHELL_FLAGS = ("-s",)
 """Of the library of native FMUs, which exports nothing but FMI."""
-FOR_ENSEMBLES = ("ensemble.c", "lanes.c")
+NOT_IN_FMUS = ("ensemble.c", "lanes.c", "loop.c")
+"""What runs many models, or a master."""
 
 VECTOR_FLAGS = {
     "avx512": ("-mavx512f", "-mprefer-vector-width=512"),
@@ -54,7 +55,7 @@ def runtime_sources() -> list[Path]:
 
 def shell_sources() -> list[Path]:
     """C files of the library of native FMUs: the runtime and the FMI shell around it."""
-    runtime = (path for path in runtime_sources() if path.name not in FOR_ENSEMBLES)
+    runtime = (path for path in runtime_sources() if path.name not in NOT_IN_FMUS)
     return sorted([*runtime, *SHELL_SOURCES.glob("*.c")])
 
 

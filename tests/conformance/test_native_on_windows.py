@@ -2,25 +2,30 @@
 
 from __future__ import annotations
 
-import subprocess
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import fmpy
 import pytest
+from support.c_programs import (
+    compiled_for_windows,
+    compiled_here,
+    run_here,
+    run_on_windows,
+    windows_path,
+)
 from support.chains import hanging_chain
 from support.driven import fragile
 from support.flap_file import TEXT, WAVE
 from support.runtime_programs import every_operation
-from support.windows import compiled_program, run_on_windows, windows_path
 
 from m4e_fmi.fmu import build_fmu
 from m4e_fmi.fmu.from_program import with_rates
 from m4e_fmi.model import load_model
 from m4e_fmi.multibody import model_program
 from m4e_fmi.program import Program
-from m4e_fmi.runtime.compiler import SHELL_SOURCES, compiler
+from m4e_fmi.runtime.compiler import SHELL_SOURCES
 from m4e_fmi.runtime.platforms import PLATFORMS, packaged
 
 HOST = Path(__file__).parents[1] / "support" / "fmu_host.c"
@@ -41,11 +46,8 @@ def hosts(tmp_path_factory: pytest.TempPathFactory) -> Hosts:
     if packaged("fmi", PLATFORMS["x86_64-windows"]) is None:
         pytest.skip("no library of native FMUs for Windows here: make platforms")
     folder = tmp_path_factory.mktemp("hosts")
-    windows = compiled_program(HOST, folder / "host.exe", flags=INCLUDES)
-    here = folder / "host"
-    command = [*(compiler() or ["cc"]), "-O2", *INCLUDES, str(HOST), "-o", str(here)]
-    subprocess.run([*command, "-ldl"], check=True)
-    return Hosts(here, windows)
+    windows = compiled_for_windows(HOST, folder / "host.exe", flags=INCLUDES)
+    return Hosts(compiled_here(HOST, folder / "host", flags=INCLUDES), windows)
 
 
 def chain(_: Path) -> Program:
@@ -76,12 +78,7 @@ def lines(hosts: Hosts, program: Program, folder: Path) -> tuple[list[str], list
     guid = fmpy.read_model_description(str(fmu)).guid or ""
     uri = (unpacked / "resources").as_uri()
     [library] = (unpacked / "binaries" / "linux64").iterdir()
-    here = subprocess.run(
-        [hosts.here, *words(program, guid, uri, str(library))],
-        capture_output=True,
-        encoding="utf-8",
-        check=False,
-    )
+    here = run_here(hosts.here, words(program, guid, uri, str(library)))
     assert here.returncode == 0, here.stderr
     [library] = (unpacked / "binaries" / "win64").iterdir()
     uri = uri.replace("file:///", "file:///Z:/")
@@ -90,7 +87,11 @@ def lines(hosts: Hosts, program: Program, folder: Path) -> tuple[list[str], list
     return here.stdout.splitlines(), there.stdout.splitlines()
 
 
-@pytest.mark.parametrize("make", [chain, flap, lambda _: every_operation()])
+def operations(_: Path) -> Program:
+    return every_operation()
+
+
+@pytest.mark.parametrize("make", [chain, flap, operations])
 def test_the_bits_of_this_machine(
     hosts: Hosts, make: Callable[[Path], Program], tmp_path: Path
 ) -> None:

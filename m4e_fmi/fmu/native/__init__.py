@@ -45,6 +45,13 @@ def shell_binaries(identifier: str, *, fmi: str = "2") -> dict[str, bytes]:
     }
 
 
+def shell_sources() -> dict[str, bytes]:
+    """Name in the archive → content of the library's C sources, headers among them."""
+    headers = (*compiler.SOURCES.glob("*.h"), *compiler.SHELL_SOURCES.glob("*.h"))
+    paths = (*compiler.shell_sources(), *headers)
+    return {f"sources/{path.name}": path.read_bytes() for path in paths}
+
+
 def _compiled() -> bytes:
     flags = compiler.SHELL_FLAGS
     path = compiler.cached_shared("m4e_fmi", compiler.shell_sources(), flags=flags)

@@ -16,6 +16,7 @@
 #include <string.h>
 
 #include "clones.h"
+#include "exact.h"
 
 static const double EL_LIMIT = 1e5;
 static const double EL_TWO_OVER_PI = 0x1.45f306dc9c883p-1;

@@ -8,6 +8,10 @@
 
 #include "internal.h"
 
+#ifdef __GNUC__
+#pragma GCC visibility push(hidden)
+#endif
+
 enum { STAGES = 16, DENSE = 7 };
 
 /* One lane's run. `done` is set when it has ended, in whatever way. */
@@ -70,5 +74,9 @@ double m4e_find_events(m4e_integrator *s);
 /* simulate.c: NULL where options are not sound */
 const method *m4e_method_of(const m4e_model *m, const m4e_options *o);
 int m4e_ascending(const double *times, size_t count, double from, double bound);
+
+#ifdef __GNUC__
+#pragma GCC visibility pop
+#endif
 
 #endif

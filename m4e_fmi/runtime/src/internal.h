@@ -9,6 +9,10 @@
 #include "m4e.h"
 #include "operations.h"
 
+#ifdef __GNUC__
+#pragma GCC visibility push(hidden)
+#endif
+
 #define M4E_NAME(name, expression) OP_##name,
 enum {
     OP_LITERAL, OP_TIME, OP_STATE, OP_INPUT, OP_PARAMETER,
@@ -68,5 +72,9 @@ runner *m4e_lanes_runner(void); /* on M4E_LANES register files, for this process
 /* A block at (t, x): one time per lane, vectors as [component][lane]. */
 void m4e_evaluate(m4e_model *model, int which, const double *t, const double *x, double *result);
 void m4e_compute_constants(m4e_model *model);
+
+#ifdef __GNUC__
+#pragma GCC visibility pop
+#endif
 
 #endif

@@ -13,6 +13,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "exact.h"
+
 #ifndef M4E_SHARED /* part of another library, without ensembles */
 #define M4E_API
 #elif defined _WIN32
@@ -21,6 +23,10 @@
 #define M4E_API __attribute__((visibility("default")))
 #else
 #define M4E_API
+#endif
+
+#if defined(__GNUC__) && !defined(M4E_SHARED)
+#pragma GCC visibility push(hidden)
 #endif
 
 #define M4E_ABI 4   /* changes with any declaration below */
@@ -178,5 +184,9 @@ M4E_API double m4e_sin(double x);
 M4E_API double m4e_cos(double x);
 M4E_API void m4e_sincos(double x, double *sine, double *cosine);
 M4E_API void m4e_sincos_many(size_t count, const double *x, double *sine, double *cosine);
+
+#if defined(__GNUC__) && !defined(M4E_SHARED)
+#pragma GCC visibility pop
+#endif
 
 #endif

@@ -5,6 +5,10 @@
 
 #include "m4e.h"
 
+#ifdef __GNUC__
+#pragma GCC visibility push(hidden)
+#endif
+
 /* The numbers of fmi2Status and fmi3Status. */
 typedef enum { FMI_OK, FMI_WARNING, FMI_DISCARD, FMI_ERROR, FMI_FATAL } answer;
 /* Those of fmi2Type. */
@@ -183,5 +187,9 @@ answer free_state(instance *c, void **state);
 answer state_size(instance *c, const void *state, size_t *size);
 answer write_state(instance *c, void *state, void *bytes, size_t size);
 answer read_state(instance *c, const void *bytes, size_t size, void **state);
+
+#ifdef __GNUC__
+#pragma GCC visibility pop
+#endif
 
 #endif

@@ -1,4 +1,4 @@
-"""Programs for Windows: compiled by ziglang, run by wine."""
+"""Programs in C: for this machine, and for Windows, compiled by ziglang and run by wine."""
 
 from __future__ import annotations
 
@@ -12,11 +12,23 @@ from pathlib import Path
 
 import pytest
 
-from m4e_fmi.runtime.compiler import cache_folder
+from m4e_fmi.runtime.compiler import cache_folder, compiler
 from m4e_fmi.runtime.platforms import PLATFORMS
 
 ROOT = Path(__file__).parents[2]
 WINDOWS = PLATFORMS["x86_64-windows"]
+
+
+def compiled_here(source: Path, target: Path, *, flags: Sequence[str] = ()) -> Path:
+    """`source` as a program of this machine."""
+    command = [*(compiler() or ["cc"]), "-O2", *flags, "-o", str(target), str(source), "-ldl"]
+    run = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert run.returncode == 0, run.stderr
+    return target
+
+
+def run_here(program: Path, words: Sequence[str]) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([program, *words], capture_output=True, encoding="utf-8", check=False)
 
 
 def zig() -> list[str]:
@@ -28,7 +40,7 @@ def zig() -> list[str]:
     pytest.skip("no compiler for Windows here: make platforms")
 
 
-def compiled_program(source: Path, target: Path, *, flags: Sequence[str] = ()) -> Path:
+def compiled_for_windows(source: Path, target: Path, *, flags: Sequence[str] = ()) -> Path:
     """`source` as a program of Windows."""
     command = [*zig(), "-target", WINDOWS.target, "-O2", *flags, "-o", str(target), str(source)]
     run = subprocess.run(command, capture_output=True, text=True, check=False)
