@@ -11,16 +11,16 @@ from xml.etree.ElementTree import Element, SubElement
 
 import m4e_fmi
 from m4e_fmi.fmu.description import FmuVariable, ModelDescription
-from m4e_fmi.fmu.xml_parts import add_quantity, add_types, add_units, legal, xml_bytes
+from m4e_fmi.fmu.xml_parts import (
+    add_experiment,
+    add_quantity,
+    add_types,
+    add_units,
+    legal,
+    xml_bytes,
+)
 
 XML = "modelDescription.xml"
-LOG_CATEGORIES = {
-    "logStatusWarning": "Messages with status warning.",
-    "logStatusDiscard": "Messages with status discard.",
-    "logStatusError": "Messages with status error.",
-    "logStatusFatal": "Messages with status fatal.",
-    "logAll": "All messages.",
-}
 
 
 def model_description_xml(
@@ -50,17 +50,7 @@ def model_description_xml(
     _add_kinds(root, model_identifier, native=native, sources=sources)
     add_units(root, description.variables)
     add_types(root, description.variables, "SimpleType")
-    categories = SubElement(root, "LogCategories")
-    for name, text in LOG_CATEGORIES.items():
-        SubElement(categories, "Category", name=name, description=text)
-    SubElement(
-        root,
-        "DefaultExperiment",
-        startTime="0.0",
-        stopTime=repr(description.stop_time),
-        tolerance=repr(description.tolerance),
-        stepSize=repr(description.step_size),
-    )
+    add_experiment(root, description)
     _add_variables(root, description.variables)
     _add_structure(root, description, native=native)
     return xml_bytes(root)

@@ -11,8 +11,14 @@ from xml.etree.ElementTree import Element, SubElement
 import m4e_fmi
 from m4e_fmi.fmu.arrays import Grouped, Place, places
 from m4e_fmi.fmu.description import FmuVariable, ModelDescription
-from m4e_fmi.fmu.model_description import LOG_CATEGORIES
-from m4e_fmi.fmu.xml_parts import add_quantity, add_types, add_units, legal, xml_bytes
+from m4e_fmi.fmu.xml_parts import (
+    add_experiment,
+    add_quantity,
+    add_types,
+    add_units,
+    legal,
+    xml_bytes,
+)
 from m4e_fmi.program.dependence import KINDS
 
 EVERYWHERE = {
@@ -59,17 +65,7 @@ def model_description_3_xml(
     scalars = [member for variable in variables for member in variable.members]
     add_units(root, scalars)
     add_types(root, scalars, "Float64Type")
-    categories = SubElement(root, "LogCategories")
-    for name, text in LOG_CATEGORIES.items():
-        SubElement(categories, "Category", name=name, description=text)
-    SubElement(
-        root,
-        "DefaultExperiment",
-        startTime="0.0",
-        stopTime=repr(description.stop_time),
-        tolerance=repr(description.tolerance),
-        stepSize=repr(description.step_size),
-    )
+    add_experiment(root, description)
     place = places(variables)
     parent = SubElement(root, "ModelVariables")
     for variable in variables:

@@ -7,10 +7,17 @@ import re
 from collections.abc import Sequence
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
-from m4e_fmi.fmu.description import FmuVariable
+from m4e_fmi.fmu.description import FmuVariable, ModelDescription
 from m4e_fmi.fmu.quantities import QUANTITIES, display_factor, quantities_of
 from m4e_fmi.units import BASE_UNITS, parse_unit
 
+LOG_CATEGORIES = {
+    "logStatusWarning": "Messages with status warning.",
+    "logStatusDiscard": "Messages with status discard.",
+    "logStatusError": "Messages with status error.",
+    "logStatusFatal": "Messages with status fatal.",
+    "logAll": "All messages.",
+}
 DECLARATION = "<?xml version='1.0' encoding='UTF-8'?>"
 
 
@@ -24,6 +31,21 @@ def xml_bytes(root: Element) -> bytes:
 def legal(text: str) -> str:
     """`text` with the characters that XML 1.0 cannot hold replaced."""
     return re.sub("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]", "\ufffd", text)
+
+
+def add_experiment(root: Element, description: ModelDescription) -> None:
+    """Add the categories of messages and the default experiment."""
+    categories = SubElement(root, "LogCategories")
+    for name, text in LOG_CATEGORIES.items():
+        SubElement(categories, "Category", name=name, description=text)
+    SubElement(
+        root,
+        "DefaultExperiment",
+        startTime="0.0",
+        stopTime=repr(description.stop_time),
+        tolerance=repr(description.tolerance),
+        stepSize=repr(description.step_size),
+    )
 
 
 def add_units(root: Element, variables: Sequence[FmuVariable]) -> None:
