@@ -1,11 +1,14 @@
 """The checks of FMI 3.0 FMUs: nothing in our own, and each fault planted into one is found.
 
-The library stays as it is; what its description says of it is made wrong.
+The library stays as it is: what its description says of it is made wrong, or the file with the
+derivatives that it computes.
 """
 
 from __future__ import annotations
 
+import struct
 import zipfile
+import zlib
 from pathlib import Path
 
 import pytest
@@ -17,6 +20,9 @@ from m4e_fmi.fmu.validation import GROUPS
 from m4e_fmi.multibody import model_program
 
 XML = "modelDescription.xml"
+TANGENT = "resources/tangent.m4e"
+CHECKSUM = 12
+"""Where the checksum of what follows it stands in a program's binary form."""
 FAULTS: dict[str, tuple[str, str, str, set[str]]] = {
     "a dependency is left out": (
         "dependencies",
@@ -48,12 +54,6 @@ FAULTS: dict[str, tuple[str, str, str, set[str]]] = {
         'declaredType="SI.Length" unit="m" derivative="11"',
         {"units.derivative"},
     ),
-    "a start value below min": (
-        "description",
-        'unit="rad/s" displayUnit="rpm" nominal="10.0" start="0.0" derivative="7"',
-        'unit="rad/s" displayUnit="rpm" nominal="10.0" min="1.0" start="0.0" derivative="7"',
-        {"variables.start"},
-    ),
     "another token": (
         "start",
         'instantiationToken="{',
@@ -78,14 +78,14 @@ def chain(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return build_fmu(model_program(hanging_chain(2)), path, native=True, fmi="3")
 
 
-def planted(path: Path, changed: Path, old: str, new: str) -> Path:
-    """The FMU at `path` with another description, as `changed`."""
+def planted(path: Path, changed: Path, old: bytes, new: bytes, member: str = XML) -> Path:
+    """The FMU at `path`, saved as `changed`, with other bytes in one of its files."""
     with zipfile.ZipFile(path) as source, zipfile.ZipFile(changed, "w") as target:
         for name in source.namelist():
             content = source.read(name)
-            if name == XML:
-                assert old.encode() in content
-                content = content.replace(old.encode(), new.encode())
+            if name == member:
+                assert old in content
+                content = content.replace(old, new)
             target.writestr(name, content)
     return changed
 
@@ -106,5 +106,19 @@ def test_arrays_and_a_matrix_have_no_finding(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", FAULTS)
 def test_a_planted_fault_is_found(name: str, chain: Path, tmp_path: Path) -> None:
     group, old, new, expected = FAULTS[name]
-    report = validate_fmu(planted(chain, tmp_path / "faulty.fmu", old, new), only=(group,))
+    path = planted(chain, tmp_path / "faulty.fmu", old.encode(), new.encode())
+    report = validate_fmu(path, only=(group,))
     assert {finding.id for finding in report.of_severity("error", "warning")} == expected
+
+
+def test_wrong_directional_and_adjoint_derivatives_are_found(chain: Path, tmp_path: Path) -> None:
+    """The derivatives are those of a pendulum on another planet."""
+    with zipfile.ZipFile(chain) as archive:
+        old = archive.read(TANGENT)
+    new = bytearray(old.replace(struct.pack("<d", -9.81), struct.pack("<d", -3.73)))
+    assert new != old
+    struct.pack_into("<I", new, CHECKSUM, zlib.crc32(new[CHECKSUM + 4 :]))
+    path = planted(chain, tmp_path / "faulty.fmu", old, bytes(new), TANGENT)
+    report = validate_fmu(path, only=("directional",))
+    found = {finding.id for finding in report.of_severity("error", "warning")}
+    assert found == {"directional.mismatch", "directional.adjoint"}
