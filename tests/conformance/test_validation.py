@@ -89,14 +89,6 @@ def test_our_own_fmus_have_no_finding(model: Callable, native: bool, tmp_path: P
     assert skipped == (set() if native else {"directional"})
 
 
-def test_fmi_3(tmp_path: Path):
-    program = model_program(hanging_chain(2))
-    path = build_fmu(program, tmp_path / "model.fmu", native=True, fmi="3")
-    report = validate_fmu(path)
-    assert report.of_severity("error", "warning") == ()
-    assert [group.name for group in report.groups if not group.skipped] == ["description", "start"]
-
-
 def test_groups_are_chosen_by_name(sound: Path):
     report = validate_fmu(sound, only=("description", "phases"), skip=("description",))
     assert [group.name for group in report.groups] == ["phases"]

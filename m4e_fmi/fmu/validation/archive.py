@@ -37,9 +37,8 @@ def description_findings(path: Path, folder: Path) -> tuple[tuple[Finding, ...],
     version = subject.raw.fmiVersion
     if version not in LIBRARIES:
         return tuple(found), f"made for FMI 2.0 and 3.0, this is {version}"
-    if version == "2.0":
-        found += check_variables(subject)
-        found += check_units(subject)
+    found += check_variables(subject)
+    found += check_units(subject)
     found += _experiment(subject)
     found += _library(subject)
     reasons = [f.message for f in found if f.id in ("library.missing", "library.exports")]

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from m4e_fmi.fmu.validation.bench import Bench
+from m4e_fmi.fmu.validation.elements import owner
 from m4e_fmi.fmu.validation.findings import Finding, some
 from m4e_fmi.fmu.validation.points import INITIAL, Place, places
 from m4e_fmi.fmu.validation.subject import scale, within
@@ -90,6 +91,11 @@ def _place_findings(place: Place, measured: _Measured) -> Iterator[Finding]:
     extra: list[str] = []
     unseen: list[str] = []
     wrong_kind: list[str] = []
+    # arrays declare dependencies as a whole: one of a pair of elements is enough
+    seen = {
+        (owner(place.unknowns[row]), owner(place.knowns[k]))
+        for row, k in np.argwhere(measured.changes)
+    }
     column = {known.name: k for k, known in enumerate(place.knowns)}
     for row, entry in enumerate(place.declared):
         changes = measured.changes[row]
@@ -105,7 +111,9 @@ def _place_findings(place: Place, measured: _Measured) -> Iterator[Finding]:
             if k is not None and kind in LINEAR_KINDS and _varies(measured, row, k):
                 wrong_kind.append(f"{entry.variable.name} ← {name} ({kind})")
         unseen += [
-            f"{entry.variable.name} ← {n}" for n in names if n in column and not changes[column[n]]
+            f"{entry.variable.name} ← {v.name}"
+            for v in entry.dependencies
+            if v.name in column and (owner(entry.variable), owner(v)) not in seen
         ]
     where = f"in {place.name}"
     if extra:

@@ -22,18 +22,22 @@ STEPS = np.array([1.0, 2.0, 4.0]) * 2.0**-10
 CLEAR = 0.01
 """Differences tell something where their error is below this part of the column's largest entry."""
 BASIS = "FMI 2.0.4, section 2.1.9"
+ADJOINT_BASIS = "FMI 3.0, fmi3GetAdjointDerivative"
 CAPABILITY = "providesDirectionalDerivative"
+ADJOINT = "providesAdjointDerivatives"
 
 
 def check(bench: Bench) -> Iterator[Finding | str]:
     works = bench.facts.works
-    if not any(name.startswith(CAPABILITY) for name in works):
+    if not any(name.startswith((CAPABILITY, ADJOINT)) for name in works):
         yield f"{CAPABILITY} is not declared, or not there"
         return
     for place in places(bench):
-        name = f"{CAPABILITY} (model exchange)" if place.probe.exchange else CAPABILITY
-        if name in works and place.unknowns:
+        way = " (model exchange)" if place.probe.exchange else ""
+        if CAPABILITY + way in works and place.unknowns:
             yield from _place_findings(place)
+        if ADJOINT + way in works and place.unknowns:
+            yield from _adjoint_findings(place)
 
 
 def _place_findings(place: Place) -> Iterator[Finding]:
@@ -56,6 +60,37 @@ def _place_findings(place: Place) -> Iterator[Finding]:
     elif not_linear:
         message = f"in {place.name} not linear in the seed: {some(dict.fromkeys(not_linear))}"
         yield Finding("directional.linear", "error", message, BASIS)
+
+
+def _adjoint_findings(place: Place) -> Iterator[Finding]:
+    values = place.bench.random(place.knowns)[0]
+    try:
+        wrong = _wrong_adjoint(place, values)
+    except RefusedError as error:
+        message = f"the adjoint in {place.name}: {error}"
+        yield Finding("directional.refused", "error", message, ADJOINT_BASIS, error.words)
+        return
+    if wrong:
+        message = f"in {place.name} the adjoint contradicts differences: {some(wrong)}"
+        yield Finding("directional.adjoint", "error", message, ADJOINT_BASIS)
+
+
+def _wrong_adjoint(place: Place, values: np.ndarray) -> list[str]:
+    """Knowns by which the derivative of a weighted sum of all unknowns is wrong."""
+    estimates = [_differences(place, values, k) for k in range(len(place.knowns))]
+    if place.evaluate(values) is None:
+        return []
+    seed = place.bench.rng.uniform(0.5, 1.5, len(place.unknowns))
+    told = place.probe.adjoint(place.unknowns, place.knowns, seed)
+    found = []
+    for known, slope, expected in zip(place.knowns, told, estimates, strict=True):
+        if expected is None or (place.name == STEPPING and not expected.value.any()):
+            continue
+        error = SAFETY * (seed @ expected.error)
+        largest = max(abs(slope), np.max(np.abs(expected.value)))
+        if abs(slope - seed @ expected.value) > error and error < CLEAR * largest:
+            found.append(f"by {known.name}")
+    return found
 
 
 def _wrong_entries(place: Place, values: np.ndarray) -> list[str]:

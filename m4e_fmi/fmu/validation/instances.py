@@ -99,9 +99,9 @@ def _leak(bench: Bench) -> Iterator[Finding]:
     while len(sizes) <= WARM_UP + CYCLES and not (bench.late and len(sizes) > LEAST):
         with bench.probe(exchange=not bench.subject.steps) as probe:
             probe.setup()
-            probe.must("fmi2EnterInitializationMode")
-            probe.must("fmi2ExitInitializationMode")
-            probe.must("fmi2Terminate")
+            probe.enter_initialization()
+            probe.leave_initialization()
+            probe.terminate()
         sizes.append(_resident())
     counted = sizes[min(WARM_UP, len(sizes) // 2) :]
     each = (counted[-1] - counted[0]) / (len(counted) - 1)

@@ -5,11 +5,9 @@ Source: FMI 2.0.4, tables in section 3.2.3 (model exchange) and 4.2.4 (co-simula
 
 from __future__ import annotations
 
-import ctypes
 from collections.abc import Callable, Iterator
 
 import numpy as np
-from fmpy import fmi2
 
 from m4e_fmi.fmu.validation.bench import Bench
 from m4e_fmi.fmu.validation.findings import Finding, some
@@ -25,7 +23,7 @@ INSTANTIATED, INITIALIZATION, EVENT, CONTINUOUS, STEP, TERMINATED = (
     "in event mode",
     "in continuous-time mode",
     "between steps",
-    "after fmi2Terminate",
+    "after termination",
 )
 STATES = {
     False: (INSTANTIATED, INITIALIZATION, STEP, TERMINATED),
@@ -86,15 +84,15 @@ def _bring(bench: Bench, probe: Probe, state: str) -> None:
         return
     if state in (INITIALIZATION, EVENT):
         probe.setup()
-        probe.must("fmi2EnterInitializationMode")
+        probe.enter_initialization()
         if state == EVENT:
-            probe.must("fmi2ExitInitializationMode")
+            probe.leave_initialization()
         return
     probe.begin()
     if not probe.exchange:
         probe.advance(bench.subject.step_size)
     if state == TERMINATED:
-        probe.must("fmi2Terminate")
+        probe.terminate()
 
 
 def _plain(function: str) -> Action:
@@ -105,47 +103,43 @@ def _functions(bench: Bench, *, exchange: bool) -> dict[str, tuple[tuple[str, ..
     """Function → states in which it may be called, and how."""
     subject = bench.subject
     found: dict[str, tuple[tuple[str, ...], Action]] = {
-        "fmi2SetupExperiment": ((INSTANTIATED,), _setup),
-        "fmi2EnterInitializationMode": (
-            (INSTANTIATED,),
-            _plain("fmi2EnterInitializationMode"),
-        ),
-        "fmi2ExitInitializationMode": (
-            (INITIALIZATION,),
-            _plain("fmi2ExitInitializationMode"),
-        ),
-        "fmi2Terminate": (RUNNING, _plain("fmi2Terminate")),
-        "fmi2Reset": (ANY, _plain("fmi2Reset")),
+        "EnterInitializationMode": ((INSTANTIATED,), lambda p: _status(p.enter_initialization)),
+        "ExitInitializationMode": ((INITIALIZATION,), _plain("ExitInitializationMode")),
+        "Terminate": (RUNNING, _plain("Terminate")),
+        "Reset": (ANY, _plain("Reset")),
     }
+    if not subject.fmi_3:
+        found["SetupExperiment"] = ((INSTANTIATED,), _setup)
+    real = "Float64" if subject.fmi_3 else "Real"
     if subject.outputs:
         reference = [subject.outputs[0].valueReference]
-        found["fmi2GetReal"] = (LATER, lambda p: p.get(reference)[0])
+        found[f"Get{real}"] = (LATER, lambda p: p.get(reference)[0])
     if subject.inputs:
         v = subject.inputs[0]
         value = np.array([float(v.start or 0.0)])
         states = tuple(s for s in ANY if s != TERMINATED)
-        found["fmi2SetReal"] = (states, lambda p: p.set([v.valueReference], value))
+        found[f"Set{real}"] = (states, lambda p: p.set([v.valueReference], value))
     works = [n for n in bench.facts.works if exchange == n.endswith("(model exchange)")]
     if any(name.startswith("canGetAndSetFMUstate") for name in works):
-        found["fmi2GetFMUstate"] = (ANY, _save)
+        found["GetFMUstate"] = (ANY, _save)
     return found | (_of_exchange(bench) if exchange else _of_stepping(bench))
 
 
 def _of_stepping(bench: Bench) -> dict[str, tuple[tuple[str, ...], Action]]:
     subject, works, size = bench.subject, bench.facts.works, bench.subject.step_size
     found: dict[str, tuple[tuple[str, ...], Action]] = {
-        "fmi2DoStep": ((STEP,), lambda p: p.step(size)),
+        "DoStep": ((STEP,), lambda p: p.step(size)),
     }
     if "canInterpolateInputs" in works:
         u = subject.inputs[:1]
         zero = np.zeros(1)
-        found["fmi2SetRealInputDerivatives"] = (
+        found["SetRealInputDerivatives"] = (
             (INSTANTIATED, INITIALIZATION, STEP),
             lambda p: _status(lambda: p.set_input_derivatives(u, zero)),
         )
     if "maxOutputDerivativeOrder" in works:
         y = subject.outputs[:1]
-        found["fmi2GetRealOutputDerivatives"] = (
+        found["GetRealOutputDerivatives"] = (
             (STEP, TERMINATED),
             lambda p: _status(lambda: p.output_derivatives(y, 1)),
         )
@@ -156,18 +150,19 @@ def _of_exchange(bench: Bench) -> dict[str, tuple[tuple[str, ...], Action]]:
     x = np.array([float(v.start or 0.0) for v in bench.subject.states])
     t = bench.subject.start_time
     values = (INITIALIZATION, EVENT, CONTINUOUS, TERMINATED)
+    event_mode = (CONTINUOUS,) if bench.subject.fmi_3 else (EVENT, CONTINUOUS)
     return {
-        "fmi2EnterEventMode": ((EVENT, CONTINUOUS), _plain("fmi2EnterEventMode")),
-        "fmi2NewDiscreteStates": ((EVENT,), lambda p: _status(p.settle)),
-        "fmi2EnterContinuousTimeMode": ((EVENT,), _plain("fmi2EnterContinuousTimeMode")),
-        "fmi2CompletedIntegratorStep": ((CONTINUOUS,), _completed),
-        "fmi2SetTime": ((EVENT, CONTINUOUS), lambda p: p.call("fmi2SetTime", t)),
-        "fmi2SetContinuousStates": (
+        "EnterEventMode": (event_mode, _plain("EnterEventMode")),
+        "NewDiscreteStates": ((EVENT,), lambda p: _status(p.settle)),
+        "EnterContinuousTimeMode": ((EVENT,), _plain("EnterContinuousTimeMode")),
+        "CompletedIntegratorStep": ((CONTINUOUS,), Probe.completed_integrator_step),
+        "SetTime": ((EVENT, CONTINUOUS), lambda p: p.call("SetTime", t)),
+        "SetContinuousStates": (
             (CONTINUOUS,),
             lambda p: _status(lambda: p.set_state_vector(x)),
         ),
-        "fmi2GetContinuousStates": (values, lambda p: _status(p.state_vector)),
-        "fmi2GetDerivatives": (values, lambda p: _status(p.rate_vector)),
+        "GetContinuousStates": (values, lambda p: _status(p.state_vector)),
+        "GetDerivatives": (values, lambda p: _status(p.rate_vector)),
     }
 
 
@@ -185,9 +180,3 @@ def _setup(probe: Probe) -> int:
 
 def _save(probe: Probe) -> int:
     return _status(lambda: probe.free_state(probe.save()))
-
-
-def _completed(probe: Probe) -> int:
-    event, terminate = fmi2.fmi2Boolean(), fmi2.fmi2Boolean()
-    function = "fmi2CompletedIntegratorStep"
-    return probe.call(function, fmi2.fmi2True, ctypes.byref(event), ctypes.byref(terminate))

@@ -67,7 +67,7 @@ def arrive(bench: Bench, probe: Probe, name: str) -> None:
     """Bring a new instance to the place of this name."""
     if name == INITIAL:
         probe.setup()
-        probe.must("fmi2EnterInitializationMode")
+        probe.enter_initialization()
         return
     probe.begin()
     if name == STEPPING:

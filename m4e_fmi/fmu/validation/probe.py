@@ -11,10 +11,10 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
-from fmpy import fmi2
+from fmpy import fmi2, fmi3
 
 from m4e_fmi.fmu.messages import STATUS, Messages
 from m4e_fmi.fmu.validation.journal import Journal
@@ -22,12 +22,13 @@ from m4e_fmi.fmu.validation.subject import Subject
 
 OK, WARNING, DISCARD, ERROR, FATAL = range(5)
 LAST_SUCCESSFUL_TIME = 2
+INSTANTIATE = "instantiation"
 TOLERANCE = 1e-8
 """Relative tolerance that the FMU is asked for."""
 
 _GUARD = np.frombuffer(b"\x5a\xa5guard\x7f" * 4, dtype=np.float64)
 """Stands behind every array the FMU writes into."""
-_REALS = ctypes.POINTER(ctypes.c_double)
+REALS = ctypes.POINTER(ctypes.c_double)
 
 
 class RefusedError(Exception):
@@ -56,9 +57,12 @@ class Library:
         if exchange not in self._loaded:
             here = Path.cwd()
             kind = self.subject.kind(exchange=exchange)
+            ways = (fmi2.FMU2Slave, fmi2.FMU2Model)
+            if self.subject.fmi_3:
+                ways = (fmi3.FMU3Slave, fmi3.FMU3Model)
             self.journal.write("loading the library")
             try:
-                loaded = (fmi2.FMU2Model if exchange else fmi2.FMU2Slave)(
+                loaded: Any = ways[exchange](
                     guid=self.subject.raw.guid,
                     unzipDirectory=str(self.subject.folder),
                     modelIdentifier=kind.modelIdentifier,
@@ -72,17 +76,30 @@ class Library:
 
     def probe(self, *, exchange: bool = False, name: str = "validation", **more: Any) -> Probe:
         """A new instance; RefusedError if there is none."""
-        probe = Probe(self, exchange=exchange, name=name, **more)
+        probe = self.attempt(exchange=exchange, name=name, **more)
         if not probe.component:
-            raise RefusedError("fmi2Instantiate", ERROR, probe.words())
+            raise RefusedError(INSTANTIATE, ERROR, probe.words())
         return probe
+
+    def attempt(self, **how: Any) -> Probe:
+        """The same, but its `component` may be none."""
+        from m4e_fmi.fmu.validation.probe_3 import Probe3
+
+        return (Probe3 if self.subject.fmi_3 else Probe)(self, **how)
 
 
 class Probe:
     """One instance. Calls return their status; those in `must` raise RefusedError above Warning.
 
     `heard` holds the statuses of the messages that the FMU logged since it was last cleared.
+    Functions are named as in FMI 2.0, without prefix.
     """
+
+    _PREFIX = "fmi2"
+    BYTE: ClassVar[Any] = ctypes.c_char
+    """Of a serialised state."""
+    _BOOLEAN: ClassVar[Any] = fmi2.fmi2Boolean
+    _RENAMED: ClassVar[dict[str, str]] = {}
 
     def __init__(
         self, library: Library, *, exchange: bool, name: str, guid: str | None = None
@@ -91,15 +108,17 @@ class Probe:
         self.exchange = exchange
         self.time = 0.0
         self._dll = library.functions(exchange=exchange)
-        self._messages = Messages()
         self._told: list[tuple[int, str]] = []
-        subject = library.subject
-        library.journal.write(f"fmi2Instantiate({name[:40]!r}, guid={guid!r:.60})")
-        self.component = self._dll.fmi2Instantiate(
+        library.journal.write(f"instantiation({name[:40]!r}, guid={guid!r:.60})")
+        self.component = self._instantiate(name, library.subject.raw.guid if guid is None else guid)
+
+    def _instantiate(self, name: str, guid: str) -> Any:
+        self._messages: Any = Messages()
+        return self._dll.fmi2Instantiate(
             name.encode("utf-8"),
-            fmi2.fmi2ModelExchange if exchange else fmi2.fmi2CoSimulation,
-            (subject.raw.guid if guid is None else guid).encode("utf-8"),
-            (subject.folder / "resources").as_uri().encode("utf-8"),
+            fmi2.fmi2ModelExchange if self.exchange else fmi2.fmi2CoSimulation,
+            guid.encode("utf-8"),
+            (self.library.subject.folder / "resources").as_uri().encode("utf-8"),
             ctypes.byref(self._messages.callbacks),
             fmi2.fmi2False,
             fmi2.fmi2True,
@@ -109,6 +128,7 @@ class Probe:
 
     def call(self, function: str, *arguments: Any, note: str = "") -> int:
         """Call `function` with this instance; its status. FatalError after fmi2Fatal."""
+        function = self._PREFIX + self._RENAMED.get(function, function)
         self.library.journal.write(f"{function}({note})")
         status = getattr(self._dll, function)(self.component, *arguments)
         if status == FATAL:
@@ -118,7 +138,8 @@ class Probe:
 
     def must(self, function: str, *arguments: Any, note: str = "") -> None:
         """The same for a call that is allowed: RefusedError if it is not answered OK or Warning."""
-        self.require(self.call(function, *arguments, note=note), f"{function}({note})")
+        status = self.call(function, *arguments, note=note)
+        self.require(status, f"{self._PREFIX}{function}({note})")
 
     def require(self, status: int, call: str) -> None:
         if status > WARNING:
@@ -149,21 +170,21 @@ class Probe:
         in model exchange, to continuous-time mode."""
         self.setup(stop=stop)
         if start:
-            self.require(self.set(list(start), np.array(list(start.values()))), "fmi2SetReal")
-        self.must("fmi2EnterInitializationMode")
+            self.require(self.set(list(start), np.array(list(start.values()))), "setting values")
+        self.enter_initialization()
         if initial_inputs is not None:
             references = [v.valueReference for v in self.library.subject.inputs]
-            self.require(self.set(references, initial_inputs), "fmi2SetReal(inputs)")
-        self.must("fmi2ExitInitializationMode")
+            self.require(self.set(references, initial_inputs), "setting inputs")
+        self.leave_initialization()
         if self.exchange:
             self.settle()
-            self.must("fmi2EnterContinuousTimeMode")
+            self.must("EnterContinuousTimeMode")
         return self
 
     def setup(self, *, stop: float | None = None) -> None:
         self.time = self.library.subject.start_time
         self.must(
-            "fmi2SetupExperiment",
+            "SetupExperiment",
             fmi2.fmi2True,
             TOLERANCE,
             self.time,
@@ -172,11 +193,20 @@ class Probe:
             note=f"start={self.time:g}, stop={stop}",
         )
 
+    def enter_initialization(self) -> None:
+        self.must("EnterInitializationMode")
+
+    def leave_initialization(self) -> None:
+        self.must("ExitInitializationMode")
+
+    def terminate(self) -> None:
+        self.must("Terminate")
+
     def settle(self) -> None:
         """Event iteration until nothing changes any more."""
         for _ in range(100):
             info = fmi2.fmi2EventInfo()
-            self.must("fmi2NewDiscreteStates", ctypes.byref(info))
+            self.must("NewDiscreteStates", ctypes.byref(info))
             if not info.newDiscreteStatesNeeded:
                 return
         raise RefusedError("fmi2NewDiscreteStates, 100 times,", WARNING, self.words())
@@ -184,21 +214,21 @@ class Probe:
     def step(self, size: float) -> int:
         """One communication step of `size` [s]."""
         note = f"t={self.time:.9g}, h={size:.9g}"
-        status = self.call("fmi2DoStep", self.time, size, fmi2.fmi2False, note=note)
+        status = self.call("DoStep", self.time, size, fmi2.fmi2False, note=note)
         if status <= WARNING:
             self.time += size
         return status
 
     def advance(self, size: float) -> None:
-        self.require(self.step(size), f"fmi2DoStep(t={self.time:.9g}, h={size:.9g})")
+        self.require(self.step(size), f"{self._PREFIX}DoStep(t={self.time:.9g}, h={size:.9g})")
 
     def reset(self) -> None:
-        self.must("fmi2Reset")
+        self.must("Reset")
 
     def free(self) -> None:
         if self.component:
-            self.library.journal.write("fmi2FreeInstance()")
-            self._dll.fmi2FreeInstance(self.component)
+            self.library.journal.write(f"{self._PREFIX}FreeInstance()")
+            getattr(self._dll, f"{self._PREFIX}FreeInstance")(self.component)
             self.component = None
 
     # ---- values ----
@@ -208,54 +238,69 @@ class Probe:
             return OK
         data = np.ascontiguousarray(values, dtype=np.float64)
         given = (ctypes.c_uint * len(references))(*references)
-        pointer = data.ctypes.data_as(_REALS)
-        return self.call("fmi2SetReal", given, len(references), pointer, note=note)
+        pointer = data.ctypes.data_as(REALS)
+        return self.call("SetReal", given, len(references), pointer, note=note)
 
     def get(self, references: Sequence[int]) -> tuple[int, np.ndarray]:
         if not len(references):
             return OK, np.zeros(0)
         given = (ctypes.c_uint * len(references))(*references)
-        return self._filled("fmi2GetReal", len(references), given, len(references))
+        return self._filled("GetReal", len(references), given, len(references))
 
     def read(self, variables: Sequence[Any]) -> np.ndarray:
         """The values of Real variables; RefusedError if they cannot be had."""
         status, values = self.get([v.valueReference for v in variables])
-        self.require(status, "fmi2GetReal")
+        self.require(status, "getting values")
         return values
 
     def put(self, variables: Sequence[Any], values: np.ndarray) -> None:
         """Set Real variables; RefusedError if that is not allowed."""
         status = self.set([v.valueReference for v in variables], values)
-        self.require(status, "fmi2SetReal")
+        self.require(status, "setting values")
 
     def _filled(self, function: str, count: int, *before: Any) -> tuple[int, np.ndarray]:
         """Status and values of a function whose last argument is an array it writes into."""
         room = np.concatenate([np.full(count, np.nan), _GUARD])
-        status = self.call(function, *before, room.ctypes.data_as(_REALS), note=f"{count} values")
+        status = self.call(
+            function,
+            *before,
+            room.ctypes.data_as(REALS),
+            *self.counted(count),
+            note=f"{count} values",
+        )
         if room[count:].tobytes() != _GUARD.tobytes():
             self.library.overruns.append(function)
         return status, room[:count]
 
+    def counted(self, count: int) -> tuple[int, ...]:  # noqa: ARG002
+        """What follows an array of `count` values: in FMI 3.0 their number."""
+        return ()
+
     # ---- model exchange ----
 
     def state_vector(self) -> np.ndarray:
-        return self._vector("fmi2GetContinuousStates")
+        return self._vector("GetContinuousStates")
 
     def rate_vector(self) -> np.ndarray:
-        return self._vector("fmi2GetDerivatives")
+        return self._vector("GetDerivatives")
 
     def _vector(self, function: str) -> np.ndarray:
         count = len(self.library.subject.states)
         room = np.concatenate([np.full(count, np.nan), _GUARD])
-        status = self.call(function, room.ctypes.data_as(_REALS), count)
+        status = self.call(function, room.ctypes.data_as(REALS), count)
         if room[count:].tobytes() != _GUARD.tobytes():
             self.library.overruns.append(function)
-        self.require(status, function)
+        self.require(status, f"{self._PREFIX}{function}")
         return room[:count]
 
     def set_state_vector(self, x: np.ndarray) -> None:
         data = np.ascontiguousarray(x, dtype=np.float64)
-        self.must("fmi2SetContinuousStates", data.ctypes.data_as(_REALS), len(data))
+        self.must("SetContinuousStates", data.ctypes.data_as(REALS), len(data))
+
+    def completed_integrator_step(self) -> int:
+        event, terminate = self._BOOLEAN(), self._BOOLEAN()
+        function = "CompletedIntegratorStep"
+        return self.call(function, 1, ctypes.byref(event), ctypes.byref(terminate))
 
     # ---- derivatives ----
 
@@ -266,19 +311,25 @@ class Probe:
         z = (ctypes.c_uint * len(unknowns))(*(v.valueReference for v in unknowns))
         v = (ctypes.c_uint * len(knowns))(*(v.valueReference for v in knowns))
         data = np.ascontiguousarray(seed, dtype=np.float64)
-        arguments = (z, len(unknowns), v, len(knowns), data.ctypes.data_as(_REALS))
-        function = "fmi2GetDirectionalDerivative"
+        arguments = (z, len(unknowns), v, len(knowns), data.ctypes.data_as(REALS))
+        function = "GetDirectionalDerivative"
         status, found = self._filled(function, len(unknowns), *arguments)
-        self.require(status, function)
+        self.require(status, f"{self._PREFIX}{function}")
         return found
+
+    def adjoint(
+        self, unknowns: Sequence[Any], knowns: Sequence[Any], seed: np.ndarray
+    ) -> np.ndarray:
+        """Derivative of the sum of `unknowns`, weighted by `seed`, by each of `knowns`; FMI 3.0."""
+        raise NotImplementedError
 
     def output_derivatives(self, outputs: Sequence[Any], order: int) -> np.ndarray:
         count = len(outputs)
         y = (ctypes.c_uint * count)(*(v.valueReference for v in outputs))
         orders = (ctypes.c_int * count)(*[order] * count)
-        function = "fmi2GetRealOutputDerivatives"
+        function = "GetRealOutputDerivatives"
         status, found = self._filled(function, count, y, count, orders)
-        self.require(status, function)
+        self.require(status, f"{self._PREFIX}{function}")
         return found
 
     def set_input_derivatives(self, inputs: Sequence[Any], rates: np.ndarray) -> None:
@@ -286,23 +337,23 @@ class Probe:
         u = (ctypes.c_uint * count)(*(v.valueReference for v in inputs))
         orders = (ctypes.c_int * count)(*[1] * count)
         data = np.ascontiguousarray(rates, dtype=np.float64)
-        pointer = data.ctypes.data_as(_REALS)
-        self.must("fmi2SetRealInputDerivatives", u, count, orders, pointer)
+        pointer = data.ctypes.data_as(REALS)
+        self.must("SetRealInputDerivatives", u, count, orders, pointer)
 
     # ---- state ----
 
     def save(self) -> ctypes.c_void_p:
         state = ctypes.c_void_p()
-        self.must("fmi2GetFMUstate", ctypes.byref(state))
+        self.must("GetFMUstate", ctypes.byref(state))
         return state
 
     def restore(self, state: ctypes.c_void_p) -> None:
-        self.must("fmi2SetFMUstate", state)
+        self.must("SetFMUstate", state)
 
     def free_state(self, state: ctypes.c_void_p) -> None:
-        self.must("fmi2FreeFMUstate", ctypes.byref(state))
+        self.must("FreeFMUstate", ctypes.byref(state))
 
     def last_successful_time(self) -> tuple[int, float]:
         value = ctypes.c_double(np.nan)
-        status = self.call("fmi2GetRealStatus", LAST_SUCCESSFUL_TIME, ctypes.byref(value))
+        status = self.call("GetRealStatus", LAST_SUCCESSFUL_TIME, ctypes.byref(value))
         return status, value.value

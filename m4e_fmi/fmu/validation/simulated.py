@@ -1,4 +1,4 @@
-"""FMUs of FMI 3.0, simulated by FMPy in each way they are for; other groups are for FMI 2.0."""
+"""FMUs of FMI 3.0, simulated by FMPy in each way they are for; as importers do."""
 
 from __future__ import annotations
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import fmpy
 import numpy as np
 
 from m4e_fmi.fmu.validation.bench import Bench
 from m4e_fmi.fmu.validation.differences import SAFETY
+from m4e_fmi.fmu.validation.elements import array_name
 from m4e_fmi.fmu.validation.findings import Finding, some
 from m4e_fmi.fmu.validation.probe import TOLERANCE, RefusedError
 
@@ -115,7 +117,11 @@ def _exchange(
 
 def _integrated(bench: Bench, inputs: np.ndarray, tolerance: float) -> np.ndarray | None:
     subject = bench.subject
-    values = {v.name: u for v, u in zip(subject.inputs, inputs, strict=True)}
+    values: dict[str, Any] = {v.name: u for v, u in zip(subject.inputs, inputs, strict=True)}
+    outputs = [v.name for v in subject.outputs]
+    if subject.fmi_3:
+        values = _whole_arrays(subject.inputs, inputs)
+        outputs = list(_whole_arrays(subject.outputs, np.zeros(len(outputs))))
     bench.library.journal.write("fmpy.simulate_fmu(fmi_type='ModelExchange')")
     try:
         result = fmpy.simulate_fmu(
@@ -128,10 +134,19 @@ def _integrated(bench: Bench, inputs: np.ndarray, tolerance: float) -> np.ndarra
             output_interval=subject.step_size,
             relative_tolerance=tolerance,
             start_values=values,
-            output=[v.name for v in subject.outputs],
+            output=outputs,
             record_events=False,
         )
     except Exception:  # noqa: BLE001  FMPy raises plain exceptions
         return None
-    found = np.array([result[v.name] for v in subject.outputs]).T
+    found = np.hstack([np.reshape(result[name], (len(result), -1)) for name in outputs])
     return found if found.shape == (STEPS + 1, len(subject.outputs)) else None
+
+
+def _whole_arrays(elements: Sequence[Any], values: np.ndarray) -> dict[str, Any]:
+    """Name → value, of arrays a list: FMPy knows arrays only as a whole."""
+    found: dict[str, list[float]] = {}
+    for v, value in zip(elements, values.tolist(), strict=True):
+        found.setdefault(array_name(v), []).append(value)
+    shapes = {array_name(v): v.shape for v in elements}
+    return {name: several if shapes[name] else several[0] for name, several in found.items()}

@@ -10,7 +10,7 @@ import numpy as np
 
 from m4e_fmi.fmu.validation.bench import Bench, Facts
 from m4e_fmi.fmu.validation.findings import Finding, some
-from m4e_fmi.fmu.validation.probe import ERROR, FatalError, Probe, RefusedError
+from m4e_fmi.fmu.validation.probe import ERROR, INSTANTIATE, FatalError, Probe, RefusedError
 from m4e_fmi.fmu.validation.simulated import check_simulated
 
 STEPS = 10
@@ -20,9 +20,8 @@ WRONG_GUID = "{00000000-not-the-guid-of-this-fmu}"
 
 def check(bench: Bench) -> Iterator[Finding | Facts]:
     """Findings, and last the facts for the other groups, unless the FMU does not even start."""
-    if bench.subject.raw.fmiVersion != "2.0":
+    if bench.subject.fmi_3:
         yield from check_simulated(bench)
-        return
     try:
         version = _version(bench)
     except Exception as error:  # noqa: BLE001  FMPy raises plain exceptions
@@ -30,8 +29,8 @@ def check(bench: Bench) -> Iterator[Finding | Facts]:
         remedy = "a library it needs is missing, or the file is not an FMI 2.0 binary"
         yield Finding("start.library", "error", f"cannot be loaded: {text}", remedy)
         return
-    if version != ("2.0", "default"):
-        message = f"fmi2GetVersion and fmi2GetTypesPlatform answer {version}"
+    if version != (bench.subject.raw.fmiVersion, "default"):
+        message = f"GetVersion and GetTypesPlatform answer {version}"
         yield Finding("start.version", "error", message, "FMI 2.0.4, section 2.1.2 and 2.1.4")
     facts = Facts()
     for exchange in bench.subject.ways:
@@ -54,14 +53,16 @@ def refused(group: str, error: RefusedError, *, exchange: bool | None = None) ->
     how = {None: "", True: " (model exchange)", False: " (co-simulation)"}[exchange]
     basis = "the call is allowed here: FMI 2.0.4, section 3.2.3 and 4.2.4"
     name = "fatal" if isinstance(error, FatalError) else "refused"
-    if error.call == "fmi2Instantiate":
+    if error.call == INSTANTIATE:
         basis = "is the GUID of modelDescription.xml that of the binary? FMI 2.0.4, section 2.1.5"
     return Finding(f"{group}.{name}", "error", f"{error}{how}", basis, error.words)
 
 
 def _version(bench: Bench) -> tuple[str, str]:
     dll = bench.library.functions(exchange=bench.subject.exchanges)
-    bench.library.journal.write("fmi2GetVersion()")
+    bench.library.journal.write("GetVersion()")
+    if bench.subject.fmi_3:
+        return dll.fmi3GetVersion().decode(), "default"
     return dll.fmi2GetVersion().decode(), dll.fmi2GetTypesPlatform().decode()
 
 
@@ -91,7 +92,7 @@ def _through(bench: Bench, probe: Probe) -> None:
         else:
             probe.advance(bench.subject.step_size)
         probe.read(bench.subject.outputs)
-    probe.must("fmi2Terminate")
+    probe.terminate()
 
 
 def _finite(bench: Bench, *, exchange: bool) -> Iterator[Finding]:
@@ -110,7 +111,8 @@ def _finite(bench: Bench, *, exchange: bool) -> Iterator[Finding]:
 
 
 def _guid(bench: Bench) -> Iterator[Finding]:
-    probe = Probe(bench.library, exchange=not bench.subject.steps, name="stranger", guid=WRONG_GUID)
+    way = not bench.subject.steps
+    probe = bench.library.attempt(exchange=way, name="stranger", guid=WRONG_GUID)
     if probe.component:
         probe.free()
         message = "any GUID is accepted: a stale modelDescription.xml would not be noticed"
@@ -130,12 +132,17 @@ def _tests(bench: Bench, *, exchange: bool) -> dict[str, tuple[bool, Callable[[P
             kind.providesDirectionalDerivative,
             lambda probe: probe.directional(outputs, inputs, np.ones(1)),
         )
+    if outputs and inputs and bench.subject.fmi_3:
+        tests["providesAdjointDerivatives"] = (
+            kind.providesAdjointDerivatives,
+            lambda probe: probe.adjoint(outputs, inputs, np.ones(1)),
+        )
     if not exchange and outputs:
         tests["maxOutputDerivativeOrder"] = (
             kind.maxOutputDerivativeOrder > 0,
             lambda probe: probe.output_derivatives(outputs, 1),
         )
-    if not exchange and inputs:
+    if not exchange and inputs and not bench.subject.fmi_3:
         tests["canInterpolateInputs"] = (
             kind.canInterpolateInputs,
             lambda probe: probe.set_input_derivatives(inputs, np.zeros(1)),
@@ -180,7 +187,7 @@ def _saves(probe: Probe) -> None:
 
 def _serialises(probe: Probe) -> None:
     state, size = probe.save(), ctypes.c_size_t()
-    probe.must("fmi2SerializedFMUstateSize", state, ctypes.byref(size))
+    probe.must("SerializedFMUstateSize", state, ctypes.byref(size))
     if not size.value:
         raise RefusedError("fmi2SerializedFMUstateSize (0 bytes)", ERROR, probe.words())
     probe.free_state(state)

@@ -59,7 +59,7 @@ def _compare(
 
 def _freed(probe: Probe, state: ctypes.c_void_p) -> Iterator[Finding]:
     for what, given in (("a saved state", state), ("no state (NULL)", ctypes.c_void_p())):
-        status = probe.call("fmi2FreeFMUstate", ctypes.byref(given), note=what)
+        status = probe.call("FreeFMUstate", ctypes.byref(given), note=what)
         if status != OK:
             message = f"fmi2FreeFMUstate of {what} answered {status}"
             yield Finding("state.free", "warning", message, BASIS, probe.words())
@@ -68,21 +68,22 @@ def _freed(probe: Probe, state: ctypes.c_void_p) -> Iterator[Finding]:
 def serialise(probe: Probe) -> tuple[bytes, bool]:
     """The state of an instance as bytes, and whether no more was written than announced."""
     state, size = probe.save(), ctypes.c_size_t()
-    probe.must("fmi2SerializedFMUstateSize", state, ctypes.byref(size))
-    room = ctypes.create_string_buffer(size.value + len(_GUARD))
+    probe.must("SerializedFMUstateSize", state, ctypes.byref(size))
+    room = (probe.BYTE * (size.value + len(_GUARD)))()
     ctypes.memmove(ctypes.addressof(room) + size.value, _GUARD, len(_GUARD))
     note = f"{size.value} bytes"
-    probe.must("fmi2SerializeFMUstate", state, room, size.value, note=note)
+    probe.must("SerializeFMUstate", state, room, size.value, note=note)
     probe.free_state(state)
-    return room.raw[: size.value], room.raw[size.value :] == _GUARD
+    written = bytes(room)
+    return written[: size.value], written[size.value :] == _GUARD
 
 
 def deserialise(probe: Probe, content: bytes) -> None:
     """Bring an instance to the state in `content`."""
     state = ctypes.c_void_p()
-    room = ctypes.create_string_buffer(content, len(content))
+    room = (probe.BYTE * len(content)).from_buffer_copy(content)
     note = f"{len(content)} bytes"
-    probe.must("fmi2DeSerializeFMUstate", room, len(content), ctypes.byref(state), note=note)
+    probe.must("DeSerializeFMUstate", room, len(content), ctypes.byref(state), note=note)
     probe.restore(state)
     probe.free_state(state)
 

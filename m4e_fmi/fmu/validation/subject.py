@@ -11,20 +11,41 @@ from typing import Any
 import fmpy
 import numpy as np
 
+from m4e_fmi.fmu.validation.elements import flattened, owner
+
 DEFAULT_STEP = 0.01  # s, where the FMU names none
 TEXT_TYPES = {"String"}
 
 
 @dataclass(frozen=True)
 class Subject:
-    """The FMU unpacked into `folder`; `raw` is its description as FMPy reads it."""
+    """The FMU unpacked into `folder`; `raw` is its description as FMPy reads it.
+
+    Of FMI 3.0, the description is that of the elements: see `elements`.
+    """
 
     folder: Path
     raw: Any
 
     @classmethod
     def read(cls, folder: Path) -> Subject:
-        return cls(folder, fmpy.read_model_description(str(folder), validate=False))
+        raw: Any = fmpy.read_model_description(str(folder), validate=False)
+        return cls(folder, flattened(raw, folder) if raw.fmiVersion == "3.0" else raw)
+
+    @property
+    def fmi_3(self) -> bool:
+        return self.raw.fmiVersion == "3.0"
+
+    @cached_property
+    def _array_starts(self) -> dict[int, np.ndarray]:
+        found: dict[int, list[float]] = {}
+        for variable in self.reals():
+            found.setdefault(owner(variable), []).append(start(variable))
+        return {reference: np.array(values) for reference, values in found.items()}
+
+    def array_start(self, reference: int) -> np.ndarray:
+        """Start values of the elements of the array with this reference, one of no variable's."""
+        return self._array_starts.get(reference, np.zeros(1)).copy()
 
     @property
     def steps(self) -> bool:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from m4e_fmi.fmu.validation.bench import Bench
+from m4e_fmi.fmu.validation.elements import owner
 from m4e_fmi.fmu.validation.findings import Finding, some
 from m4e_fmi.fmu.validation.parameters import noticed
 from m4e_fmi.fmu.validation.probe import (
@@ -25,6 +26,7 @@ SPECIAL = (math.nan, math.inf, -math.inf, 5e-324, 1e300, -1e300)
 MOST = 6
 """Inputs, parameters and states, each, that are given special values."""
 TYPES = ("Real", "Integer", "Boolean", "String")
+TYPES_3 = ("Float64", "Int32", "Boolean", "String")
 STEPS = 3
 SECONDS = 2.0
 """After which no further case is tried; values that make an FMU slow come last."""
@@ -179,11 +181,11 @@ def _steps(bench: Bench, baseline: np.ndarray) -> Iterator[Finding]:
 
 
 def _references(bench: Bench, *, exchange: bool) -> Iterator[Finding]:
-    absent = max((v.valueReference for v in bench.subject.readable), default=0) + 100_000
+    absent = max((owner(v) for v in bench.subject.readable), default=0) + 100_000
     basis = "FMI 2.0.4, section 2.1.7"
     cases: dict[str, Callable[[Probe], int]] = {
-        "fmi2GetReal": lambda p: p.get([absent])[0],
-        "fmi2SetReal": lambda p: p.set([absent], np.zeros(1), "of no variable"),
+        "reading": lambda p: p.get([absent])[0],
+        "setting": lambda p: p.set([absent], np.zeros(1), "of no variable"),
     }
     for name, action in cases.items():
         with bench.probe(exchange=exchange) as probe:
@@ -194,12 +196,14 @@ def _references(bench: Bench, *, exchange: bool) -> Iterator[Finding]:
             except FatalError:
                 refused = True
             if not refused:
-                message = f"{name} accepts a value reference that no variable has"
+                message = f"{name} values accepts a value reference that no variable has"
                 yield Finding("values.reference", "warning", message, basis)
     with bench.probe(exchange=exchange) as probe:
         probe.begin()
-        functions = [f"fmi2{verb}{kind}" for verb in ("Get", "Set") for kind in TYPES]
-        wrong = [f for f in functions if probe.call(f, None, 0, None, note="0 values") > WARNING]
+        types = TYPES_3 if bench.subject.fmi_3 else TYPES
+        functions = [f"{verb}{kind}" for verb in ("Get", "Set") for kind in types]
+        nothing = (None, 0, None, *probe.counted(0))
+        wrong = [f for f in functions if probe.call(f, *nothing, note="0 values") > WARNING]
     if wrong:
         message = f"no values at all (NULL, 0, NULL) are refused by {some(wrong)}"
         yield Finding("values.nothing", "note", message, basis)
@@ -221,17 +225,17 @@ def _text(bench: Bench, text: str, what: str, *, exchange: bool) -> Iterator[Fin
     strings = [
         v
         for v in bench.subject.raw.modelVariables
-        if v.type == "String" and v.causality in ("input", "parameter")
+        if v.type == "String" and not v.shape and v.causality in ("input", "parameter")
     ]
     for v in strings[:1]:
         with bench.probe(exchange=exchange) as probe:
             reference = (ctypes.c_uint * 1)(v.valueReference)
             given = (ctypes.c_char_p * 1)(text.encode())
-            probe.must("fmi2SetString", reference, 1, given, note=what)
+            probe.must("SetString", reference, 1, given, *probe.counted(1), note=what)
             back = (ctypes.c_char_p * 1)()
             probe.setup()
-            probe.must("fmi2EnterInitializationMode")
-            probe.must("fmi2GetString", reference, 1, back, note=what)
+            probe.enter_initialization()
+            probe.must("GetString", reference, 1, back, *probe.counted(1), note=what)
             if back[0] != text.encode():
                 message = f"{v.name} does not keep a text ({what})"
                 yield Finding("values.text", "warning", message, "FMI 2.0.4, section 2.1.7")

@@ -1,0 +1,124 @@
+"""The checks of FMI 3.0 FMUs: nothing in our own, and each fault planted into one is found.
+
+The library stays as it is: what its description says of it is made wrong, or the file with the
+derivatives that it computes.
+"""
+
+from __future__ import annotations
+
+import struct
+import zipfile
+import zlib
+from pathlib import Path
+
+import pytest
+from support.chains import hanging_chain
+from support.plane import plane
+
+from m4e_fmi.fmu import build_fmu, validate_fmu
+from m4e_fmi.fmu.validation import GROUPS
+from m4e_fmi.multibody import model_program
+
+XML = "modelDescription.xml"
+TANGENT = "resources/tangent.m4e"
+CHECKSUM = 12
+"""Where the checksum of what follows it stands in a program's binary form."""
+FAULTS: dict[str, tuple[str, str, str, set[str]]] = {
+    "a dependency is left out": (
+        "dependencies",
+        '<Output valueReference="17" dependencies="7 9" dependenciesKind="dependent dependent" />',
+        '<Output valueReference="17" dependencies="7" dependenciesKind="dependent" />',
+        {"dependencies.missing"},
+    ),
+    "a factor that is not constant": (
+        "dependencies",
+        '<Output valueReference="11" dependencies="7" dependenciesKind="dependent" />',
+        '<Output valueReference="11" dependencies="7" dependenciesKind="constant" />',
+        {"dependencies.kind"},
+    ),
+    "the derivative of another variable": (
+        "derivatives",
+        'unit="m/s" derivative="11"',
+        'unit="m/s" derivative="17"',
+        {"derivatives.mismatch"},
+    ),
+    "states in another order": (
+        "derivatives",
+        'unit="rad/s" displayUnit="rpm" derivative="7" />\n    <Float64 name="der(joint.j0.u)"',
+        'unit="rad/s" displayUnit="rpm" derivative="9" />\n    <Float64 name="der(joint.j0.u)"',
+        {"derivatives.order", "derivatives.mismatch"},
+    ),
+    "a rate in another unit": (
+        "description",
+        'declaredType="SI.Velocity" unit="m/s" derivative="11"',
+        'declaredType="SI.Length" unit="m" derivative="11"',
+        {"units.derivative"},
+    ),
+    "another token": (
+        "start",
+        'instantiationToken="{',
+        'instantiationToken="{1',
+        {"start.refused"},
+    ),
+    "inputs that are called fixed parameters": (
+        "parameters",
+        'causality="input" variability="continuous" intermediateUpdate="true" '
+        'declaredType="SI.Torque"',
+        'causality="parameter" variability="fixed" intermediateUpdate="true" '
+        'declaredType="SI.Torque"',
+        {"parameters.settable"},
+    ),
+}
+"""Fault → group that finds it, text in the description, what it becomes, errors and warnings."""
+
+
+@pytest.fixture(scope="module")
+def chain(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("chain") / "chain.fmu"
+    return build_fmu(model_program(hanging_chain(2)), path, native=True, fmi="3")
+
+
+def planted(path: Path, changed: Path, old: bytes, new: bytes, member: str = XML) -> Path:
+    """The FMU at `path`, saved as `changed`, with other bytes in one of its files."""
+    with zipfile.ZipFile(path) as source, zipfile.ZipFile(changed, "w") as target:
+        for name in source.namelist():
+            content = source.read(name)
+            if name == member:
+                assert old in content
+                content = content.replace(old, new)
+            target.writestr(name, content)
+    return changed
+
+
+def test_the_double_pendulum_has_no_finding(chain: Path) -> None:
+    report = validate_fmu(chain)
+    assert report.of_severity("error", "warning") == ()
+    assert [group.name for group in report.groups] == list(GROUPS)
+    assert all(group.passed for group in report.groups)
+
+
+def test_arrays_and_a_matrix_have_no_finding(tmp_path: Path) -> None:
+    report = validate_fmu(build_fmu(plane(), tmp_path / "plane.fmu", native=True, fmi="3"))
+    assert report.of_severity("error", "warning") == ()
+    assert all(group.passed for group in report.groups)
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_a_planted_fault_is_found(name: str, chain: Path, tmp_path: Path) -> None:
+    group, old, new, expected = FAULTS[name]
+    path = planted(chain, tmp_path / "faulty.fmu", old.encode(), new.encode())
+    report = validate_fmu(path, only=(group,))
+    assert {finding.id for finding in report.of_severity("error", "warning")} == expected
+
+
+def test_wrong_directional_and_adjoint_derivatives_are_found(chain: Path, tmp_path: Path) -> None:
+    """The derivatives are those of a pendulum on another planet."""
+    with zipfile.ZipFile(chain) as archive:
+        old = archive.read(TANGENT)
+    new = bytearray(old.replace(struct.pack("<d", -9.81), struct.pack("<d", -3.73)))
+    assert new != old
+    struct.pack_into("<I", new, CHECKSUM, zlib.crc32(new[CHECKSUM + 4 :]))
+    path = planted(chain, tmp_path / "faulty.fmu", old, bytes(new), TANGENT)
+    report = validate_fmu(path, only=("directional",))
+    found = {finding.id for finding in report.of_severity("error", "warning")}
+    assert found == {"directional.mismatch", "directional.adjoint"}
