@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
-from xml.etree.ElementTree import Element, SubElement, indent, tostring
+from xml.etree.ElementTree import Element, SubElement
 
 import m4e_fmi
 from m4e_fmi.fmu.description import FmuVariable, ModelDescription
-from m4e_fmi.fmu.xml_parts import add_quantity, add_types, add_units, legal
+from m4e_fmi.fmu.xml_parts import add_quantity, add_types, add_units, legal, xml_bytes
 
 XML = "modelDescription.xml"
 LOG_CATEGORIES = {
@@ -63,8 +63,7 @@ def model_description_xml(
     )
     _add_variables(root, description.variables)
     _add_structure(root, description, native=native)
-    indent(root)
-    return tostring(root, encoding="UTF-8", xml_declaration=True) + b"\n"
+    return xml_bytes(root)
 
 
 def with_guid(xml: bytes, guid: str) -> bytes:

@@ -6,13 +6,13 @@ Source: FMI Specification 3.0.2, section 2.4. Element order and attributes follo
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from xml.etree.ElementTree import Element, SubElement, indent, tostring
+from xml.etree.ElementTree import Element, SubElement
 
 import m4e_fmi
 from m4e_fmi.fmu.arrays import Grouped, Place, places
 from m4e_fmi.fmu.description import FmuVariable, ModelDescription
 from m4e_fmi.fmu.model_description import LOG_CATEGORIES
-from m4e_fmi.fmu.xml_parts import add_quantity, add_types, add_units, legal
+from m4e_fmi.fmu.xml_parts import add_quantity, add_types, add_units, legal, xml_bytes
 from m4e_fmi.program.dependence import KINDS
 
 EVERYWHERE = {
@@ -75,8 +75,7 @@ def model_description_3_xml(
     for variable in variables:
         _add_variable(parent, variable, place)
     _add_structure(root, description, variables)
-    indent(root)
-    return tostring(root, encoding="UTF-8", xml_declaration=True) + b"\n"
+    return xml_bytes(root)
 
 
 def _add_variable(parent: Element, variable: Grouped, place: Mapping[str, Place]) -> None:

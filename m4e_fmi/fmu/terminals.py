@@ -8,9 +8,10 @@ Source: FMI Specification 3.0.2, section 2.4.9.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from xml.etree.ElementTree import Element, SubElement, indent, tostring
+from xml.etree.ElementTree import Element, SubElement
 
 from m4e_fmi.fmu.arrays import Grouped
+from m4e_fmi.fmu.xml_parts import xml_bytes
 
 TERMINALS = "terminalsAndIcons/terminalsAndIcons.xml"
 
@@ -41,5 +42,4 @@ def terminals_xml(variables: Sequence[Grouped]) -> bytes | None:
                 memberName=last,
                 variableKind="signal",
             )
-    indent(root)
-    return tostring(root, encoding="UTF-8", xml_declaration=True) + b"\n"
+    return xml_bytes(root)

@@ -26,6 +26,7 @@ INCLUDES = ("-I", str(SHELL_SOURCES))
 FOLDER = "a b é # % ü+;&(x)"
 EVERYWHERE = {
     "file:///a/b": "/a/b/f",
+    "file:////a/b": "//a/b/f",
     "file:/a/b/": "/a/b/f",
     "file://localhost/a": "/a/f",
     "file:///a%20b/%C3%A9%23%25": "/a b/é#%/f",

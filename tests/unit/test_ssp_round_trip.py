@@ -187,14 +187,15 @@ def test_fmpy_runs_our_package(c_fmu: Fmus, tmp_path: Path) -> None:
 
 def test_libcosim_runs_our_package(c_fmu: Fmus, tmp_path: Path) -> None:
     pytest.importorskip("libcosimpy", reason="libcosimpy is not installed")
-    from libcosimpy.CosimExecution import CosimExecution  # pyright: ignore
-    from libcosimpy.CosimObserver import CosimObserver  # pyright: ignore
+    from libcosimpy.CosimExecution import CosimExecution
+    from libcosimpy.CosimObserver import CosimObserver
 
     execution = CosimExecution.from_ssp_file(str(before_a_wall(tmp_path, c_fmu)))
     observer = CosimObserver.create_last_value()
     execution.add_observer(observer)
     assert execution.simulate_until(round(STOP * 1e9))
     index = execution.slave_index_from_instance_name("a")
+    assert index is not None
     references = {v.name.decode(): v.reference for v in execution.slave_variables(index)}
     (found,) = observer.last_real_values(index, [references["body.m.x"]])
     assert found == pytest.approx(1 - np.cos(STOP), abs=LAG)

@@ -15,8 +15,9 @@ static int digit(char c) {
     return c >= 'a' && c <= 'f' ? c - 'a' + 10 : -1;
 }
 
-/* What follows the scheme: file:/p, file:///p and file://localhost/p are all /p. On Windows the
-   name of another machine stays, as //machine/p, and a drive has no slash before it. */
+/* What follows the scheme: file:/p, file:///p and file://localhost/p are all /p; file:////p, which
+   some importers write, is //p. On Windows the name of another machine stays, as //machine/p, and a
+   drive has no slash before it. */
 static const char *without_scheme(const char *uri) {
     static const char HERE[] = "//localhost/";
     if (strncmp(uri, "file:", 5) != 0) return uri;
@@ -28,8 +29,8 @@ static const char *without_scheme(const char *uri) {
 #ifdef _WIN32
     if (uri[0] == '/' && uri[1] != 0 && uri[2] == ':') ++uri; /* /C:/p */
 #else
-    const char *path = strncmp(uri, "//", 2) == 0 ? strchr(uri + 2, '/') : NULL;
-    if (path) uri = path;
+    else if (strncmp(uri, "//", 2) == 0 && strchr(uri + 2, '/'))
+        uri = strchr(uri + 2, '/');
 #endif
     return uri;
 }
