@@ -29,6 +29,7 @@ PAGES_THAT_RUN = (
     "pictures",
     "analysis",
     "programs",
+    "stepping",
 )
 SCRIPTS = (
     "double_pendulum/double_pendulum.py",

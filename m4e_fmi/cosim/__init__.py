@@ -3,16 +3,19 @@
     System ──prepare──► Prepared (FMUs built, connections checked, order known) ──run──► Outcome
 
 Start reading at `system` (what is coupled), then `connect` and `structure` (what follows from it),
-`network` and `master` (the time loop), `algorithms` (how a step is made; `corrector` is
-the default). Imports m4e_fmi.errors, document, units and, to build components, m4e_fmi.fmu.
+`network` and `master` (the time loop; `execution` steps it from Python), `algorithms` (how a step
+is made; `corrector` is the default). Imports m4e_fmi.errors, document, units and,
+to build components, m4e_fmi.fmu.
 """
 
 from m4e_fmi.cosim.certificate import Certificate, CouplingError
 from m4e_fmi.cosim.components import fmu_files
 from m4e_fmi.cosim.connect import Bond, Link, Port, Wiring
 from m4e_fmi.cosim.energy import BondEnergy
+from m4e_fmi.cosim.execution import CommunicationPoint, Execution
+from m4e_fmi.cosim.master import State
 from m4e_fmi.cosim.network import Network
-from m4e_fmi.cosim.run import Outcome, Prepared, prepare, run
+from m4e_fmi.cosim.run import Outcome, Prepared, prepare, run, start
 from m4e_fmi.cosim.system import Component, FmuFile, Kind, ModelFile, Simulation, System
 from m4e_fmi.cosim.system_file import read_parameters
 from m4e_fmi.cosim.timing import Timing
@@ -22,8 +25,10 @@ __all__ = [
     "Bond",
     "BondEnergy",
     "Certificate",
+    "CommunicationPoint",
     "Component",
     "CouplingError",
+    "Execution",
     "FmuFile",
     "Kind",
     "Link",
@@ -35,6 +40,7 @@ __all__ = [
     "Results",
     "Series",
     "Simulation",
+    "State",
     "System",
     "Timing",
     "Wiring",
@@ -43,4 +49,5 @@ __all__ = [
     "prepare",
     "read_parameters",
     "run",
+    "start",
 ]

@@ -57,6 +57,8 @@ class EnergyBalance:
     Forces, velocities and coordinates are noted at every point, and evaluated in blocks.
     """
 
+    REMEMBERED = ("_points", "_held", "_sizes", "_steps", "_given", "_received", "_exchanged")
+
     def __init__(self, network: Network, bonds: Iterable[Bond]) -> None:
         self._bonds = tuple(bonds)
         self._values = network.values
@@ -118,6 +120,15 @@ class EnergyBalance:
         self._steps += count
         if self._steps == BLOCK:
             self._evaluate()
+
+    def jump(self) -> None:
+        """Something was set in an FMU: the next step begins with other values than the last ended.
+
+        To be called after they were exchanged.
+        """
+        if self._bonds:
+            self._evaluate()
+            self._values.take(self._index, out=self._points[0], mode="clip")
 
     def _evaluate(self) -> None:
         """Add the block to the sums; its last point is the first of the next."""

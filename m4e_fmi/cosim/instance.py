@@ -117,8 +117,8 @@ class Instance:
             stop,
         )
 
-    def set_start(self, values: Mapping[str, float | int | bool | str]) -> None:
-        """Set variables of any type by name, before initialization mode."""
+    def set_values(self, values: Mapping[str, float | int | bool | str]) -> None:
+        """Set variables of any type by name, as far as FMI lets them be set at this time."""
         kinds = {
             "Real": ("fmi2SetReal", fmi2.fmi2Real),
             "Integer": ("fmi2SetInteger", fmi2.fmi2Integer),

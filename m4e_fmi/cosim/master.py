@@ -7,7 +7,10 @@ import threading
 import time as clock
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, field
+from itertools import count
 from typing import cast
+from weakref import finalize
 
 import numpy as np
 
@@ -18,8 +21,9 @@ from m4e_fmi.cosim.certificate import Certificate, certificate
 from m4e_fmi.cosim.connect import Wiring
 from m4e_fmi.cosim.energy import BondEnergy, EnergyBalance
 from m4e_fmi.cosim.instance import Instance
-from m4e_fmi.cosim.network import Network
-from m4e_fmi.cosim.results import ResultsWriter
+from m4e_fmi.cosim.memory import Memory, recall, remember
+from m4e_fmi.cosim.network import Network, Point
+from m4e_fmi.cosim.results import Mark, ResultsWriter
 from m4e_fmi.cosim.start_values import start_values
 from m4e_fmi.cosim.step_control import StepControl
 from m4e_fmi.cosim.stepping import Repeated, Stepwise
@@ -36,10 +40,33 @@ Progress = Callable[[float], None]
 
 PROGRESS_INTERVAL = 0.1
 """Wall seconds between calls of a progress callable."""
+LAST_PLACE = 3
+"""Where FMUs keep states while steps are made: by algorithms (0), `witness` (1, 2), `doubling`."""
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """The state of a whole system at a communication point of a run, until that ends.
+
+    It holds the states of the FMUs, the exchanged values, what the algorithm knows of the past,
+    the energy balance, the integer time, and the row of the results.
+    """
+
+    master: Master = field(repr=False)
+    point: Point = field(repr=False)
+    memory: Memory = field(repr=False)
+    row: Mark | None = field(repr=False)
+
+    @property
+    def time(self) -> float:
+        """Simulated time [s]."""
+        return self.point.time
 
 
 class Master:
     """Owns the instances of a system from `with` to the end of the block."""
+
+    REMEMBERED = ("_algorithm", "_control", "_energy", "_course")
 
     def __init__(
         self,
@@ -57,8 +84,9 @@ class Master:
         self._structure = structure
         self._certify = certify
         self._open = ExitStack()
-        self.steps = 0
-        self._shortened = 0
+        self._free: list[int] = []
+        self._places = count(LAST_PLACE + 1)
+        self._stop = round(system.simulation.stop_time * SECOND)
 
     def __enter__(self) -> Master:
         with ExitStack() as stack:
@@ -83,7 +111,7 @@ class Master:
                 stop=simulation.stop_time,
                 tolerance=simulation.tolerance,
             )
-            instance.set_start(start_values(component, instance.description))
+            instance.set_values(start_values(component, instance.description))
         self.network = Network(instances, self._wiring, self._structure, time=simulation.start_time)
         self.network.initialise()
         self._control, self._algorithm = None, self._make(self.network)
@@ -102,8 +130,12 @@ class Master:
         self._refuse_rigid()
         return returning(simulation.algorithm, network)
 
+    def _rigid(self) -> list[str]:
+        """The components that cannot go back."""
+        return [name for name, d in self._descriptions.items() if not d.saves_state]
+
     def _watch(self) -> None:
-        rigid = [name for name, d in self._descriptions.items() if not d.saves_state]
+        rigid = self._rigid()
         if rigid:
             self._unwatched = f"{' and '.join(rigid)} cannot go back (canGetAndSetFMUstate)"
             return
@@ -133,7 +165,7 @@ class Master:
         return StepControl(self.network, tolerance, largest, algorithm.estimate_order)
 
     def _refuse_rigid(self) -> None:
-        rigid = [name for name, d in self._descriptions.items() if not d.saves_state]
+        rigid = self._rigid()
         if rigid:
             raise RunError(
                 f"coupling_tolerance needs FMUs that can go back (canGetAndSetFMUstate), which "
@@ -144,7 +176,17 @@ class Master:
     @property
     def rejected(self) -> int:
         """Number of steps that were taken back and made again, smaller."""
-        return self._shortened + (self._control.rejected if self._control else 0)
+        return self._course.shortened + (self._control.rejected if self._control else 0)
+
+    @property
+    def steps(self) -> int:
+        """Number of macro steps from the start to the present point."""
+        return self._course.steps
+
+    @property
+    def done(self) -> bool:
+        """Whether the stop time is reached."""
+        return self._course.now >= self._stop
 
     @property
     def order(self) -> int:
@@ -169,29 +211,69 @@ class Master:
         progress: Progress | None = None,
     ) -> None:
         """Step to the stop time; KeyboardInterrupt stops at a communication point."""
-        stop = round(self._system.simulation.stop_time * SECOND)
-        steps = self._stepping(results, singly=bool(observers))
+        self.begin(results, singly=bool(observers))
         tell = _ticker(progress)
-        if results is not None:
-            results.record(self.network.time)
         self._observe(observers)
-        # an overflow is found, and told with its place, where values are read from the FMUs
-        with _interruption() as interrupted, np.errstate(over="ignore", invalid="ignore"):
-            while steps.now < stop:
-                try:
-                    steps.advance()
-                finally:
-                    self.steps, self._shortened = steps.steps, steps.shortened
+        with _stepping() as interrupted:
+            while not self.done:
+                self._course.advance()
                 self._observe(observers)
-                tell(steps.now / SECOND)
+                tell(self._course.now / SECOND)
                 if interrupted():
                     raise KeyboardInterrupt
 
-    def _stepping(self, results: ResultsWriter | None, *, singly: bool) -> Stepwise | Repeated:
+    def begin(self, results: ResultsWriter | None = None, *, singly: bool) -> None:
+        """Make ready for steps that are recorded in `results`, one at a time if `singly`."""
+        self._course, self._results = self._planned(results, singly=singly), results
+        if results is not None:
+            results.record(self.network.time)
+
+    def step(self) -> None:
+        """Make one step; KeyboardInterrupt comes after it."""
+        with _stepping() as interrupted:
+            self._course.advance()
+            if interrupted():
+                raise KeyboardInterrupt
+
+    def changed(self) -> None:
+        """Something was set in an FMU: make the present point consistent again."""
+        self.network.refresh()
+        self._energy.jump()
+        if self._witness and self.steps:
+            self._witness.stop("values were set between steps, which a second course cannot follow")
+
+    def save(self) -> State:
+        """The present state of everything; RunError naming FMUs that cannot save theirs."""
+        rigid = self._rigid()
+        if rigid:
+            raise RunError(
+                f"the state cannot be saved: {' and '.join(rigid)} cannot go back "
+                "(canGetAndSetFMUstate)",
+                "use FMUs that can, or run again from the start",
+            )
+        place = self._free.pop() if self._free else next(self._places)
+        point = self.network.snapshot(place)
+        row = self._results.mark() if self._results else None
+        state = State(self, point, remember(self), row)
+        finalize(state, self._free.append, place)
+        return state
+
+    def restore(self, state: State) -> None:
+        """Return to a state of this run; RunError if there is no way back to it."""
+        if state.master is not self:
+            raise RunError("that state is of another run", "restore it where it was saved")
+        if self._results and state.row:
+            self._results.back(state.row)
+        self.network.restore(state.point)
+        recall(self, state.memory)
+        if self._witness:
+            self._witness.stop("the run went back to a saved state")
+
+    def _planned(self, results: ResultsWriter | None, *, singly: bool) -> Stepwise | Repeated:
         algorithm, rest = self._algorithm, (self._energy, self._system.simulation, results)
         rest = (*rest, self._witness)
         if not isinstance(algorithm, Scheduled):
-            returns = all(d.saves_state for d in self._descriptions.values())
+            returns = not self._rigid()
             return Stepwise(self.network, algorithm, *rest, self._control, returns=returns)
         return Repeated(self.network, algorithm, *rest, singly=singly, most_time=PROGRESS_INTERVAL)
 
@@ -214,6 +296,16 @@ def _ticker(progress: Progress | None) -> Callable[[float], None]:
             progress(time)
 
     return tick
+
+
+@contextmanager
+def _stepping() -> Iterator[Callable[[], bool]]:
+    """Around steps: tells whether they are to be interrupted.
+
+    An overflow is found, and told with its place, where values are read from the FMUs.
+    """
+    with _interruption() as interrupted, np.errstate(over="ignore", invalid="ignore"):
+        yield interrupted
 
 
 @contextmanager

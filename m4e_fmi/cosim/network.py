@@ -21,6 +21,7 @@ import numpy as np
 
 from m4e_fmi.cosim.connect import Link, Port, Wiring
 from m4e_fmi.cosim.instance import WARNING, Call, Instance
+from m4e_fmi.cosim.memory import Memory, recall, remember
 from m4e_fmi.cosim.newton import AlgebraicLoop
 from m4e_fmi.cosim.operations import Get, Operation, gather, setting
 from m4e_fmi.cosim.schedule import Schedule
@@ -33,13 +34,14 @@ Action = Callable[[], None]
 class Point:
     """A communication point to which a network can return; the FMUs keep their states in `place`.
 
-    `values` and `inputs` are copies of the network's.
+    `values` and `inputs` are copies of the network's, `loops` what its algebraic loops start from.
     """
 
     place: int
     time: float
     values: np.ndarray
     inputs: np.ndarray
+    loops: tuple[Memory, ...]
 
 
 class Network:
@@ -120,6 +122,12 @@ class Network:
         self.time = time
         self._run_exchange()
 
+    def refresh(self) -> None:
+        """Exchange again at the present point, after something was set in an FMU."""
+        before = self.values[self.before : self.stepped].copy()
+        self._run_exchange()
+        self.values[self.before : self.stepped] = before
+
     def _run_exchange(self) -> None:
         for part in self._exchange:
             part.run(self.time)
@@ -135,7 +143,8 @@ class Network:
         """The present point, instead of the one kept before in the same place."""
         for instance in self.instances.values():
             instance.save_state(place)
-        return Point(place, self.time, self.values.copy(), self.inputs.copy())
+        loops = tuple(remember(part) for part in self._exchange)
+        return Point(place, self.time, self.values.copy(), self.inputs.copy(), loops)
 
     def restore(self, point: Point) -> None:
         """Return to a point; an FMU that answered Fatal meanwhile cannot, which is a RunError."""
@@ -144,6 +153,8 @@ class Network:
         self.time = point.time
         self.values[:] = point.values
         self.inputs[:] = point.inputs
+        for part, memory in zip(self._exchange, point.loops, strict=True):
+            recall(part, memory)
 
     def initialise(self) -> None:
         """In initialization mode: carry over parameters, then outputs, along declared dependencies.
@@ -252,6 +263,8 @@ class Network:
 
 class _SolvedLoop:
     """An algebraic loop within an exchange."""
+
+    REMEMBERED = ("_loop",)
 
     def __init__(self, network: Network, loop: Loop) -> None:
         sources = {link.target: link.source for link in network.links}

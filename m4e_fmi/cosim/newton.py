@@ -48,6 +48,8 @@ class NotConvergedError(Exception):
 class QuasiNewton:
     """Solves residual(x) = 0 again and again, with a Jacobian that it keeps; `forget` drops it."""
 
+    REMEMBERED = ("_matrix",)
+
     def __init__(self) -> None:
         self._matrix: np.ndarray | None = None
 
@@ -87,6 +89,8 @@ class AlgebraicLoop:
 
     `outputs` and `inputs` are the ports, `solve` finds values for both; the FMUs then have them.
     """
+
+    REMEMBERED = ("input_values", "output_values", "_newton", "_started")
 
     def __init__(
         self, instances: Mapping[str, Instance], loop: Loop, sources: Mapping[Port, Port]

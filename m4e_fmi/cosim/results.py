@@ -9,6 +9,7 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -30,6 +31,15 @@ MOST_ROWS, MOST_VALUES = 16384, 2**22
 """Rows, and values in all of them, that are kept in memory before they are written."""
 FLUSH = 5.0
 """Seconds of wall time after which rows reach the disk even if the block is not full."""
+
+
+@dataclass(frozen=True)
+class Mark:
+    """A place in the results: rows before it, the last one's time [s], returns until then."""
+
+    rows: int
+    last: float
+    backs: int
 
 
 class ResultsWriter:
@@ -65,6 +75,7 @@ class ResultsWriter:
             raise cannot_write(self.path, error) from error
         self._rows = 0
         self._written = 0
+        self._backs: list[int] = []
         self.last = network.time
         self._flushed = clock.monotonic()
         with self._errors():
@@ -97,6 +108,23 @@ class ResultsWriter:
 
     def __exit__(self, kind: type[BaseException] | None, error: object, _: object) -> None:
         self.close("at the stop time" if kind is None else _ending(error))
+
+    def mark(self) -> Mark:
+        """The present end of the rows."""
+        return Mark(self._written + self._rows, self.last, len(self._backs))
+
+    def back(self, mark: Mark) -> None:
+        """Go on after the rows that there were at `mark`; RunError if they were given up since."""
+        if min(self._backs[mark.backs :], default=mark.rows) < mark.rows:
+            raise RunError(
+                f"the results up to t = {mark.last:.9g} s that led to that state were given up by "
+                "going back further",
+                "restore states from the latest to the earliest, or run without results",
+            )
+        self._backs.append(mark.rows)
+        self._rows = max(0, mark.rows - self._written)
+        self._written = min(mark.rows, self._written)
+        self.last = mark.last
 
     @property
     def row(self) -> int:
@@ -147,7 +175,10 @@ class ResultsWriter:
             with self._errors():
                 self._flush()
                 self._file.setncattr("ended", ended)
+                longer = len(self._time) > self._written
                 self._file.close()
+                if longer:
+                    _cut(self.path, self._written)
 
     @contextmanager
     def _errors(self) -> Iterator[None]:
@@ -160,6 +191,23 @@ class ResultsWriter:
             if not self._written:
                 self.path.unlink(missing_ok=True)
             raise cannot_write(self.path, error) from error
+
+
+def _cut(path: Path, rows: int) -> None:
+    """Leave the first `rows` in the file: those after them are of a course that was given up."""
+    from netCDF4 import Dataset
+
+    cut = path.with_suffix(".cut")
+    with Dataset(path) as whole, Dataset(cut, "w", format="NETCDF4") as file:
+        file.createDimension("time", None)
+        for source in (whole, *whole.groups.values()):
+            target = file if source is whole else file.createGroup(source.name)
+            target.setncatts({name: source.getncattr(name) for name in source.ncattrs()})
+            for name, old in source.variables.items():
+                new = target.createVariable(name, "f8", ("time",))
+                new.setncatts({key: old.getncattr(key) for key in old.ncattrs()})
+                new[:] = old[:rows]
+    cut.replace(path)
 
 
 def _ending(error: object) -> str:

@@ -14,6 +14,7 @@ from m4e_fmi.cosim.certificate import Certificate, Trace, compared
 from m4e_fmi.cosim.components import fmu_files, with_units
 from m4e_fmi.cosim.connect import Link, Wiring, connect
 from m4e_fmi.cosim.energy import BondEnergy
+from m4e_fmi.cosim.execution import Execution
 from m4e_fmi.cosim.master import Master, Observer, Progress
 from m4e_fmi.cosim.overview import overview
 from m4e_fmi.cosim.results import ResultsWriter
@@ -137,6 +138,36 @@ def run(
     )
 
 
+@contextmanager
+def start(
+    system: System | Prepared,
+    *,
+    results: str | Path | None = None,
+    build_directory: str | Path = "build",
+    tell: Callable[[str], None] | None = None,
+    variables: Sequence[str] = (),
+) -> Iterator[Execution]:
+    """A run that the block of ``with start(system) as run`` steps, from the start time.
+
+    Arguments are those of `run`. The block may end before the stop time; `Execution.outcome` then
+    tells of the run up to there. The certificate needs steps that can be made again, so there is
+    none once values were set between steps, or the run has gone back.
+    """
+    if isinstance(system, System):
+        system = prepare(system, build_directory=build_directory, tell=tell)
+    with _begun(system, results=results, variables=variables) as begun:
+        master, writer = begun.master, begun.results
+        execution = Execution(master, system.descriptions, system.wiring)
+        master.begin(writer, singly=True)
+        try:
+            yield execution
+        finally:
+            execution.end()
+        if writer and not master.done:
+            writer.close(f"stopped at t = {master.network.time:.9g} s")
+    execution.end(begun.outcome)
+
+
 def _once(
     system: Prepared,
     *,
@@ -146,6 +177,25 @@ def _once(
     variables: Sequence[str] = (),
     certify: bool = True,
 ) -> Outcome:
+    with _begun(system, results=results, variables=variables, certify=certify) as begun:
+        begun.master.run(results=begun.results, observers=observers, progress=progress)
+    assert begun.outcome
+    return begun.outcome
+
+
+@dataclass
+class _Begun:
+    """A run with its results file, if there is one; `outcome` once both have ended."""
+
+    master: Master
+    results: ResultsWriter | None = None
+    outcome: Outcome | None = None
+
+
+@contextmanager
+def _begun(
+    system: Prepared, *, results: str | Path | None, variables: Sequence[str], certify: bool = True
+) -> Iterator[_Begun]:
     begun = clock.perf_counter()
     if results is not None:
         check_export(results)
@@ -153,7 +203,8 @@ def _once(
     with Master(*parts, certify=certify) as master:
         path = None
         if results is None:
-            master.run(observers=observers, progress=progress)
+            found = _Begun(master)
+            yield found
         else:
             path = stream_of(results)
             writer = ResultsWriter(
@@ -163,9 +214,10 @@ def _once(
                 expected=_rows(system.system.simulation),
                 variables=variables,
             )
+            found = _Begun(master, writer)
             with _exported(path, Path(results), writer), writer:
-                master.run(results=writer, observers=observers, progress=progress)
-        return Outcome(
+                yield found
+        found.outcome = Outcome(
             prepared=system,
             path=path,
             steps=master.steps,
@@ -204,7 +256,7 @@ def _exported(path: Path, results: Path, writer: ResultsWriter) -> Iterator[None
         export(path, results)
         note = f"results until t = {writer.last:.9g} s are in {results}"
         raise RunError(error.message, f"{error.remedy}; {note}".lstrip("; ")) from error
-    except KeyboardInterrupt:
+    except BaseException:
         export(path, results)
         raise
     export(path, results)

@@ -27,7 +27,7 @@ def start_values(component: Component, description: Description) -> dict[str, Va
     an item of an enumeration given by name becomes its number.
     """
     variables = description.variables
-    return {name: _value(variables[name], given) for name, given in component.start.items()}
+    return {name: value_of(variables[name], given) for name, given in component.start.items()}
 
 
 def start_problems(system: System, descriptions: Mapping[str, Description]) -> Iterable[Problem]:
@@ -48,7 +48,7 @@ def start_problems(system: System, descriptions: Mapping[str, Description]) -> I
                 yield system.problem(at, message, remedy)
                 continue
             try:
-                _value(variable, given)
+                value_of(variable, given)
             except ValueError as error:
                 told = repr(given) if isinstance(given, str) else str(given)
                 message = f"start value {told} of {component.name}.{name} is wrong"
@@ -62,8 +62,8 @@ def is_settable(variable: Variable) -> bool:
     )
 
 
-def _value(variable: Variable, given: Value | Quantity) -> Value:
-    """The value in the variable's type and unit; ValueError(remedy) if it has none."""
+def value_of(variable: Variable, given: Value | Quantity) -> Value:
+    """A given value in the variable's type and unit; ValueError(remedy) if it has none."""
     if variable.type == "Real" and isinstance(given, str):
         given = _quantity(given)
     if isinstance(given, Quantity):

@@ -28,6 +28,8 @@ class StepControl:
     Estimates fall with the power `order` of the step.
     """
 
+    REMEMBERED = ("size", "rejected", "_just_rejected", "_scale")
+
     def __init__(self, network: Network, tolerance: float, largest: int, order: int) -> None:
         self._network = network
         self._tolerance = tolerance
@@ -80,6 +82,8 @@ class StepControl:
 
 class Scale:
     """Largest magnitudes so far of some outputs, `sources`, shared among those of one unit."""
+
+    REMEMBERED = ("_largest",)
 
     def __init__(self, network: Network, sources: np.ndarray) -> None:
         self._sources = sources

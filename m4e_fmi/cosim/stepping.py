@@ -29,6 +29,8 @@ class Stepwise:
     `shortened` counts them.
     """
 
+    REMEMBERED = ("now", "_row", "steps", "shortened")
+
     def __init__(
         self,
         network: Network,
@@ -120,6 +122,8 @@ class Repeated:
     With `singly` it comes back after each step.
     """
 
+    REMEMBERED = ("_place", "steps", "shortened")
+
     def __init__(
         self,
         network: Network,
@@ -152,6 +156,15 @@ class Repeated:
     def now(self) -> int:
         """The present communication point [ns]."""
         return self._loop.state.now
+
+    @property
+    def _place(self) -> tuple[int, int]:
+        """The present point [ns], and the steps since the last row of the results."""
+        return self._loop.state.now, self._loop.state.since
+
+    @_place.setter
+    def _place(self, place: tuple[int, int]) -> None:
+        self._loop.state.now, self._loop.state.since = place
 
     def advance(self) -> None:
         """Make as many steps as can be made at once."""

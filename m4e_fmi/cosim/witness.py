@@ -90,6 +90,10 @@ class Witness:
             self._open = _Window(now, [now.time], [values], nothing, same)
             self._windows.append(self._open)
 
+    def stop(self, why: str) -> None:
+        """The other course cannot follow the run any more: nothing can be told."""
+        self._open, self.failure = None, self.failure or why
+
     @property
     def room(self) -> int:
         """How many steps may be made at once before `after` is told."""

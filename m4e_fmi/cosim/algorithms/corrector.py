@@ -49,6 +49,7 @@ class Corrector:
     """See the module."""
 
     estimate_order = 3
+    REMEMBERED = ("_interface",)
 
     def __init__(self, network: Network) -> None:
         self._interface = Interface(network)

@@ -22,6 +22,8 @@ PLACE = 3
 class Doubling:
     """See the module; `algorithm` makes the steps on `network`."""
 
+    REMEMBERED = ("_algorithm",)
+
     def __init__(self, network: Network, algorithm: Algorithm) -> None:
         self._network = network
         self._algorithm = algorithm

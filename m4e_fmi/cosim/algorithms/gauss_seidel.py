@@ -53,6 +53,7 @@ class GaussSeidel(Scheduled):
     """See the module."""
 
     order = 2
+    REMEMBERED = ("_last", "_begun", "_earlier")
 
     def __init__(self, network: Network) -> None:
         held = np.zeros_like(network.inputs)

@@ -32,6 +32,8 @@ from m4e_fmi.errors import RunError
 class Implicit:
     """See the module."""
 
+    REMEMBERED = ("_interface", "_newton", "_scale")
+
     def __init__(self, network: Network) -> None:
         self._network = network
         self._interface = Interface(network)

@@ -59,6 +59,8 @@ class Interface:
     `Network.values`: predicted by `begin`, replaced as the `parts` make their steps.
     """
 
+    REMEMBERED = ("_start", "middle", "_attempt", "_history", "_last")
+
     def __init__(self, network: Network) -> None:
         self._network = network
         count = len(network.outputs)

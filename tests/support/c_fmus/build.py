@@ -40,10 +40,11 @@ class V:
     needs: tuple[str, ...] | None = ()
     rate_of: str | None = None
     initial: str | None = None
+    tunable: bool = False
 
 
-def parameter(name: str, unit: str, start: float) -> V:
-    return V(name, unit, "parameter", start)
+def parameter(name: str, unit: str, start: float, *, tunable: bool = False) -> V:
+    return V(name, unit, "parameter", start, tunable=tunable)
 
 
 def motion(prefix: str, *, acceleration_needs: tuple[str, ...] = ()) -> tuple[V, V, V]:
@@ -64,7 +65,7 @@ def end(*, moves: bool) -> tuple[V, V]:
 
 
 STIFFNESS = parameter("stiffness", "N/m", 1.0)
-DAMPING = parameter("damping", "N.s/m", 0.0)
+DAMPING = parameter("damping", "N.s/m", 0.0, tunable=True)
 END = ("end.x", "end.vx")
 
 MASS = (
@@ -239,6 +240,7 @@ def _needs(v: V, index: dict[str, str]) -> str:
 
 def _scalar(reference: int, v: V, index: dict[str, str]) -> str:
     fixed = v.causality in ("parameter", "calculatedParameter")
+    variability = "tunable" if v.tunable else "fixed" if fixed else "continuous"
     initial = v.initial or {"parameter": "exact", "input": None}.get(v.causality, "calculated")
     real = f"unit={quoteattr(v.unit)}"
     if v.start is not None:
@@ -248,7 +250,7 @@ def _scalar(reference: int, v: V, index: dict[str, str]) -> str:
     return (
         f'<ScalarVariable name={quoteattr(v.name)} valueReference="{reference}" '
         f'description={quoteattr(f"{v.causality} {v.name}")} causality="{v.causality}" '
-        f'variability="{"fixed" if fixed else "continuous"}"'
+        f'variability="{variability}"'
         + (f' initial="{initial}"' if initial else "")
         + f"><Real {real}/></ScalarVariable>"
     )

@@ -1,0 +1,157 @@
+"""Runs stepped from Python: what may be set, what is refused, results after going back."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from m4e_fmi.cosim import Component, FmuFile, Simulation, System, load, start
+from m4e_fmi.errors import InputError, RunError
+
+Fmus = Callable[[str], Path]
+
+
+def oscillator(fmus: Fmus, options: str = "+state") -> System:
+    """A damped mass of 1 kg on a spring of 1 N/m, released at rest at x = 1 m."""
+    body = Component("body", FmuFile(fmus(f"mass{options}")), {"body.m.x": 1.0, "damping": 0.2})
+    spring = Component("spring", FmuFile(fmus(f"spring{options}")))
+    return System("s", (body, spring), ("body.m <-> spring.end",), Simulation(2, 0.1))
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        ("body.dampin", 1.0, "no variable is called 'body.dampin'\n.*'body.damping'"),
+        ("mass", 1.0, "no variable is called 'mass'"),
+        ("body.body.m.x", 1.0, "it is of causality output\n.*body.damping, spring.damping"),
+        ("body.mass", 1.0, "body.mass cannot be set between steps: it is a fixed parameter"),
+        ("body.body.m.force_x", 1.0, "it is connected to spring.end.force_x"),
+        ("body.damping", "2 kg", "value '2 kg' of body.damping is wrong\n.*N.s/m"),
+        ("body.damping", True, "value True of body.damping is wrong"),
+        ("body.damping", float("nan"), "value nan of body.damping is no number"),
+    ],
+)
+def test_what_cannot_be_set(c_fmu: Fmus, name: str, value: float | str, message: str) -> None:
+    with start(oscillator(c_fmu)) as run, pytest.raises(InputError, match=message):
+        run[name] = value
+
+
+def test_what_is_set_shows_at_once(c_fmu: Fmus) -> None:
+    with start(oscillator(c_fmu)) as run:
+        assert run.settable == ["body.damping", "spring.damping"]
+        point = run.step()
+        expected = -run["spring.stiffness"] * point["body.body.m.x"]
+        assert point["spring.end.force_x"] == pytest.approx(expected, rel=1e-12)
+        run["spring.damping"] = "500 g/s"
+        expected -= 0.5 * point["body.body.m.vx"]
+        assert run["spring.damping"] == 0.5
+        assert point["spring.end.force_x"] == pytest.approx(expected, rel=1e-12)
+        assert point["body.body.m.ax"] == pytest.approx(
+            expected - 0.2 * point["body.body.m.vx"], rel=1e-12
+        )
+
+
+def test_a_point_that_is_past_is_not_read(c_fmu: Fmus) -> None:
+    with start(oscillator(c_fmu)) as run:
+        point = run.point
+        run.step()
+        with pytest.raises(RunError, match=r"the run has left t = 0 s"):
+            point["body.body.m.x"]
+        with pytest.raises(RunError, match="no outcome yet"):
+            _ = run.outcome
+    with pytest.raises(RunError, match="the run has ended"):
+        run.step()
+
+
+def test_fmus_that_cannot_go_back_are_named(c_fmu: Fmus) -> None:
+    with start(oscillator(c_fmu, options="")) as run:
+        with pytest.raises(RunError, match="cannot be saved: body and spring cannot go back"):
+            run.save()
+        assert len(list(run)) == 21
+
+
+def test_a_state_of_another_run(c_fmu: Fmus) -> None:
+    system = oscillator(c_fmu)
+    with start(system) as one, start(system) as other:
+        state = one.save()
+        with pytest.raises(RunError, match="of another run"):
+            other.restore(state)
+
+
+def test_the_certificate_tells_what_it_cannot(c_fmu: Fmus) -> None:
+    with start(oscillator(c_fmu)) as run:
+        for _ in run:
+            run["body.damping"] = 0.1
+    assert run.outcome.certificate == (
+        "values were set between steps, which a second course cannot follow"
+    )
+    with start(oscillator(c_fmu)) as run:
+        state = run.save()
+        run.step()
+        run.restore(state)
+    assert run.outcome.certificate == "the run went back to a saved state"
+
+
+@pytest.mark.parametrize("flush", [False, True])
+@pytest.mark.parametrize("name", ["r.nc", "r.csv"])
+def test_results_are_of_the_last_course(
+    c_fmu: Fmus, tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch, *, flush: bool
+) -> None:
+    if flush:  # each row reaches the disk
+        monkeypatch.setattr("m4e_fmi.cosim.results.FLUSH", 0.0)
+    with start(oscillator(c_fmu), results=tmp_path / name) as run:
+        for _ in range(5):
+            run.step()
+        state = run.save()
+        for _ in run:
+            pass
+        run.restore(state)
+        run["body.damping"] = 2.0
+        expected = [run.step()["body.body.m.x"] for _ in range(3)]
+    results = load(tmp_path / "r.nc")
+    np.testing.assert_allclose(results.time, np.arange(9) * 0.1, atol=1e-12)
+    assert results["body.body.m.x"].values[-3:].tolist() == expected
+    assert results["body.body.m.x"].unit == "m"
+    if name == "r.csv":
+        rows = list(csv.reader((tmp_path / name).open(encoding="utf-8")))
+        assert float(rows[-1][0]) == pytest.approx(0.8)
+
+
+def test_a_state_whose_results_were_given_up(c_fmu: Fmus, tmp_path: Path) -> None:
+    with start(oscillator(c_fmu), results=tmp_path / "r.nc") as run:
+        early = run.save()
+        run.step()
+        later = run.save()
+        run.restore(early)
+        with pytest.raises(RunError, match="were given up"):
+            run.restore(later)
+        run.step()
+    assert load(tmp_path / "r.nc").time.tolist() == [0.0, 0.1]
+
+
+def test_a_mistake_in_the_block_leaves_the_results(c_fmu: Fmus, tmp_path: Path) -> None:
+    def mistaken() -> None:
+        with start(oscillator(c_fmu), results=tmp_path / "r.csv") as run:
+            run.step()
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        mistaken()
+    rows = list(csv.reader((tmp_path / "r.csv").open(encoding="utf-8")))
+    assert float(rows[-1][0]) == 0.1
+
+
+def test_a_failed_step_can_be_left_behind(c_fmu: Fmus) -> None:
+    rogue = Component("rogue", FmuFile(c_fmu("rogue+state")), {"what": 3.0, "when": 0.5})
+    system = System("s", (rogue,), (), Simulation(2, 0.1, "jacobi"))
+    with start(system) as run:
+        state = run.save()
+        for _ in range(2):
+            with pytest.raises(RunError):
+                list(run)
+            assert 0.3 < run.time < 0.6
+            run.restore(state)
