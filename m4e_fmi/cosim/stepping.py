@@ -150,7 +150,9 @@ class Course:
             if control is None:
                 return size
             algorithm = cast("Returning", algorithm)
-            if control.accepts(algorithm.change, algorithm.end, size):
+            if control.accepts(algorithm.change, algorithm.end, now, size):
+                if control.passed:
+                    self._network.forget()
                 return size
             algorithm.undo()
             size = self._wanted()
