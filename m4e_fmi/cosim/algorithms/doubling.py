@@ -58,10 +58,6 @@ class Doubling:
         network.values[:] = middle  # the master makes the end the present point
         network.time = time + half
 
-    def forget(self) -> None:
-        """The algorithm forgets its past."""
-        self._algorithm.forget()
-
     def undo(self) -> None:
         """Return all components to the start of the step."""
         self._network.restore(self._start)
