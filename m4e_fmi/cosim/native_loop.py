@@ -9,6 +9,7 @@ from ctypes import POINTER, c_double, c_int32, c_int64, c_size_t, c_uint32, c_ui
 import numpy as np
 
 from m4e_fmi.cosim.operations import Combine, DoStep, Get, Operation, Set
+from m4e_fmi.cosim.standards import RawCall
 
 NOT_A_NUMBER = -1
 GET, SET, DO_STEP, COMBINE = range(4)
@@ -75,17 +76,20 @@ class NativeExecutor:
     def _raw(self, operation: Operation) -> RawOperation:
         match operation:
             case Get(instance, names, into):
-                call = {"kind": GET, "function": instance.address("fmi2GetReal")}
-                call |= {"references": self._references(instance.references(names))}
+                call = self._call(GET, instance.raw("fmi2GetReal", names))
             case Set(instance, names, into):
-                call = {"kind": SET, "function": instance.address("fmi2SetReal")}
-                call |= {"references": self._references(instance.references(names))}
+                call = self._call(SET, instance.raw("fmi2SetReal", names))
             case DoStep(instance):
-                function = instance.address("fmi2DoStep")
-                return RawOperation(kind=DO_STEP, function=function, component=instance.handle)
+                return RawOperation(**self._call(DO_STEP, instance.raw("fmi2DoStep")))
             case Combine():
                 return self._combination(operation)
-        return RawOperation(component=instance.handle, **call, **self._target(into))
+        return RawOperation(**call, **self._target(into))
+
+    def _call(self, kind: int, raw: RawCall) -> dict[str, int]:
+        references = self._references(raw.references)
+        function, component = raw.function, raw.component
+        call = {"function": function, "component": component, "references": references}
+        return {"kind": kind, **call}
 
     def _combination(self, o: Combine) -> RawOperation:
         terms = len(o.index)
