@@ -106,6 +106,10 @@ class Network:
         """The unit of a variable, as its FMU names it."""
         return self._descriptions[port.component].variables[port.variable].unit
 
+    def nominal(self, port: Port) -> float:
+        """The order of magnitude of a variable, in its unit."""
+        return self._descriptions[port.component].variables[port.variable].nominal
+
     def to_si(self, port: Port) -> float:
         """SI value over value of a variable, 1 if its FMU gives no unit."""
         dimension = self._descriptions[port.component].variables[port.variable].dimension

@@ -83,7 +83,9 @@ class Stepwise:
             if control is None:
                 return size
             algorithm = cast("Returning", algorithm)
-            if control.accepts(algorithm.change, algorithm.end, size):
+            if control.accepts(algorithm.change, algorithm.end, now, size):
+                if control.passed:
+                    algorithm.forget()
                 return size
             algorithm.undo()
             size = self._wanted()

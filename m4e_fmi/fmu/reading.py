@@ -27,9 +27,10 @@ class Variable:
 
     `dimension` is the unit with its base-unit exponents and factor, None where the FMU gives no
     unit; `offset` is what the unit adds after the factor (0 for all but temperatures). `items` are
-    the values of an enumeration by their names. `type` is FMI 2.0's name for what `fmi_type` is
-    called in the FMU's own version, `start` the start value as the FMU writes it. Of an element of
-    an array, `value_reference` is a key: see `elements.locate`.
+    the values of an enumeration by their names. `nominal` is the order of magnitude of a Real in
+    its unit, 1 where the FMU says nothing. `type` is FMI 2.0's name for what `fmi_type` is called
+    in the FMU's own version, `start` the start value as the FMU writes it. Of an element of an
+    array, `value_reference` is a key: see `elements.locate`.
     """
 
     name: str
@@ -44,6 +45,7 @@ class Variable:
     description: str
     derivative_of: str | None
     items: Mapping[str, int] = field(default_factory=dict)
+    nominal: float = 1.0
     fmi_type: str = ""
     start: str | None = None
 
@@ -248,9 +250,20 @@ def _variable(raw: Any, units: dict[str, Any], types: Mapping[int, str]) -> Vari
         description=raw.description or "",
         derivative_of=raw.derivative.name if raw.derivative is not None else None,
         items=_items(raw.declaredType),
+        nominal=_nominal(raw),
         fmi_type=types.get(owner(raw), raw.type),
         start=raw.start,
     )
+
+
+def _nominal(raw: Any) -> float:
+    """The size of the nominal value, of the variable or its type; 1 where there is none above 0."""
+    text = raw.nominal or (raw.declaredType.nominal if raw.declaredType is not None else None)
+    try:
+        size = abs(float(text or 1.0))
+    except ValueError:
+        return 1.0
+    return size if 0.0 < size < math.inf else 1.0
 
 
 def _items(declared: Any) -> dict[str, int]:

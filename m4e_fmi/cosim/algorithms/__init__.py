@@ -44,6 +44,10 @@ class Algorithm(Protocol):
         """Step all components from `time` by `size` [s]."""
         ...
 
+    def forget(self) -> None:
+        """Something has jumped: what was before the present point tells nothing of what comes."""
+        ...
+
 
 @runtime_checkable
 class Undoing(Protocol):

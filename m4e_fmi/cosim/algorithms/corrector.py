@@ -99,6 +99,10 @@ class Corrector:
         self.change -= interface.end
         self.held[:] = interface.mean(Way.PARABOLA)
 
+    def forget(self) -> None:
+        """The next step is made without history, in three passes."""
+        self._interface.forget()
+
     def undo(self) -> None:
         """Return all components to the start of the step."""
         for part in self._interface.parts:

@@ -78,6 +78,10 @@ class GaussSeidel(Scheduled):
         self._last = self._earlier
         super().step(time, size)
 
+    def forget(self) -> None:
+        """The next step is made without the value before."""
+        self._last = 0.0
+
     def prepare(self, size: float) -> bool:
         sizes = (size, self._last)
         if sizes != self._prepared:

@@ -80,6 +80,10 @@ class Implicit:
         self._scale.keep(self._scale.with_values(interface.end))
         self.held[:] = interface.mean(Way.LINES)
 
+    def forget(self) -> None:
+        """The next step is predicted from derivatives only."""
+        self._interface.forget()
+
     def undo(self) -> None:
         """Return all components to the start of the step."""
         for part in self._interface.parts:

@@ -81,6 +81,10 @@ class Interface:
         """Whether a step has been made from which outputs can be extrapolated."""
         return self._last > 0.0
 
+    def forget(self) -> None:
+        """Nothing is to be extrapolated from the last step."""
+        self._attempt = (self._attempt[0], 0.0)
+
     def begin(self, time: float, size: float) -> None:
         """Save all states and predict all outputs over the step of `size` [s] from `time`.
 

@@ -28,3 +28,6 @@ class Jacobi(Scheduled):
     def prepare(self, size: float) -> bool:
         del size
         return True
+
+    def forget(self) -> None:
+        """It knows nothing of the past."""

@@ -26,6 +26,10 @@ class Scheduled(ABC):
     def prepare(self, size: float) -> bool:
         """Make ready for a step of `size` [s], which follows; whether for more of them as well."""
 
+    @abstractmethod
+    def forget(self) -> None:
+        """Something has jumped: what was before the present point tells nothing of what comes."""
+
     @cached_property
     def _schedule(self) -> Schedule:
         return Schedule(self.operations)
