@@ -35,7 +35,7 @@ from m4e_fmi.fmu.reading import Description
 
 LAST_ERROR = "last_error"
 """Name of the string variable in which an FMU may explain what went wrong."""
-_ANSWERS = {**STATUS, EARLY: "an event", RESTLESS: "events without end"}
+_ANSWERS = {**STATUS, 5: "Pending", EARLY: "an event", RESTLESS: "events without end"}
 
 
 class DiscardedError(RunError):
