@@ -7,9 +7,10 @@ what they are in other versions.
 
 from __future__ import annotations
 
+import ctypes
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NoReturn
+from typing import NoReturn
 
 import numpy as np
 
@@ -71,7 +72,7 @@ class Instance:
         self._broken = False
         self._initialised = False
         self.scales: dict[str, tuple[float, float]] = {}
-        self._states: dict[int, tuple[Any, float]] = {}
+        self._states: dict[int, ctypes.c_void_p] = {}
         self._readers: dict[str, tuple[Call, np.ndarray]] = {}
         self._binary = binary
         self._fmu = STANDARDS[description.version](binary.functions, description, self.fail)
@@ -195,37 +196,42 @@ class Instance:
         """The call ``(t, h, 1) -> status`` that steps from t to t + h [s], never to be undone."""
         return self._fmu.stepper()
 
-    def derivative_setter(self, names: Sequence[str], view: np.ndarray) -> Call:
-        """A call that sets first and second time derivatives of inputs for the next step.
+    def own_derivative_setter(self, names: Sequence[str], view: np.ndarray) -> Call:
+        """A call that gives inputs two time derivatives for the next step, in the FMU's own units.
 
         `view` holds, for each of the Real inputs `names`, its first, then its second derivative.
         """
-        scales = self.scales_of(names)
-        if scales is None:
-            return self._fmu.derivative_setter(names, view)
-        factor = scales[0][:, None].copy()
-        own = np.zeros_like(view)
-        call = self._fmu.derivative_setter(names, own)
+        return self._fmu.derivative_setter(names, view)
 
-        def set_() -> Status:
-            np.multiply(view, factor, out=own)
-            return call()
+    def slot(self, place: int = 0) -> ctypes.c_void_p:
+        """Where the FMU's state is that is kept in a place."""
+        if place not in self._states:
+            self._states[place] = self._fmu.slot()
+        return self._states[place]
 
-        return set_
+    def saver(self) -> Call:
+        """A call that keeps the FMU's state as `save_state` does."""
+        return self._fmu.saver(self.slot())
+
+    def restorer(self) -> Call:
+        """A call that brings the FMU back as `restore_state` does, where no step has failed."""
+        return self._fmu.restorer(self.slot())
 
     def save_state(self, place: int = 0) -> None:
         """Keep the FMU's state, instead of the one kept before in the same place."""
-        state, _ = self._states.get(place, (None, 0.0))
-        self._states[place] = self._usable.save_state(state), self.time
+        status = self._usable.saver(self.slot(place))()
+        if status > WARNING:
+            self.fail(status, "fmi2GetFMUstate")
 
-    def restore_state(self, place: int = 0) -> None:
-        """Bring the FMU back to the state kept in a place, also after a step that failed.
+    def restore_state(self, time: float, place: int = 0) -> None:
+        """Bring the FMU back to the state kept in a place at `time` [s], also after a failed step.
 
         It may be restored again. After Fatal there is no way back.
         """
         self._broken = self._fmu.component is None
-        state, time = self._states[place]
-        self._usable.restore_state(state)
+        status = self._usable.restorer(self.slot(place))()
+        if status > WARNING:
+            self.fail(status, "fmi2SetFMUstate")
         self.time = time
 
     def directional_derivative(self, output: str, known: str) -> float:
@@ -301,7 +307,7 @@ class Instance:
         status = 0
         if self._initialised and not self._broken:
             status = fmu.terminate()
-        for state, _ in states:
+        for state in states:
             if not self._broken:
                 fmu.free_state(state)
         if status < FATAL:

@@ -2,7 +2,7 @@
 
 FMI 3.0 moves whole arrays, and Float64 apart from Float32. So there is a part for each type, whose
 buffer holds all elements of all its arrays; elements that are not among the wanted ones keep the
-values that they have. `RawComponent`, `RawPart` and `RawAccess` are what the C library needs for
+values that they have. The raw structures are what the C library needs for
 the same: see the runtime's component_3.h.
 """
 
@@ -30,6 +30,8 @@ class RawComponent(ctypes.Structure):
         ("enter_event_mode", c_void_p),
         ("update_discrete_states", c_void_p),
         ("enter_step_mode", c_void_p),
+        ("get_state", c_void_p),
+        ("set_state", c_void_p),
         ("has_events", c_int32),
         ("stepping", c_int32),
         ("goes_on", c_int32),
@@ -42,6 +44,12 @@ class RawComponent(ctypes.Structure):
     ended: float
     goes_on: int
     interruptions: int
+
+
+class RawState(ctypes.Structure):
+    """`m4e_state_3`."""
+
+    _fields_ = [("state", c_void_p), ("next_event", c_double), ("reached", c_double)]
 
 
 class RawPart(ctypes.Structure):

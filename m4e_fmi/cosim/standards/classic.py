@@ -90,7 +90,7 @@ class Classic(Standard):
         return RawCall(self.address(function), self.component, self._references(names))
 
     def derivative_setter(self, names: Sequence[str], view: np.ndarray) -> Call:
-        check_view(view, len(names), 2)
+        check_view(view, 2 * len(names))
         references = np.repeat(self._references(names), 2)
         orders = np.array([1, 2] * len(names), dtype=np.int32)
         self._kept += [references, orders, view]

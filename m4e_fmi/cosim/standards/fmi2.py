@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import ctypes
+from functools import partial
 from typing import Any
 
 from fmpy import fmi2
 
 from m4e_fmi.cosim.standards.classic import Classic
-from m4e_fmi.cosim.standards.standard import Status
+from m4e_fmi.cosim.standards.standard import Call, Status
 from m4e_fmi.fmu.messages import Messages
 from m4e_fmi.fmu.reading import Variable
+
+_SAVE_OR_RESTORE = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p)
 
 
 class Fmi2(Classic):
@@ -40,16 +43,17 @@ class Fmi2(Classic):
         self._functions.fmi2FreeInstance(self.component)
         self.component = None
 
-    def save_state(self, state: Any) -> Any:
-        state = ctypes.c_void_p() if state is None else state
-        self.must("fmi2GetFMUstate", ctypes.byref(state))
-        return state
+    def saver(self, slot: ctypes.c_void_p) -> Call:
+        function = _SAVE_OR_RESTORE(self.address("fmi2GetFMUstate"))
+        return partial(function, self.component, ctypes.addressof(slot))
 
-    def restore_state(self, state: Any) -> None:
-        self.must("fmi2SetFMUstate", state)
+    def restorer(self, slot: ctypes.c_void_p) -> Call:
+        function = _SAVE_OR_RESTORE(self.address("fmi2SetFMUstate"))
+        return lambda: function(self.component, slot.value)
 
-    def free_state(self, state: Any) -> None:
-        self._dll.fmi2FreeFMUstate(self.component, ctypes.byref(state))
+    def free_state(self, slot: ctypes.c_void_p) -> None:
+        if slot:
+            self._dll.fmi2FreeFMUstate(self.component, ctypes.byref(slot))
 
     def directional_derivative(self, output: Variable, known: Variable) -> float:
         unknowns, knowns = (

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from fmpy.fmi1 import FMICallException
 
-from m4e_fmi.cosim.standards.access3 import Access, Part, RawComponent
+from m4e_fmi.cosim.standards.access3 import Access, Part, RawComponent, RawState
 from m4e_fmi.cosim.standards.standard import (
     EARLY,
     ENDED,
@@ -48,7 +48,13 @@ _NAMES = {
 _METHODS = {"Enumeration": "Int64"}
 _DoStep = Callable[[float, float, int], tuple[Status, bool, bool, float]]
 """Time, size [s], final → status, event to be handled, end wanted, time reached."""
-_RAW = {"fmi2GetReal": "m4e_get_3", "fmi2SetReal": "m4e_set_3", "fmi2DoStep": "m4e_do_step_3"}
+_RAW = {
+    "fmi2GetReal": "m4e_get_3",
+    "fmi2SetReal": "m4e_set_3",
+    "fmi2DoStep": "m4e_do_step_3",
+    "fmi2GetFMUstate": "m4e_save_3",
+    "fmi2SetFMUstate": "m4e_restore_3",
+}
 
 
 class Fmi3(Standard):
@@ -80,6 +86,8 @@ class Fmi3(Standard):
         self._raw.enter_event_mode = self.address("fmi3EnterEventMode")
         self._raw.update_discrete_states = self.address("fmi3UpdateDiscreteStates")
         self._raw.enter_step_mode = self.address("fmi3EnterStepMode")
+        self._raw.get_state = self.address("fmi2GetFMUstate")
+        self._raw.set_state = self.address("fmi2SetFMUstate")
 
     def setup(self, *, start: float, stop: float, tolerance: float | None) -> None:
         self._experiment = (tolerance is not None, tolerance or 0.0, start, True, stop)
@@ -262,15 +270,12 @@ class Fmi3(Standard):
         return self._raw.reached if math.isfinite(self._raw.reached) else None
 
     def raw(self, function: str, names: Sequence[str] = ()) -> RawCall:
-        none = np.zeros(0, dtype=np.uint32)
-        if function not in _RAW:
-            assert self.component
-            return RawCall(self.address(function), self.component, none)
         found = library()
         assert found is not None
         place = ctypes.cast(getattr(found, _RAW[function]), ctypes.c_void_p).value
         assert place
-        if function == "fmi2DoStep":
+        none = np.zeros(0, dtype=np.uint32)
+        if not names:
             return RawCall(place, ctypes.addressof(self._raw), none)
         access = self._access(names)
         self._kept.append(access)
@@ -278,18 +283,35 @@ class Fmi3(Standard):
 
     # ---- states and derivatives ----
 
-    def save_state(self, state: Any) -> Any:
-        state = ctypes.c_void_p() if state is None else state[0]
-        self.must("fmi2GetFMUstate", ctypes.byref(state))
-        return state, self._raw.next_event, self._raw.reached
+    def slot(self) -> ctypes.c_void_p:
+        state = RawState()
+        self._kept.append(state)
+        return ctypes.c_void_p(ctypes.addressof(state))
 
-    def restore_state(self, state: Any) -> None:
-        place, self._raw.next_event, self._raw.reached = state
-        self._raw.ended = math.inf
-        self.must("fmi2SetFMUstate", place)
+    def saver(self, slot: ctypes.c_void_p) -> Call:
+        state, get = _state(slot), self.function("fmi2GetFMUstate")
+        place = ctypes.cast(ctypes.addressof(state), ctypes.POINTER(ctypes.c_void_p))
 
-    def free_state(self, state: Any) -> None:
-        self.function("fmi2FreeFMUstate")(self.component, ctypes.byref(state[0]))
+        def save() -> Status:
+            state.next_event, state.reached = self._raw.next_event, self._raw.reached
+            return get(self.component, place)
+
+        return save
+
+    def restorer(self, slot: ctypes.c_void_p) -> Call:
+        state, set_ = _state(slot), self.function("fmi2SetFMUstate")
+
+        def restore() -> Status:
+            self._raw.next_event, self._raw.reached = state.next_event, state.reached
+            self._raw.ended = math.inf
+            return set_(self.component, state.state)
+
+        return restore
+
+    def free_state(self, slot: ctypes.c_void_p) -> None:
+        place = ctypes.c_void_p(_state(slot).state)
+        if place:
+            self.function("fmi2FreeFMUstate")(self.component, ctypes.byref(place))
 
     def directional_derivative(self, output: Variable, known: Variable) -> float:
         (z, row), (v, column) = (locate(x.value_reference) for x in (output, known))
@@ -303,6 +325,11 @@ class Fmi3(Standard):
 
     def name(self, function: str) -> str:
         return _NAMES.get(function, function.replace("fmi2", "fmi3"))
+
+
+def _state(slot: ctypes.c_void_p) -> RawState:
+    assert slot.value
+    return RawState.from_address(slot.value)
 
 
 def _is_at(time: float, goal: float) -> bool:

@@ -120,17 +120,23 @@ class Standard(ABC):
         """The C function that does what `function` of FMI 2.0 does, for the variables `names`."""
 
     def derivative_setter(self, names: Sequence[str], view: np.ndarray) -> Call:
-        """A call that sets first and second derivatives (columns of `view`) of inputs."""
+        """A call that sets the first and the second derivative of one input after the other."""
         raise NotImplementedError
 
-    def save_state(self, state: Any) -> Any:
-        """Keep the FMU's state, in place of `state` unless that is None."""
+    def slot(self) -> ctypes.c_void_p:
+        """A new place for a state of the FMU, to stay where it is."""
+        return ctypes.c_void_p()
+
+    def saver(self, slot: ctypes.c_void_p) -> Call:
+        """A call that keeps the FMU's state in a slot, instead of the one that is there."""
         raise NotImplementedError
 
-    def restore_state(self, state: Any) -> None:
+    def restorer(self, slot: ctypes.c_void_p) -> Call:
+        """A call that brings the FMU back to the state in a slot, which stays there."""
         raise NotImplementedError
 
-    def free_state(self, state: Any) -> None:
+    def free_state(self, slot: ctypes.c_void_p) -> None:
+        """Free the state in a slot, if there is one."""
         raise NotImplementedError
 
     def directional_derivative(self, output: Variable, known: Variable) -> float:

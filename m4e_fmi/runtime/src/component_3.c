@@ -12,6 +12,8 @@ typedef int do_step(void *instance, double t, double h, bool no_return, bool *ev
 typedef int update_discrete_states(void *instance, bool *again, bool *end, bool *nominals,
                                    bool *values, bool *next_defined, double *next);
 typedef int enter_mode(void *instance);
+typedef int get_state(void *instance, void **state);
+typedef int set_state(void *instance, void *state);
 
 enum { WARNING = 1, MOST_EVENTS = 1000 };
 static const double NEAR = 1.5e-9; /* s; communication points are whole nanoseconds */
@@ -134,4 +136,21 @@ int m4e_do_step_3(void *component, double t, double h, int no_return) {
         now = last;
     }
     return M4E_RESTLESS;
+}
+
+int m4e_save_3(void *component, void **state) {
+    const m4e_component_3 *c = component;
+    m4e_state_3 *s = *state;
+    s->next_event = c->next_event;
+    s->reached = c->reached;
+    return ((get_state *)c->get_state)(c->instance, &s->state);
+}
+
+int m4e_restore_3(void *component, void *state) {
+    m4e_component_3 *c = component;
+    const m4e_state_3 *s = state;
+    c->next_event = s->next_event;
+    c->reached = s->reached;
+    c->ended = INFINITY;
+    return ((set_state *)c->set_state)(c->instance, s->state);
 }

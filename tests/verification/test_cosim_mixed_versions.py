@@ -44,8 +44,8 @@ def oscillator(
 
 @pytest.mark.verifies(
     "two-mass oscillator of an FMI 3.0 FMU and one of FMI 2.0 or 3.0",
-    against="the same of two FMI 2.0 FMUs",
-    tolerance="the same bits",
+    independent="the same of two FMI 2.0 FMUs",
+    tolerance="identical",
 )
 @pytest.mark.parametrize("versions", ["33", "32", "23"])
 @pytest.mark.parametrize("algorithm", ["jacobi", "gauss_seidel", "implicit", "corrector"])
@@ -70,7 +70,7 @@ def test_fmi_3_gives_the_bits_of_fmi_2(
 @pytest.mark.verifies(
     "two-mass oscillator with an FMI 3.0 FMU, corrector",
     analytic="matrix exponential",
-    tolerance="3e-4, third order at least",
+    tolerance="3e-4",
 )
 def test_the_order_of_the_corrector_with_fmi_3(c_fmu: Fmus) -> None:
     pair = c_fmu("3:mass+state"), c_fmu("3:partner+state")
@@ -84,7 +84,7 @@ def test_the_order_of_the_corrector_with_fmi_3(c_fmu: Fmus) -> None:
 @pytest.mark.verifies(
     "two-mass oscillator with FMUs of FMI 1.0, which step once",
     analytic="matrix exponential",
-    tolerance="second order",
+    tolerance="1.9 (observed order)",
 )
 @pytest.mark.parametrize(
     "pair",
@@ -111,8 +111,8 @@ def test_fmi_1_is_of_second_order(
 
 @pytest.mark.verifies(
     "two-mass oscillator of FMI 1.0 FMUs under Jacobi",
-    against="the same of FMI 2.0 FMUs",
-    tolerance="the same bits",
+    independent="the same of FMI 2.0 FMUs",
+    tolerance="identical",
 )
 def test_fmi_1_gives_the_bits_of_fmi_2_under_jacobi(c_fmu: Fmus) -> None:
     expected, _ = oscillator(c_fmu("mass"), c_fmu("partner"), "jacobi", stop=3.0)
@@ -144,8 +144,8 @@ def sliders(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
 
 @pytest.mark.verifies(
     "native FMI 3.0 FMU with arrays in a system written for its FMI 2.0 twin",
-    against="the FMI 2.0 twin",
-    tolerance="the same bits; 1e-6 where FMI 2.0 follows inputs",
+    independent="the FMI 2.0 twin",
+    tolerance="1e-6",
 )
 @pytest.mark.parametrize("algorithm", ["jacobi", "gauss_seidel", "implicit", "corrector"])
 @pytest.mark.parametrize("by_python", [False, True])
@@ -182,8 +182,8 @@ def test_a_system_does_not_change_when_a_component_is_rebuilt_as_fmi_3(
 
 @pytest.mark.verifies(
     "FMUs of FMI 1.0 and 3.0 alone",
-    against="FMPy's simulate_fmu",
-    tolerance="the same bits",
+    independent="FMPy's simulate_fmu",
+    tolerance="identical",
 )
 @pytest.mark.parametrize("name", ["1:mass", "3:mass+state", "mass"])
 def test_what_fmpy_makes_of_the_same_fmu(c_fmu: Fmus, name: str) -> None:
