@@ -126,8 +126,6 @@ class Course:
         size = self._step(size)
         self.now += size
         self._network.advance(self.now / SECOND)
-        if self._control and self._control.passed:
-            self._network.forget()
         self._energy.add(self._algorithm.held, size / SECOND)
         self.steps += 1
         if self._witness:
@@ -153,6 +151,8 @@ class Course:
                 return size
             algorithm = cast("Returning", algorithm)
             if control.accepts(algorithm.change, algorithm.end, now, size):
+                if control.passed:
+                    self._network.forget()
                 return size
             algorithm.undo()
             size = self._wanted()
