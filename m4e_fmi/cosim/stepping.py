@@ -10,7 +10,7 @@ from m4e_fmi.cosim.algorithms import Algorithm, Returning, Undoing
 from m4e_fmi.cosim.algorithms.scheduled import Scheduled
 from m4e_fmi.cosim.energy import BLOCK as ENERGY_BLOCK
 from m4e_fmi.cosim.energy import EnergyBalance
-from m4e_fmi.cosim.events import has_events, until_event
+from m4e_fmi.cosim.events import event_count, has_events, until_event
 from m4e_fmi.cosim.instance import DiscardedError, EventWithinError
 from m4e_fmi.cosim.network import Network
 from m4e_fmi.cosim.results import ResultsWriter
@@ -127,8 +127,12 @@ class Course:
 
     def _single(self, size: int) -> None:
         """Make a step of `size` [ns], or what FMUs and control allow."""
+        before = event_count(self._network.instances.values())
         size = self._step(size)
+        jumped = event_count(self._network.instances.values()) > before
         self.now += size
+        if jumped:
+            self._network.forget()
         self._network.advance(self.now / SECOND)
         self._energy.add(self._algorithm.held, size / SECOND)
         self.steps += 1
