@@ -14,6 +14,8 @@ from pathlib import Path
 import pytest
 
 from m4e_fmi.cli import main
+from m4e_fmi.cosim import System, prepare, run
+from m4e_fmi.errors import RunError
 from m4e_fmi.results import load
 
 PENDULUM = Path(__file__).parents[2] / "examples/double_pendulum/double_pendulum.model.yaml"
@@ -108,6 +110,16 @@ def test_a_disk_that_takes_nothing(
     assert re.search("cannot be (written|unpacked): ", error)  # the limit is everywhere
     assert remedy in error
     assert left == set()
+
+
+@pytest.mark.parametrize("disk", [full, limited, read_only])
+def test_a_disk_that_takes_nothing_is_found_before_the_first_step(disk, project: Path) -> None:
+    bad, seen = project / "bad", []
+    bad.mkdir()
+    ready = prepare(System.from_yaml("system.yaml"))
+    with disk(bad) as remedy, pytest.raises(RunError, match=remedy):
+        run(ready, results=bad / "r.nc", observers=[lambda time, _: seen.append(time)])
+    assert seen == []
 
 
 def test_a_disk_that_fills_up_during_a_run(
