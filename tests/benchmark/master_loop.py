@@ -14,6 +14,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -32,13 +33,17 @@ TESTS = Path(__file__).parents[1]
 
 @dataclass(frozen=True)
 class Coupled:
-    """`count` components of one FMU; links are (source, output, target, input), by number."""
+    """`count` components of an FMU; links are (source, output, target, input), by number.
+
+    `files`: of as many files as there are components, which differ in their names.
+    """
 
     fmu: Path
     count: int
     outputs: tuple[str, ...]
     inputs: tuple[str, ...]
     closed: bool
+    files: tuple[Path, ...] = ()
 
     @property
     def links(self) -> list[tuple[int, str, int, str]]:
@@ -47,7 +52,8 @@ class Coupled:
         return [(k, y, (k + 1) % self.count, u) for k in sources for y, u in pairs]
 
     def system(self, steps: int, algorithm: str) -> System:
-        parts = tuple(Component(f"c{k}", FmuFile(self.fmu), {}) for k in range(self.count))
+        files = self.files or (self.fmu,) * self.count
+        parts = tuple(Component(f"c{k}", FmuFile(path), {}) for k, path in enumerate(files))
         connections = tuple(f"c{a}.{y} -> c{b}.{u}" for a, y, b, u in self.links)
         return System("loop", parts, connections, Simulation(steps * H, H, algorithm))
 
@@ -56,7 +62,7 @@ Make = Callable[[Coupled, Path], Callable[[int], object]]
 
 
 def systems(folder: Path) -> dict[str, Coupled]:
-    """The ring, the chain, and the ring whose set-up is measured."""
+    """The ring, the chain, and the ring of many files whose set-up is measured."""
     sys.path.insert(0, str(TESTS))
     from support.c_fmus.build import build
 
@@ -65,8 +71,21 @@ def systems(folder: Path) -> dict[str, Coupled]:
     return {
         "ring of 10": Coupled(node, 10, outputs, inputs, closed=True),
         "chain of 50": Coupled(stage, 50, ("y",), ("u",), closed=False),
-        SETUP: Coupled(node, COMPONENTS, outputs, inputs, closed=True),
+        SETUP: Coupled(node, COMPONENTS, outputs, inputs, True, _renamed(node, COMPONENTS)),
     }
+
+
+def _renamed(fmu: Path, count: int) -> tuple[Path, ...]:
+    """So many FMUs as `fmu`, each with a GUID of its own."""
+    files = tuple(fmu.with_name(f"{fmu.stem}{k}.fmu") for k in range(count))
+    with zipfile.ZipFile(fmu) as archive:
+        content = {name: archive.read(name) for name in archive.namelist()}
+    for file in files:
+        with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
+            for name, data in content.items():
+                guid = f'guid="{file.stem}"'.encode()
+                archive.writestr(name, data.replace(f'guid="{fmu.stem}"'.encode(), guid))
+    return files
 
 
 def masters() -> dict[str, Make]:
@@ -156,7 +175,7 @@ def main() -> None:
         print(f"{what}, µs of CPU per component and step")
         for who, cost in costs.items():
             print(f"  {who:40}{1e6 * cost:9.3f}")
-    print(f"set-up of {COMPONENTS} components with {LINKS} links: {result['setup']:.2f} s")
+    print(f"set-up of {COMPONENTS} FMU files with {LINKS} links: {result['setup']:.2f} s")
     for text in result["missing"]:
         print("not measured:", text)
 
