@@ -11,6 +11,7 @@ from xml.etree.ElementTree import Element, SubElement
 import m4e_fmi
 from m4e_fmi.fmu.arrays import Grouped, Place, places
 from m4e_fmi.fmu.description import FmuVariable, ModelDescription
+from m4e_fmi.fmu.elements import ELEMENTS
 from m4e_fmi.fmu.xml_parts import (
     add_experiment,
     add_quantity,
@@ -103,6 +104,10 @@ def _add_variable(parent: Element, variable: Grouped, place: Mapping[str, Place]
         element.set("initial", first.initial)
     if first.type == "Real":
         _add_numbers(element, variable, place)
+    if variable.shape:
+        notes = SubElement(element, "Annotations")
+        note = SubElement(notes, "Annotation", type=ELEMENTS)
+        note.text = "\n".join(f"{member.name}\t{member.unit}" for member in variable.members)
     for size in variable.shape:
         SubElement(element, "Dimension", start=str(size))
 
