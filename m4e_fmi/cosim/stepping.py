@@ -11,7 +11,7 @@ from m4e_fmi.cosim.algorithms import Algorithm, Returning, Undoing
 from m4e_fmi.cosim.algorithms.scheduled import Scheduled, looped
 from m4e_fmi.cosim.energy import BLOCK as ENERGY_BLOCK
 from m4e_fmi.cosim.energy import EnergyBalance
-from m4e_fmi.cosim.events import event_count, has_events, until_event
+from m4e_fmi.cosim.events import until_event
 from m4e_fmi.cosim.instance import DiscardedError, EventWithinError
 from m4e_fmi.cosim.network import Network
 from m4e_fmi.cosim.operations import Operation
@@ -68,7 +68,7 @@ class Course:
         return self._looped(self._witness.operations if self._witness else ())
 
     def _looped(self, watched: tuple[Operation, ...]) -> Loop | None:
-        if self._control or has_events(self._network.instances.values()):
+        if self._control:
             return None
         noted = (*self._energy.operations(self._algorithm.held), *watched)
         rows = self._results.schedule if self._results else None
@@ -134,12 +134,8 @@ class Course:
 
     def _single(self, size: int) -> None:
         """Make a step of `size` [ns], or what FMUs and control allow."""
-        before = event_count(self._network.instances.values())
         size = self._step(size)
-        jumped = event_count(self._network.instances.values()) > before
         self.now += size
-        if jumped:
-            self._network.forget()
         self._network.advance(self.now / SECOND)
         self._energy.add(self._algorithm.held, size / SECOND)
         self.steps += 1
