@@ -129,11 +129,10 @@ class Course:
         """Make a step of `size` [ns], or what FMUs and control allow."""
         before = event_count(self._network.instances.values())
         size = self._step(size)
-        jumped = event_count(self._network.instances.values()) > before
+        if event_count(self._network.instances.values()) > before:
+            self._network.forget()
         self.now += size
         self._network.advance(self.now / SECOND)
-        if jumped or (self._control and self._control.passed):
-            self._network.forget()
         self._energy.add(self._algorithm.held, size / SECOND)
         self.steps += 1
         if self._witness:
@@ -159,6 +158,8 @@ class Course:
                 return size
             algorithm = cast("Returning", algorithm)
             if control.accepts(algorithm.change, algorithm.end, now, size):
+                if control.passed:
+                    self._network.forget()
                 return size
             algorithm.undo()
             size = self._wanted()
