@@ -11,7 +11,7 @@ from m4e_fmi.cosim.algorithms import Algorithm, Returning, Undoing
 from m4e_fmi.cosim.algorithms.scheduled import Scheduled, looped
 from m4e_fmi.cosim.energy import BLOCK as ENERGY_BLOCK
 from m4e_fmi.cosim.energy import EnergyBalance
-from m4e_fmi.cosim.events import until_event
+from m4e_fmi.cosim.events import event_count, until_event
 from m4e_fmi.cosim.instance import DiscardedError, EventWithinError
 from m4e_fmi.cosim.network import Network
 from m4e_fmi.cosim.operations import Operation
@@ -134,8 +134,12 @@ class Course:
 
     def _single(self, size: int) -> None:
         """Make a step of `size` [ns], or what FMUs and control allow."""
+        before = event_count(self._network.instances.values())
         size = self._step(size)
+        jumped = event_count(self._network.instances.values()) > before
         self.now += size
+        if jumped:
+            self._network.forget()
         self._network.advance(self.now / SECOND)
         self._energy.add(self._algorithm.held, size / SECOND)
         self.steps += 1
