@@ -10,7 +10,7 @@ from m4e_fmi.cosim.algorithms import Algorithm, Returning, Undoing
 from m4e_fmi.cosim.algorithms.scheduled import Scheduled
 from m4e_fmi.cosim.energy import BLOCK as ENERGY_BLOCK
 from m4e_fmi.cosim.energy import EnergyBalance
-from m4e_fmi.cosim.events import event_count, has_events, until_event
+from m4e_fmi.cosim.events import ended, event_count, has_events, until_event
 from m4e_fmi.cosim.instance import DiscardedError, EventWithinError
 from m4e_fmi.cosim.network import Network
 from m4e_fmi.cosim.results import ResultsWriter
@@ -137,7 +137,8 @@ class Course:
         self.steps += 1
         if self._witness:
             self._witness.after()
-        if self.now >= self._row + self._every or self.now == self._stop:
+        last = self.now == self._stop or ended(self._network.instances.values())
+        if last or self.now >= self._row + self._every:
             self._record()
 
     def _record(self) -> None:

@@ -1,4 +1,4 @@
-"""modelDescription.xml of a native FMU of FMI 3.0, for co-simulation and model exchange.
+"""modelDescription.xml of a native FMU of FMI 3.0, for both kinds, and how its sources are built.
 
 Source: FMI Specification 3.0.2, section 2.4. Element order and attributes follow its schema.
 """
@@ -22,6 +22,7 @@ from m4e_fmi.fmu.xml_parts import (
 )
 from m4e_fmi.program.dependence import KINDS
 
+BUILD = "sources/buildDescription.xml"
 EVERYWHERE = {
     "needsExecutionTool": "false",
     "canGetAndSetFMUState": "true",
@@ -72,6 +73,19 @@ def model_description_3_xml(
     for variable in variables:
         _add_variable(parent, variable, place)
     _add_structure(root, description, variables)
+    return xml_bytes(root)
+
+
+def build_description_xml(model_identifier: str, sources: Sequence[str]) -> bytes:
+    """The XML text (UTF-8) of `BUILD`: how a compiler makes the library of `sources`.
+
+    Source: FMI Specification 3.0.2, section 2.4.10.
+    """
+    root = Element("fmiBuildDescription", fmiVersion="3.0")
+    configuration = SubElement(root, "BuildConfiguration", modelIdentifier=model_identifier)
+    files = SubElement(configuration, "SourceFileSet", language="C11")
+    for name in sources:
+        SubElement(files, "SourceFile", name=name)
     return xml_bytes(root)
 
 
