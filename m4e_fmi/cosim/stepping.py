@@ -11,7 +11,7 @@ from m4e_fmi.cosim.algorithms import Algorithm, Returning, Undoing
 from m4e_fmi.cosim.algorithms.scheduled import Scheduled, looped
 from m4e_fmi.cosim.energy import BLOCK as ENERGY_BLOCK
 from m4e_fmi.cosim.energy import EnergyBalance
-from m4e_fmi.cosim.events import event_count, until_event
+from m4e_fmi.cosim.events import ended, event_count, until_event
 from m4e_fmi.cosim.instance import DiscardedError, EventWithinError
 from m4e_fmi.cosim.network import Network
 from m4e_fmi.cosim.operations import Operation
@@ -145,7 +145,8 @@ class Course:
         if self._witness:
             self._note.run(self._network.time)
             self._witness.after(1, size, 0)
-        if self.now >= self._row + self._every or self.now == self._stop:
+        last = self.now == self._stop or ended(self._network.instances.values())
+        if last or self.now >= self._row + self._every:
             self._record()
 
     def _record(self) -> None:
