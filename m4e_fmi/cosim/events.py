@@ -25,6 +25,11 @@ def until_event(instances: Iterable[Instance], now: int, size: int) -> int:
     return min(size, max(1, ceil(first * SECOND) - now)) if math.isfinite(first) else size
 
 
+def event_count(instances: Iterable[Instance]) -> int:
+    """How many events they have had, in steps that were taken back, too."""
+    return sum(instance.events.handled for instance in instances)
+
+
 def ended(instances: Iterable[Instance]) -> str:
     """Which of them asked for the end of the simulation, and when; empty if none did."""
     return "; ".join(
