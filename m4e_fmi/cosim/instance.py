@@ -342,7 +342,9 @@ class Instance:
         )
         self._broken = True
         when = f"at t = {self.time:.9g} s" if self._initialised else "during initialisation"
-        message = f"{self.name}.{name} {when} is {value}{self._own_words(DISCARD)}"
+        what = self.description.variables[name].description
+        told = f" ({what})" if what else ""
+        message = f"{self.name}.{name} {when} is {value}{told}{self._own_words(DISCARD)}"
         raise RunError(message, "try a smaller step_size; check parameters and start values")
 
     def _own_words(self, status: Status = FATAL) -> str:
