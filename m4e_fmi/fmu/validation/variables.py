@@ -64,7 +64,7 @@ def _limits(variable: Any) -> Iterator[Finding]:
     nominal = variable.nominal
     if nominal is not None and not 0 < float(nominal) < math.inf:
         message = f"{variable.name}: nominal is {nominal}"
-        basis = "FMI 2.0.4, section 2.2.3: nominal > 0"
+        basis = "fmi2GetNominalsOfContinuousStates: nominal values are above 0"
         yield Finding("variables.nominal", "error", message, basis)
 
 
