@@ -292,7 +292,10 @@ def _one_source_each(system: System, links: list[Link], problems: list[Problem])
         other = first.setdefault(link.target, link)
         if other.source != link.source:
             message = f"{link.target} has two sources: {other.source} and {link.source}"
-            remedy = f"drop one; the other is connected by {system.connections[other.connection]!r}"
+            remedy = (
+                f"drop one (the other is connected by {system.connections[other.connection]!r}), "
+                "or connect both to a component of 'kind: sum', and its sum here"
+            )
             problems.append(system.problem(("connections", link.connection), message, remedy))
     return list(first.values())
 

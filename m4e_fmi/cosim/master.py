@@ -16,6 +16,7 @@ import numpy as np
 
 from m4e_fmi.cosim.algorithms import ALGORITHMS, Algorithm, Returning, returning
 from m4e_fmi.cosim.algorithms.scheduled import Scheduled
+from m4e_fmi.cosim.announced import announces
 from m4e_fmi.cosim.binary import binaries
 from m4e_fmi.cosim.certificate import Certificate, certificate
 from m4e_fmi.cosim.connect import Wiring
@@ -272,7 +273,8 @@ class Master:
     def _planned(self, results: ResultsWriter | None, *, singly: bool) -> Stepwise | Repeated:
         algorithm, rest = self._algorithm, (self._energy, self._system.simulation, results)
         rest = (*rest, self._witness)
-        if not isinstance(algorithm, Scheduled):
+        jumps = any(announces(description) for description in self._descriptions.values())
+        if jumps or not isinstance(algorithm, Scheduled):
             returns = not self._rigid()
             return Stepwise(self.network, algorithm, *rest, self._control, returns=returns)
         return Repeated(self.network, algorithm, *rest, singly=singly, most_time=PROGRESS_INTERVAL)

@@ -11,6 +11,7 @@ from typing import cast
 
 from m4e_fmi.cosim.algorithms import Algorithm, Returning, Undoing
 from m4e_fmi.cosim.algorithms.scheduled import Scheduled
+from m4e_fmi.cosim.announced import NEVER, Announced
 from m4e_fmi.cosim.energy import BLOCK as ENERGY_BLOCK
 from m4e_fmi.cosim.energy import EnergyBalance
 from m4e_fmi.cosim.instance import DiscardedError
@@ -45,7 +46,7 @@ class Stepwise:
     ) -> None:
         self._network, self._algorithm, self._energy = network, algorithm, energy
         self._results, self._witness, self._control = results, witness, control
-        self._returns = returns
+        self._returns, self._announced = returns, Announced(network)
         self._start = round(simulation.start_time * SECOND)
         self._stop = round(simulation.stop_time * SECOND)
         self._size = round(simulation.step_size * SECOND)
@@ -53,18 +54,23 @@ class Stepwise:
         self._every = every if simulation.output_interval or control is None else 1
         self.now = self._row = self._start
         self.steps = self.shortened = 0
+        self._jump = NEVER
 
     def advance(self) -> None:
         """Make a step."""
         if self._witness:
             self._witness.before()
+        self._jump = self._announced.next(self.now)
         size = self._step()
         self.now += size
+        jumped = self.now == self._jump
+        if jumped:
+            self._algorithm.forget()
         self._network.advance(self.now / SECOND)
         self._energy.add(self._algorithm.held, size / SECOND)
         self.steps += 1
         if self._witness:
-            self._witness.after()
+            self._witness.after(jumped=jumped)
         if self.now >= self._row + self._every or self.now == self._stop:
             self._row = self.now
             if self._results is not None:
@@ -83,6 +89,9 @@ class Stepwise:
             if control is None:
                 return size
             algorithm = cast("Returning", algorithm)
+            if now + size == self._jump:
+                control.pass_over(algorithm.end, self._jump)
+                return size
             if control.accepts(algorithm.change, algorithm.end, now, size):
                 if control.passed:
                     algorithm.forget()
@@ -94,13 +103,15 @@ class Stepwise:
         """The size of the next step if no FMU objects.
 
         Adaptive steps end where the next row of the results is due; others where they would if none
-        had been shortened.
+        had been shortened; all just before a jump that is announced, and just after it.
         """
-        now = self.now
+        now, stop = self.now, self._stop
+        if self._jump < NEVER:
+            stop = min(stop, self._jump - 1 if self._jump > now + 1 else self._jump)
         if self._control is None:
-            return min(self._size - (now - self._start) % self._size, self._stop - now)
+            return min(self._size - (now - self._start) % self._size, stop - now)
         row = self._row + self._every
-        end = min(row, self._stop) if row > now + 1 else self._stop
+        end = min(row, stop) if row > now + 1 else stop
         return min(self._control.size, end - now)
 
     def _shorter(self, size: int, discarded: DiscardedError) -> int:

@@ -9,7 +9,9 @@ So at the end of a *window* of steps the FMUs go back to its start, make it agai
 steps of twice the length, and return; the run is not touched by it. Nothing is assumed of the FMUs,
 and errors propagate in both courses as they do. The first 256 steps are a window. Then follow
 octaves (256 to 512, 512 to 1024 ...) of which the first eighth is one, so that this costs half of
-the first steps again, and a sixteenth of later ones.
+the first steps again, and a sixteenth of later ones. Jumps that FMUs announce are met by both
+courses; steps between them whose number is odd leave one that is not longer, for which the
+differences are scaled up.
 
 Beyond its window an error may go on growing. How it does, the longest window tells: if E doubles
 with the time (as the phase of an undamped oscillation), the octave's error is E S/τ, with S its
@@ -22,8 +24,8 @@ damped and forced), the octave's error is E, and the largest counts. In between,
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -53,7 +55,7 @@ class _Window:
 
     Then `errors` (2, sources) are the largest differences in its first half and in all of it,
     `extremes` the smallest and largest values; `span` and `octave` the times [s] of the window and
-    of all steps for which it stands.
+    of all steps for which it stands. `jumps` are the points to which a jump has led.
     """
 
     start: Point
@@ -61,8 +63,19 @@ class _Window:
     values: list[np.ndarray]
     errors: np.ndarray
     extremes: np.ndarray
+    jumps: list[int] = field(default_factory=list)
     span: float = 0.0
     octave: float = 0.0
+
+    def coarse(self) -> list[int]:
+        """The points of the other course: every second one, and both ends of a jump."""
+        last = len(self.times) - 1
+        edges = [0, *(k for jump in self.jumps for k in (jump - 1, jump)), last]
+        chosen = [k for start, end in pairwise(edges) for k in (*range(start, end, 2), end)]
+        kept = list(dict.fromkeys(chosen))
+        if len(kept) > 1 and kept[-1] - kept[-2] == 1 and last not in self.jumps:
+            kept.pop()  # a single step at the end tells nothing
+        return kept
 
 
 class Witness:
@@ -101,10 +114,12 @@ class Witness:
             return FAR
         return 1 if self._open or self._steps >= self._begins else self._begins - self._steps
 
-    def after(self, steps: int = 1) -> None:
-        """After a step of the run, or several where there is `room`."""
+    def after(self, steps: int = 1, *, jumped: bool = False) -> None:
+        """After a step of the run, or several where there is `room`; one may have `jumped`."""
         self._steps += steps
         if self._open is not None:
+            if jumped:
+                self._open.jumps.append(len(self._open.times))
             self._open.times.append(self._network.time)
             self._open.values.append(self._network.values[self._sources])
             if self._steps == self._ends:
@@ -123,26 +138,38 @@ class Witness:
         end = network.snapshot(END)
         network.restore(window.start)
         try:
-            again = self._again(window.times[::2])
+            again = self._again(window)
         except RunError as error:
             self.failure = f"steps of twice the length fail ({error.message})"
         else:
-            off = np.abs(again - values[::2])
-            off[off <= ROUNDING * np.abs(values).max(axis=0)] = 0.0
-            half = len(off) // 2
-            window.errors = np.array([off[: half + 1].max(axis=0), off.max(axis=0)])
-            window.span = window.times[2 * (len(off) - 1)] - window.times[0]
+            self._compare(window, again, values)
         network.restore(end)
         window.values.clear()
 
-    def _again(self, times: Sequence[float]) -> np.ndarray:
-        """Values of the sources at these times, a step from each to the next."""
-        network = self._network
+    def _compare(self, window: _Window, again: np.ndarray, values: np.ndarray) -> None:
+        """Note the largest differences of the two courses, of which one is at `coarse` only."""
+        coarse, times = window.coarse(), window.times
+        off = np.abs(again - values[coarse])
+        off[off <= ROUNDING * np.abs(values).max(axis=0)] = 0.0
+        half = len(off) // 2
+        span = times[coarse[-1]] - times[0]
+        doubled = sum(times[b] - times[a] for a, b in pairwise(coarse) if b - a == 2)
+        if doubled < span / 2:
+            self.failure = "most steps end at jumps, so that they cannot be made twice as long"
+            return
+        window.errors = np.array([off[: half + 1].max(axis=0), off.max(axis=0)]) * (span / doubled)
+        window.span = span
+
+    def _again(self, window: _Window) -> np.ndarray:
+        """Values of the sources at the points of the other course, a step from each to the next."""
+        network, times = self._network, window.times
         algorithm = self._make(network)
         found = [network.values[self._sources]]
-        for start, end in pairwise(times):
-            algorithm.step(start, end - start)
-            network.advance(end)
+        for start, end in pairwise(window.coarse()):
+            algorithm.step(times[start], times[end] - times[start])
+            network.advance(times[end])
+            if end in window.jumps:
+                algorithm.forget()
             found.append(network.values[self._sources])
         return np.array(found)
 

@@ -17,7 +17,13 @@ Factor = Annotated[float, Field(allow_inf_nan=False)]
 
 
 def _factors(written: Any) -> Any:
-    return dict.fromkeys(written, 1.0) if isinstance(written, list | tuple) else written
+    """A list of names as factors of 1."""
+    if not isinstance(written, list | tuple):
+        return written
+    twice = [str(name) for name in written if written.count(name) > 1]
+    if twice:
+        raise rejected(f"{twice[0]!r} is named twice", "give it a factor: {a: 2, b: 1}")
+    return dict.fromkeys(map(str, written), 1.0)
 
 
 class Config(Section):
