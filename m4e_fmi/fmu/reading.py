@@ -257,7 +257,7 @@ def _nominal(raw: Any) -> float:
     """The size of the nominal value, of the variable or its type; 1 where there is none above 0."""
     text = raw.nominal or (raw.declaredType.nominal if raw.declaredType is not None else None)
     try:
-        size = abs(float(text or 0.0))
+        size = abs(float(text or 1.0))
     except ValueError:
         return 1.0
     return size if 0.0 < size < math.inf else 1.0
