@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 import fmpy
 import numpy as np
@@ -80,12 +81,9 @@ def series(kind: str, fmu: Path) -> np.ndarray:
     signals = np.array(
         list(zip(*columns.values(), strict=True)), dtype=[(name, float) for name in columns]
     )
+    given: dict[str, Any] = {"input": signals} if len(columns) > 1 else {}
     return fmpy.simulate_fmu(
-        str(fmu),
-        stop_time=STOP,
-        step_size=STEP,
-        output_interval=STEP,
-        input=signals if len(columns) > 1 else None,
+        str(fmu), stop_time=STOP, step_size=STEP, output_interval=STEP, **given
     )
 
 
