@@ -1,9 +1,9 @@
 """Jumps that FMUs announce: times at which an output changes without time passing.
 
-FMI 2.0 has no word for them. So a Real variable called `next_event_time` [s], output or local, is
-the time of the FMU's next jump; a time that has passed means that none is known. From half a
-nanosecond before that time on the FMU is to show the values after the jump, because it may have
-added up its time from steps.
+FMI 3.0 has events, with their time where it is known. FMI 2.0 has no word for them; there a Real
+variable called `next_event_time` [s], output or local, is the time of the FMU's next jump. A time
+that has passed means that none is known. From half a nanosecond before its time on the FMU is to
+show the values after the jump, because it may have added up its time from steps.
 
 Steps end a nanosecond before the jump, where outputs are still as they were, and go over it in
 another of one nanosecond. So no step has a jump within it, and none begins with the values before
@@ -13,7 +13,9 @@ it; what was before is then forgotten.
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
@@ -26,8 +28,6 @@ from m4e_fmi.units import parse_unit
 NEXT_EVENT_TIME = "next_event_time"
 NEVER = 2**62
 """A time [ns] that no run reaches."""
-ROUNDING = 0.25
-"""Nanoseconds by which an announced time may be off."""
 
 
 def announces(description: Description) -> bool:
@@ -39,21 +39,36 @@ def announces(description: Description) -> bool:
     return variable.type == "Real" and (unit is None or unit.same_dimension(parse_unit("s")))
 
 
+def in_nanoseconds(time: float) -> int:
+    """The first whole nanosecond at or after a time [s] of an event, which may be rounded."""
+    exact = time * SECOND
+    return math.ceil(exact - min(4 * sys.float_info.epsilon * abs(exact), 0.5))
+
+
 class Announced:
     """The jumps ahead of the instances of a network."""
 
     def __init__(self, network: Network) -> None:
-        instances = network.instances.values()
-        self._readers = [_reader(i) for i in instances if announces(i.description)]
+        self._readers: list[Callable[[], float]] = []
+        for instance in network.instances.values():
+            if announces(instance.description):
+                self._readers.append(_reader(instance))
+            elif instance.description.has_events:
+                self._readers.append(partial(_next_event, instance))
 
     def __bool__(self) -> bool:
-        """Whether any FMU announces jumps."""
+        """Whether any FMU announces jumps, or may have events."""
         return bool(self._readers)
 
     def next(self, now: int) -> int:
         """The time [ns] of the next jump after `now`, NEVER if none is known."""
-        ahead = (math.ceil(read() * SECOND - ROUNDING) for read in self._readers)
+        times = [read() for read in self._readers]
+        ahead = [in_nanoseconds(time) for time in times if math.isfinite(time)]
         return min((time for time in ahead if time > now), default=NEVER)
+
+
+def _next_event(instance: Instance) -> float:
+    return instance.events.next_event
 
 
 def _reader(instance: Instance) -> Callable[[], float]:

@@ -6,7 +6,7 @@ import signal
 import threading
 import time as clock
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field
 from itertools import count
 from typing import cast
@@ -14,20 +14,19 @@ from weakref import finalize
 
 import numpy as np
 
-from m4e_fmi.cosim.algorithms import ALGORITHMS, Algorithm, Returning, returning
-from m4e_fmi.cosim.algorithms.scheduled import Scheduled
-from m4e_fmi.cosim.announced import announces
+from m4e_fmi.cosim.algorithms import ALGORITHMS, Algorithm, Returning, Undoing, returning
 from m4e_fmi.cosim.binary import binaries
 from m4e_fmi.cosim.certificate import Certificate, certificate
 from m4e_fmi.cosim.connect import Wiring
 from m4e_fmi.cosim.energy import BondEnergy, EnergyBalance
-from m4e_fmi.cosim.instance import Instance
+from m4e_fmi.cosim.events import ended, event_notes
+from m4e_fmi.cosim.instance import EndedError, Instance
 from m4e_fmi.cosim.memory import Memory, recall, remember
 from m4e_fmi.cosim.network import Network, Point
 from m4e_fmi.cosim.results import Mark, ResultsWriter
 from m4e_fmi.cosim.start_values import start_values
 from m4e_fmi.cosim.step_control import StepControl
-from m4e_fmi.cosim.stepping import Repeated, Stepwise
+from m4e_fmi.cosim.stepping import Course
 from m4e_fmi.cosim.structure import Structure
 from m4e_fmi.cosim.system import SECOND, System
 from m4e_fmi.cosim.witness import Witness
@@ -118,6 +117,9 @@ class Master:
         self._control, self._algorithm = None, self._make(self.network)
         if simulation.coupling_tolerance is not None:
             self._control = self._step_control(cast("Returning", self._algorithm))
+        if isinstance(self._algorithm, Undoing) and not self._rigid():
+            for instance in instances.values():
+                instance.stop_at_events()
         self._energy = EnergyBalance(self.network, self._wiring.bonds)
         self._witness, self._unwatched = None, ""
         if self._certify and self.network.links:
@@ -186,8 +188,8 @@ class Master:
 
     @property
     def done(self) -> bool:
-        """Whether the stop time is reached."""
-        return self._course.now >= self._stop
+        """Whether the stop time is reached, or an FMU has asked for the end."""
+        return self._course.now >= self._stop or bool(ended(self.network.instances.values()))
 
     @property
     def order(self) -> int:
@@ -196,8 +198,10 @@ class Master:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What the algorithm does without because an FMU cannot, one line each."""
-        return self._algorithm.notes
+        """What the algorithm does without because an FMU cannot, and events; one line each."""
+        instances = self.network.instances.values()
+        end = ended(instances)
+        return (*self._algorithm.notes, *event_notes(instances), *([end] if end else []))
 
     @property
     def energy(self) -> tuple[BondEnergy, ...]:
@@ -217,7 +221,8 @@ class Master:
         self._observe(observers)
         with _stepping() as interrupted:
             while not self.done:
-                self._course.advance()
+                with suppress(EndedError):
+                    self._course.advance()
                 self._observe(observers)
                 tell(self._course.now / SECOND)
                 if interrupted():
@@ -225,7 +230,19 @@ class Master:
 
     def begin(self, results: ResultsWriter | None = None, *, singly: bool) -> None:
         """Make ready for steps that are recorded in `results`, one at a time if `singly`."""
-        self._course, self._results = self._planned(results, singly=singly), results
+        self._results = results
+        self._course = Course(
+            self.network,
+            self._algorithm,
+            self._energy,
+            self._system.simulation,
+            results=results,
+            witness=self._witness,
+            control=self._control,
+            returns=not self._rigid(),
+            singly=singly,
+            most_time=PROGRESS_INTERVAL,
+        )
         if results is not None:
             results.record(self.network.time)
 
@@ -269,15 +286,6 @@ class Master:
         recall(self, state.memory)
         if self._witness:
             self._witness.stop("the run went back to a saved state")
-
-    def _planned(self, results: ResultsWriter | None, *, singly: bool) -> Stepwise | Repeated:
-        algorithm, rest = self._algorithm, (self._energy, self._system.simulation, results)
-        rest = (*rest, self._witness)
-        jumps = any(announces(description) for description in self._descriptions.values())
-        if jumps or not isinstance(algorithm, Scheduled):
-            returns = not self._rigid()
-            return Stepwise(self.network, algorithm, *rest, self._control, returns=returns)
-        return Repeated(self.network, algorithm, *rest, singly=singly, most_time=PROGRESS_INTERVAL)
 
     def _observe(self, observers: Sequence[Observer]) -> None:
         for observer in observers:

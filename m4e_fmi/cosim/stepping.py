@@ -1,8 +1,4 @@
-"""How a run goes on: step by step, or many steps of a schedule at once.
-
-Both make macro steps from `now` [ns] and have the rows of the results written; `advance` comes back
-at a communication point, where observers may look and the run may be interrupted.
-"""
+"""How a run goes on: macro steps, many at once where each is like the one before."""
 
 from __future__ import annotations
 
@@ -11,10 +7,10 @@ from typing import cast
 
 from m4e_fmi.cosim.algorithms import Algorithm, Returning, Undoing
 from m4e_fmi.cosim.algorithms.scheduled import Scheduled
-from m4e_fmi.cosim.announced import NEVER, Announced
+from m4e_fmi.cosim.announced import NEVER, Announced, in_nanoseconds
 from m4e_fmi.cosim.energy import BLOCK as ENERGY_BLOCK
 from m4e_fmi.cosim.energy import EnergyBalance
-from m4e_fmi.cosim.instance import DiscardedError
+from m4e_fmi.cosim.instance import DiscardedError, EventWithinError
 from m4e_fmi.cosim.network import Network
 from m4e_fmi.cosim.results import ResultsWriter
 from m4e_fmi.cosim.schedule import Loop, Schedule
@@ -23,14 +19,15 @@ from m4e_fmi.cosim.system import SECOND, Simulation
 from m4e_fmi.cosim.witness import Witness
 
 
-class Stepwise:
-    """One macro step at a time, of any algorithm; adaptive with a `control`.
+class Course:
+    """Macro steps from `now` [ns] on, and the rows of the results.
 
-    Where all FMUs can go back (`returns`), a step that one of them discards is made again, shorter;
-    `shortened` counts them.
+    Steps of a `Scheduled` algorithm are made many at once, as long as `most_time` [s of wall time]
+    allows; with `singly` one by one. They are adaptive with a `control`. Where all FMUs can go back
+    (`returns`), a step that one of them discards is made again, shorter; `shortened` counts them.
     """
 
-    REMEMBERED = ("now", "_row", "steps", "shortened")
+    REMEMBERED = ("now", "_row", "steps", "shortened", "_jump")
 
     def __init__(
         self,
@@ -38,48 +35,122 @@ class Stepwise:
         algorithm: Algorithm,
         energy: EnergyBalance,
         simulation: Simulation,
-        results: ResultsWriter | None,
-        witness: Witness | None,
-        control: StepControl | None,
         *,
-        returns: bool,
+        results: ResultsWriter | None = None,
+        witness: Witness | None = None,
+        control: StepControl | None = None,
+        returns: bool = False,
+        singly: bool = False,
+        most_time: float,
     ) -> None:
         self._network, self._algorithm, self._energy = network, algorithm, energy
         self._results, self._witness, self._control = results, witness, control
-        self._returns, self._announced = returns, Announced(network)
+        self._returns, self._singly, self._most_time = returns, singly, most_time
         self._start = round(simulation.start_time * SECOND)
         self._stop = round(simulation.stop_time * SECOND)
         self._size = round(simulation.step_size * SECOND)
         every = round((simulation.output_interval or simulation.step_size) * SECOND)
         self._every = every if simulation.output_interval or control is None else 1
+        self._announced = Announced(network)
+        self._loop = self._looped()
+        self._most = 1
         self.now = self._row = self._start
         self.steps = self.shortened = 0
         self._jump = NEVER
 
+    def _looped(self) -> Loop | None:
+        """The operations of a step, to be repeated; None where no step is like another."""
+        algorithm, exchange = self._algorithm, self._network.operations
+        if self._control or exchange is None or not isinstance(algorithm, Scheduled):
+            return None
+        if self._announced:
+            return None
+        noted = self._energy.operations(algorithm.held)
+        rows = self._results.schedule if self._results else None
+        step = Schedule([*algorithm.operations, *exchange, *noted])
+        return Loop(step, rows, every=-(-self._every // self._size))
+
     def advance(self) -> None:
-        """Make a step."""
+        """Make as many steps as can be made at once, or one."""
         if self._witness:
             self._witness.before()
-        self._jump = self._announced.next(self.now)
-        size = self._step()
+        found = self._jump if self._jump > self.now else NEVER
+        self._jump = min(found, self._announced.next(self.now))
+        size, loop, algorithm = self._wanted(), self._loop, self._algorithm
+        if loop and cast("Scheduled", algorithm).repeats(size / SECOND):
+            try:
+                self._repeat(loop, size)
+            except DiscardedError as discarded:
+                size = self._shorter(size, discarded)
+            else:
+                return
+        self._single(size)
+
+    def _repeat(self, loop: Loop, size: int) -> None:
+        """Make equal steps of `size` [ns]."""
+        state, began, first = loop.state, clock.perf_counter(), self.now
+        state.now, state.size, state.noted = first, size, self._energy.noted
+        state.since = max(0, state.every - -(-(self._row + self._every - first) // size))
+        state.written = row = self._results.row if self._results else 0
+        start = first - state.since * size
+        try:
+            loop.advance(self._count(loop, size))
+        finally:
+            made = (state.now - first) // size
+            self.now, self._network.time = state.now, state.now / SECOND
+            self.steps += made
+            self._energy.note(made, size / SECOND)
+            if self._results and state.written > row:
+                ends = range(1, state.written - row + 1)
+                points = [start + k * state.every * size for k in ends]
+                self._row = points[-1]
+                self._results.keep([point / SECOND for point in points])
+            if self._witness:
+                self._witness.after(made)
+        if self.now == self._stop and self._row != self.now:
+            self._record()
+        self._adapt(clock.perf_counter() - began)
+
+    def _count(self, loop: Loop, size: int) -> int:
+        """Steps until the wall time, the run or a block may be over."""
+        room = ENERGY_BLOCK - self._energy.noted
+        if self._witness:
+            room = min(room, self._witness.room)
+        if self._results:
+            room = min(room, self._results.room * loop.state.every - loop.state.since)
+        return max(1, min(self._most, room, (self._stop - self.now) // size))
+
+    def _adapt(self, spent: float) -> None:
+        if self._singly:
+            return
+        if spent < self._most_time / 2:
+            self._most = min(2 * self._most, ENERGY_BLOCK)
+        elif spent > self._most_time:
+            self._most = max(1, self._most // 2)
+
+    def _single(self, size: int) -> None:
+        """Make a step of `size` [ns], or what FMUs and control allow."""
+        size = self._step(size)
         self.now += size
         jumped = self.now == self._jump
         if jumped:
-            self._algorithm.forget()
+            self._network.forget()
         self._network.advance(self.now / SECOND)
         self._energy.add(self._algorithm.held, size / SECOND)
         self.steps += 1
         if self._witness:
             self._witness.after(jumped=jumped)
         if self.now >= self._row + self._every or self.now == self._stop:
-            self._row = self.now
-            if self._results is not None:
-                self._results.record(self._network.time)
+            self._record()
 
-    def _step(self) -> int:
-        """Step all components; the size of the step [ns]."""
+    def _record(self) -> None:
+        self._row = self.now
+        if self._results:
+            self._results.record(self._network.time)
+
+    def _step(self, size: int) -> int:
+        """Step all components by `size` if that may be; the size of the step [ns]."""
         now, control, algorithm = self.now, self._control, self._algorithm
-        size = self._wanted()
         while True:
             try:
                 algorithm.step(now / SECOND, size / SECOND)
@@ -94,7 +165,7 @@ class Stepwise:
                 return size
             if control.accepts(algorithm.change, algorithm.end, now, size):
                 if control.passed:
-                    algorithm.forget()
+                    self._network.forget()
                 return size
             algorithm.undo()
             size = self._wanted()
@@ -103,123 +174,37 @@ class Stepwise:
         """The size of the next step if no FMU objects.
 
         Adaptive steps end where the next row of the results is due; others where they would if none
-        had been shortened; all just before a jump that is announced, and just after it.
+        had been shortened; all just before a jump, and just after it.
         """
-        now, stop = self.now, self._stop
-        if self._jump < NEVER:
-            stop = min(stop, self._jump - 1 if self._jump > now + 1 else self._jump)
+        now = self.now
         if self._control is None:
-            return min(self._size - (now - self._start) % self._size, stop - now)
+            size = min(self._size - (now - self._start) % self._size, self._stop - now)
+            return self._until_jump(size)
         row = self._row + self._every
-        end = min(row, stop) if row > now + 1 else stop
-        return min(self._control.size, end - now)
+        end = min(row, self._stop) if row > now + 1 else self._stop
+        return self._until_jump(min(self._control.size, end - now))
+
+    def _until_jump(self, size: int) -> int:
+        """A step of `size` [ns], or to just before the next jump, or over it."""
+        ahead = self._jump - self.now
+        return min(size, ahead - 1 if ahead > 1 else ahead)
 
     def _shorter(self, size: int, discarded: DiscardedError) -> int:
         """Take back the step of `size` that an FMU has discarded; the size to try next.
 
-        That is up to where the FMU could go, or half. Raises what it is given if there is no way
-        back, or the step is too short already.
+        That is up to where the FMU could go, or to its event, or half. Raises what it is given if
+        there is no way back, or the step is too short already.
         """
         smallest = max(1, round(SMALLEST * self._size))
+        event = isinstance(discarded, EventWithinError)
+        if event:
+            smallest = 1
         if not self._returns or size <= smallest or not isinstance(self._algorithm, Undoing):
             raise discarded
         self._algorithm.undo()
         self.shortened += 1
+        if event and discarded.reached is not None:
+            self._jump = max(self.now + 1, in_nanoseconds(discarded.reached))
+            return self._until_jump(size - 1)
         reached = round((discarded.reached or 0.0) * SECOND) - self.now
         return reached if smallest <= reached < size else max(smallest, size // 2)
-
-
-class Repeated:
-    """Many equal steps of a schedule in one call, as long as `most_time` [s of wall time] allows.
-
-    With `singly` it comes back after each step.
-    """
-
-    REMEMBERED = ("_place", "steps", "shortened")
-
-    def __init__(
-        self,
-        network: Network,
-        algorithm: Scheduled,
-        energy: EnergyBalance,
-        simulation: Simulation,
-        results: ResultsWriter | None,
-        witness: Witness | None,
-        *,
-        singly: bool,
-        most_time: float,
-    ) -> None:
-        self._network, self._algorithm, self._energy = network, algorithm, energy
-        self._results, self._singly, self._most_time = results, singly, most_time
-        self._witness = witness
-        self._stop = round(simulation.stop_time * SECOND)
-        self._size = round(simulation.step_size * SECOND)
-        every = round((simulation.output_interval or simulation.step_size) * SECOND)
-        step = (*algorithm.operations, *network.operations, *energy.operations(algorithm.held))
-        self._loop = Loop(
-            Schedule(step),
-            results.schedule if results else None,
-            now=round(simulation.start_time * SECOND),
-            every=-(-every // self._size),
-        )
-        self._most = 1
-        self.steps = self.shortened = 0
-
-    @property
-    def now(self) -> int:
-        """The present communication point [ns]."""
-        return self._loop.state.now
-
-    @property
-    def _place(self) -> tuple[int, int]:
-        """The present point [ns], and the steps since the last row of the results."""
-        return self._loop.state.now, self._loop.state.since
-
-    @_place.setter
-    def _place(self, place: tuple[int, int]) -> None:
-        self._loop.state.now, self._loop.state.since = place
-
-    def advance(self) -> None:
-        """Make as many steps as can be made at once."""
-        if self._witness:
-            self._witness.before()
-        state, began = self._loop.state, clock.perf_counter()
-        first, unrecorded = state.now, state.since
-        state.size = min(self._size, self._stop - first)
-        state.noted = self._energy.noted
-        state.written = row = self._results.row if self._results else 0
-        steady = self._algorithm.prepare(state.size / SECOND)
-        try:
-            self._loop.advance(self._count() if steady else 1)
-        finally:
-            made = (state.now - first) // state.size
-            self.steps += made
-            self._energy.note(made, state.size / SECOND)
-            self._network.time = state.now / SECOND
-            if self._results:
-                start, interval = first - unrecorded * state.size, state.every * state.size
-                rows = range(1, state.written - row + 1)
-                self._results.keep([(start + k * interval) / SECOND for k in rows])
-        if self._witness:
-            self._witness.after((state.now - first) // state.size)
-        if state.now == self._stop and state.since and self._results:
-            self._results.record(state.now / SECOND)
-        self._adapt(clock.perf_counter() - began)
-
-    def _count(self) -> int:
-        """Steps until the wall time, the run or a block may be over."""
-        state = self._loop.state
-        room = ENERGY_BLOCK - state.noted
-        if self._witness:
-            room = min(room, self._witness.room)
-        if self._results:
-            room = min(room, self._results.room * state.every - state.since)
-        return max(1, min(self._most, room, (self._stop - state.now) // state.size))
-
-    def _adapt(self, spent: float) -> None:
-        if self._singly:
-            return
-        if spent < self._most_time / 2:
-            self._most = min(2 * self._most, ENERGY_BLOCK)
-        elif spent > self._most_time:
-            self._most = max(1, self._most // 2)

@@ -167,9 +167,9 @@ class Witness:
         found = [network.values[self._sources]]
         for start, end in pairwise(window.coarse()):
             algorithm.step(times[start], times[end] - times[start])
-            network.advance(times[end])
             if end in window.jumps:
-                algorithm.forget()
+                network.forget()
+            network.advance(times[end])
             found.append(network.values[self._sources])
         return np.array(found)
 

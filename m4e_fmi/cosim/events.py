@@ -1,0 +1,32 @@
+"""Events that FMUs tell the master of (FMI 3.0's event mode), and what a run makes of them.
+
+Where all components can go back, and the algorithm can take back its step, all stop at an event:
+a step across it is made again, up to there. Otherwise the FMU with the event goes on by itself.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+from m4e_fmi.cosim.instance import Instance
+
+
+def ended(instances: Iterable[Instance]) -> str:
+    """Which of them asked for the end of the simulation, and when; empty if none did."""
+    return "; ".join(
+        f"{instance.name} asked for the end of the simulation at t = {instance.events.ended:.9g} s"
+        for instance in instances
+        if math.isfinite(instance.events.ended)
+    )
+
+
+def event_notes(instances: Iterable[Instance]) -> Iterable[str]:
+    """What the run should say of events, one line each."""
+    for instance in instances:
+        count = instance.events.interruptions
+        if count:
+            yield (
+                f"{instance.name} had {count} event{'s' * (count > 1)} within steps, at which the "
+                "other components did not stop"
+            )
