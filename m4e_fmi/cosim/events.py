@@ -12,6 +12,11 @@ from collections.abc import Iterable
 from m4e_fmi.cosim.instance import Instance
 
 
+def event_count(instances: Iterable[Instance]) -> int:
+    """How many events they have had, in steps that were taken back, too."""
+    return sum(instance.events.handled for instance in instances)
+
+
 def ended(instances: Iterable[Instance]) -> str:
     """Which of them asked for the end of the simulation, and when; empty if none did."""
     return "; ".join(

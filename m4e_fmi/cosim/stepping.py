@@ -10,6 +10,7 @@ from m4e_fmi.cosim.algorithms.scheduled import Scheduled
 from m4e_fmi.cosim.announced import NEVER, Announced, in_nanoseconds
 from m4e_fmi.cosim.energy import BLOCK as ENERGY_BLOCK
 from m4e_fmi.cosim.energy import EnergyBalance
+from m4e_fmi.cosim.events import event_count
 from m4e_fmi.cosim.instance import DiscardedError, EventWithinError
 from m4e_fmi.cosim.network import Network
 from m4e_fmi.cosim.results import ResultsWriter
@@ -130,9 +131,10 @@ class Course:
 
     def _single(self, size: int) -> None:
         """Make a step of `size` [ns], or what FMUs and control allow."""
+        before = event_count(self._network.instances.values())
         size = self._step(size)
         self.now += size
-        jumped = self.now == self._jump
+        jumped = event_count(self._network.instances.values()) > before or self.now == self._jump
         if jumped:
             self._network.forget()
         self._network.advance(self.now / SECOND)

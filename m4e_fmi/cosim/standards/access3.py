@@ -39,11 +39,13 @@ class RawComponent(ctypes.Structure):
         ("reached", c_double),
         ("ended", c_double),
         ("interruptions", c_uint64),
+        ("handled", c_uint64),
     ]
     next_event: float
     ended: float
     goes_on: int
     interruptions: int
+    handled: int
 
 
 class RawState(ctypes.Structure):

@@ -251,6 +251,7 @@ class Fmi3(Standard):
 
     def _settle(self, time: float) -> Status:
         """Event iteration, in event mode, and back to step mode."""
+        self._raw.handled += 1
         again, end, _nominals, _values, defined = flags = [ctypes.c_bool() for _ in range(5)]
         following = ctypes.c_double()
         places = [ctypes.byref(place) for place in (*flags, following)]

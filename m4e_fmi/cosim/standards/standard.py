@@ -47,6 +47,8 @@ class Events(Protocol):
     """Whether it steps on after an event within a step."""
     interruptions: int
     """Number of events within steps after which it went on."""
+    handled: int
+    """Number of times that it was in event mode."""
 
 
 @dataclass
@@ -57,6 +59,7 @@ class NoEvents:
     ended: float = math.inf
     goes_on: int = True
     interruptions: int = 0
+    handled: int = 0
 
 
 class Standard(ABC):

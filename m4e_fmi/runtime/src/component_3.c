@@ -47,6 +47,7 @@ int m4e_get_3(void *access, const uint32_t *references, size_t count, double *va
 
 /* Event iteration, in event mode, and back to step mode. */
 static int settle(m4e_component_3 *c, double t) {
+    ++c->handled;
     for (int k = 0; k < MOST_EVENTS; ++k) {
         bool again = false, end = false, nominals = false, values = false, defined = false;
         double next = INFINITY;

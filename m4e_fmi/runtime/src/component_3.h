@@ -26,6 +26,7 @@ typedef struct {
     double reached;     /* s, the last successful time */
     double ended;       /* s, when it asked for the end of the simulation; infinite if it did not */
     uint64_t interruptions; /* events within steps, after which it went on */
+    uint64_t handled;       /* times in event mode */
 } m4e_component_3;
 
 /* The FMU's state, and what is known of its events then. */
