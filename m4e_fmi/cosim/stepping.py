@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import time as clock
+from functools import cached_property
 from typing import cast
 
 from m4e_fmi.cosim.algorithms import Algorithm, Returning, Undoing
-from m4e_fmi.cosim.algorithms.scheduled import Scheduled
+from m4e_fmi.cosim.algorithms.scheduled import Scheduled, looped
 from m4e_fmi.cosim.announced import NEVER, Announced, in_nanoseconds
 from m4e_fmi.cosim.energy import BLOCK as ENERGY_BLOCK
 from m4e_fmi.cosim.energy import EnergyBalance
 from m4e_fmi.cosim.events import event_count
 from m4e_fmi.cosim.instance import DiscardedError, EventWithinError
 from m4e_fmi.cosim.network import Network
+from m4e_fmi.cosim.operations import Operation
 from m4e_fmi.cosim.results import ResultsWriter
 from m4e_fmi.cosim.schedule import Loop, Schedule
 from m4e_fmi.cosim.step_control import SMALLEST, StepControl
@@ -53,23 +55,27 @@ class Course:
         every = round((simulation.output_interval or simulation.step_size) * SECOND)
         self._every = every if simulation.output_interval or control is None else 1
         self._announced = Announced(network)
-        self._loop = self._looped()
+        self._note = Schedule(witness.operations if witness else ())
         self._most = 1
         self.now = self._row = self._start
         self.steps = self.shortened = 0
         self._jump = NEVER
 
-    def _looped(self) -> Loop | None:
-        """The operations of a step, to be repeated; None where no step is like another."""
-        algorithm, exchange = self._algorithm, self._network.operations
-        if self._control or exchange is None or not isinstance(algorithm, Scheduled):
+    @cached_property
+    def _unwatched(self) -> Loop | None:
+        return self._looped(())
+
+    @cached_property
+    def _watched(self) -> Loop | None:
+        return self._looped(self._witness.operations if self._witness else ())
+
+    def _looped(self, watched: tuple[Operation, ...]) -> Loop | None:
+        if self._control or self._announced:
             return None
-        if self._announced:
-            return None
-        noted = self._energy.operations(algorithm.held)
+        noted = (*self._energy.operations(self._algorithm.held), *watched)
         rows = self._results.schedule if self._results else None
-        step = Schedule([*algorithm.operations, *exchange, *noted])
-        return Loop(step, rows, every=-(-self._every // self._size))
+        every = -(-self._every // self._size)
+        return looped(self._algorithm, self._network, noted, rows, every=every)
 
     def advance(self) -> None:
         """Make as many steps as can be made at once, or one."""
@@ -77,8 +83,9 @@ class Course:
             self._witness.before()
         found = self._jump if self._jump > self.now else NEVER
         self._jump = min(found, self._announced.next(self.now))
-        size, loop, algorithm = self._wanted(), self._loop, self._algorithm
-        if loop and cast("Scheduled", algorithm).repeats(size / SECOND):
+        watched = self._witness and self._witness.open
+        size, loop = self._wanted(), self._watched if watched else self._unwatched
+        if loop and cast("Scheduled", self._algorithm).repeats(size / SECOND):
             try:
                 self._repeat(loop, size)
             except DiscardedError as discarded:
@@ -93,7 +100,7 @@ class Course:
         state.now, state.size, state.noted = first, size, self._energy.noted
         state.since = max(0, state.every - -(-(self._row + self._every - first) // size))
         state.written = row = self._results.row if self._results else 0
-        start = first - state.since * size
+        start, noted = first - state.since * size, state.noted
         try:
             loop.advance(self._count(loop, size))
         finally:
@@ -107,7 +114,7 @@ class Course:
                 self._row = points[-1]
                 self._results.keep([point / SECOND for point in points])
             if self._witness:
-                self._witness.after(made)
+                self._witness.after(made, size, noted)
         if self.now == self._stop and self._row != self.now:
             self._record()
         self._adapt(clock.perf_counter() - began)
@@ -141,7 +148,8 @@ class Course:
         self._energy.add(self._algorithm.held, size / SECOND)
         self.steps += 1
         if self._witness:
-            self._witness.after(jumped=jumped)
+            self._note.run(self._network.time)
+            self._witness.after(1, size, 0, jumped=jumped)
         if self.now >= self._row + self._every or self.now == self._stop:
             self._record()
 
