@@ -12,6 +12,11 @@ from collections.abc import Iterable
 from m4e_fmi.cosim.instance import Instance
 
 
+def has_events(instances: Iterable[Instance]) -> bool:
+    """Whether any of them may have events that others should know of."""
+    return any(instance.description.has_events for instance in instances)
+
+
 def event_count(instances: Iterable[Instance]) -> int:
     """How many events they have had, in steps that were taken back, too."""
     return sum(instance.events.handled for instance in instances)

@@ -140,10 +140,11 @@ class Course:
         """Make a step of `size` [ns], or what FMUs and control allow."""
         before = event_count(self._network.instances.values())
         size = self._step(size)
-        self.now += size
-        jumped = event_count(self._network.instances.values()) > before or self.now == self._jump
+        jumped = event_count(self._network.instances.values()) > before
+        jumped = jumped or self.now + size == self._jump
         if jumped:
             self._network.forget()
+        self.now += size
         self._network.advance(self.now / SECOND)
         self._energy.add(self._algorithm.held, size / SECOND)
         self.steps += 1
