@@ -11,7 +11,7 @@ from m4e_fmi.cosim.algorithms.scheduled import Scheduled, looped
 from m4e_fmi.cosim.announced import NEVER, Announced, in_nanoseconds
 from m4e_fmi.cosim.energy import BLOCK as ENERGY_BLOCK
 from m4e_fmi.cosim.energy import EnergyBalance
-from m4e_fmi.cosim.events import event_count
+from m4e_fmi.cosim.events import ended, event_count
 from m4e_fmi.cosim.instance import DiscardedError, EventWithinError
 from m4e_fmi.cosim.network import Network
 from m4e_fmi.cosim.operations import Operation
@@ -140,18 +140,18 @@ class Course:
         """Make a step of `size` [ns], or what FMUs and control allow."""
         before = event_count(self._network.instances.values())
         size = self._step(size)
-        jumped = event_count(self._network.instances.values()) > before
-        jumped = jumped or self.now + size == self._jump
+        self.now += size
+        jumped = event_count(self._network.instances.values()) > before or self.now == self._jump
         if jumped:
             self._network.forget()
-        self.now += size
         self._network.advance(self.now / SECOND)
         self._energy.add(self._algorithm.held, size / SECOND)
         self.steps += 1
         if self._witness:
             self._note.run(self._network.time)
             self._witness.after(1, size, 0, jumped=jumped)
-        if self.now >= self._row + self._every or self.now == self._stop:
+        last = self.now == self._stop or ended(self._network.instances.values())
+        if last or self.now >= self._row + self._every:
             self._record()
 
     def _record(self) -> None:
