@@ -7,7 +7,7 @@ at a communication point, where observers may look and the run may be interrupte
 from __future__ import annotations
 
 import time as clock
-from typing import cast
+from typing import Protocol, cast
 
 from m4e_fmi.cosim.algorithms import Algorithm, Returning, Undoing
 from m4e_fmi.cosim.algorithms.scheduled import Scheduled
@@ -15,11 +15,25 @@ from m4e_fmi.cosim.energy import BLOCK as ENERGY_BLOCK
 from m4e_fmi.cosim.energy import EnergyBalance
 from m4e_fmi.cosim.instance import DiscardedError
 from m4e_fmi.cosim.network import Network
+from m4e_fmi.cosim.operations import Operation
 from m4e_fmi.cosim.results import ResultsWriter
 from m4e_fmi.cosim.schedule import Loop, Schedule
 from m4e_fmi.cosim.step_control import SMALLEST, StepControl
 from m4e_fmi.cosim.system import SECOND, Simulation
-from m4e_fmi.cosim.witness import Witness
+
+
+class Watcher(Protocol):
+    """What looks at every step of a run; where many are made at once, as far as there is `room`.
+
+    `operations` are performed in each of these, in rows of a block that are counted from `row` on.
+    """
+
+    @property
+    def operations(self) -> tuple[Operation, ...]: ...
+    @property
+    def room(self) -> int: ...
+    def before(self) -> None: ...
+    def after(self, steps: int = 1, row: int | None = None) -> None: ...
 
 
 class Stepwise:
@@ -38,7 +52,7 @@ class Stepwise:
         energy: EnergyBalance,
         simulation: Simulation,
         results: ResultsWriter | None,
-        witness: Witness | None,
+        witness: Watcher | None,
         control: StepControl | None,
         *,
         returns: bool,
@@ -54,8 +68,9 @@ class Stepwise:
         self.now = self._row = self._start
         self.steps = self.shortened = 0
 
-    def advance(self) -> None:
+    def advance(self, most: int = 1) -> None:
         """Make a step."""
+        del most
         if self._witness:
             self._witness.before()
         size = self._step()
@@ -131,7 +146,7 @@ class Repeated:
         energy: EnergyBalance,
         simulation: Simulation,
         results: ResultsWriter | None,
-        witness: Witness | None,
+        witness: Watcher | None,
         *,
         singly: bool,
         most_time: float,
@@ -143,6 +158,7 @@ class Repeated:
         self._size = round(simulation.step_size * SECOND)
         every = round((simulation.output_interval or simulation.step_size) * SECOND)
         step = (*algorithm.operations, *network.operations, *energy.operations(algorithm.held))
+        step += witness.operations if witness else ()
         self._loop = Loop(
             Schedule(step),
             results.schedule if results else None,
@@ -166,18 +182,18 @@ class Repeated:
     def _place(self, place: tuple[int, int]) -> None:
         self._loop.state.now, self._loop.state.since = place
 
-    def advance(self) -> None:
-        """Make as many steps as can be made at once."""
+    def advance(self, most: int = ENERGY_BLOCK) -> None:
+        """Make as many steps as can be made at once, at `most` so many."""
         if self._witness:
             self._witness.before()
         state, began = self._loop.state, clock.perf_counter()
         first, unrecorded = state.now, state.since
         state.size = min(self._size, self._stop - first)
-        state.noted = self._energy.noted
+        state.noted = noted = self._energy.noted
         state.written = row = self._results.row if self._results else 0
         steady = self._algorithm.prepare(state.size / SECOND)
         try:
-            self._loop.advance(self._count() if steady else 1)
+            self._loop.advance(min(most, self._count()) if steady else 1)
         finally:
             made = (state.now - first) // state.size
             self.steps += made
@@ -188,7 +204,7 @@ class Repeated:
                 rows = range(1, state.written - row + 1)
                 self._results.keep([(start + k * interval) / SECOND for k in rows])
         if self._witness:
-            self._witness.after((state.now - first) // state.size)
+            self._witness.after((state.now - first) // state.size, noted)
         if state.now == self._stop and state.since and self._results:
             self._results.record(state.now / SECOND)
         self._adapt(clock.perf_counter() - began)

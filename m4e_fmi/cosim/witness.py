@@ -30,6 +30,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from m4e_fmi.cosim.network import Network, Point
+from m4e_fmi.cosim.operations import Operation
 from m4e_fmi.errors import RunError
 
 if TYPE_CHECKING:
@@ -65,6 +66,12 @@ class _Window:
     octave: float = 0.0
 
 
+def off(values: np.ndarray, others: np.ndarray, largest: np.ndarray) -> np.ndarray:
+    """Magnitudes of differences, 0 where they may be rounding of values up to `largest`."""
+    difference = np.abs(values - others)
+    return np.where(difference <= ROUNDING * largest, 0.0, difference)
+
+
 class Witness:
     """Follows a run of `network` by an algorithm that `make` makes anew for the other course."""
 
@@ -80,6 +87,9 @@ class Witness:
         self._windows: list[_Window] = []
         self.failure = ""
         """Why nothing can be told, if so."""
+
+    operations: tuple[Operation, ...] = ()
+    """What is to be noted of steps made at once: nothing."""
 
     def before(self) -> None:
         """Before a step of the run: keeps the point where a window begins."""
@@ -101,8 +111,9 @@ class Witness:
             return FAR
         return 1 if self._open or self._steps >= self._begins else self._begins - self._steps
 
-    def after(self, steps: int = 1) -> None:
+    def after(self, steps: int = 1, row: int | None = None) -> None:
         """After a step of the run, or several where there is `room`."""
+        del row
         self._steps += steps
         if self._open is not None:
             self._open.times.append(self._network.time)
@@ -127,11 +138,10 @@ class Witness:
         except RunError as error:
             self.failure = f"steps of twice the length fail ({error.message})"
         else:
-            off = np.abs(again - values[::2])
-            off[off <= ROUNDING * np.abs(values).max(axis=0)] = 0.0
-            half = len(off) // 2
-            window.errors = np.array([off[: half + 1].max(axis=0), off.max(axis=0)])
-            window.span = window.times[2 * (len(off) - 1)] - window.times[0]
+            errors = off(again, values[::2], np.abs(values).max(axis=0))
+            half = len(errors) // 2
+            window.errors = np.array([errors[: half + 1].max(axis=0), errors.max(axis=0)])
+            window.span = window.times[2 * (len(errors) - 1)] - window.times[0]
         network.restore(end)
         window.values.clear()
 
