@@ -59,7 +59,9 @@ def run_page(page: Path, folder: Path) -> dict[str, Any]:
     out, with both texts.
     """
     shutil.rmtree(folder, ignore_errors=True)
-    shutil.copytree(EXAMPLES, folder / "examples", ignore=shutil.ignore_patterns("build", "__*"))
+    shutil.copytree(
+        EXAMPLES, folder / "examples", ignore=shutil.ignore_patterns("build", "__pycache__")
+    )
     names: dict[str, Any] = {"__name__": page.stem}
     shown = list(blocks(page.read_text(encoding="utf-8")))
     with contextlib.chdir(folder):

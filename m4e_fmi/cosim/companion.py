@@ -12,11 +12,10 @@ from dataclasses import replace
 import numpy as np
 
 from m4e_fmi.cosim.algorithms import Algorithm
-from m4e_fmi.cosim.algorithms.scheduled import Scheduled
 from m4e_fmi.cosim.energy import BLOCK, EnergyBalance
 from m4e_fmi.cosim.network import Network
 from m4e_fmi.cosim.operations import Operation, gather
-from m4e_fmi.cosim.stepping import Repeated, Stepwise
+from m4e_fmi.cosim.stepping import Course
 from m4e_fmi.cosim.system import SECOND, Simulation
 from m4e_fmi.cosim.witness import FAR, off
 from m4e_fmi.errors import RunError
@@ -45,6 +44,8 @@ class Recorder:
 
     def after(self, steps: int = 1, row: int | None = None) -> None:
         """After equal steps, noted from a row of the block on; after one step if there is none."""
+        if not steps:
+            return
         now = round(self._network.time * SECOND)
         size = (now - self._last) // steps
         self._times.append(np.arange(self._last + size, now + 1, size))
@@ -82,11 +83,9 @@ class Companion:
         self._run, self._other = Recorder(network, sources), Recorder(other, sources)
         size = min(2 * simulation.step_size, simulation.stop_time - simulation.start_time)
         twice = replace(simulation, step_size=size, output_interval=None)
-        rest = (EnergyBalance(other, ()), twice, None, self._other)
-        self._course = (
-            Repeated(other, algorithm, *rest, singly=False, most_time=np.inf)
-            if isinstance(algorithm, Scheduled)
-            else Stepwise(other, algorithm, *rest, None, returns=False)
+        no_bonds = EnergyBalance(other, ())
+        self._course = Course(
+            other, algorithm, no_bonds, twice, witness=self._other, most_time=np.inf
         )
         self._size, self._stop = round(size * SECOND), round(simulation.stop_time * SECOND)
         self._steps = 0

@@ -143,7 +143,8 @@ def _stamp(system: System, name: str, source: ModelFile | Kind, *, native: bool)
     if isinstance(source, ModelFile):
         digest.update(source.path.read_bytes())
         return digest.hexdigest()
-    for package in (kinds()[source.name].value, *_KIND_CODE):
+    own = kinds()[source.name].value.partition(".")[0]  # all of it: a kind may use any of its files
+    for package in dict.fromkeys((own, *_KIND_CODE)):
         digest.update(_package_hash(package).encode())
     digest.update(source.config.model_dump_json().encode())
     for text in _texts(source.config.model_dump()):

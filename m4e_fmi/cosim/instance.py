@@ -42,6 +42,7 @@ _SET_DERIVATIVES = ctypes.CFUNCTYPE(
     ctypes.c_void_p,
     ctypes.c_void_p,
 )
+_SAVE = _RESTORE = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p)
 
 
 class DiscardedError(RunError):
@@ -70,7 +71,7 @@ class Instance:
         self._initialised = False
         self._kept: list[Any] = []
         self.scales: dict[str, tuple[float, float]] = {}
-        self._states: dict[int, tuple[ctypes.c_void_p, float]] = {}
+        self._states: dict[int, ctypes.c_void_p] = {}
         self._fmu: Any = None
         try:
             self._open(binary)
@@ -231,52 +232,46 @@ class Instance:
         """The call ``(t, h, 1) -> status`` that steps from t to t + h [s], never to be undone."""
         return partial(self._do_step, self._component)
 
-    def derivative_setter(self, names: Sequence[str], view: np.ndarray) -> Call:
-        """A call that sets first and second time derivatives of inputs for the next step.
+    def own_derivative_setter(self, names: Sequence[str], view: np.ndarray) -> Call:
+        """A call that gives inputs two time derivatives for the next step, in the FMU's own units.
 
         `view` holds, for each of the Real inputs `names`, its first, then its second derivative.
         """
         assert view.dtype == np.float64
         assert view.flags.c_contiguous
-        assert view.shape == (len(names), 2)
-        scales = self.scales_of(names)
-        if scales is not None:
-            factor = scales[0][:, None].copy()
-            own = np.zeros_like(view)
-            call = self._bound_derivatives(names, own)
-
-            def set_() -> Status:
-                np.multiply(view, factor, out=own)
-                return call()
-
-            return set_
-        return self._bound_derivatives(names, view)
-
-    def _bound_derivatives(self, names: Sequence[str], view: np.ndarray) -> Call:
-        variables = self.description.variables
-        count = 2 * len(names)
-        twice = [variables[n].value_reference for n in names for _ in range(2)]
-        references = (ctypes.c_uint * count)(*twice)
-        orders = (ctypes.c_int * count)(*([1, 2] * len(names)))
+        assert view.shape == (2 * len(names),)
+        references = self.references(names).repeat(2)
+        orders = np.tile(np.array((1, 2), dtype=np.int32), len(names))
         self._kept += [references, orders, view]
         function = _prototype(_SET_DERIVATIVES, self._fmu.dll.fmi2SetRealInputDerivatives)
-        addresses = (ctypes.addressof(references), count, ctypes.addressof(orders))
+        addresses = (references.ctypes.data, len(references), orders.ctypes.data)
         return partial(function, self._component, *addresses, view.ctypes.data)
+
+    def slot(self, place: int = 0) -> ctypes.c_void_p:
+        """Where the FMU's state is that is kept in a place; nothing at first."""
+        return self._states.setdefault(place, ctypes.c_void_p())
+
+    def saver(self) -> Call:
+        """A call that keeps the FMU's state as `save_state` does."""
+        function = _prototype(_SAVE, self._fmu.dll.fmi2GetFMUstate)
+        return partial(function, self._component, ctypes.addressof(self.slot()))
+
+    def restorer(self) -> Call:
+        """A call that brings the FMU back as `restore_state` does, where no step has failed."""
+        function, slot = _prototype(_RESTORE, self._fmu.dll.fmi2SetFMUstate), self.slot()
+        return lambda: function(self._component, slot.value)
 
     def save_state(self, place: int = 0) -> None:
         """Keep the FMU's state, instead of the one kept before in the same place."""
-        state, _ = self._states.get(place) or (ctypes.c_void_p(), 0.0)
-        self._checked("fmi2GetFMUstate", ctypes.byref(state))
-        self._states[place] = state, self.time
+        self._checked("fmi2GetFMUstate", ctypes.byref(self.slot(place)))
 
-    def restore_state(self, place: int = 0) -> None:
-        """Bring the FMU back to the state kept in a place, also after a step that failed.
+    def restore_state(self, time: float, place: int = 0) -> None:
+        """Bring the FMU back to the state kept in a place at `time` [s], also after a failed step.
 
         It may be restored again. After Fatal there is no way back.
         """
         self._broken = self._fmu.component is None
-        state, time = self._states[place]
-        self._checked("fmi2SetFMUstate", state)
+        self._checked("fmi2SetFMUstate", self.slot(place))
         self.time = time
 
     def directional_derivative(self, output: str, known: str) -> float:
@@ -367,8 +362,8 @@ class Instance:
             status = 0
             if self._initialised and not self._broken:
                 status = fmu.dll.fmi2Terminate(fmu.component)
-            for state, _ in self._states.values():
-                if not self._broken:
+            for state in self._states.values():
+                if state and not self._broken:
                     fmu.dll.fmi2FreeFMUstate(fmu.component, ctypes.byref(state))
             if status < FATAL:
                 fmu.fmi2FreeInstance(fmu.component)

@@ -15,7 +15,6 @@ from weakref import finalize
 import numpy as np
 
 from m4e_fmi.cosim.algorithms import ALGORITHMS, Algorithm, Returning, returning
-from m4e_fmi.cosim.algorithms.scheduled import Scheduled
 from m4e_fmi.cosim.binary import Binary, binaries
 from m4e_fmi.cosim.certificate import Certificate, certificate
 from m4e_fmi.cosim.companion import Companion
@@ -27,7 +26,7 @@ from m4e_fmi.cosim.network import Network, Point
 from m4e_fmi.cosim.results import Mark, ResultsWriter
 from m4e_fmi.cosim.start_values import start_values
 from m4e_fmi.cosim.step_control import StepControl
-from m4e_fmi.cosim.stepping import Repeated, Stepwise
+from m4e_fmi.cosim.stepping import Course
 from m4e_fmi.cosim.structure import Structure
 from m4e_fmi.cosim.system import SECOND, System
 from m4e_fmi.cosim.witness import Witness
@@ -246,7 +245,19 @@ class Master:
 
     def begin(self, results: ResultsWriter | None = None, *, singly: bool) -> None:
         """Make ready for steps that are recorded in `results`, one at a time if `singly`."""
-        self._course, self._results = self._planned(results, singly=singly), results
+        self._results = results
+        self._course = Course(
+            self.network,
+            self._algorithm,
+            self._energy,
+            self._system.simulation,
+            results=results,
+            witness=self._witness,
+            control=self._control,
+            returns=not self._rigid(),
+            singly=singly,
+            most_time=PROGRESS_INTERVAL,
+        )
         if results is not None:
             results.record(self.network.time)
 
@@ -290,14 +301,6 @@ class Master:
         recall(self, state.memory)
         if self._witness:
             self._witness.stop("the run went back to a saved state")
-
-    def _planned(self, results: ResultsWriter | None, *, singly: bool) -> Stepwise | Repeated:
-        algorithm, rest = self._algorithm, (self._energy, self._system.simulation, results)
-        rest = (*rest, self._witness)
-        if not isinstance(algorithm, Scheduled):
-            returns = not self._rigid()
-            return Stepwise(self.network, algorithm, *rest, self._control, returns=returns)
-        return Repeated(self.network, algorithm, *rest, singly=singly, most_time=PROGRESS_INTERVAL)
 
     def _observe(self, observers: Sequence[Observer]) -> None:
         for observer in observers:

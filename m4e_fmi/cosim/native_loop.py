@@ -8,10 +8,20 @@ from ctypes import POINTER, c_double, c_int32, c_int64, c_size_t, c_uint32, c_ui
 
 import numpy as np
 
-from m4e_fmi.cosim.operations import Combine, DoStep, Get, Operation, Set
+from m4e_fmi.cosim.instance import Instance
+from m4e_fmi.cosim.operations import (
+    Combine,
+    DoStep,
+    Get,
+    Operation,
+    Restore,
+    Save,
+    Set,
+    SetDerivatives,
+)
 
 NOT_A_NUMBER = -1
-GET, SET, DO_STEP, COMBINE = range(4)
+GET, SET, SET_DERIVATIVES, DO_STEP, SAVE, RESTORE, COMBINE = range(7)
 
 
 class RawOperation(ctypes.Structure):
@@ -24,11 +34,15 @@ class RawOperation(ctypes.Structure):
         ("component", c_void_p),
         ("function", c_void_p),
         ("references", c_void_p),
+        ("orders", c_void_p),
+        ("state", c_void_p),
         ("weights", c_void_p),
         ("source", c_void_p),
         ("offset", c_void_p),
         ("values", c_void_p),
         ("stride", c_uint64),
+        ("start", c_double),
+        ("length", c_double),
     ]
 
 
@@ -75,25 +89,42 @@ class NativeExecutor:
     def _raw(self, operation: Operation) -> RawOperation:
         match operation:
             case Get(instance, names, into):
-                call = {"kind": GET, "function": instance.address("fmi2GetReal")}
-                call |= {"references": self._references(instance.references(names))}
-            case Set(instance, names, into):
-                call = {"kind": SET, "function": instance.address("fmi2SetReal")}
-                call |= {"references": self._references(instance.references(names))}
-            case DoStep(instance):
-                function = instance.address("fmi2DoStep")
-                return RawOperation(kind=DO_STEP, function=function, component=instance.handle)
+                references = self._address(instance.references(names))
+                rest = {"references": references, **self._target(into)}
+                return self._call(GET, instance, "fmi2GetReal", **rest)
+            case Set(instance, names, values):
+                references = self._address(instance.references(names))
+                rest = {"references": references, **self._target(values)}
+                return self._call(SET, instance, "fmi2SetReal", **rest)
+            case SetDerivatives(instance, names, values):
+                function = "fmi2SetRealInputDerivatives"
+                references = self._address(instance.references(names).repeat(2))
+                orders = self._address(np.tile(np.array((1, 2), dtype=np.int32), len(names)))
+                rest = {"references": references, "orders": orders, **self._target(values)}
+                return self._call(SET_DERIVATIVES, instance, function, **rest)
+            case DoStep(instance, start, length):
+                return self._call(DO_STEP, instance, "fmi2DoStep", start=start, length=length)
+            case Save(instance):
+                state = ctypes.addressof(instance.slot())
+                return self._call(SAVE, instance, "fmi2GetFMUstate", state=state)
+            case Restore(instance):
+                state = ctypes.addressof(instance.slot())
+                return self._call(RESTORE, instance, "fmi2SetFMUstate", state=state)
             case Combine():
                 return self._combination(operation)
-        return RawOperation(component=instance.handle, **call, **self._target(into))
+
+    def _call(self, kind: int, instance: Instance, function: str, **rest: float) -> RawOperation:
+        address = instance.address(function)
+        return RawOperation(kind=kind, component=instance.handle, function=address, **rest)
 
     def _combination(self, o: Combine) -> RawOperation:
         terms = len(o.index)
+        assert o.index.dtype == np.uint32
         assert o.index.shape == o.weight.shape == (terms, o.into.shape[-1])
         return RawOperation(
             kind=COMBINE,
             terms=terms,
-            references=self._references(o.index),
+            references=self._address(o.index),
             weights=self._address(o.weight),
             source=self._address(o.source),
             offset=None if o.offset is None else self._address(o.offset),
@@ -104,13 +135,9 @@ class NativeExecutor:
         stride = into.shape[1] if into.ndim == 2 else 0
         return {"count": into.shape[-1], "values": self._address(into), "stride": stride}
 
-    def _references(self, array: np.ndarray) -> int:
-        assert array.dtype == np.uint32
-        return self._address(array)
-
     def _address(self, array: np.ndarray) -> int:
         assert array.flags.c_contiguous
-        assert array.dtype in (np.float64, np.uint32)
+        assert array.dtype in (np.float64, np.uint32, np.int32)
         self._kept.append(array)
         return array.ctypes.data
 

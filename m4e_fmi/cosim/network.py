@@ -1,12 +1,14 @@
 """The coupled instances at run time: one array of all exchanged values, and the calls that fill it.
 
-`values` holds three blocks of the same layout, all outputs that are exchanged, component by
+`values` holds five blocks of the same layout, all outputs that are exchanged, component by
 component:
 
 ====================  ==========================================================================
 ``values[now:]``      at the present communication point, consistent with one another
 ``values[before:]``   at the communication point before (equal to `now` at the start)
 ``values[stepped:]``  at the end of the step being made, of the components that have made it
+``values[middle:]``   in the middle of the step being made, where an algorithm looks there
+``values[earlier:]``  in the middle of the step before, likewise
 ====================  ==========================================================================
 
 An algorithm steps every component from `now`; `advance` then makes the new point the present one.
@@ -39,6 +41,7 @@ class Point:
 
     place: int
     time: float
+    last: float
     values: np.ndarray
     inputs: np.ndarray
     loops: tuple[Memory, ...]
@@ -47,7 +50,8 @@ class Point:
 class Network:
     """Instances, in listing order, with the values that pass between them.
 
-    `time` is the present communication point [s].
+    `time` is the present communication point [s]. `last` is the size [s] of the step that led there
+    from the one before, 0 at the start; `size` that of the step being made, as algorithms tell it.
     `sweep` is the order in which a Gauss–Seidel algorithm steps the components.
     `inputs[k]` is the value of the connected input `targets[k]` at the present point, in the unit
     of its source, and `links[k]` what leads there; inputs of one component are consecutive
@@ -68,6 +72,7 @@ class Network:
                 instance = self.instances[link.target.component]
                 instance.scale_input(link.target.variable, link.factor, link.offset)
         self.time = time
+        self.last = self.size = 0.0
         self.sweep = structure.sweep
         self._wiring = wiring
         self._structure = structure
@@ -76,8 +81,10 @@ class Network:
         by_target = {link.target: link for link in wiring.links}
         self.links: list[Link] = [by_target[target] for target in self.targets]
         count = len(self.outputs)
-        self.values = np.zeros(3 * count)
-        self.now, self.before, self.stepped = 0, count, 2 * count
+        self.values = np.zeros(5 * count)
+        self.now, self.before, self.stepped, self.middle, self.earlier = (
+            k * count for k in range(5)
+        )
         self.inputs = np.zeros(len(self.targets))
         self._index = {port: k for k, port in enumerate(self.outputs)}
         self._place = {port: k for k, port in enumerate(self.targets)}
@@ -106,6 +113,10 @@ class Network:
         """The unit of a variable, as its FMU names it."""
         return self._descriptions[port.component].variables[port.variable].unit
 
+    def nominal(self, port: Port) -> float:
+        """The order of magnitude of a variable, in its unit."""
+        return self._descriptions[port.component].variables[port.variable].nominal
+
     def to_si(self, port: Port) -> float:
         """SI value over value of a variable, 1 if its FMU gives no unit."""
         dimension = self._descriptions[port.component].variables[port.variable].dimension
@@ -118,9 +129,13 @@ class Network:
         return self._input_ranges.get(component, slice(0, 0))
 
     def advance(self, time: float) -> None:
-        """Make `time` [s], which all instances have reached, the present point."""
-        self.time = time
+        """Make `time` [s], which all instances have reached by a step, the present point."""
+        self.time, self.last = time, self.size
         self._run_exchange()
+
+    def forget(self) -> None:
+        """Something has jumped: what was before the present point tells nothing of what comes."""
+        self.last = 0.0
 
     def refresh(self) -> None:
         """Exchange again at the present point, after something was set in an FMU."""
@@ -133,24 +148,32 @@ class Network:
             part.run(self.time)
 
     @property
-    def operations(self) -> tuple[Operation, ...]:
-        """What `advance` does, once all components have stepped; not where loops are solved."""
+    def operations(self) -> tuple[Operation, ...] | None:
+        """What `advance` does, once all components have stepped; None where loops are solved."""
         parts = [part for part in self._exchange if isinstance(part, Schedule)]
-        assert len(parts) == len(self._exchange)
+        if len(parts) < len(self._exchange):
+            return None
         return tuple(operation for part in parts for operation in part.operations)
+
+    def feeds_through(self, component: str, outputs: Sequence[Port]) -> bool:
+        """Whether any of a component's `outputs` depends on one of its connected inputs."""
+        connected = {port.variable for port in self.targets[self.input_slice(component)]}
+        dependencies = self._descriptions[component].dependencies
+        return any(dependencies[port.variable] & connected for port in outputs)
 
     def snapshot(self, place: int) -> Point:
         """The present point, instead of the one kept before in the same place."""
         for instance in self.instances.values():
             instance.save_state(place)
         loops = tuple(remember(part) for part in self._exchange)
-        return Point(place, self.time, self.values.copy(), self.inputs.copy(), loops)
+        copies = self.values.copy(), self.inputs.copy()
+        return Point(place, self.time, self.last, *copies, loops)
 
     def restore(self, point: Point) -> None:
         """Return to a point; an FMU that answered Fatal meanwhile cannot, which is a RunError."""
         for instance in self.instances.values():
-            instance.restore_state(point.place)
-        self.time = point.time
+            instance.restore_state(point.time, point.place)
+        self.time, self.last = point.time, point.last
         self.values[:] = point.values
         self.inputs[:] = point.inputs
         for part, memory in zip(self._exchange, point.loops, strict=True):
@@ -199,32 +222,6 @@ class Network:
                 instance.not_finite(names, view)
 
         return read
-
-    def writer(self, component: str, view: np.ndarray) -> Action:
-        """An action that sets all connected inputs of a component from `view`."""
-        instance = self.instances[component]
-        names = [port.variable for port in self.targets[self.input_slice(component)]]
-        return self._checked(instance, instance.setter(names, view), "fmi2SetReal")
-
-    def derivative_writer(self, component: str, view: np.ndarray) -> Action:
-        """An action that gives all connected inputs of a component two derivatives, from `view`."""
-        instance = self.instances[component]
-        names = [port.variable for port in self.targets[self.input_slice(component)]]
-        call = instance.derivative_setter(names, view)
-        return self._checked(instance, call, "fmi2SetRealInputDerivatives")
-
-    def stepper(self, component: str) -> Callable[[float, float], None]:
-        """The action ``(t, h)`` that steps a component from t to t + h [s]."""
-        instance = self.instances[component]
-        call = instance.stepper()
-
-        def step(time: float, size: float) -> None:
-            status = call(time, size, 1)
-            if status > WARNING:
-                instance.fail(status, "fmi2DoStep", size)
-            instance.time = time + size
-
-        return step
 
     @staticmethod
     def _checked(instance: Instance, call: Call, function: str) -> Action:

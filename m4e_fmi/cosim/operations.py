@@ -1,6 +1,7 @@
 """What a macro step is made of: operations on FMUs and on arrays of the values they exchange.
 
 An algorithm lists them once; `schedule` performs the list as often as wanted. Arrays are float64.
+What FMUs are called for has one class each, and one function in the C library.
 Where an operation writes `into` a block (2-D), it fills one of its rows.
 """
 
@@ -33,8 +34,36 @@ class Set:
 
 
 @dataclass(frozen=True, eq=False)
+class SetDerivatives:
+    """Gives the Real inputs `names` a first and a second time derivative during the next piece.
+
+    `values` holds both for one input after the other, in the FMU's own units.
+    """
+
+    instance: Instance
+    names: tuple[str, ...]
+    values: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
 class DoStep:
-    """Steps the component from the start of the macro step to its end."""
+    """Steps the component by a piece: `start` and `length` are shares of the macro step."""
+
+    instance: Instance
+    start: float = 0.0
+    length: float = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Save:
+    """Keeps the FMU's state where `Instance.save_state` does by default."""
+
+    instance: Instance
+
+
+@dataclass(frozen=True, eq=False)
+class Restore:
+    """Brings the FMU back to the state that `Save` has kept; it may be restored again."""
 
     instance: Instance
 
@@ -54,7 +83,7 @@ class Combine:
     offset: np.ndarray | None = None
 
 
-Operation = Get | Set | DoStep | Combine
+Operation = Get | Set | SetDerivatives | DoStep | Save | Restore | Combine
 
 
 def gather(into: np.ndarray, source: np.ndarray, places: Sequence[int] | np.ndarray) -> Combine:
@@ -73,3 +102,16 @@ def setting(instance: Instance, names: Sequence[str], values: np.ndarray) -> tup
     index = np.arange(len(names), dtype=np.uint32)[None, :]
     scaled = Combine(own, values, index, factor[None, :].copy(), offset.copy())
     return scaled, Set(instance, tuple(names), own)
+
+
+def setting_derivatives(
+    instance: Instance, names: Sequence[str], values: np.ndarray
+) -> tuple[Operation, ...]:
+    """Gives inputs the derivatives `values` in the units of their sources."""
+    scales = instance.scales_of(names)
+    if scales is None:
+        return (SetDerivatives(instance, tuple(names), values),)
+    own = np.zeros(2 * len(names))
+    index = np.arange(2 * len(names), dtype=np.uint32)[None, :]
+    scaled = Combine(own, values, index, np.repeat(scales[0], 2)[None, :])
+    return scaled, SetDerivatives(instance, tuple(names), own)

@@ -6,9 +6,18 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from m4e_fmi.cosim.instance import WARNING
+from m4e_fmi.cosim.instance import WARNING, Call
 from m4e_fmi.cosim.native_loop import NOT_A_NUMBER, State
-from m4e_fmi.cosim.operations import Combine, DoStep, Get, Operation, Set
+from m4e_fmi.cosim.operations import (
+    Combine,
+    DoStep,
+    Get,
+    Operation,
+    Restore,
+    Save,
+    Set,
+    SetDerivatives,
+)
 from m4e_fmi.cosim.system import SECOND
 
 Action = Callable[[float, float, int], int]
@@ -57,12 +66,22 @@ def _action(operation: Operation) -> Action:
         case Get(instance, names, into):
             return _get(instance.own_getter, names, into)
         case Set(instance, names, values):
-            call = instance.own_setter(names, values)
-            return lambda _t, _h, _row: call()
-        case DoStep(instance):
+            return _plain(instance.own_setter(names, values))
+        case SetDerivatives(instance, names, values):
+            return _plain(instance.own_derivative_setter(names, values))
+        case DoStep(instance, start, length):
             step = instance.stepper()
-            return lambda t, h, _row: step(t, h, 1)
-    return _combine(operation)
+            return lambda t, h, _row: step(t + start * h, length * h, 1)
+        case Save(instance):
+            return _plain(instance.saver())
+        case Restore(instance):
+            return _plain(instance.restorer())
+        case Combine():
+            return _combine(operation)
+
+
+def _plain(call: Call) -> Action:
+    return lambda _t, _h, _row: call()
 
 
 def _get(getter: Callable, names: Sequence[str], into: np.ndarray) -> Action:

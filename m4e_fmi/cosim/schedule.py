@@ -10,7 +10,16 @@ from typing import NoReturn
 
 from m4e_fmi.cosim import native_loop, python_loop
 from m4e_fmi.cosim.native_loop import NOT_A_NUMBER, NativeExecutor, State
-from m4e_fmi.cosim.operations import Combine, DoStep, Get, Operation, Set
+from m4e_fmi.cosim.operations import (
+    Combine,
+    DoStep,
+    Get,
+    Operation,
+    Restore,
+    Save,
+    Set,
+    SetDerivatives,
+)
 from m4e_fmi.cosim.python_loop import PythonExecutor
 from m4e_fmi.cosim.system import SECOND
 from m4e_fmi.runtime.library import library
@@ -50,8 +59,11 @@ class Schedule:
     def fail(self, status: int, index: int, time: float, size: float, row: int) -> NoReturn:
         """Raise what the status of an operation means; those before it are done."""
         for operation in self.operations[:index]:
-            if isinstance(operation, DoStep):
-                operation.instance.time = time + size
+            match operation:
+                case DoStep(instance, start, length):
+                    instance.time = time + (start + length) * size
+                case Restore(instance):
+                    instance.time = time
         match self.operations[index]:
             case Get(instance, names, into):
                 if status == NOT_A_NUMBER:
@@ -59,8 +71,14 @@ class Schedule:
                 instance.fail(status, "fmi2GetReal")
             case Set(instance):
                 instance.fail(status, "fmi2SetReal")
-            case DoStep(instance):
-                instance.fail(status, "fmi2DoStep", size)
+            case SetDerivatives(instance):
+                instance.fail(status, "fmi2SetRealInputDerivatives")
+            case DoStep(instance, _, length):
+                instance.fail(status, "fmi2DoStep", length * size)
+            case Save(instance):
+                instance.fail(status, "fmi2GetFMUstate")
+            case Restore(instance):
+                instance.fail(status, "fmi2SetFMUstate")
             case Combine():
                 raise AssertionError("combinations do not fail")
 
@@ -73,10 +91,10 @@ class Loop:
     are `every` so many steps.
     """
 
-    def __init__(self, step: Schedule, row: Schedule | None, *, now: int, every: int) -> None:
+    def __init__(self, step: Schedule, row: Schedule | None, *, every: int) -> None:
         self.step = step
         self.row = row or Schedule(())
-        self.state = State(now=now, every=every if row else NEVER)
+        self.state = State(every=every if row else NEVER)
 
     def advance(self, steps: int) -> None:
         """Make so many macro steps; RunError as `Schedule.run`, `state` telling how far it came."""

@@ -1,8 +1,4 @@
-"""How a run goes on: step by step, or many steps of a schedule at once.
-
-Both make macro steps from `now` [ns] and have the rows of the results written; `advance` comes back
-at a communication point, where observers may look and the run may be interrupted.
-"""
+"""How a run goes on: macro steps, many at once where each is like the one before."""
 
 from __future__ import annotations
 
@@ -36,11 +32,12 @@ class Watcher(Protocol):
     def after(self, steps: int = 1, row: int | None = None) -> None: ...
 
 
-class Stepwise:
-    """One macro step at a time, of any algorithm; adaptive with a `control`.
+class Course:
+    """Macro steps from `now` [ns] on, and the rows of the results.
 
-    Where all FMUs can go back (`returns`), a step that one of them discards is made again, shorter;
-    `shortened` counts them.
+    Steps of a `Scheduled` algorithm are made many at once, as long as `most_time` [s of wall time]
+    allows; with `singly` one by one. They are adaptive with a `control`. Where all FMUs can go back
+    (`returns`), a step that one of them discards is made again, shorter; `shortened` counts them.
     """
 
     REMEMBERED = ("now", "_row", "steps", "shortened")
@@ -51,44 +48,117 @@ class Stepwise:
         algorithm: Algorithm,
         energy: EnergyBalance,
         simulation: Simulation,
-        results: ResultsWriter | None,
-        witness: Watcher | None,
-        control: StepControl | None,
         *,
-        returns: bool,
+        results: ResultsWriter | None = None,
+        witness: Watcher | None = None,
+        control: StepControl | None = None,
+        returns: bool = False,
+        singly: bool = False,
+        most_time: float,
     ) -> None:
         self._network, self._algorithm, self._energy = network, algorithm, energy
         self._results, self._witness, self._control = results, witness, control
-        self._returns = returns
+        self._returns, self._singly, self._most_time = returns, singly, most_time
         self._start = round(simulation.start_time * SECOND)
         self._stop = round(simulation.stop_time * SECOND)
         self._size = round(simulation.step_size * SECOND)
         every = round((simulation.output_interval or simulation.step_size) * SECOND)
         self._every = every if simulation.output_interval or control is None else 1
+        self._loop = self._looped()
+        self._most = 1
         self.now = self._row = self._start
         self.steps = self.shortened = 0
 
-    def advance(self, most: int = 1) -> None:
-        """Make a step."""
-        del most
+    def _looped(self) -> Loop | None:
+        """The operations of a step, to be repeated; None where no step is like another."""
+        algorithm, exchange = self._algorithm, self._network.operations
+        if self._control or exchange is None or not isinstance(algorithm, Scheduled):
+            return None
+        noted = self._energy.operations(algorithm.held)
+        noted += self._witness.operations if self._witness else ()
+        rows = self._results.schedule if self._results else None
+        step = Schedule([*algorithm.operations, *exchange, *noted])
+        return Loop(step, rows, every=-(-self._every // self._size))
+
+    def advance(self, most: int = ENERGY_BLOCK) -> None:
+        """Make as many steps as can be made at once, `most` at most, or one."""
         if self._witness:
             self._witness.before()
-        size = self._step()
+        size, loop, algorithm = self._wanted(), self._loop, self._algorithm
+        if loop and cast("Scheduled", algorithm).repeats(size / SECOND):
+            try:
+                self._repeat(loop, size, most)
+            except DiscardedError as discarded:
+                size = self._shorter(size, discarded)
+            else:
+                return
+        self._single(size)
+
+    def _repeat(self, loop: Loop, size: int, most: int) -> None:
+        """Make equal steps of `size` [ns], `most` at most."""
+        state, began, first = loop.state, clock.perf_counter(), self.now
+        state.now, state.size, state.noted = first, size, self._energy.noted
+        noted = state.noted
+        state.since = max(0, state.every - -(-(self._row + self._every - first) // size))
+        state.written = row = self._results.row if self._results else 0
+        start = first - state.since * size
+        try:
+            loop.advance(min(most, self._count(loop, size)))
+        finally:
+            made = (state.now - first) // size
+            self.now, self._network.time = state.now, state.now / SECOND
+            self.steps += made
+            self._energy.note(made, size / SECOND)
+            if self._results and state.written > row:
+                ends = range(1, state.written - row + 1)
+                points = [start + k * state.every * size for k in ends]
+                self._row = points[-1]
+                self._results.keep([point / SECOND for point in points])
+            if self._witness:
+                self._witness.after(made, noted)
+        if self.now == self._stop and self._row != self.now:
+            self._record()
+        self._adapt(clock.perf_counter() - began)
+
+    def _count(self, loop: Loop, size: int) -> int:
+        """Steps until the wall time, the run or a block may be over."""
+        room = ENERGY_BLOCK - self._energy.noted
+        if self._witness:
+            room = min(room, self._witness.room)
+        if self._results:
+            room = min(room, self._results.room * loop.state.every - loop.state.since)
+        return max(1, min(self._most, room, (self._stop - self.now) // size))
+
+    def _adapt(self, spent: float) -> None:
+        if self._singly:
+            return
+        if spent < self._most_time / 2:
+            self._most = min(2 * self._most, ENERGY_BLOCK)
+        elif spent > self._most_time:
+            self._most = max(1, self._most // 2)
+
+    def _single(self, size: int) -> None:
+        """Make a step of `size` [ns], or what FMUs and control allow."""
+        size = self._step(size)
         self.now += size
         self._network.advance(self.now / SECOND)
+        if self._control and self._control.passed:
+            self._network.forget()
         self._energy.add(self._algorithm.held, size / SECOND)
         self.steps += 1
         if self._witness:
             self._witness.after()
         if self.now >= self._row + self._every or self.now == self._stop:
-            self._row = self.now
-            if self._results is not None:
-                self._results.record(self._network.time)
+            self._record()
 
-    def _step(self) -> int:
-        """Step all components; the size of the step [ns]."""
+    def _record(self) -> None:
+        self._row = self.now
+        if self._results:
+            self._results.record(self._network.time)
+
+    def _step(self, size: int) -> int:
+        """Step all components by `size` if that may be; the size of the step [ns]."""
         now, control, algorithm = self.now, self._control, self._algorithm
-        size = self._wanted()
         while True:
             try:
                 algorithm.step(now / SECOND, size / SECOND)
@@ -98,7 +168,7 @@ class Stepwise:
             if control is None:
                 return size
             algorithm = cast("Returning", algorithm)
-            if control.accepts(algorithm.change, algorithm.end, size):
+            if control.accepts(algorithm.change, algorithm.end, now, size):
                 return size
             algorithm.undo()
             size = self._wanted()
@@ -129,100 +199,3 @@ class Stepwise:
         self.shortened += 1
         reached = round((discarded.reached or 0.0) * SECOND) - self.now
         return reached if smallest <= reached < size else max(smallest, size // 2)
-
-
-class Repeated:
-    """Many equal steps of a schedule in one call, as long as `most_time` [s of wall time] allows.
-
-    With `singly` it comes back after each step.
-    """
-
-    REMEMBERED = ("_place", "steps", "shortened")
-
-    def __init__(
-        self,
-        network: Network,
-        algorithm: Scheduled,
-        energy: EnergyBalance,
-        simulation: Simulation,
-        results: ResultsWriter | None,
-        witness: Watcher | None,
-        *,
-        singly: bool,
-        most_time: float,
-    ) -> None:
-        self._network, self._algorithm, self._energy = network, algorithm, energy
-        self._results, self._singly, self._most_time = results, singly, most_time
-        self._witness = witness
-        self._stop = round(simulation.stop_time * SECOND)
-        self._size = round(simulation.step_size * SECOND)
-        every = round((simulation.output_interval or simulation.step_size) * SECOND)
-        step = (*algorithm.operations, *network.operations, *energy.operations(algorithm.held))
-        step += witness.operations if witness else ()
-        self._loop = Loop(
-            Schedule(step),
-            results.schedule if results else None,
-            now=round(simulation.start_time * SECOND),
-            every=-(-every // self._size),
-        )
-        self._most = 1
-        self.steps = self.shortened = 0
-
-    @property
-    def now(self) -> int:
-        """The present communication point [ns]."""
-        return self._loop.state.now
-
-    @property
-    def _place(self) -> tuple[int, int]:
-        """The present point [ns], and the steps since the last row of the results."""
-        return self._loop.state.now, self._loop.state.since
-
-    @_place.setter
-    def _place(self, place: tuple[int, int]) -> None:
-        self._loop.state.now, self._loop.state.since = place
-
-    def advance(self, most: int = ENERGY_BLOCK) -> None:
-        """Make as many steps as can be made at once, at `most` so many."""
-        if self._witness:
-            self._witness.before()
-        state, began = self._loop.state, clock.perf_counter()
-        first, unrecorded = state.now, state.since
-        state.size = min(self._size, self._stop - first)
-        state.noted = noted = self._energy.noted
-        state.written = row = self._results.row if self._results else 0
-        steady = self._algorithm.prepare(state.size / SECOND)
-        try:
-            self._loop.advance(min(most, self._count()) if steady else 1)
-        finally:
-            made = (state.now - first) // state.size
-            self.steps += made
-            self._energy.note(made, state.size / SECOND)
-            self._network.time = state.now / SECOND
-            if self._results:
-                start, interval = first - unrecorded * state.size, state.every * state.size
-                rows = range(1, state.written - row + 1)
-                self._results.keep([(start + k * interval) / SECOND for k in rows])
-        if self._witness:
-            self._witness.after((state.now - first) // state.size, noted)
-        if state.now == self._stop and state.since and self._results:
-            self._results.record(state.now / SECOND)
-        self._adapt(clock.perf_counter() - began)
-
-    def _count(self) -> int:
-        """Steps until the wall time, the run or a block may be over."""
-        state = self._loop.state
-        room = ENERGY_BLOCK - state.noted
-        if self._witness:
-            room = min(room, self._witness.room)
-        if self._results:
-            room = min(room, self._results.room * state.every - state.since)
-        return max(1, min(self._most, room, (self._stop - state.now) // state.size))
-
-    def _adapt(self, spent: float) -> None:
-        if self._singly:
-            return
-        if spent < self._most_time / 2:
-            self._most = min(2 * self._most, ENERGY_BLOCK)
-        elif spent > self._most_time:
-            self._most = max(1, self._most // 2)

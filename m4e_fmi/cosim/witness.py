@@ -42,7 +42,7 @@ START, END = 1, 2
 """Where the FMUs keep the states at the ends of a window."""
 FAR = 2**62
 """More steps than a run has."""
-LEAST, MOST = 0.05, 2.0
+LEAST, MOST = 0.05, 1.0
 """Bounds of the exponent."""
 ROUNDING = 1e-14
 """Share of the largest value up to which a difference says nothing."""

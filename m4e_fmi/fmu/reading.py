@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import zipfile
 import zlib
@@ -31,7 +32,8 @@ class Variable:
 
     `dimension` is the unit with its base-unit exponents and factor, None where the FMU gives no
     unit; `offset` is what the unit adds after the factor (0 for all but temperatures). `items` are
-    the values of an enumeration by their names.
+    the values of an enumeration by their names. `nominal` is the order of magnitude of a Real in
+    its unit, 1 where the FMU says nothing.
     """
 
     name: str
@@ -46,6 +48,7 @@ class Variable:
     description: str
     derivative_of: str | None
     items: Mapping[str, int] = field(default_factory=dict)
+    nominal: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -246,7 +249,18 @@ def _variable(raw: Any, units: dict[str, Any]) -> Variable:
         description=raw.description or "",
         derivative_of=raw.derivative.name if raw.derivative is not None else None,
         items=_items(raw.declaredType),
+        nominal=_nominal(raw),
     )
+
+
+def _nominal(raw: Any) -> float:
+    """The size of the nominal value, of the variable or its type; 1 where there is none above 0."""
+    text = raw.nominal or (raw.declaredType.nominal if raw.declaredType is not None else None)
+    try:
+        size = abs(float(text or 1.0))
+    except ValueError:
+        return 1.0
+    return size if 0.0 < size < math.inf else 1.0
 
 
 def _items(declared: Any) -> dict[str, int]:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from m4e_fmi.report.panels import Panel, panels
+from m4e_fmi.report.panels import Panel, moving, panels
 from m4e_fmi.report.style import COLOURS
 from m4e_fmi.results import Series, load
 from m4e_fmi.writing import written
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from m4e_fmi.simulate import Simulation
 
 ZOOM = 60.0  # s shown in the right column
+LEGEND_COLUMNS = 3
 DOTS_PER_INCH = 130
 
 
@@ -27,7 +29,7 @@ def plot_run(results: str | Path, picture: Path) -> Path:
         for component, members in loaded.components.items()
         for name, one in members.items()
     }
-    return _draw(loaded.attributes.get("title", ""), loaded.time, panels(series), picture)
+    return _draw(loaded.attributes.get("title", ""), loaded.time, moving(panels(series)), picture)
 
 
 def plot_simulation(simulation: Simulation, picture: Path) -> Path:
@@ -37,7 +39,7 @@ def plot_simulation(simulation: Simulation, picture: Path) -> Path:
         for name, variable in simulation.variables.items()
         if not variable.local
     }
-    return _draw(simulation.program.name, simulation.time, panels(series), picture)
+    return _draw(simulation.program.name, simulation.time, moving(panels(series)), picture)
 
 
 def _draw(title: str, time: np.ndarray, shown: list[Panel], picture: Path) -> Path:
@@ -58,7 +60,10 @@ def _draw(title: str, time: np.ndarray, shown: list[Panel], picture: Path) -> Pa
         for axis in row:
             _fill(axis, time, panel)
         row[0].set_ylabel(f"{panel.title}\n[{panel.unit}]" if panel.title else f"[{panel.unit}]")
-        row[0].legend(loc="upper left", ncols=3, fontsize=7, frameon=False, borderaxespad=0.1)
+        row[0].legend(
+            handles=_by_rows(row[0].get_lines()), loc="upper left", ncols=LEGEND_COLUMNS,
+            fontsize=7, frameon=False, borderaxespad=0.1,
+        )  # fmt: skip
         low, high = row[0].get_ylim()
         row[0].set_ylim(low, high + 0.22 * (high - low))  # room for the legend
     for axis in axes[-1]:
@@ -72,6 +77,11 @@ def _draw(title: str, time: np.ndarray, shown: list[Panel], picture: Path) -> Pa
     with written(picture) as part:
         figure.savefig(part, dpi=DOTS_PER_INCH)
     return picture
+
+
+def _by_rows(lines: Sequence[Any]) -> list[Any]:
+    """`lines` in the order in which a legend, which fills its columns, reads from left to right."""
+    return [line for column in range(LEGEND_COLUMNS) for line in lines[column::LEGEND_COLUMNS]]
 
 
 def _fill(axis: Any, time: np.ndarray, panel: Panel) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from m4e_fmi.results import Series
 
@@ -46,6 +46,19 @@ def panels(series: dict[str, Series]) -> list[Panel]:
     """The panels for `series` (full name → series): the usual ones, else one per unit."""
     usual = [panel for rule in _RULES if (panel := _matching(rule, series)).series]
     return usual if len(usual) > 1 else _by_unit(series)
+
+
+def moving(shown: list[Panel]) -> list[Panel]:
+    """The panels with the series that change; as they are if nothing changes."""
+    changing = [
+        replace(panel, series={name: s for name, s in panel.series.items() if _changes(s)})
+        for panel in shown
+    ]
+    return [panel for panel in changing if panel.series] or shown
+
+
+def _changes(series: Series) -> bool:
+    return bool((series.values != series.values[:1]).any())
 
 
 def _matching(rule: _Rule, series: dict[str, Series]) -> Panel:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from m4e_fmi.cosim import Link, Prepared, Timing
 
-SPACE = (3.6, 2.0)  # inches between neighbours
+SPACE = (4.0, 2.2)  # inches between neighbours
 BOX = (1.5, 0.62)  # inches
 MOST_NAMES = 4  # variables named at an arrow
 BEND = 0.16
@@ -43,6 +43,7 @@ def system_figure(prepared: Prepared) -> Figure:
     corners = np.array(list(places.values()))
     low, high = corners.min(axis=0) - BOX, corners.max(axis=0) + BOX
     size = np.maximum(high - low, (4.0, 2.0))
+    low = (low + high - size) / 2
     figure = Figure(figsize=tuple(size))
     axis = figure.add_axes((0, 0, 1, 1))
     axis.set_axis_off()

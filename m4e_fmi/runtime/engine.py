@@ -190,11 +190,6 @@ class Engine:
             block.kernel = ctypes.cast(function, ctypes.c_void_p) if function else None
         return True
 
-    @property
-    def instructions(self) -> int:
-        """Instructions of one evaluation of the rates by the interpreter."""
-        return self.library.m4e_model_block(self.handle, BLOCKS["rates"]).contents.length - 1
-
     def set_parameters(self, values: ArrayLike) -> None:
         p = vector(values, (self.counts.parameters,), "parameters")
         self.library.m4e_set_parameters(self.handle, p.ctypes.data)

@@ -19,19 +19,30 @@ from m4e_fmi.runtime.declarations import Block, Counts
 LARGEST = 5000
 """Instructions of a block that is compiled, at most."""
 
-_RING = ("{a} + {b}", "{a} - {b}", "{a} * {b}")
+_RING = ("+", "-", "*")
 _FUSED = tuple(
-    outer.format(inner=inner)
-    for outer in (
-        "({inner}) + {{c}}",
-        "({inner}) - {{c}}",
-        "({inner}) * {{c}}",
-        "{{c}} - ({inner})",
-    )
+    outer.format(f"({{a}} {inner} {{b}})")
+    for outer in ("{} + {{c}}", "{} - {{c}}", "{} * {{c}}", "{{c}} - {}")
     for inner in _RING
 )
-_WRITTEN = {"neg": "-{a}", "add": _RING[0], "sub": _RING[1], "mul": _RING[2], "div": "{a} / {b}"}
-_SINCOS = len(OPERATIONS) + len(_FUSED)
+_CHAINED = tuple(f"({{c}} {x} {{a}} * {{b}}) {y} {{e}} * {{f}}" for x in "+-" for y in "+-")
+_PAIRED = tuple(
+    f"({{a}} {first} {{b}}) {outer} ({{e}} {second} {{f}})"
+    for outer in _RING
+    for second in _RING
+    for first in _RING
+)
+SEVERAL = (*_FUSED, *_CHAINED, *_PAIRED)
+"""Instructions for several operations, in order of their codes; `operations.h` has them in C."""
+_FIRST_CHAINED = len(OPERATIONS) + len(_FUSED)
+_SINCOS = len(OPERATIONS) + len(SEVERAL)
+_WRITTEN = {
+    "neg": "-{a}",
+    "add": "{a} + {b}",
+    "sub": "{a} - {b}",
+    "mul": "{a} * {b}",
+    "div": "{a} / {b}",
+}
 
 
 def kernel_source(blocks: Mapping[str, Block], counts: Counts, *, lanes: int = 1) -> str:
@@ -70,9 +81,10 @@ class _Writer:
                 lines += self._trigonometry(index, group, text)
                 index += len(group)
                 continue
-            lines.append(f"    const real v{index} = {self._expression(rows[index], text)};")
+            expression = self._expression(rows[index], rows[index + 1], text)
+            lines.append(f"    const real v{index} = {expression};")
             text[rows[index][1]] = f"v{index}"
-            index += 1
+            index += 2 if _FIRST_CHAINED <= code & 255 < _SINCOS else 1
         registers = np.ctypeslib.as_array(
             ctypes.cast(block.result, ctypes.POINTER(ctypes.c_uint32)), (block.results,)
         )
@@ -94,12 +106,14 @@ class _Writer:
             f"                   (double *)s{index}, (double *)c{index});",
         ]
 
-    def _expression(self, row: Sequence[int], text: Mapping[int, str]) -> str:
+    def _expression(self, row: Sequence[int], more: Sequence[int], text: Mapping[int, str]) -> str:
+        """Of an instruction; `more` is what follows it, where e and f may be."""
         code, _, a, b = row
         kind = code & 255
         names = {"a": text[a], "b": text[b], "c": text.get(code >> 8, "")}
+        names |= {"e": text.get(more[2], ""), "f": text.get(more[3], "")}
         if kind >= len(OPERATIONS):
-            return _FUSED[kind - len(OPERATIONS)].format(**names)
+            return SEVERAL[kind - len(OPERATIONS)].format(**names)
         name = OPERATIONS[kind]
         written = _WRITTEN.get(name, f"each_{name.upper()}({{a}}, {{b}})")
         return written.format(**names)

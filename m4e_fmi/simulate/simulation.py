@@ -20,6 +20,7 @@ from m4e_fmi.runtime.library import library, library_detail
 from m4e_fmi.simulate.audit import EnergyAudit, energy_audit, with_works
 from m4e_fmi.simulate.solvers import (
     SCIPY_METHODS,
+    Solved,
     Task,
     solve_compiled,
     solve_python,
@@ -98,33 +99,19 @@ def simulate(
     terminal one ends the simulation, with a last row at its time. Raises InputError for an unknown
     name or a bad time, RunError if the integration fails, naming time and cause.
     """
-    if method not in METHODS:
-        remedy = suggestion(method, METHODS, "methods")
-        raise InputError.single(f"there is no method {method!r}", remedy)
-    _check_step_size(step_size, method)
+    method, solver = _solver(method, step_size)
     if isinstance(system, str | Path):
         system = load_model(system)
     given = start_values or {}
     program = system if isinstance(system, Program) else model_program(system, inputs=tuple(given))
     program = started(program, given)
-    times = np.array(output_times(stop_time, output_interval))
-    if method in RUNTIME_METHODS and library() is None:
-        if method == FIXED:
-            message = f"the method {FIXED} needs the runtime's library: {library_detail()}"
-            raise RunError(message, f"take the method {PYTHON}, which controls its error")
-        method = PYTHON
-    if method in RUNTIME_METHODS:
-        solver = solve_compiled
-    else:
-        solver = solve_python if method == PYTHON else solve_scipy
     began = time.perf_counter()
-    explain = functools.partial(_explained, system, program)
     audited, works = with_works(program)
     watched, watches = _watched(audited, events)
     solved = solver(
         Task(
             program=watched,
-            times=times,
+            times=np.array(output_times(stop_time, output_interval)),
             method=method.removeprefix(SCIPY),
             tolerance=tolerance,
             step_size=step_size or np.inf,
@@ -132,12 +119,11 @@ def simulate(
             watches=watches,
             kinks=_kinks(system, stop_time),
             progress=progress,
-            explain=explain,
+            explain=functools.partial(_explained, system, program),
         )
     )
     variables = {v.name: v for v in (*audited.states, *audited.outputs)}
     columns = solved.table.T[: len(variables)]  # without what is there to be watched only
-    count = len(program.states)
     return Simulation(
         program=program,
         method=method,
@@ -147,10 +133,26 @@ def simulate(
         evaluations=solved.evaluations,
         wall_time=time.perf_counter() - began,
         events=tuple(
-            Event(events[k].name, t, states[:count], events[k].terminal)
+            Event(events[k].name, t, states[: len(program.states)], events[k].terminal)
             for t, k, states in solved.events
         ),
     )
+
+
+def _solver(method: str, step_size: float | None) -> tuple[str, Callable[[Task], Solved]]:
+    """The method that `method` becomes on this machine, and what runs it."""
+    if method not in METHODS:
+        remedy = suggestion(method, METHODS, "methods")
+        raise InputError.single(f"there is no method {method!r}", remedy)
+    _check_step_size(step_size, method)
+    if method in RUNTIME_METHODS and library() is not None:
+        return method, solve_compiled
+    if method == FIXED:
+        message = f"the method {FIXED} needs the runtime's library: {library_detail()}"
+        raise RunError(message, f"take the method {PYTHON}, which controls its error")
+    if method in (*RUNTIME_METHODS, PYTHON):
+        return PYTHON, solve_python
+    return method, solve_scipy
 
 
 def _check_step_size(step_size: float | None, method: str) -> None:

@@ -1,8 +1,9 @@
 """Whether FMUs grow: `python -m benchmark.endurance [NATIVE [PYTHON]]`, run in `tests/`.
 
-Resident memory before and after many instances, steps and saved states of a native FMU (NATIVE
-instances and states, default 100,000, and ten times as many steps), of its Python FMU (PYTHON,
-default 10,000), and of the smallest slave that PythonFMU itself builds, whose growth is its own.
+Resident memory before and after many instances, steps and saved states of native FMUs, FMI 2.0 and
+3.0 (NATIVE instances and states, default 100,000, and ten times as many steps), of the Python FMU
+(PYTHON, default 10,000), and of the smallest slave that PythonFMU itself builds, whose growth is
+its own.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from pathlib import Path
 from typing import Any
 
 import fmpy
-from fmpy import fmi2
+from fmpy import fmi2, fmi3
 from support.chains import sprung_chain
 
 from m4e_fmi.fmu import build_fmu
@@ -70,7 +71,9 @@ class Fmu:
     def __init__(self, path: Path, folder: Path) -> None:
         fmpy.extract(str(path), str(folder))
         description: Any = fmpy.read_model_description(str(path), validate=False)
-        self._fmu = fmi2.FMU2Slave(
+        self._version = description.fmiVersion[0]
+        slave: Any = fmi3.FMU3Slave if self._version == "3" else fmi2.FMU2Slave
+        self._fmu = slave(
             guid=description.guid,
             unzipDirectory=str(folder),
             modelIdentifier=description.coSimulation.modelIdentifier,
@@ -81,13 +84,14 @@ class Fmu:
 
     def _begin(self) -> None:
         self._fmu.instantiate()
-        self._fmu.setupExperiment()
+        if self._version == "2":
+            self._fmu.setupExperiment()
         self._fmu.enterInitializationMode()
         self._fmu.exitInitializationMode()
 
     def instance(self) -> None:
         """Free the instance and make another, with its first step."""
-        self._fmu.dll.fmi2FreeInstance(self._fmu.component)
+        self.close()
         self._begin()
         self.time = 0.0
         self.step()
@@ -98,15 +102,16 @@ class Fmu:
 
     def state(self) -> None:
         """Save, step, restore; serialise and back."""
-        state = self._fmu.getFMUstate()
+        state = self._fmu.getFMUState()
         self._fmu.doStep(self.time, H)
-        self._fmu.setFMUstate(state)
-        copy = self._fmu.deSerializeFMUstate(self._fmu.serializeFMUstate(state))
-        self._fmu.freeFMUstate(state)
-        self._fmu.freeFMUstate(copy)
+        self._fmu.setFMUState(state)
+        copy = self._fmu.deserializeFMUState(self._fmu.serializeFMUState(state))
+        self._fmu.freeFMUState(state)
+        self._fmu.freeFMUState(copy)
 
     def close(self) -> None:
-        self._fmu.dll.fmi2FreeInstance(self._fmu.component)
+        """Free the instance; FMPy's own function would unload the library, too."""
+        getattr(self._fmu.dll, f"fmi{self._version}FreeInstance")(self._fmu.component)
 
 
 def growth(what: str, action: Callable[[], None], count: int) -> Growth:
@@ -135,19 +140,20 @@ def bare_fmu(folder: Path) -> Path:
 
 
 def measured(native: int, python: int) -> dict[str, list[Growth]]:
-    """Growth by kind of FMU: native, Python, bare."""
+    """Growth by kind of FMU: native, native 3 (FMI 3.0), Python, bare."""
     program = model_program(sprung_chain(3))
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         files = {
             "native": build_fmu(program, folder / "native.fmu", native=True),
+            "native 3": build_fmu(program, folder / "native_3.fmu", native=True, fmi="3"),
             "Python": build_fmu(program, folder / "python.fmu"),
             "bare": bare_fmu(folder),
         }
         found: dict[str, list[Growth]] = {}
         for kind, path in files.items():
             fmu = Fmu(path, folder / kind)
-            count = native if kind == "native" else python
+            count = native if kind.startswith("native") else python
             found[kind] = [growth("instances", fmu.instance, count)]
             found[kind].append(growth("steps", fmu.step, 10 * count))
             if kind != "bare":
@@ -159,7 +165,7 @@ def measured(native: int, python: int) -> dict[str, list[Growth]]:
 def main(native: str = "100000", python: str = "10000") -> None:
     for kind, rows in measured(int(native), int(python)).items():
         for row in rows:
-            print(f"{kind:<7} {row}", flush=True)
+            print(f"{kind:<8} {row}", flush=True)
 
 
 if __name__ == "__main__":

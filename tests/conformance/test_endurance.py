@@ -24,11 +24,12 @@ def test_memory_is_flat() -> None:
     )
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)
-    native, python, bare = found["native"], found["Python"], found["bare"]
+    python, bare = found["Python"], found["bare"]
     # an instance has some 10 kB, a state 200 B: one that is kept each time would be seen
-    assert native["instances"] * 2000 < PAGES
-    assert native["steps"] * 20_000 < PAGES
-    assert native["states"] * 2000 < PAGES
+    for native in (found["native"], found["native 3"]):
+        assert native["instances"] * 2000 < PAGES
+        assert native["steps"] * 20_000 < PAGES
+        assert native["states"] * 2000 < PAGES
     assert python["instances"] < bare["instances"] + PAGES / 200
     assert python["steps"] * 2000 < PAGES
     assert python["states"] * 200 < PAGES

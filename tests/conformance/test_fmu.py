@@ -821,6 +821,8 @@ class Counter(M4eSlave):
         self.values[self.index["size"]] = float(len(self.blob))
         note = (self.resources / "note.txt").read_text(encoding="utf-8")
         self.values[self.index["note"]] = float(len(note)) + len(self.text["label"])
+        if self.values[self.index["u"]] == 7.0:
+            self.values[self.index["count"]] = (-1.0) ** 0.5
 
     def save(self):
         if self.values[self.index["u"]] == 6.0:
@@ -913,6 +915,13 @@ class TestPythonSlave:
         instance.step(0.0, 0.1)
         instance.fmu.terminate()
         assert instance["count"] == 1.0
+
+    def test_an_output_that_is_no_number(self, counter: Path, load: Load) -> None:
+        instance = load(counter).initialise({"u": 7.0})
+        assert math.isnan(instance["count"])
+        assert "an output is no number" in instance.last_error
+        assert "complex" in instance.last_error
+        discarded(lambda: instance.step(0.0, 0.1))
 
     def test_percent_signs_in_log_messages(self, counter: Path, load: Load) -> None:
         instance = load(counter).initialise({"u": 5.0})

@@ -19,7 +19,6 @@ import numpy as np
 import pytest
 from doc_tools.run_page import run_page
 from support.chains import sprung_chain
-from support.tool_page import called_elsewhere
 
 from m4e_fmi.analysis import linearize
 from m4e_fmi.cosim import Component, FmuFile, Network, Simulation, System
@@ -111,20 +110,15 @@ def agrees(
 
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("name", CO_SIMULATING)
-def test_co_simulation(name: str, model: str, fmus: Any, expected: Any, tmp_path: Path) -> None:
-    start, names = MODELS[model][1], list(expected(model))
-    kinds = [True] if name == "c_host" else [True, False]  # a host without Python
-    calls = [(fmus(model, native), start, names, STOP, STEP) for native in kinds]
-    page = ROOT / "docs" / "importers" / f"{name}.md"
-    try:
-        native, *python = called_elsewhere(page, tmp_path / "page", MODULES.get(name), calls)
-    except (ImportError, OSError) as error:  # OSError: a library that the module needs
-        pytest.skip(f"{error}; see docs/importers/{name}.md")
+def test_co_simulation(name: str, model: str, tool: Any, fmus: Any, expected: Any) -> None:
+    run, start = tool(name)["run"], MODELS[model][1]
+    native = run(fmus(model, True), start, list(expected(model)), STOP, STEP)
     agrees(native, expected(model), CO_SIMULATION)
-    if python:
-        assert python == [native]
+    if name != "c_host":  # a host without Python
+        python = run(fmus(model, False), start, list(expected(model)), STOP, STEP)
+        assert python == native
     else:  # the others round times differently, and so the lengths of their steps
-        assert native == ours(fmus(model, True), start, names)
+        assert native == ours(fmus(model, True), start, list(expected(model)))
 
 
 def test_python_in_a_c_host(tool: Any, fmus: Any, expected: Any) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import gc
 import math
 import subprocess
 import sys
@@ -98,10 +99,7 @@ def exchange(path: Path, folder: Path) -> tuple[fmi2.FMU2Model, dict[str, int]]:
         modelIdentifier=description.modelExchange.modelIdentifier,
         instanceName="model",
     )
-    # FMPy's own callbacks would log through whatever logger was used last, perhaps gone by now
-    callbacks = fmi2.fmi2CallbackFunctions()
-    callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(lambda *_: None)
-    model.instantiate(callbacks=callbacks)
+    model.instantiate()
     model.setupExperiment()
     model.enterInitializationMode()
     model.exitInitializationMode()
@@ -318,7 +316,7 @@ class TestResults:
 
             def run(k: int) -> None:
                 make = library.fmi2Instantiate
-                callbacks = ctypes.byref(alone._callbacks)
+                callbacks = ctypes.byref(alone.callbacks)
                 c = ctypes.c_void_p(make(b"%d" % k, 1, guid, resources, callbacks, 0, 0))
                 library.fmi2EnterInitializationMode(c)
                 library.fmi2ExitInitializationMode(c)
@@ -699,6 +697,20 @@ class TestRefusals:
         instance.messages.clear()
         answers(ERROR, fmu.terminate)
         assert instance.messages == []
+
+
+def test_fmpy_logs_when_other_instances_are_gone(
+    fmus: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """FMPy has one logger for the whole process: that of tests/support outlives its instances."""
+    with Instance(fmus["driven"], tmp_path / "gone") as instance:
+        instance.initialise()
+    del instance
+    gc.collect()
+    model, _ = exchange(fmus["driven"], tmp_path / "driven")
+    model.setDebugLogging(True, [])
+    answers(ERROR, lambda: model.setContinuousStates((ctypes.c_double * 2)(), 2))
+    assert "in event mode" in capsys.readouterr().out
 
 
 def test_folders_of_any_name(fmus: dict[str, Path], tmp_path: Path) -> None:

@@ -51,11 +51,31 @@ def test_a_planted_fault_is_found(name: str, tmp_path: Path):
     assert report.ok == ("error" not in {f.severity for f in report.findings})
 
 
+def test_the_unit_of_a_type_is_that_of_its_variables(tmp_path: Path):
+    """An alias of x whose unit is that of its type, and der(v), whose unit is, too."""
+    types = "<TypeDefinitions>"
+    for name, unit in (("Length", "m"), ("Acceleration", "m/s2")):
+        types += f'<SimpleType name="{name}"><Real unit="{unit}"/></SimpleType>'
+    text = defects.description()
+    for old, new in (
+        ('<Real unit="m/s2"', '<Real declaredType="Acceleration"'),
+        ('name="stretch" valueReference="10"', 'name="stretch" valueReference="5"'),
+        ('calculated"><Real unit="m" />', 'calculated"><Real declaredType="Length" />'),
+        ("<DefaultExperiment", f"{types}</TypeDefinitions><DefaultExperiment"),
+    ):
+        assert old in text, old
+        text = text.replace(old, new)
+    defect = defects.Defect(frozenset(), change=(defects.description(), text))
+    report = validate_fmu(defects.build(tmp_path, defect), only=("description",))
+    assert troubles(report) == set()
+
+
 def test_a_crash_names_the_call_and_spares_the_other_groups(tmp_path: Path):
     path = defects.build(tmp_path, DEFECTS["nan crashes"])
     report = validate_fmu(path, only=("values", "solution"))
     (crash,) = report.of_severity("error")
     assert "SIGSEGV in fmi2SetReal" in crash.message
+    assert crash.message.endswith("with force = nan")
     assert [group.passed for group in report.groups] == [False, True]
 
 

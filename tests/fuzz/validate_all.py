@@ -1,49 +1,73 @@
-"""Validate the FMUs of all examples and of the library, native and Python.
+"""Validate the FMUs of all examples and of the library: native of FMI 2.0 and 3.0, and Python.
 
-Run it as ``python tests/fuzz/validate_all.py FOLDER``; the FMUs are built in FOLDER. It takes a
-few minutes and ends with exit code 1 if there is an error or a warning.
+Run it as ``python tests/fuzz/validate_all.py FOLDER [NAME…]``; the FMUs are built in FOLDER, those
+of the NAMEs only, if there are any. It takes some minutes and ends with exit code 1 if there is an
+error or a warning.
 """
 
 from __future__ import annotations
 
 import sys
 import time
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
-from m4e_fmi.cosim import System, fmu_files
-from m4e_fmi.fmu import build_fmu, validate_fmu
+from m4e_fmi.cosim import Kind, System
+from m4e_fmi.cosim.system import kind_module
+from m4e_fmi.fmu import PythonSource, build_fmu, validate_fmu
 from m4e_fmi.model import load_model
 from m4e_fmi.multibody import model_program
+from m4e_fmi.program import Program
 from m4e_fmi.report import validation_text
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
+KINDS: dict[str, dict[str, Any]] = {
+    "native_2": {"native": True},
+    "native_3": {"native": True, "fmi": "3"},
+    "python": {},
+}
 
 
-def files(folder: Path) -> Iterator[Path]:
-    for native in (True, False):
-        here = folder / ("native" if native else "python")
-        here.mkdir(parents=True, exist_ok=True)
-        for model in sorted(EXAMPLES.rglob("*.model.yaml")):
-            program = model_program(load_model(model))
-            yield build_fmu(program, here / f"{program.name}.fmu", native=native)
-        for system in sorted(EXAMPLES.rglob("system.yaml")):
-            where = here / system.parent.name
-            yield from fmu_files(System.load(system), where, native=native).values()
+def sources() -> Iterator[tuple[str, Program | PythonSource]]:
+    """What FMUs are made from, by a name of its own."""
+    for path in sorted(EXAMPLES.rglob("*.model.yaml")):
+        yield f"{path.parent.name}.{path.name.split('.')[0]}", model_program(load_model(path))
+    for path in sorted(EXAMPLES.rglob("system.yaml")):
+        system = System.load(path)
+        for component in system.components:
+            kind = component.source
+            if isinstance(kind, Kind):
+                made = kind_module(kind.name).make(
+                    kind.config, name=component.name, folder=system.folder, progress=lambda _: None
+                )
+                yield f"{path.parent.name}.{component.name}", made
 
 
-def main(folder: Path) -> int:
-    wrong = 0
-    for path in files(folder):
+def files(folder: Path, names: list[str]) -> Iterator[Path]:
+    for name, source in sources():
+        for kind, options in KINDS.items():
+            wanted = isinstance(source, Program) or kind == "python"
+            if wanted and (not names or name in names):
+                yield build_fmu(source, folder / kind / f"{name}.fmu", **options)
+
+
+def main(folder: Path, names: list[str]) -> int:
+    wrong, notes, checked = 0, Counter[str](), 0
+    for path in files(folder, names):
         began = time.perf_counter()
         report = validate_fmu(path)
         print(f"{time.perf_counter() - began:5.1f} s  {path}", flush=True)
+        checked += 1
+        notes.update(finding.id for finding in report.of_severity("note"))
         if report.of_severity("error", "warning"):
             wrong += 1
             print(validation_text(report), flush=True)
-    print(f"{wrong} with errors or warnings")
+    print("notes:", ", ".join(f"{count} {name}" for name, count in sorted(notes.items())))
+    print(f"{wrong} of {checked} with errors or warnings")
     return int(wrong > 0)
 
 
 if __name__ == "__main__":
-    sys.exit(main(Path(sys.argv[1])))
+    sys.exit(main(Path(sys.argv[1]), sys.argv[2:]))

@@ -71,6 +71,9 @@ DEFECTS: dict[str, Defect] = {
     "the step size is ignored": _code(
         "STEP_SIZE", "solution.step_size", "derivatives.mismatch", "derivatives.output"
     ),
+    "a solver that is coarse": _code(
+        "EULER", "derivatives.rough", "solution.exchange", "solution.step_size"
+    ),
     "steps before initialization": _code("EARLY_STEP", "phases.accepted"),
     "a tunable parameter is ignored": _code("TUNABLE_IGNORED", "parameters.tunable_ignored"),
     "a fixed parameter can be set": _code("FIXED_ACCEPTED", "parameters.settable"),

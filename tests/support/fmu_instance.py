@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 import shutil
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -11,7 +10,8 @@ from typing import Any
 
 import fmpy
 from fmpy import fmi2
-from fmpy.logging import addLoggerProxy
+
+from m4e_fmi.fmu.messages import Messages
 
 DISCARD = 2
 
@@ -26,7 +26,7 @@ class Instance:
     def __init__(
         self, path: Path, folder: Path, *, name: str = "instance", description: Any = None
     ) -> None:
-        self.messages: list[tuple[int, str]] = []
+        self._heard: list[tuple[int, str]] = []
         self.folder = folder
         self.description: Any = description or fmpy.read_model_description(str(path))
         self.references = {v.name: v.valueReference for v in self.description.modelVariables}
@@ -37,15 +37,17 @@ class Instance:
             modelIdentifier=self.description.coSimulation.modelIdentifier,
             instanceName=name,
         )
-        self._callbacks = fmi2.fmi2CallbackFunctions()
-        self._callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(self._log)
-        self._callbacks.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
-        self._callbacks.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(fmpy.free)
-        addLoggerProxy(ctypes.byref(self._callbacks))
-        self.fmu.instantiate(loggingOn=True, callbacks=self._callbacks)
+        # FMPy's proxy logs through the logger it was given last, for all FMUs of the process, also
+        # once that one is gone: the logger of Messages stays
+        self._messages = Messages()
+        self.callbacks = self._messages.callbacks
+        self.fmu.instantiate(loggingOn=True, callbacks=self.callbacks)
 
-    def _log(self, _environment: Any, _name: Any, status: int, _category: Any, text: bytes) -> None:
-        self.messages.append((status, text.decode("utf-8")))
+    @property
+    def messages(self) -> list[tuple[int, str]]:
+        """Status and text of what was logged since the list was cleared."""
+        self._heard += self._messages.take()
+        return self._heard
 
     def __enter__(self) -> Instance:
         return self

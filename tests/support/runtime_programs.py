@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
+import operator
+
 from m4e_fmi.program import Program, Recorder, Variable, functions
 from m4e_fmi.program.binary_form import Entry
 from m4e_fmi.program.functions import cos, sin
-from m4e_fmi.program.tape import BINARY, UNARY
+from m4e_fmi.program.tape import BINARY, UNARY, Scalar
 
 
 def chain(n: int) -> Program:
@@ -58,6 +61,37 @@ def every_operation() -> Program:
         r.output(Variable(f"binary.{name}", "1", name), (x + q).record(name, w + r.time))
     r.rate("x", sin(x * q) - w * cos(x) + r.time * q**2)
     r.calculate(Variable("c", "m2", "calculated"), q * q + sin(q))
+    return r.program()
+
+
+def every_fusion() -> Program:
+    """Sums, differences and products within others, in all orders: what the interpreter may do in
+    one instruction. Each is of states of its own, so that nothing else reads its parts.
+    """
+    r = Recorder("every_fusion", "operations within operations")
+    ring = (operator.add, operator.sub, operator.mul)
+    number = itertools.count()
+
+    def some() -> Scalar:
+        name = f"x{next(number)}"
+        x = r.state(Variable(name, "1", "number", start=1.0))
+        r.rate(name, -x)
+        return x
+
+    values = []
+    for outer, inner in itertools.product(ring, repeat=2):
+        values += [outer(inner(some(), some()), some()), outer(some(), inner(some(), some()))]
+    for outer, first, second in itertools.product(ring, repeat=3):
+        values.append(outer(first(some(), some()), second(some(), some())))
+    for outer, inner in itertools.product(ring[:2], repeat=2):
+        values.append(outer(inner(some(), some() * some()), some() * some()))
+        values.append(outer(some() * some(), inner(some(), some() * some())))
+        values.append(outer(inner(some() * some(), some()), some() * some()))
+    long = some()
+    for operation in 3 * ring:
+        long = operation(long, some() * (some() - some()))
+    for k, value in enumerate([*values, long]):
+        r.output(Variable(f"y{k}", "1", "result"), value)
     return r.program()
 
 

@@ -16,11 +16,21 @@ from PIL import Image
 from m4e_fmi.errors import InputError
 from m4e_fmi.model import Body, Joint, JointEffort, Model, load_model
 from m4e_fmi.multibody import model_program
-from m4e_fmi.report import animate, draw_model, model_figure, plot_modes, plot_phase, symbols
+from m4e_fmi.report import (
+    animate,
+    draw_model,
+    figures,
+    model_figure,
+    plot_modes,
+    plot_phase,
+    symbols,
+)
 from m4e_fmi.report.film import film
 from m4e_fmi.report.motion import LARGEST_TURN, SWING, _moved
+from m4e_fmi.report.panels import moving, panels
 from m4e_fmi.report.parts import placed, ranks, tie_lines
 from m4e_fmi.report.scene import Anchor, scene
+from m4e_fmi.results import Series
 from m4e_fmi.simulate import Simulation, simulate
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -260,3 +270,22 @@ def test_a_start_with_a_tilt_is_drawn_tilted() -> None:
                   )  # fmt: skip
     shown = scene(model)
     assert shown.start[0] == pytest.approx([-1, 0, math.pi / 2])
+
+
+class TestTimeHistories:
+    def test_what_stands_still_is_left_out(self) -> None:
+        def series(name: str, unit: str, *values: float) -> Series:
+            return Series(name, unit, name, np.array(values))
+
+        moved = series("body.m.z", "m", 0.0, 1.0)
+        still = [series("body.m.x", "m", 2.0, 2.0), series("body.m.theta", "rad", 0.0, 0.0)]
+        shown = panels({one.name: one for one in (*still, moved)})
+        assert [panel.title for panel in shown] == ["motion from start", "rotation"]
+        assert [list(panel.series) for panel in moving(shown)] == [["body.m.z"]]
+        nothing = panels({one.name: one for one in still})
+        assert moving(nothing) == nothing
+
+    def test_a_legend_reads_from_left_to_right(self) -> None:
+        """It fills its columns: of four entries in three columns the second is below the first."""
+        assert figures._by_rows(["a", "b", "c", "d"]) == ["a", "d", "b", "c"]
+        assert figures._by_rows(list("abcdef")) == ["a", "d", "b", "e", "c", "f"]

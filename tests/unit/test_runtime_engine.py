@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import ctypes
 import gc
 import resource
 
 import numpy as np
 import pytest
-from support.runtime_programs import chain, every_operation, exact, van_der_pol
+from support.runtime_programs import chain, every_fusion, every_operation, exact, van_der_pol
 
 from m4e_fmi.errors import InputError
 from m4e_fmi.program import Program, Recorder, Variable
+from m4e_fmi.program.binary_form import OPERATIONS
 from m4e_fmi.program.functions import log, sqrt
 from m4e_fmi.program.python_form import load_python
 from m4e_fmi.runtime.engine import (
+    BLOCKS,
     DONE,
     EVENT,
     MANY_EVENTS,
@@ -26,8 +29,9 @@ from m4e_fmi.runtime.engine import (
     ensemble,
 )
 from m4e_fmi.runtime.integrator import Integrator
+from m4e_fmi.runtime.kernel import SEVERAL
 
-PROGRAMS = [chain(1), chain(7), every_operation()]
+PROGRAMS = [chain(1), chain(7), every_operation(), every_fusion()]
 
 
 def _plain(program: Program, t: float, x: np.ndarray) -> tuple[list[float], list[float]]:
@@ -61,6 +65,22 @@ def test_compiled_kernels_give_the_interpreters_bits(program: Program) -> None:
     for x in _points(program, 50):
         np.testing.assert_array_equal(interpreted.rates(0.4, x), compiled.rates(0.4, x))
         np.testing.assert_array_equal(interpreted.outputs(0.4, x), compiled.outputs(0.4, x))
+
+
+def test_operations_that_share_an_instruction_are_rounded_each_by_itself() -> None:
+    program = every_fusion()
+    engine = Engine(program)
+    block = engine.library.m4e_model_block(engine.handle, BLOCKS["outputs"]).contents
+    words = ctypes.cast(block.code, ctypes.POINTER(ctypes.c_uint32))
+    codes = {words[4 * k] & 255 for k in range(block.length)}
+    assert codes >= set(range(len(OPERATIONS), len(OPERATIONS) + len(SEVERAL)))
+    points = _points(program, 20)
+    for x in points:
+        np.testing.assert_array_equal(engine.outputs(0.0, x), _plain(program, 0.0, x)[1])
+    for run, x in zip(
+        ensemble(program, [0.0], parameters=np.zeros((20, 0)), states=points), points, strict=True
+    ):
+        np.testing.assert_array_equal(run.outputs, [engine.outputs(0.0, x)])
 
 
 def test_parameters_inputs_and_calculated_parameters() -> None:

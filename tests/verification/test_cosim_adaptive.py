@@ -14,6 +14,7 @@ import pytest
 from scipy.linalg import expm
 
 from m4e_fmi.cosim import Component, FmuFile, Network, Outcome, Simulation, System, run
+from m4e_fmi.cosim.step_control import SMALLEST
 from m4e_fmi.errors import RunError
 
 Fmus = Callable[[str], Path]
@@ -126,3 +127,65 @@ def test_what_no_step_resolves_is_an_error(c_fmu: Fmus) -> None:
     links = ("a.y -> b.u", "b.y -> a.u")
     with pytest.raises(RunError, match=r"coupling error of .* stays above coupling_tolerance"):
         run(System("s", (there, back), links, settings))
+
+
+def test_a_signal_that_starts_at_zero_does_not_stop_the_run(c_fmu: Fmus) -> None:
+    # of y = t²/2 a first-order step misses a share that does not depend on its size
+    ramp = Component("s", FmuFile(c_fmu("rogue+state")), {"when": 9.0})
+    first = Component("a", FmuFile(c_fmu("integrator+state")))
+    second = Component("b", FmuFile(c_fmu("integrator+state")))
+    links = ("s.y -> a.u, units ignored", "a.y -> b.u")
+    settings = Simulation(2.0, 0.1, "jacobi", coupling_tolerance=1e-5)
+    off: list[float] = []
+
+    def observe(time: float, network: Network) -> None:
+        off.append(abs(network.read("a.y") - time**2 / 2))
+
+    outcome = run(System("s", (ramp, first, second), links, settings), observers=[observe])
+    assert not isinstance(outcome.certificate, str)
+    stated = next(e for e in outcome.certificate.errors if str(e.source) == "a.y")
+    assert max(off) < 3 * stated.error * 2.0  # of a range of 2
+
+
+@pytest.mark.verifies(
+    "two-position control, which switches within steps at times nobody announces",
+    analytic="triangle wave",
+    tolerance="2 per second of passing steps",
+)
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-6])
+def test_steps_shrink_onto_a_jump_and_pass_over_it(c_fmu: Fmus, tolerance: float) -> None:
+    # x' = y, where y is 1 up to x = 0.5 and -1 down to x = -0.5
+    parts = [
+        Component(name, FmuFile(c_fmu(f"{model}+state+inputs")))
+        for name, model in (("r", "relay"), ("i", "integrator"))
+    ]
+    step, stop = 0.1, 5.2
+    settings = Simulation(stop, step, coupling_tolerance=tolerance)
+    off: list[float] = []
+
+    def observe(time: float, network: Network) -> None:
+        s = (time + 0.5) % 2.0
+        off.append(abs(network.read("i.y") - (-0.5 + s if s <= 1 else 1.5 - s)))
+
+    system = System("s", tuple(parts), ("r.y -> i.u", "i.y -> r.u"), settings)
+    outcome = run(system, observers=[observe])
+    # each of five jumps is found in a step of 1e-6 of the largest; the slope then changes by 2
+    assert max(off) < 5 * 2 * SMALLEST * step
+    assert outcome.rejected > 5 * 6  # from the largest step to the smallest, by fifths at most
+
+
+def test_a_jump_costs_no_more_than_finding_it(c_fmu: Fmus) -> None:
+    # y = t, and 100 more from 0.737 s on; the source alone knows when
+    source = Component("s", FmuFile(c_fmu("rogue+state")), {"what": 7.0, "when": 0.737})
+    parts = [Component(n, FmuFile(c_fmu("integrator+state"))) for n in "ab"]
+    links = ("s.y -> a.u, units ignored", "a.y -> b.u")
+    settings = Simulation(2.0, 0.1, coupling_tolerance=1e-5)
+    found: dict[float, float] = {}
+    outcome = run(
+        System("s", (source, *parts), links, settings),
+        observers=[lambda t, n: found.__setitem__(t, n.read("a.y"))],
+    )
+    assert 0 < outcome.rejected <= 20
+    assert outcome.steps < 20 + 3 * 20
+    # the jump lies in one step of at most 1e-6 of the largest, and in no other
+    assert found[2.0] == pytest.approx(2.0 + 100 * (2.0 - 0.737), abs=100 * SMALLEST * 0.1)

@@ -59,7 +59,7 @@ def forces(h: float, *, told: bool) -> np.ndarray:
 
 
 @pytest.mark.verifies(
-    "forces of a line at a fairlead that moves smoothly, error over that of half the step: at least",
+    "forces of a line whose fairlead moves smoothly, error over that of half the step: at least",
     analytic="finer step",
     tolerance="3.5",
 )

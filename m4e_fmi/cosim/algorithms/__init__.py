@@ -1,10 +1,12 @@
 """How the components make one step together: one algorithm per file.
 
 An algorithm is made from a Network. Its `step(time, size)` steps every component from the present
-communication point, at which all values are consistent, by `size` seconds; the network's `advance`
-follows. `held` tells what it held at the network's inputs meanwhile. One that does the same in
-every step is `Scheduled`, and the C library makes its steps. To add one: a file here, an entry in
-`ALGORITHMS`, its name in `m4e_fmi.cosim.system.ALGORITHMS`.
+communication point, at which all values are consistent, by `size` seconds, which it notes as the
+network's `size`; the network's `advance` follows. `held` tells what it held at the network's inputs
+meanwhile. What it knows of the past is in the network's `values` and `last`, so that it needs no
+more than those to go on from another point. One that does the same in every step is `Scheduled`,
+and the C library makes its steps. To add one: a file here, an entry in `ALGORITHMS`, its name in
+`m4e_fmi.cosim.system.ALGORITHMS`.
 """
 
 from __future__ import annotations

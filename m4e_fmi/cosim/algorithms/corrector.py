@@ -27,12 +27,19 @@ estimate of the error of the pass before, and larger than that of the result.
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import networkx as nx
 import numpy as np
 
+from m4e_fmi.cosim.algorithms.course import Way
 from m4e_fmi.cosim.algorithms.gauss_seidel import GaussSeidel
-from m4e_fmi.cosim.algorithms.interface import Interface, Part, Way
+from m4e_fmi.cosim.algorithms.interface import Interface
+from m4e_fmi.cosim.algorithms.part import Part
+from m4e_fmi.cosim.algorithms.scheduled import Scheduled
 from m4e_fmi.cosim.network import Network
+from m4e_fmi.cosim.operations import Operation, gather
+from m4e_fmi.cosim.schedule import Schedule
 
 
 def corrector(network: Network) -> Corrector | GaussSeidel:
@@ -45,31 +52,33 @@ def corrector(network: Network) -> Corrector | GaussSeidel:
     return sweep
 
 
-class Corrector:
+class Corrector(Scheduled):
     """See the module."""
 
+    order = 3
     estimate_order = 3
-    REMEMBERED = ("_interface",)
 
     def __init__(self, network: Network) -> None:
-        self._interface = Interface(network)
-        self.held = np.zeros_like(network.inputs)
-        parts = {part.name: part for part in self._interface.parts}
+        self._interface = interface = Interface(network, Way.PARABOLA)
+        parts = {part.name: part for part in interface.parts}
         self._knots = tuple(_Knot([parts[k] for k in names], c) for names, c in _knots(network))
-        self.change = np.zeros_like(self._interface.end)
+        self._before = np.zeros_like(interface.end)
+        super().__init__(network, self._passes(2), interface.held)
         rigid = [part.name for knot in self._knots if knot.cyclic for part in knot.once]
         moving = [part for part in parts.values() if part.moved]
         self.notes = (*map(_once_note, rigid), *map(_moved_note, moving))
-
-    @property
-    def order(self) -> int:
-        """Third, unless `notes` tell why not."""
-        return 2 if self.notes else 3
+        if self.notes:
+            self.order = 2
 
     @property
     def end(self) -> np.ndarray:
         """Values of all exchanged outputs at the end of the step."""
         return self._interface.end
+
+    @property
+    def change(self) -> np.ndarray:
+        """What the last pass changed in `end`."""
+        return self._before - self.end
 
     @property
     def estimates(self) -> bool:
@@ -81,28 +90,45 @@ class Corrector:
         """Whether a component of each cycle of connections can make its step again."""
         return all(knot.again for knot in self._knots if knot.cyclic)
 
+    def _passes(self, count: int) -> list[Operation]:
+        """A step of so many passes."""
+        interface = self._interface
+        operations = [o for part in interface.parts for o in part.save]
+        operations += interface.begin
+        for knot in self._knots:
+            operations += [o for part in (*knot.again, *knot.once) for o in part.operations]
+            if not knot.cyclic:
+                continue
+            again = [o for part in knot.again for o in (*part.restore, *part.operations)]
+            operations += again * (count - 2)
+            for part in (*knot.again, *knot.once):
+                if part.outputs.stop > part.outputs.start:
+                    ends = range(part.outputs.start, part.outputs.stop)
+                    operations.append(gather(self._before[part.outputs], interface.end, ends))
+            operations += again
+        return [*operations, *interface.mean]
+
+    @cached_property
+    def _first(self) -> Schedule:
+        """The first step, before which nothing is known of the past."""
+        return Schedule(self._passes(3))
+
+    def prepare(self, size: float) -> None:
+        """Weights for this size, and that of the step before."""
+        self._interface.prepare(size)
+
     def step(self, time: float, size: float) -> None:
         """Step all components from `time` by `size` [s]."""
-        interface = self._interface
-        passes = 2 if interface.has_history else 3
-        interface.begin(time, size)
-        self.change[:] = interface.end
-        for knot in self._knots:
-            for part in (*knot.again, *knot.once):
-                interface.step(part, time, size, Way.PARABOLA)
-            for _ in range(passes - 1 if knot.cyclic else 0):
-                for part in (*knot.again, *knot.once):
-                    self.change[part.outputs] = part.end
-                for part in knot.again:
-                    part.restore()
-                    interface.step(part, time, size, Way.PARABOLA)
-        self.change -= interface.end
-        self.held[:] = interface.mean(Way.PARABOLA)
+        if self.network.last:
+            super().step(time, size)
+            return
+        self.network.size = size
+        self.prepare(size)
+        self._first.run(time, size)
 
     def undo(self) -> None:
         """Return all components to the start of the step."""
-        for part in self._interface.parts:
-            part.restore()
+        self._interface.undo()
 
 
 class _Knot:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from m4e_fmi.cosim.memory import recall, remember
 from m4e_fmi.cosim.network import Network
 
 if TYPE_CHECKING:
@@ -28,7 +29,7 @@ class Doubling:
         self._network = network
         self._algorithm = algorithm
         self._count = len(network.outputs)
-        self._start = network.snapshot(PLACE)
+        self._start, self._past = network.snapshot(PLACE), remember(algorithm)
         self.order = algorithm.order
         self.estimate_order = algorithm.order + 1
         self.notes = algorithm.notes
@@ -39,7 +40,7 @@ class Doubling:
     def step(self, time: float, size: float) -> None:
         """Step all components from `time` by `size` [s], in two halves."""
         network, algorithm = self._network, self._algorithm
-        self._start = network.snapshot(PLACE)
+        self._start, self._past = network.snapshot(PLACE), remember(algorithm)
         algorithm.step(time, size)
         network.advance(time + size)
         whole = network.values[: self._count].copy()
@@ -60,3 +61,4 @@ class Doubling:
     def undo(self) -> None:
         """Return all components to the start of the step."""
         self._network.restore(self._start)
+        recall(self._algorithm, self._past)

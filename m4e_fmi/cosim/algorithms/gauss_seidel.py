@@ -53,7 +53,6 @@ class GaussSeidel(Scheduled):
     """See the module."""
 
     order = 2
-    REMEMBERED = ("_last", "_begun", "_earlier")
 
     def __init__(self, network: Network) -> None:
         held = np.zeros_like(network.inputs)
@@ -66,26 +65,16 @@ class GaussSeidel(Scheduled):
             _Component(network, name, before=set(network.sweep[:k]), asked=asked[name], held=held)
             for name, k in place.items()
         )
-        super().__init__([o for c in self._components for o in c.operations], held)
-        self._last = 0.0
-        self._begun, self._earlier = network.time, 0.0
+        super().__init__(network, [o for c in self._components for o in c.operations], held)
         self._prepared = (0.0, 0.0)
 
-    def step(self, time: float, size: float) -> None:
-        """Step all components; what begins where the last step began takes that one's place."""
-        if time > self._begun:
-            self._begun, self._earlier = time, self._last
-        self._last = self._earlier
-        super().step(time, size)
-
-    def prepare(self, size: float) -> bool:
-        sizes = (size, self._last)
+    def prepare(self, size: float) -> None:
+        """Weights for this size, and that of the step before."""
+        sizes = (size, self.network.last)
         if sizes != self._prepared:
             for component in self._components:
                 component.prepare(*sizes)
             self._prepared = sizes
-        self._last = size
-        return sizes[0] == sizes[1]
 
 
 class _Component:
@@ -113,7 +102,7 @@ class _Component:
             operations += [self._held, *setting(instance, inputs, self._held.into)]
         operations.append(DoStep(instance))
         if asked:
-            if _any_feed_through(network, name, asked):
+            if network.feeds_through(name, asked):
                 operations += [self._ends, *setting(instance, inputs, self._ends.into)]
             outputs = network.output_slice(name)
             names = tuple(port.variable for port in network.outputs[outputs])
@@ -160,13 +149,6 @@ def _signal(network: Network, link: Link, before: Container[str]) -> Signal:
         rate=rate,
         curvature=curvature,
     )
-
-
-def _any_feed_through(network: Network, name: str, outputs: Sequence[Port]) -> bool:
-    """Whether any of the outputs depends on a connected input of its component."""
-    connected = {port.variable for port in network.targets[network.input_slice(name)]}
-    dependencies = network.instances[name].description.dependencies
-    return any(dependencies[port.variable] & connected for port in outputs)
 
 
 def _combination(into: np.ndarray, source: np.ndarray) -> Combine:

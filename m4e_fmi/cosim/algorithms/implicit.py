@@ -22,9 +22,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from m4e_fmi.cosim.algorithms.interface import Interface, Part, Way
+from m4e_fmi.cosim.algorithms.course import Way
+from m4e_fmi.cosim.algorithms.interface import Interface
+from m4e_fmi.cosim.algorithms.part import Courses, Part
 from m4e_fmi.cosim.network import Network
 from m4e_fmi.cosim.newton import DIFFERENCE, NotConvergedError, QuasiNewton
+from m4e_fmi.cosim.schedule import Schedule
 from m4e_fmi.cosim.step_control import Scale
 from m4e_fmi.errors import RunError
 
@@ -32,12 +35,15 @@ from m4e_fmi.errors import RunError
 class Implicit:
     """See the module."""
 
-    REMEMBERED = ("_interface", "_newton", "_scale")
+    REMEMBERED = ("_newton", "_scale")
 
     def __init__(self, network: Network) -> None:
         self._network = network
-        self._interface = Interface(network)
-        self.held = np.zeros_like(network.inputs)
+        count = len(network.inputs)
+        self._inputs = np.zeros(3 * count)
+        courses = Courses(self._inputs, np.arange(3 * count).reshape(3, count))
+        self._interface = interface = Interface(network, Way.LINES, courses)
+        self.held = interface.held
         self.notes: tuple[str, ...] = ()
         self.order = 2
         rigid = [part.name for part in self._interface.parts if not part.can_return]
@@ -49,41 +55,47 @@ class Implicit:
             )
         self._scale = Scale(network, self._interface.sources)
         self._newton = QuasiNewton()
-        self._size = 0.0
+        saved = [o for part in interface.parts for o in part.save]
+        self._begin = Schedule([*saved, *interface.begin])
+        self._mean = Schedule(interface.mean)
+        again = {part.name: (*part.restore, *part.operations) for part in interface.parts}
+        self._again = {name: Schedule(operations) for name, operations in again.items()}
+        self._all = Schedule([o for operations in again.values() for o in operations])
 
     def step(self, time: float, size: float) -> None:
         """Step all components from `time` by `size` [s]; RunError if the inputs are not found."""
-        interface = self._interface
-        self._size = size
-        interface.begin(time, size)
+        interface, network = self._interface, self._network
+        network.size = size
+        interface.prepare(size)
+        self._begin.run(time)
+        self._inputs[: len(network.inputs)] = network.inputs
         one = self._scale.with_values(interface.end)
         one = np.where(one > 0.0, one, 1.0)
         scale = np.concatenate((one, one))
 
         def residual(x: np.ndarray) -> np.ndarray:
-            for part in interface.parts:
-                self._step(part, time, x)
+            self._step(self._all, time, size, x)
             return self._found() - x
 
         def jacobian(x: np.ndarray, r: np.ndarray, *, again: bool) -> np.ndarray:
-            return self._jacobian(x, r, time, DIFFERENCE * scale, declared=not again)
+            return self._jacobian(x, r, (time, size), DIFFERENCE * scale, declared=not again)
 
         try:
             self._newton.solve(residual, jacobian, self._found(), scale)
         except NotConvergedError as failure:
-            target = self._network.targets[failure.worst % len(one)]
+            worst = network.links[failure.worst % len(one)]
             raise RunError(
                 f"the inputs of the step from t = {time:.9g} s to {time + size:.9g} s could not be "
-                f"found: {target} still misses its source by {failure.size:.3g} of its range",
+                f"found in {failure.iterations} iterations: {worst.target} still misses its source "
+                f"{worst.source} by {failure.size:.3g} of its range",
                 f"try a step_size below {size:g} s, or a smaller tolerance of the FMUs",
             ) from failure
         self._scale.keep(self._scale.with_values(interface.end))
-        self.held[:] = interface.mean(Way.LINES)
+        self._mean.run(time)
 
     def undo(self) -> None:
         """Return all components to the start of the step."""
-        for part in self._interface.parts:
-            part.restore()
+        self._interface.undo()
 
     def _found(self) -> np.ndarray:
         """Values of the connected inputs' sources, in the middle and at the end."""
@@ -91,20 +103,23 @@ class Implicit:
         sources = interface.sources
         return np.concatenate((interface.middle[sources], interface.end[sources]))
 
-    def _step(self, part: Part, time: float, x: np.ndarray) -> None:
-        """One component's step again, with inputs `x`."""
-        middle, end = np.split(x, 2)
-        own = part.inputs
-        part.restore()
-        part.step(time, self._size, middle[own], end[own], Way.LINES)
-        self._interface.take(part)
+    def _step(self, again: Schedule, time: float, size: float, x: np.ndarray) -> None:
+        """Components' steps again, with inputs `x`."""
+        self._inputs[len(self._inputs) - len(x) :] = x
+        again.run(time, size)
 
     def _jacobian(
-        self, x: np.ndarray, r: np.ndarray, time: float, deltas: np.ndarray, *, declared: bool
+        self,
+        x: np.ndarray,
+        r: np.ndarray,
+        step: tuple[float, float],
+        deltas: np.ndarray,
+        *,
+        declared: bool,
     ) -> np.ndarray:
         """Derivatives of the residual; an input changes the outputs of its own component only.
 
-        With `declared`, those that FMUs provide.
+        With `declared`, those that FMUs provide. `step` is its start and size [s].
         """
         count = len(r) // 2
         matrix = np.zeros((2 * count, 2 * count))
@@ -116,9 +131,9 @@ class Implicit:
             for column in (k + shift for k in inputs for shift in (0, count)):
                 moved = x.copy()
                 moved[column] += deltas[column]
-                self._step(part, time, moved)
+                self._step(self._again[part.name], *step, moved)
                 matrix[:, column] = (self._found() - moved - r) / deltas[column]
-            self._step(part, time, x)
+            self._step(self._again[part.name], *step, x)
         return matrix
 
     def _at_once(self, part: Part) -> np.ndarray:

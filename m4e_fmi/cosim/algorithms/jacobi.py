@@ -23,8 +23,7 @@ class Jacobi(Scheduled):
         held = np.zeros(count)  # what the exchange before has set
         noted: list[Operation] = [gather(held, network.inputs, range(count))] if count else []
         steps = [DoStep(instance) for instance in network.instances.values()]
-        super().__init__([*noted, *steps], held)
+        super().__init__(network, [*noted, *steps], held)
 
-    def prepare(self, size: float) -> bool:
-        del size
-        return True
+    def prepare(self, size: float) -> None:
+        """Nothing depends on the size."""

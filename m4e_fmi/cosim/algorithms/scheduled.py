@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from m4e_fmi.cosim.network import Network
 from m4e_fmi.cosim.operations import Operation
 from m4e_fmi.cosim.schedule import Schedule
 
@@ -17,14 +18,22 @@ class Scheduled(ABC):
 
     order: int
 
-    def __init__(self, operations: Sequence[Operation], held: np.ndarray) -> None:
+    def __init__(self, network: Network, operations: Sequence[Operation], held: np.ndarray) -> None:
+        self.network = network
         self.operations = tuple(operations)
         self.held = held
         self.notes: tuple[str, ...] = ()
 
     @abstractmethod
-    def prepare(self, size: float) -> bool:
-        """Make ready for a step of `size` [s], which follows; whether for more of them as well."""
+    def prepare(self, size: float) -> None:
+        """Make `operations` those of a step of `size` [s] after the network's last one."""
+
+    def repeats(self, size: float) -> bool:
+        """Whether `operations`, which are prepared then, make any number of steps of `size` [s]."""
+        same = size == self.network.last
+        if same:
+            self.prepare(size)
+        return same
 
     @cached_property
     def _schedule(self) -> Schedule:
@@ -32,5 +41,6 @@ class Scheduled(ABC):
 
     def step(self, time: float, size: float) -> None:
         """Step all components from `time` by `size` [s]."""
+        self.network.size = size
         self.prepare(size)
         self._schedule.run(time, size)

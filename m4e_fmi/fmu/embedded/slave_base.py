@@ -175,9 +175,12 @@ class M4eSlave(Fmi2Slave):
             return [nan] * len(vrs)
         values = self.values
         try:
-            return [values[vr] for vr in vrs]
+            return [float(values[vr]) for vr in vrs]
         except IndexError:
             return self._unknown(vrs, nan)
+        except TypeError as error:  # the binary would leave it to the host
+            self._fail(f"an output is no number: {error}")
+            return [nan] * len(vrs)
 
     def set_real(self, vrs, values):
         self._stale = True

@@ -93,7 +93,7 @@ def _elf(subject: Subject, elf: SharedLibrary) -> Iterator[Finding]:
     missing = [name for name in needed if name not in elf.exports]
     if missing:
         message = f"the library does not export {some(missing)}"
-        basis = "all functions must be there, supported or not: FMI 2.0.4, section 2.1.1"
+        basis = "all functions must be there, supported or not: FMI 2.0.4, section 2.3"
         yield Finding("library.exports", "error", message, basis)
     foreign = sorted(name for name in elf.exports if not name.startswith("fmi"))
     if foreign:

@@ -11,16 +11,21 @@ _NUMBER = struct.Struct("<Q")
 
 
 class Journal:
-    """The file at `path` holds the number and the text of the last call."""
+    """The file at `path` holds the number and the text of the last call.
+
+    `occasion` says what the calls are made with, and stands after each; "" says nothing.
+    """
 
     def __init__(self, path: Path) -> None:
         path.write_bytes(bytes(_SIZE))
         with path.open("r+b") as file:
             self._map = mmap.mmap(file.fileno(), _SIZE)
         self._number = 0
+        self.occasion = ""
 
     def write(self, call: str) -> None:
         self._number += 1
+        call += f" with {self.occasion}" if self.occasion else ""
         text = call.encode("ascii", "backslashreplace")[: _SIZE - _NUMBER.size]
         self._map[:] = (_NUMBER.pack(self._number) + text).ljust(_SIZE, b"\0")
 

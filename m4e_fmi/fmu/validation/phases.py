@@ -150,6 +150,7 @@ def _of_exchange(bench: Bench) -> dict[str, tuple[tuple[str, ...], Action]]:
     x = np.array([float(v.start or 0.0) for v in bench.subject.states])
     t = bench.subject.start_time
     values = (INITIALIZATION, EVENT, CONTINUOUS, TERMINATED)
+    rates = values if bench.subject.fmi_3 else values[1:]
     event_mode = (CONTINUOUS,) if bench.subject.fmi_3 else (EVENT, CONTINUOUS)
     return {
         "EnterEventMode": (event_mode, _plain("EnterEventMode")),
@@ -162,7 +163,7 @@ def _of_exchange(bench: Bench) -> dict[str, tuple[tuple[str, ...], Action]]:
             lambda p: _status(lambda: p.set_state_vector(x)),
         ),
         "GetContinuousStates": (values, lambda p: _status(p.state_vector)),
-        "GetDerivatives": (values, lambda p: _status(p.rate_vector)),
+        "GetDerivatives": (rates, lambda p: _status(p.rate_vector)),
     }
 
 

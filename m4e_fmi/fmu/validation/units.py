@@ -20,13 +20,14 @@ def check_units(subject: Subject) -> Iterator[Finding]:
     for variable in subject.reals():
         if variable.derivative is not None and variable.derivative.type == "Real":
             yield from _of_derivative(variable, definitions)
-    missing = [v.name for v in subject.reals() if not _unit(v) and v.causality != "independent"]
+    missing = [v.name for v in subject.reals() if not unit_of(v) and v.causality != "independent"]
     if missing:
         message = f"{len(missing)} Reals have no unit: {some(missing)}"
         yield Finding("units.missing", "note", message, 'give unit="1" to what has none')
 
 
-def _unit(variable: Any) -> str:
+def unit_of(variable: Any) -> str:
+    """The variable's own unit, or that of its type; "" where there is none."""
     of_type = variable.declaredType.unit if variable.declaredType is not None else None
     return variable.unit or of_type or ""
 
@@ -63,7 +64,7 @@ def _text(factor: float, powers: Sequence[int]) -> str:
 
 
 def _of_derivative(variable: Any, definitions: dict[str, Any]) -> Iterator[Finding]:
-    of, unit = _unit(variable.derivative), _unit(variable)
+    of, unit = unit_of(variable.derivative), unit_of(variable)
     pair = f"{variable.name} is the derivative of {variable.derivative.name}"
     if bool(of) != bool(unit):
         who = variable.name if of else variable.derivative.name

@@ -6,6 +6,7 @@ import ctypes
 import math
 import time
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -30,6 +31,7 @@ TYPES_3 = ("Float64", "Int32", "Boolean", "String")
 STEPS = 3
 SECONDS = 2.0
 """After which no further case is tried; values that make an FMU slow come last."""
+FATAL_REMEDY = "fmi2Error is enough: after fmi2Fatal the importer can only give up"
 UNUSABLE = "FMI 2.0.4, section 2.1.3: fmi2Reset makes an FMU usable again after fmi2Error"
 
 
@@ -73,7 +75,7 @@ def _special(bench: Bench, baseline: np.ndarray, *, exchange: bool) -> Iterator[
         for v in chosen:
             if time.monotonic() - began > SECONDS:
                 break
-            case = f"{v.name} = {value:g}"
+            bench.library.journal.occasion = case = f"{v.name} = {value:g}"
             with bench.probe(exchange=exchange) as probe:
                 try:
                     heard = _with_special(bench, probe, v, value)
@@ -88,13 +90,13 @@ def _special(bench: Bench, baseline: np.ndarray, *, exchange: bool) -> Iterator[
                     silent.append(case)
                 if not _usable(bench, probe, baseline):
                     unusable.append(case)
+    bench.library.journal.occasion = ""
     if silent:
         message = f"values that are not finite come out without a word: {some(silent)}"
         yield Finding("values.silent", "warning", message, "answer fmi2Error or fmi2Discard")
     if fatal:
         message = f"is answered by fmi2Fatal: {some(fatal)}"
-        remedy = "fmi2Error is enough: after fmi2Fatal the importer can only give up"
-        yield Finding("values.fatal", "warning", message, remedy)
+        yield Finding("values.fatal", "warning", message, FATAL_REMEDY)
     if untimely:
         message = (
             f"doStep answers fmi2Discard, but no time within the step is told: {some(untimely)}"
@@ -195,6 +197,8 @@ def _references(bench: Bench, *, exchange: bool) -> Iterator[Finding]:
                 refused = max(action(probe), noticed(probe)) > WARNING
             except FatalError:
                 refused = True
+                message = f"{name} a value reference that no variable has is answered by fmi2Fatal"
+                yield Finding("values.fatal", "warning", message, FATAL_REMEDY)
             if not refused:
                 message = f"{name} values accepts a value reference that no variable has"
                 yield Finding("values.reference", "warning", message, basis)
@@ -215,7 +219,8 @@ def _names(bench: Bench, *, exchange: bool) -> Iterator[Finding]:
     for what, text in texts.items():
         with bench.probe(exchange=exchange, name=text) as probe:
             probe.setup()
-            probe.set([2**31], np.zeros(1), "of no variable")  # for a message with the name
+            with suppress(FatalError):  # which has been found before
+                probe.set([2**31], np.zeros(1), "of no variable")  # for a message with the name
             probe.words()
         yield from _text(bench, text, what, exchange=exchange)
 

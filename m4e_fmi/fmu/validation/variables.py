@@ -9,6 +9,7 @@ from typing import Any
 
 from m4e_fmi.fmu.validation.findings import Finding
 from m4e_fmi.fmu.validation.subject import Subject, limits
+from m4e_fmi.fmu.validation.units import unit_of
 
 
 def check_variables(subject: Subject) -> Iterator[Finding]:
@@ -42,8 +43,8 @@ def _aliases(subject: Subject) -> Iterator[Finding]:
                 yield Finding("variables.alias", "error", f"{pair}, but each can be set", basis)
             elif (first.variability == "constant") != (other.variability == "constant"):
                 yield Finding("variables.alias", "error", f"{pair}, but one is constant", basis)
-            elif first.type == "Real" and first.unit != other.unit:
-                units = f"{first.unit or 'none'} and {other.unit or 'none'}"
+            elif first.type == "Real" and unit_of(first) != unit_of(other):
+                units = f"{unit_of(first) or 'none'} and {unit_of(other) or 'none'}"
                 yield Finding("variables.alias", "error", f"{pair}, but have units {units}", basis)
 
 
@@ -64,7 +65,7 @@ def _limits(variable: Any) -> Iterator[Finding]:
     nominal = variable.nominal
     if nominal is not None and not 0 < float(nominal) < math.inf:
         message = f"{variable.name}: nominal is {nominal}"
-        basis = "FMI 2.0.4, section 2.2.3: nominal > 0"
+        basis = "fmi2GetNominalsOfContinuousStates: nominal values are above 0"
         yield Finding("variables.nominal", "error", message, basis)
 
 

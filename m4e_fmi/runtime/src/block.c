@@ -3,8 +3,7 @@
    Order: by depth of sines and cosines (how many lie on the way from the leaves), those of one
    depth first and together, so that they are computed as vectors; within a depth what the longest
    chain of operations waits for comes first, so that the processor always has something to do
-   meanwhile; of what is equal in that, like operations together, which spares jumps. An addition, subtraction or product that only another such operation reads is fused into it.
-   Registers are allotted by linear scan: one is free again after the last instruction that reads
+   meanwhile; of what is equal in that, like operations together, which spares jumps. Registers are allotted by linear scan: one is free again after the last instruction that reads
    it. None of this changes a rounding. */
 #include <stdlib.h>
 
@@ -17,17 +16,14 @@ typedef struct {
     uint32_t *order; /* needed nodes, as they will be computed */
     uint32_t *where; /* of a trigonometric argument: its instruction; later: register of a node */
     uint32_t *last;  /* instruction that reads a node last */
-    uint8_t *fused;  /* 1: part of another's instruction, 2: has a part */
+    fusion fused;
     uint32_t needed;
     block *out;
 } planner;
 
-static int is_trig(uint8_t op) { return op == OP_SIN || op == OP_COS; }
+enum { THROUGH_REGISTER = 3 };
 
-/* Add, sub, mul as 0, 1, 2; -1 for other operations. */
-static int ring(uint8_t op) {
-    return op == OP_ADD ? 0 : op == OP_SUB ? 1 : op == OP_MUL ? 2 : -1;
-}
+static int is_trig(uint8_t op) { return op == OP_SIN || op == OP_COS; }
 
 /* Nodes that have a register for good; a block of hoisted values computes those itself. */
 static int available(const planner *s, uint32_t node) {
@@ -47,15 +43,17 @@ static void count_uses(planner *s, uint32_t count, const uint32_t *roots) {
     }
 }
 
-/* How many operations a result waits for after a node, at most. */
+/* How long a result waits for a node, at most, in operations: what an instruction of its own leaves
+   in a register is written and read again, which takes as long as two or three of them. */
 static uint32_t heights(const planner *s, uint32_t *height) {
     const m4e_program *p = s->program;
     uint32_t most = 0;
     for (uint32_t k = p->count.nodes; k-- > 0;) {
         if (s->uses[k] == 0) continue;
+        const uint32_t spent = m4e_is_within(&s->fused, k) ? 1 : THROUGH_REGISTER;
         const uint32_t operand[] = {p->a[k], p->op[k] >= FIRST_BINARY ? p->b[k] : p->a[k]};
         for (int i = 0; i < 2; ++i)
-            if (height[k] >= height[operand[i]]) height[operand[i]] = height[k] + 1;
+            if (height[operand[i]] < height[k] + spent) height[operand[i]] = height[k] + spent;
         if (height[k] > most) most = height[k];
     }
     return most;
@@ -88,39 +86,16 @@ static void sort(planner *s, const uint32_t *key, uint32_t keys, uint32_t *place
     memcpy(s->order, sorted, s->needed * sizeof *sorted);
 }
 
-/* An operand that only `k` reads, and which can be computed within its instruction. */
-static int fusible(const planner *s, uint32_t operand) {
-    return s->uses[operand] == 1 && !s->fused[operand] && ring(s->program->op[operand]) >= 0;
-}
-
-static void choose_fused(planner *s) {
-    const m4e_program *p = s->program;
-    for (uint32_t k = 0; k < p->count.nodes; ++k) {
-        if (s->uses[k] == 0 || ring(p->op[k]) < 0 || p->a[k] == p->b[k]) continue;
-        const uint32_t part = fusible(s, p->b[k]) ? p->b[k] : p->a[k];
-        if (!fusible(s, part)) continue;
-        s->fused[part] = 1;
-        s->fused[k] = 2;
-    }
-}
-
-/* Operation of the instruction for a node. */
-static uint32_t operation(const planner *s, uint32_t k) {
-    const m4e_program *p = s->program;
-    if (s->fused[k] != 2) return p->op[k];
-    const int second = s->fused[p->b[k]] == 1;
-    const int outer = p->op[k] == OP_SUB && second ? 3 : ring(p->op[k]);
-    return (uint32_t)(FIRST_FUSED + 3 * outer + ring(p->op[second ? p->b[k] : p->a[k]]));
-}
-
 /* By operation, then by what waits for a node, then by depth: the last sort decides first. */
 static int order(planner *s) {
-    const uint32_t nodes = s->program->count.nodes, room = 2 * nodes + OPS;
+    const uint32_t nodes = s->program->count.nodes, room = (THROUGH_REGISTER + 1) * nodes + OPS;
     uint32_t *key = calloc(2 * (size_t)nodes + room, sizeof *key), count = 0;
+    instruction form[2];
     if (!key) return 0;
     uint32_t *sorted = key + nodes, *place = sorted + nodes;
     for (uint32_t k = 0; k < nodes; ++k) {
-        key[k] = operation(s, k);
+        m4e_fused(&s->fused, k, form);
+        key[k] = form->code & 255;
         if (s->uses[k] > 0) s->order[count++] = k;
     }
     sort(s, key, OPS, place, sorted);
@@ -134,10 +109,10 @@ static int order(planner *s) {
     return 1;
 }
 
-static instruction *append(planner *s, uint32_t code, uint32_t d, uint32_t a, uint32_t b) {
-    instruction *i = &s->out->code[s->out->length++];
-    *i = (instruction){code, d, a, b};
-    return i;
+static instruction *append(planner *s, instruction i) {
+    instruction *place = &s->out->code[s->out->length++];
+    *place = i;
+    return place;
 }
 
 /* One instruction for the sine and the cosine of an argument. */
@@ -146,16 +121,9 @@ static void append_trig(planner *s, uint32_t k) {
     instruction *i = place == M4E_NONE ? NULL : &s->out->code[place];
     if (!i) {
         s->where[argument] = (uint32_t)s->out->length;
-        i = append(s, OP_SINCOS, M4E_NONE, argument, M4E_NONE);
+        i = append(s, (instruction){OP_SINCOS, M4E_NONE, argument, M4E_NONE});
     }
     *(s->program->op[k] == OP_SIN ? &i->b : &i->d) = k;
-}
-
-static void append_fused(planner *s, uint32_t k) {
-    const m4e_program *p = s->program;
-    const int second = s->fused[p->b[k]] == 1;
-    const uint32_t part = second ? p->b[k] : p->a[k], other = second ? p->a[k] : p->b[k];
-    append(s, operation(s, k) | other << 8, k, p->a[part], p->b[part]);
 }
 
 static void emit(planner *s) {
@@ -163,13 +131,14 @@ static void emit(planner *s) {
     memset(s->where, 0xff, (2 * (size_t)p->count.nodes + 2) * sizeof *s->where);
     for (uint32_t i = 0; i < s->needed; ++i) {
         const uint32_t k = s->order[i];
-        if (s->fused[k] == 1) continue;
-        if (s->fused[k] == 2)
-            append_fused(s, k);
-        else if (is_trig(p->op[k]))
+        if (m4e_is_within(&s->fused, k)) continue;
+        if (is_trig(p->op[k])) {
             append_trig(s, k);
-        else
-            append(s, p->op[k], k, p->a[k], p->op[k] >= FIRST_BINARY ? p->b[k] : p->a[k]);
+            continue;
+        }
+        instruction form[2];
+        const int count = m4e_fused(&s->fused, k, form);
+        for (int j = 0; j < count; ++j) append(s, form[j]);
     }
     uint32_t run = 0;
     for (uint64_t i = s->out->length; i-- > 0;) {
@@ -179,13 +148,16 @@ static void emit(planner *s) {
     }
 }
 
+/* Whether there is a c, the upper bits of the code. */
+static int has_third(uint32_t op) { return op >= FIRST_FUSED && op < FIRST_PAIRED; }
+
 /* Registers read by an instruction: its a, its b unless that is a result, its c. */
 static size_t operands(const instruction *i, uint32_t *node) {
     const uint32_t op = i->code & 255;
     size_t count = 0;
     node[count++] = i->a;
     if (op != OP_SINCOS && i->b != i->a) node[count++] = i->b;
-    if (op >= FIRST_FUSED && op < OP_SINCOS && i->code >> 8 != i->a && i->code >> 8 != i->b)
+    if (has_third(op) && i->code >> 8 != i->a && i->code >> 8 != i->b)
         node[count++] = i->code >> 8;
     return count;
 }
@@ -217,12 +189,12 @@ static void allot(planner *s, uint32_t count, const uint32_t *roots) {
         for (size_t j = operands(now, node); j-- > 0;)
             if (s->last[node[j]] == i && s->where[node[j]] > p->unread)
                 registers.free[registers.count++] = s->where[node[j]];
-        if (op >= FIRST_FUSED && op < OP_SINCOS) now->code = op | s->where[now->code >> 8] << 8;
+        if (has_third(op)) now->code = op | s->where[now->code >> 8] << 8;
         now->a = s->where[now->a];
         now->b = op == OP_SINCOS ? take(s, &registers, now->b) : s->where[now->b];
         now->d = take(s, &registers, now->d);
     }
-    append(s, OP_END, 0, 0, 0);
+    append(s, (instruction){OP_END, 0, 0, 0});
     out->registers = registers.next;
     for (uint32_t i = 0; i < count; ++i) out->result[i] = s->where[roots[i]];
 }
@@ -233,9 +205,8 @@ block *m4e_block_new(const m4e_program *program, uint32_t count, const uint32_t 
     planner s = {.program = program, .hoisting = hoisting};
     uint32_t *memory = calloc(5 * n, sizeof *memory);
     int done = 0;
-    s.fused = calloc(n, 1);
     s.out = calloc(1, sizeof *s.out);
-    if (memory && s.fused && s.out) {
+    if (memory && s.out) {
         s.uses = memory;
         s.order = memory + n;
         s.last = memory + 2 * n;
@@ -243,9 +214,9 @@ block *m4e_block_new(const m4e_program *program, uint32_t count, const uint32_t 
         s.out->result = malloc((count + (size_t)1) * sizeof *s.out->result);
         s.out->results = count;
         count_uses(&s, count, roots);
-        choose_fused(&s);
+        s.fused = (fusion){.program = program, .uses = s.uses};
         s.out->code = malloc((s.needed + (size_t)1) * sizeof *s.out->code);
-        done = s.out->result && s.out->code && order(&s);
+        done = s.out->result && s.out->code && m4e_fuse(&s.fused) && order(&s);
     }
     if (done) {
         emit(&s);
@@ -255,7 +226,7 @@ block *m4e_block_new(const m4e_program *program, uint32_t count, const uint32_t 
         s.out = NULL;
     }
     free(memory);
-    free(s.fused);
+    m4e_fusion_free(&s.fused);
     return s.out;
 }
 

@@ -20,10 +20,15 @@ enum {
     NODE_OPS, /* what follows occurs in instructions only */
     FUSED_BASE = NODE_OPS - 1,
     M4E_FUSED(M4E_NAME)
-    OP_SINCOS, OP_END, OPS
+    M4E_CHAINED(M4E_NAME)
+    M4E_PAIRED(M4E_NAME)
+    OP_SINCOS, OP_MORE, OP_END, OPS
 };
 #undef M4E_NAME
-enum { FIRST_UNARY = OP_NEG, FIRST_BINARY = OP_ADD, FIRST_FUSED = OP_ADD_ADD };
+enum {
+    FIRST_UNARY = OP_NEG, FIRST_BINARY = OP_ADD, FIRST_FUSED = OP_ADD_ADD,
+    FIRST_CHAINED = OP_CHAIN_ADD_ADD, FIRST_PAIRED = OP_ADD_ADD_ADD
+};
 
 #define M4E_NONE UINT32_MAX
 #define M4E_MOST (1u << 24) /* nodes, registers: an index fits the upper bits of a code */
@@ -45,7 +50,8 @@ struct m4e_program {
 };
 
 /* code = operation + 256 c (for OP_SINCOS c is the count of consecutive ones); result d;
-   OP_SINCOS puts the sine of a into b and the cosine into d. */
+   OP_SINCOS puts the sine of a into b and the cosine into d. Chained and paired operations have e
+   and f as the a and b of the OP_MORE after them. */
 typedef m4e_instruction instruction;
 typedef m4e_block block;
 typedef void runner(const instruction *code, double *registers);
@@ -61,6 +67,19 @@ struct m4e_model {
     double curves_from;            /* s; t0 of the curves */
     const double *curves[3];       /* of the inputs: value, first and second derivative; or NULL */
 };
+
+/* How each operation becomes an instruction, if `uses` nodes and results read each. */
+typedef struct {
+    const m4e_program *program;
+    const uint32_t *uses;
+    uint32_t *cost; /* instructions for a node and what only it needs */
+    uint8_t *how;
+} fusion;
+int m4e_fuse(fusion *f); /* 0: memory is short */
+void m4e_fusion_free(fusion *f);
+int m4e_is_within(const fusion *f, uint32_t node); /* it is part of another's instruction */
+/* Its instruction, with nodes for registers; returns 2 if it takes two, one being OP_MORE. */
+int m4e_fused(const fusion *f, uint32_t node, instruction form[2]);
 
 /* Instructions that compute `roots`; `hoisting` for the block of the hoisted values themselves. */
 block *m4e_block_new(const m4e_program *program, uint32_t count, const uint32_t *roots,

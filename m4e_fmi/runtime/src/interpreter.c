@@ -24,24 +24,30 @@ static void run_sincos(const instruction *code, uint32_t count, double *r) {
     }
 }
 
-#define M4E_AB const double a = r[code->a], b = r[code->b];
-#define M4E_STORE(name, expression) r[code->d] = (expression); M4E_NEXT(name)
-#define M4E_RUN1(name, expression) \
-    M4E_CASE(name) { const double a = r[code->a]; M4E_STORE(name, expression) }
-#define M4E_RUN2(name, expression) M4E_CASE(name) { M4E_AB M4E_STORE(name, expression) }
-#define M4E_RUN3(name, expression) \
-    M4E_CASE(name) { M4E_AB const double c = r[code->code >> 8]; M4E_STORE(name, expression) }
+#define M4E_AB M4E_READ_AB const double a = r[M4E_A], b = r[M4E_B];
+#define M4E_EF M4E_READ_EF const double e = r[M4E_E], f = r[M4E_F];
+#define M4E_STORE(name, expression, count)                                                        \
+    r[place] = (expression);                                                                      \
+    M4E_NEXT(name, count)
+#define M4E_RUN1(name, expression)                                                                \
+    M4E_CASE(name) { const double a = r[code->a]; M4E_STORE(name, expression, 1) }
+#define M4E_RUN2(name, expression) M4E_CASE(name) { M4E_AB M4E_STORE(name, expression, 1) }
+#define M4E_RUN3(name, expression)                                                                \
+    M4E_CASE(name) { M4E_AB const double c = r[M4E_C]; M4E_STORE(name, expression, 1) }
+#define M4E_RUN4(name, expression) M4E_CASE(name) { M4E_AB M4E_EF M4E_STORE(name, expression, 2) }
+#define M4E_RUN5(name, expression)                                                                \
+    M4E_CASE(name) { M4E_AB const double c = r[M4E_C]; M4E_EF M4E_STORE(name, expression, 2) }
 
 void m4e_run(const instruction *code, double *r) {
     M4E_RUN {
         M4E_UNARY(M4E_RUN1)
         M4E_BINARY(M4E_RUN2)
         M4E_FUSED(M4E_RUN3)
+        M4E_CHAINED(M4E_RUN5)
+        M4E_PAIRED(M4E_RUN4)
         M4E_CASE(SINCOS) {
-            const uint32_t count = code->code >> 8;
-            run_sincos(code, count, r);
-            code += count;
-            M4E_DISPATCH
+            run_sincos(code, M4E_C, r);
+            M4E_SKIP(M4E_C)
         }
         M4E_CASE(END) return;
     }

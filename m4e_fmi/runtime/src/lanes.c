@@ -7,23 +7,31 @@
 #include "functions.h"
 
 #define M4E_REGISTER(name, k) const double *const name##s = r + (size_t)(k) * M4E_LANES;
-#define M4E_STEP(name, operands, values, expression)                                              \
+#define M4E_STEP(name, count, operands, values, expression)                                       \
     M4E_CASE(name) {                                                                              \
-        M4E_REGISTER(a, code->a) operands                                                         \
-        double *const d = r + (size_t)code->d * M4E_LANES;                                        \
+        operands                                                                                  \
+        double *const d = r + (size_t)place * M4E_LANES;                                          \
         M4E_EACH_LANE {                                                                           \
-            const double a = as[l] values;                                                        \
+            values                                                                                \
             d[l] = (expression);                                                                  \
         }                                                                                         \
-        M4E_NEXT(name)                                                                            \
+        M4E_NEXT(name, count)                                                                     \
     }
-#define M4E_B M4E_REGISTER(b, code->b)
-#define M4E_C M4E_REGISTER(c, code->code >> 8)
-#define M4E_B_VALUE , b = bs[l]
-#define M4E_C_VALUE , c = cs[l]
-#define M4E_RUN1(name, expression) M4E_STEP(name, , , expression)
-#define M4E_RUN2(name, expression) M4E_STEP(name, M4E_B, M4E_B_VALUE, expression)
-#define M4E_RUN3(name, expression) M4E_STEP(name, M4E_B M4E_C, M4E_B_VALUE M4E_C_VALUE, expression)
+#define M4E_AB M4E_READ_AB M4E_REGISTER(a, M4E_A) M4E_REGISTER(b, M4E_B)
+#define M4E_EF M4E_READ_EF M4E_REGISTER(e, M4E_E) M4E_REGISTER(f, M4E_F)
+#define M4E_AB_VALUES const double a = as[l], b = bs[l];
+#define M4E_C_VALUE const double c = cs[l];
+#define M4E_EF_VALUES const double e = es[l], f = fs[l];
+#define M4E_RUN1(name, expression)                                                                \
+    M4E_STEP(name, 1, M4E_REGISTER(a, code->a), const double a = as[l];, expression)
+#define M4E_RUN2(name, expression) M4E_STEP(name, 1, M4E_AB, M4E_AB_VALUES, expression)
+#define M4E_RUN3(name, expression)                                                                \
+    M4E_STEP(name, 1, M4E_AB M4E_REGISTER(c, M4E_C), M4E_AB_VALUES M4E_C_VALUE, expression)
+#define M4E_RUN4(name, expression)                                                                \
+    M4E_STEP(name, 2, M4E_AB M4E_EF, M4E_AB_VALUES M4E_EF_VALUES, expression)
+#define M4E_RUN5(name, expression)                                                                \
+    M4E_STEP(name, 2, M4E_AB M4E_EF M4E_REGISTER(c, M4E_C),                                       \
+             M4E_AB_VALUES M4E_C_VALUE M4E_EF_VALUES, expression)
 
 #define M4E_NAME run_plain
 #define M4E_TARGETED

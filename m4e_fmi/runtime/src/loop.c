@@ -6,7 +6,11 @@
 typedef int get_real(void *component, const uint32_t *references, size_t count, double *values);
 typedef int set_real(void *component, const uint32_t *references, size_t count,
                      const double *values);
+typedef int set_derivatives(void *component, const uint32_t *references, size_t count,
+                            const int32_t *orders, const double *values);
 typedef int do_step(void *component, double t, double h, int no_return);
+typedef int save(void *component, void **state);
+typedef int restore(void *component, void *state);
 
 static const double SECOND = 1e9;
 static const int WARNING = 1;
@@ -33,11 +37,16 @@ static void combine(const m4e_operation *o, double *values) {
 
 static int perform(const m4e_operation *o, double t, double h, uint64_t row) {
     double *values = o->values + row * o->stride;
+    void (*const f)(void) = o->function;
     switch (o->kind) {
     case M4E_GET: return get(o, values);
-    case M4E_SET:
-        return ((set_real *)o->function)(o->component, o->references, o->count, values);
-    case M4E_DO_STEP: return ((do_step *)o->function)(o->component, t, h, 1);
+    case M4E_SET: return ((set_real *)f)(o->component, o->references, o->count, values);
+    case M4E_SET_DERIVATIVES:
+        return ((set_derivatives *)f)(o->component, o->references, o->count, o->orders, values);
+    case M4E_DO_STEP:
+        return ((do_step *)f)(o->component, t + o->start * h, o->length * h, 1);
+    case M4E_SAVE: return ((save *)f)(o->component, o->state);
+    case M4E_RESTORE: return ((restore *)f)(o->component, *o->state);
     default: combine(o, values); return 0;
     }
 }

@@ -8,11 +8,14 @@
 #include "m4e.h"
 
 enum {
-    M4E_GET,     /* values = Real variables `references`; all must be finite */
-    M4E_SET,     /* the reverse */
-    M4E_DO_STEP, /* the component steps to the end of the macro step */
-    M4E_COMBINE  /* values[i] = sum over the terms k of weights[k][i] source[references[k][i]],
-                    + offset[i] unless NULL */
+    M4E_GET,             /* values = Real variables `references`; all must be finite */
+    M4E_SET,             /* the reverse */
+    M4E_SET_DERIVATIVES, /* time derivatives `orders` of inputs `references` are `values` */
+    M4E_DO_STEP,         /* the component steps from `start` by `length`, shares of the macro step */
+    M4E_SAVE,            /* keeps the component's state in *state */
+    M4E_RESTORE,         /* brings it back */
+    M4E_COMBINE          /* values[i] = sum over the terms k of weights[k][i]
+                            source[references[k][i]], + offset[i] unless NULL */
 };
 enum { M4E_NOT_A_NUMBER = -1 }; /* beside the statuses of FMI */
 
@@ -20,11 +23,14 @@ typedef struct {
     int32_t kind;
     uint32_t count, terms;
     void *component;
-    void (*function)(void); /* fmi2GetReal, fmi2SetReal, fmi2DoStep */
+    void (*function)(void); /* the one of FMI that does it */
     const uint32_t *references;
+    const int32_t *orders;
+    void **state;
     const double *weights, *source, *offset;
     double *values;
     uint64_t stride; /* of rows, if `values` is a block of them; else 0 */
+    double start, length;
 } m4e_operation;
 
 /* Performs the operations over the step of h [s] from t [s]; blocks are filled at `row`. The status

@@ -148,6 +148,12 @@ ROESSLER_YZ = (
     V("z", "1", "output", 0.0, initial="exact"),
 )
 SWITCH = (parameter("when", "s", 1.0), V("y", "1", "output", 0.0, initial="exact"))
+RELAY = (
+    parameter("low", "1", -0.5),
+    parameter("high", "1", 0.5),
+    V("u", "1", "input", 0.0),
+    V("y", "1", "output", 1.0, initial="exact"),
+)
 NODE = (
     *(V(f"u{k}", "1", "input", 0.0) for k in range(3)),
     *(V(f"y{k}", "1", "output", 0.0, initial="exact") for k in range(3)),
@@ -174,6 +180,7 @@ MODELS: dict[str, tuple[str, tuple[V, ...]]] = {
     "roessler_x": ("roessler_x.c", ROESSLER_X),
     "roessler_yz": ("roessler_yz.c", ROESSLER_YZ),
     "switch": ("switch.c", SWITCH),
+    "relay": ("relay.c", RELAY),
     "node": ("node.c", NODE),
     "rogue": ("rogue.c", ROGUE),
 }

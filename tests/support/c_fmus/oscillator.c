@@ -258,6 +258,11 @@ static int integrate(Model *m, double h) {
     double d = h / n;
     for (long j = 0; j < n && isfinite(s[0]); j++) {
         double k[4][3], y[3];
+#ifdef DEFECT_EULER
+        rates(m, r[FORCE] + m->now.slope * (j + 0.5) * d, s, k[0]);
+        for (int q = 0; q < 3; q++) s[q] += d * k[0][q];
+        continue;
+#endif
         for (int i = 0; i < 4; i++) {
             double part = i == 0 ? 0 : i == 3 ? 1 : 0.5;
             for (int q = 0; q < 3; q++) y[q] = s[q] + (i ? part * d * k[i - 1][q] : 0);

@@ -1,0 +1,184 @@
+"""A package of somebody else brings its own kinds of FMU: examples/hydraulic_pto, installed by pip.
+
+What docs/adapters.md tells of it is run and compared here.
+"""
+
+from __future__ import annotations
+
+import importlib
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from importlib.metadata import entry_points
+from math import sin
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+from doc_tools.run_page import run_page
+
+from m4e_fmi import doctor
+from m4e_fmi.cosim import System, components, run
+from m4e_fmi.errors import InputError, RunError
+from m4e_fmi.fmu import PythonSource, build_fmu, validate_fmu
+from m4e_fmi.program.python_form import load_python
+
+ROOT = Path(__file__).parents[2]
+EXAMPLE = ROOT / "examples" / "hydraulic_pto"
+PAGE = ROOT / "docs" / "adapters.md"
+NAME = "hydraulic_pto"
+VALUES = {"area": 0.02, "gas_volume": 0.2, "charge_pressure": 5e6, "conductance": 2.4e-9}
+
+
+def forget() -> None:
+    """Import the package anew next time, from where it is then."""
+    for name in [n for n in sys.modules if n.partition(".")[0] == NAME]:
+        del sys.modules[name]
+    importlib.invalidate_caches()
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """The folder that the package is installed into, found by Python while these tests run."""
+    pytest.importorskip("hatchling", reason="pip builds the package with it")
+    work, target = tmp_path_factory.mktemp("source"), tmp_path_factory.mktemp("site")
+    source = shutil.copytree(EXAMPLE, work / NAME)  # builds may leave files behind
+    flags = ("--quiet", "--no-deps", "--no-build-isolation", "--no-index", "--target")
+    command = [sys.executable, "-m", "pip", "install", *flags, target, source]
+    subprocess.run(command, check=True, capture_output=True, timeout=120)
+    sys.path.append(str(target))
+    forget()
+    yield target
+    sys.path.remove(str(target))
+    forget()
+
+
+@pytest.fixture
+def module(site: Path) -> Callable[[str], ModuleType]:
+    """`module(name)` is that module of the installed package."""
+
+    def get(name: str) -> ModuleType:
+        found = importlib.import_module(f"{NAME}.{name}")
+        assert found.__file__ is not None
+        assert Path(found.__file__).is_relative_to(site)
+        return found
+
+    return get
+
+
+def python_source(package: Path) -> PythonSource:
+    """What a copy of the package makes."""
+    sys.path.insert(0, str(package.parent))
+    forget()
+    try:
+        made = importlib.import_module(f"{NAME}.python_fmu")
+        return made.make(made.Config(rod="rod", **VALUES), name="hydraulics")
+    finally:
+        sys.path.remove(str(package.parent))
+        forget()
+
+
+@pytest.mark.usefixtures("site")
+def test_it_is_found() -> None:
+    found = {point.name for point in entry_points(group="m4e_fmi.fmus")}
+    assert {"hydraulic_pto", "hydraulic_pto_scipy", "linear_pto"} <= found
+    told = {finding.what: finding for finding in doctor.examine()}
+    assert told["hydraulic_pto: scipy"].ok
+    assert told["FMU kind hydraulic_pto"].detail == "hydraulic_pto.program_fmu"
+
+
+@pytest.mark.usefixtures("site")
+def test_the_page_shows_what_comes_out(tmp_path: Path) -> None:
+    run_page(PAGE, tmp_path / "page")
+
+
+@pytest.mark.usefixtures("site")
+def test_mistakes_in_the_file_are_told_before_it_is_called(tmp_path: Path) -> None:
+    text = (EXAMPLE / "system.yaml").read_text().replace("area: 0.02", "area: -1")
+    (tmp_path / "system.yaml").write_text(text.replace("rod: rod", "rot: rod"))
+    shutil.copy(EXAMPLE / "float.model.yaml", tmp_path)
+    with pytest.raises(InputError) as caught:
+        System.load(tmp_path / "system.yaml")
+    told = str(caught.value)
+    assert "missing key 'rod'" in told
+    assert "unknown key 'rot'" in told
+    assert "area: expected greater than 0, got -1" in told
+
+
+@pytest.mark.usefixtures("site")
+def test_an_exception_ends_the_run_and_the_page_quotes_it(tmp_path: Path) -> None:
+    system = System.load(EXAMPLE / "system_scipy.yaml").changed(start={"hydraulics.oil": 0.3})
+    with pytest.raises(RunError) as caught:
+        run(system, build_directory=tmp_path)
+    assert caught.value.message in PAGE.read_text(encoding="utf-8")
+
+
+def test_it_is_built_again_when_any_of_its_files_changes(site: Path, tmp_path: Path) -> None:
+    def built() -> set[str]:
+        told: list[str] = []
+        components._package_hash.cache_clear()
+        components.fmu_files(System.load(EXAMPLE / "system.yaml"), tmp_path, tell=told.append)
+        return {line.partition(":")[0] for line in told}
+
+    assert built() == {"float", "hydraulics"}
+    assert built() == set()
+    changed = site / NAME / "circuit.py"
+    text = changed.read_text()
+    try:
+        changed.write_text(f"{text}\n# changed")
+        assert built() == {"hydraulics"}
+    finally:
+        changed.write_text(text)
+
+
+def test_oil_is_area_times_travel_while_the_motor_is_closed(module: Callable) -> None:
+    """And pressure follows the adiabatic law; 1e-6: 20 steps at the solver's tolerance of 1e-8."""
+    circuit = module("circuit").Circuit(0.02, 0.2, 5e6, conductance=0.0, opening_speed=1e-9)
+    accumulator = module("accumulator").Accumulator(circuit, 0.0)
+    for k in range(20):
+        accumulator.advance(0.1 * k, 0.1, -1.0 if k % 2 else 1.0, tolerance=1e-8)
+    assert accumulator.oil == pytest.approx(0.02 * 2.0, rel=1e-6)
+    pressure = 5e6 * (1.25**1.4 - 1)
+    assert circuit.pressure(accumulator.oil) == pytest.approx(pressure, rel=1e-6)
+
+
+def test_what_the_rod_gives_is_delivered_or_held_by_the_gas(module: Callable) -> None:
+    """Power in = power out + p dV/dt at any state; and the program computes the same.
+
+    Powers up to 1e7 W are added: 1e-6 W are a hundred roundings.
+    """
+    circuit = module("circuit").Circuit(**VALUES, opening_speed=0.1)
+    made = module("program_fmu")
+    program = made.make(made.Config(rod="rod", **VALUES), name="hydraulics")
+    form, parameters = load_python(program), [v.start for v in program.parameters]
+    constants = form.constants(parameters)
+    for k in range(10):
+        oil, speed = 0.019 * k, 2 * sin(k)
+        pressure, delivered = circuit.pressure(oil), circuit.delivered(oil)
+        held = pressure * circuit.oil_rate(oil, speed)
+        assert circuit.absorbed(oil, speed) == pytest.approx(delivered + held, abs=1e-6)
+        found = form.outputs(0.0, [oil, 0.0], [speed], parameters, constants)
+        assert found == pytest.approx([circuit.force(oil, speed), pressure, delivered], rel=1e-14)
+
+
+DEFECTS = (  # file, what is there, what is there instead, what validate then finds
+    ("slave.py", '"energy": self._accumulator.energy}', '"energy": 0.0}', "state.rollback"),
+    ("accumulator.py", "self.oil = oil", "Accumulator.oil = oil", "instances.shared"),
+    ("python_fmu.py", "dependencies=(speed,)", "dependencies=()", "dependencies.missing"),
+)
+
+
+@pytest.mark.parametrize(("file", "right", "wrong", "finding"), DEFECTS)
+def test_what_validate_finds_of_mistakes(
+    tmp_path: Path, file: str, right: str, wrong: str, finding: str
+) -> None:
+    """The table of the page; `test_the_page_shows_what_comes_out` has no finding."""
+    package = shutil.copytree(EXAMPLE / NAME, tmp_path / NAME)
+    text = (package / file).read_text()
+    assert right in text
+    (package / file).write_text(text.replace(right, wrong))
+    fmu = build_fmu(python_source(package), tmp_path / "hydraulics.fmu")
+    report = validate_fmu(fmu, only=[finding.partition(".")[0]])
+    assert finding in {found.id for found in report.findings if found.severity == "error"}
+    assert f"`{finding}`" in PAGE.read_text(encoding="utf-8")
