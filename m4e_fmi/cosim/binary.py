@@ -8,11 +8,14 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-from fmpy import fmi2
+from fmpy import fmi1, fmi2, fmi3
 
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.reading import Description
 from m4e_fmi.fmu.unpack import Unpacked
+
+CLASSES = {"1.0": fmi1.FMU1Slave, "2.0": fmi2.FMU2Slave, "3.0": fmi3.FMU3Slave}
+"""FMPy's, by version of FMI."""
 
 
 class Binary:
@@ -28,7 +31,7 @@ class Binary:
         self._unpacked = Unpacked(description.path)
         here = Path.cwd()
         try:
-            self.functions: Any = fmi2.FMU2Slave(
+            self.functions: Any = CLASSES[description.version](
                 guid=description.guid,
                 unzipDirectory=str(self._unpacked.folder),
                 modelIdentifier=description.identifier,
@@ -37,7 +40,9 @@ class Binary:
         except Exception as error:
             self._unpacked.remove()
             text = str(error).replace(str(self._unpacked.folder), "")
-            remedy = "a library it needs is missing, or the file is not an FMI 2.0 binary"
+            remedy = (
+                f"a library it needs is missing, or it is not an FMI {description.version} binary"
+            )
             raise RunError(f"{origin}: its binary cannot be loaded: {text}", remedy) from error
         finally:
             os.chdir(here)  # loading leaves the process elsewhere when it fails

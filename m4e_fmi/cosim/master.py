@@ -6,7 +6,7 @@ import signal
 import threading
 import time as clock
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field
 from itertools import count
 from typing import cast
@@ -14,13 +14,14 @@ from weakref import finalize
 
 import numpy as np
 
-from m4e_fmi.cosim.algorithms import ALGORITHMS, Algorithm, Returning, returning
+from m4e_fmi.cosim.algorithms import ALGORITHMS, Algorithm, Returning, Undoing, returning
 from m4e_fmi.cosim.binary import Binary, binaries
 from m4e_fmi.cosim.certificate import Certificate, certificate
 from m4e_fmi.cosim.companion import Companion
 from m4e_fmi.cosim.connect import Wiring
 from m4e_fmi.cosim.energy import BondEnergy, EnergyBalance
-from m4e_fmi.cosim.instance import Instance
+from m4e_fmi.cosim.events import ended, event_notes
+from m4e_fmi.cosim.instance import EndedError, Instance
 from m4e_fmi.cosim.memory import Memory, recall, remember
 from m4e_fmi.cosim.network import Network, Point
 from m4e_fmi.cosim.results import Mark, ResultsWriter
@@ -126,6 +127,9 @@ class Master:
         self._control, self._algorithm = None, self._make(self.network)
         if simulation.coupling_tolerance is not None:
             self._control = self._step_control(cast("Returning", self._algorithm))
+        if isinstance(self._algorithm, Undoing) and not self._rigid():
+            for instance in self.network.instances.values():
+                instance.stop_at_events()
         self._energy = EnergyBalance(self.network, self._wiring.bonds)
         self._witness: Witness | Companion | None = None
         self._unwatched = ""
@@ -206,8 +210,8 @@ class Master:
 
     @property
     def done(self) -> bool:
-        """Whether the stop time is reached."""
-        return self._course.now >= self._stop
+        """Whether the stop time is reached, or an FMU has asked for the end."""
+        return self._course.now >= self._stop or bool(ended(self.network.instances.values()))
 
     @property
     def order(self) -> int:
@@ -216,8 +220,10 @@ class Master:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What the algorithm does without because an FMU cannot, one line each."""
-        return self._algorithm.notes
+        """What the algorithm does without because an FMU cannot, and events; one line each."""
+        instances = self.network.instances.values()
+        end = ended(instances)
+        return (*self._algorithm.notes, *event_notes(instances), *([end] if end else []))
 
     @property
     def energy(self) -> tuple[BondEnergy, ...]:
@@ -237,7 +243,8 @@ class Master:
         self._observe(observers)
         with _stepping() as interrupted:
             while not self.done:
-                self._course.advance()
+                with suppress(EndedError):
+                    self._course.advance()
                 self._observe(observers)
                 tell(self._course.now / SECOND)
                 if interrupted():

@@ -5,10 +5,10 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Sequence
 from ctypes import POINTER, c_double, c_int32, c_int64, c_size_t, c_uint32, c_uint64, c_void_p
+from dataclasses import replace
 
 import numpy as np
 
-from m4e_fmi.cosim.instance import Instance
 from m4e_fmi.cosim.operations import (
     Combine,
     DoStep,
@@ -19,6 +19,7 @@ from m4e_fmi.cosim.operations import (
     Set,
     SetDerivatives,
 )
+from m4e_fmi.cosim.standards import RawCall
 
 NOT_A_NUMBER = -1
 GET, SET, SET_DERIVATIVES, DO_STEP, SAVE, RESTORE, COMBINE = range(7)
@@ -89,33 +90,29 @@ class NativeExecutor:
     def _raw(self, operation: Operation) -> RawOperation:
         match operation:
             case Get(instance, names, into):
-                references = self._address(instance.references(names))
-                rest = {"references": references, **self._target(into)}
-                return self._call(GET, instance, "fmi2GetReal", **rest)
+                return self._call(GET, instance.raw("fmi2GetReal", names), **self._target(into))
             case Set(instance, names, values):
-                references = self._address(instance.references(names))
-                rest = {"references": references, **self._target(values)}
-                return self._call(SET, instance, "fmi2SetReal", **rest)
+                return self._call(SET, instance.raw("fmi2SetReal", names), **self._target(values))
             case SetDerivatives(instance, names, values):
-                function = "fmi2SetRealInputDerivatives"
-                references = self._address(instance.references(names).repeat(2))
+                raw = instance.raw("fmi2SetRealInputDerivatives", names)
+                raw = replace(raw, references=raw.references.repeat(2))
                 orders = self._address(np.tile(np.array((1, 2), dtype=np.int32), len(names)))
-                rest = {"references": references, "orders": orders, **self._target(values)}
-                return self._call(SET_DERIVATIVES, instance, function, **rest)
+                return self._call(SET_DERIVATIVES, raw, orders=orders, **self._target(values))
             case DoStep(instance, start, length):
-                return self._call(DO_STEP, instance, "fmi2DoStep", start=start, length=length)
+                raw = instance.raw("fmi2DoStep")
+                return self._call(DO_STEP, raw, start=start, length=length)
             case Save(instance):
                 state = ctypes.addressof(instance.slot())
-                return self._call(SAVE, instance, "fmi2GetFMUstate", state=state)
+                return self._call(SAVE, instance.raw("fmi2GetFMUstate"), state=state)
             case Restore(instance):
                 state = ctypes.addressof(instance.slot())
-                return self._call(RESTORE, instance, "fmi2SetFMUstate", state=state)
+                return self._call(RESTORE, instance.raw("fmi2SetFMUstate"), state=state)
             case Combine():
                 return self._combination(operation)
 
-    def _call(self, kind: int, instance: Instance, function: str, **rest: float) -> RawOperation:
-        address = instance.address(function)
-        return RawOperation(kind=kind, component=instance.handle, function=address, **rest)
+    def _call(self, kind: int, raw: RawCall, **rest: float) -> RawOperation:
+        call = {"function": raw.function, "component": raw.component}
+        return RawOperation(kind=kind, references=self._address(raw.references), **call, **rest)
 
     def _combination(self, o: Combine) -> RawOperation:
         terms = len(o.index)

@@ -51,7 +51,8 @@ class Network:
     """Instances, in listing order, with the values that pass between them.
 
     `time` is the present communication point [s]. `last` is the size [s] of the step that led there
-    from the one before, 0 at the start; `size` that of the step being made, as algorithms tell it.
+    from the one before, 0 where nothing before it counts (at the start, after a jump); `size` that
+    of the step being made, as algorithms tell it.
     `sweep` is the order in which a Gauss–Seidel algorithm steps the components.
     `inputs[k]` is the value of the connected input `targets[k]` at the present point, in the unit
     of its source, and `links[k]` what leads there; inputs of one component are consecutive
@@ -134,8 +135,8 @@ class Network:
         self._run_exchange()
 
     def forget(self) -> None:
-        """Something has jumped: what was before the present point tells nothing of what comes."""
-        self.last = 0.0
+        """Something has jumped in the step being made: the points before it tell nothing more."""
+        self.size = 0.0
 
     def refresh(self) -> None:
         """Exchange again at the present point, after something was set in an FMU."""

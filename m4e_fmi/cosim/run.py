@@ -23,6 +23,7 @@ from m4e_fmi.cosim.system import SOLVES_LOOPS, Simulation, System
 from m4e_fmi.cosim.timing import Timing, timings
 from m4e_fmi.errors import InputError, Problem, RunError
 from m4e_fmi.fmu import Description, read_description
+from m4e_fmi.fmu.reading import resized
 from m4e_fmi.results import Results, check_export, export, load, stream_of
 
 
@@ -93,7 +94,7 @@ def prepare(
     read = cache(read_description)  # many components may be of one file
     for component in system.components:
         try:
-            description = read(files[component.name])
+            description = resized(read(files[component.name]), component.start)
             descriptions[component.name] = with_units(component, description)
         except InputError as error:
             problems += error.problems

@@ -717,6 +717,7 @@ def test_folders_of_any_name(fmus: dict[str, Path], tmp_path: Path) -> None:
     folder = tmp_path / "a b é # % [x] &+,;=' 100%25"
     with Instance(fmus["driven"], folder) as instance:
         instance.initialise().step(0.0, 0.1)
+        assert instance.last_error == ""
 
 
 def test_missing_files_are_named(fmus: dict[str, Path], tmp_path: Path) -> None:

@@ -47,7 +47,7 @@ WINDOWS = {
 Run = Callable[..., subprocess.CompletedProcess[str]]
 
 
-def paths(program: Path, run: Run, expected: dict[str, str]) -> None:
+def assert_paths(program: Path, run: Run, expected: dict[str, str]) -> None:
     done = run(program, list(expected))
     assert done.returncode == 0
     assert dict(zip(expected, done.stdout.splitlines(), strict=True)) == expected
@@ -58,12 +58,12 @@ FILES = (*INCLUDES, str(SHELL_SOURCES / "files.c"))
 
 def test_paths_on_linux(tmp_path: Path) -> None:
     program = compiled_here(SUPPORT / "file_paths.c", tmp_path / "paths", flags=FILES)
-    paths(program, run_here, LINUX)
+    assert_paths(program, run_here, LINUX)
 
 
 def test_paths_on_windows(tmp_path: Path) -> None:
     program = compiled_for_windows(SUPPORT / "file_paths.c", tmp_path / "paths.exe", flags=FILES)
-    paths(program, run_on_windows, WINDOWS)
+    assert_paths(program, run_on_windows, WINDOWS)
 
 
 @pytest.fixture
@@ -77,7 +77,7 @@ def unpacked(tmp_path: Path) -> Path:
     return folder
 
 
-def steps(program: Path, run: Run, library: str, unpacked: Path, resources: str) -> None:
+def assert_steps(program: Path, run: Run, library: str, unpacked: Path, resources: str) -> None:
     guid = fmpy.read_model_description(str(unpacked)).guid
     done = run(program, [library, resources, str(guid), "10", "4", "2", "4", "0.01"])
     assert done.returncode == 0, done.stdout + done.stderr
@@ -88,7 +88,7 @@ def test_any_folder_on_linux(unpacked: Path, tmp_path: Path) -> None:
     program = compiled_here(SUPPORT / "fmu_host.c", tmp_path / "host", flags=INCLUDES)
     [library] = (unpacked / "binaries" / "linux64").iterdir()
     for resources in ((unpacked / "resources").as_uri(), str(unpacked / "resources")):
-        steps(program, run_here, str(library), unpacked, resources)
+        assert_steps(program, run_here, str(library), unpacked, resources)
 
 
 def test_any_folder_on_windows(unpacked: Path, tmp_path: Path) -> None:
@@ -101,4 +101,4 @@ def test_any_folder_on_windows(unpacked: Path, tmp_path: Path) -> None:
     plain.write_bytes(library.read_bytes())
     uri = (unpacked / "resources").as_uri()
     for resources in (uri.replace("file:///", "file:///Z:/"), windows_path(unpacked / "resources")):
-        steps(program, run_on_windows, windows_path(plain), unpacked, resources)
+        assert_steps(program, run_on_windows, windows_path(plain), unpacked, resources)

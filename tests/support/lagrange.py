@@ -94,10 +94,13 @@ def distance(a: Sequence[Any], b: Sequence[Any]) -> Any:
     return sp.sqrt((b[0] - a[0]) ** 2 + (b[1] - a[1]) ** 2)
 
 
-def compare(
+def assert_accelerations(
     program: Evaluated, mechanism: Mechanism, states: list[str], inputs: dict[str, sp.Symbol]
 ) -> None:
-    """Accelerations at random states and inputs; `states` are the coordinates' variable names."""
+    """Assert that accelerations at random states and inputs agree.
+
+    `states` are the coordinates' variable names.
+    """
     rng = np.random.default_rng(3)
     velocities = [_velocity(name) for name in states]
     parameters = {v.name: v.start for v in program.program.parameters}

@@ -53,6 +53,8 @@ OBSERVED = {
 Make = Callable[[float], System]
 ROUNDING = 1e-12
 """What the course is exact to, over its size."""
+TOO_LARGE = 1e100
+"""A course that comes here grows, and squares of it would overflow."""
 POINTS = 60
 """Steps whose course tells the eigenvalues."""
 
@@ -97,7 +99,7 @@ def growth(system: System, names: tuple[str, ...]) -> float:
 
     The coupling of linear FMUs is linear in what it keeps from step to step, so each two points in
     a row follow linearly from the two before: the matrix is fitted, and its eigenvalues are those
-    of the coupling, as far as the course excites them. inf if the run fails.
+    of the coupling, as far as the course excites them. inf if the run fails or ends `TOO_LARGE`.
     """
     rows = []
     try:
@@ -106,6 +108,8 @@ def growth(system: System, names: tuple[str, ...]) -> float:
     except RunError:  # an overflow, or an implicit step without a solution
         return math.inf
     course = np.array(rows)
+    if np.abs(course).max() > TOO_LARGE:
+        return math.inf
     course = np.hstack([course[:-1], course[1:]])
     scale = np.linalg.norm(course[:-1], axis=1, keepdims=True)
     matrix = np.linalg.lstsq(course[:-1] / scale, course[1:] / scale, rcond=ROUNDING)[0]

@@ -125,12 +125,3 @@ class Coefficients:
     def arrays(self) -> dict[str, np.ndarray]:
         """All fields as arrays, for a file."""
         return {field.name: np.asarray(getattr(self, field.name)) for field in fields(self)}
-
-    @classmethod
-    def from_arrays(cls, arrays: dict[str, np.ndarray]) -> Coefficients:
-        """The inverse of `arrays`."""
-        values: dict = {field.name: arrays[field.name] for field in fields(cls)}
-        for name in ("wave_direction", "density", "depth", "gravity"):
-            values[name] = float(values[name])
-        values["bodies"] = tuple(str(name) for name in values["bodies"])
-        return cls(**values)

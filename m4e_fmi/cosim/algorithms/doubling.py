@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from m4e_fmi.cosim.memory import recall, remember
 from m4e_fmi.cosim.network import Network
 
 if TYPE_CHECKING:
@@ -29,7 +28,7 @@ class Doubling:
         self._network = network
         self._algorithm = algorithm
         self._count = len(network.outputs)
-        self._start, self._past = network.snapshot(PLACE), remember(algorithm)
+        self._start = network.snapshot(PLACE)
         self.order = algorithm.order
         self.estimate_order = algorithm.order + 1
         self.notes = algorithm.notes
@@ -40,7 +39,7 @@ class Doubling:
     def step(self, time: float, size: float) -> None:
         """Step all components from `time` by `size` [s], in two halves."""
         network, algorithm = self._network, self._algorithm
-        self._start, self._past = network.snapshot(PLACE), remember(algorithm)
+        self._start = network.snapshot(PLACE)
         algorithm.step(time, size)
         network.advance(time + size)
         whole = network.values[: self._count].copy()
@@ -61,4 +60,3 @@ class Doubling:
     def undo(self) -> None:
         """Return all components to the start of the step."""
         self._network.restore(self._start)
-        recall(self._algorithm, self._past)
