@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import inspect
 import os
 from collections.abc import Mapping
 from contextlib import ExitStack
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +31,7 @@ class Binary:
     def __init__(self, description: Description, *, origin: str) -> None:
         self.in_use = 0
         self._unpacked = Unpacked(description.path)
+        _keep_signatures(CLASSES[description.version])
         here = Path.cwd()
         try:
             self.functions: Any = CLASSES[description.version](
@@ -58,6 +61,18 @@ class Binary:
         if self.in_use == 0:
             self.functions.freeLibrary()
         self._unpacked.remove()
+
+
+@cache
+def _keep_signatures(kind: type) -> None:
+    """Let the functions of FMPy's class carry their signatures.
+
+    FMPy asks Python for the signatures of all of them whenever it loads a library, which is a third
+    of the set-up of many FMUs; Python looks for a kept one first.
+    """
+    for _, function in inspect.getmembers(kind, inspect.isfunction):
+        if function.__name__.startswith("fmi"):
+            function.__signature__ = inspect.signature(function)
 
 
 def binaries(

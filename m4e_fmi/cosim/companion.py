@@ -24,34 +24,30 @@ from m4e_fmi.errors import RunError
 class Recorder:
     """Keeps the values of some outputs, `sources`, at the points that a run comes to: `count`."""
 
-    room = FAR
+    room, open = FAR, True
 
     def __init__(self, network: Network, sources: np.ndarray) -> None:
         self._network, self._sources = network, sources
         self._block = np.zeros((BLOCK, len(sources)))
-        self._last = round(network.time * SECOND)
+        self._now = round(network.time * SECOND)
         self._times = [np.zeros(0, dtype=np.int64)]
         self._values = [np.zeros((0, len(sources)))]
         self.count = 0
 
     @property
     def operations(self) -> tuple[Operation, ...]:
-        """What notes a step in a row of a block, where many are made at once."""
+        """What notes a step in a row of a block."""
         return (gather(self._block, self._network.values, self._sources),)
 
     def before(self) -> None:
         """Before a step."""
 
-    def after(self, steps: int = 1, row: int | None = None) -> None:
-        """After equal steps, noted from a row of the block on; after one step if there is none."""
-        if not steps:
-            return
-        now = round(self._network.time * SECOND)
-        size = (now - self._last) // steps
-        self._times.append(np.arange(self._last + size, now + 1, size))
-        self._last = now
-        values = self._network.values[None, self._sources]
-        self._values.append(values if row is None else self._block[row : row + steps].copy())
+    def after(self, steps: int, size: int, row: int, *, jumped: bool = False) -> None:
+        """After so many steps of `size` [ns]; the operations have filled rows from `row` on."""
+        del jumped
+        self._times.append(self._now + size * np.arange(1, steps + 1))
+        self._now += size * steps
+        self._values.append(self._block[row : row + steps].copy())
         self.count += steps
 
     def take(self, until: int) -> tuple[np.ndarray, np.ndarray]:
@@ -69,7 +65,7 @@ class Companion:
     `algorithm` steps `other`; `simulation` is that of the run.
     """
 
-    room = FAR
+    room, open = FAR, True
 
     def __init__(
         self,
@@ -107,11 +103,11 @@ class Companion:
         """The second set cannot follow the run any more: nothing can be told."""
         self.failure = self.failure or why
 
-    def after(self, steps: int = 1, row: int | None = None) -> None:
+    def after(self, steps: int, size: int, row: int, *, jumped: bool = False) -> None:
         """After steps of the run, as `Recorder.after`."""
         self._steps += steps
         if not self.failure:
-            self._run.after(steps, row)
+            self._run.after(steps, size, row, jumped=jumped)
             if self._run.count >= BLOCK:
                 self._follow()
 

@@ -6,6 +6,7 @@ import ctypes
 from collections.abc import Sequence
 from ctypes import POINTER, c_double, c_int32, c_int64, c_size_t, c_uint32, c_uint64, c_void_p
 from dataclasses import replace
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -70,9 +71,9 @@ class NativeExecutor:
     """Performs a list of operations in one call, without the interpreter's lock."""
 
     def __init__(self, library: ctypes.CDLL, operations: Sequence[Operation]) -> None:
-        self._kept: list[np.ndarray] = []
+        self._kept = [(operation, *_translated(operation)) for operation in operations]
         self.count = len(operations)
-        self.array = (RawOperation * self.count)(*map(self._raw, operations))
+        self.array = (RawOperation * self.count)(*(raw for _, raw, _ in self._kept))
         self._failed = c_uint64()
         self._perform = library.m4e_perform
         self._perform.argtypes = (
@@ -87,56 +88,74 @@ class NativeExecutor:
         status = self._perform(self.array, self.count, time, size, row, failed)
         return (status, failed.value) if status else (0, 0)
 
-    def _raw(self, operation: Operation) -> RawOperation:
-        match operation:
-            case Get(instance, names, into):
-                return self._call(GET, instance.raw("fmi2GetReal", names), **self._target(into))
-            case Set(instance, names, values):
-                return self._call(SET, instance.raw("fmi2SetReal", names), **self._target(values))
-            case SetDerivatives(instance, names, values):
-                raw = instance.raw("fmi2SetRealInputDerivatives", names)
-                raw = replace(raw, references=raw.references.repeat(2))
-                orders = self._address(np.tile(np.array((1, 2), dtype=np.int32), len(names)))
-                return self._call(SET_DERIVATIVES, raw, orders=orders, **self._target(values))
-            case DoStep(instance, start, length):
-                raw = instance.raw("fmi2DoStep")
-                return self._call(DO_STEP, raw, start=start, length=length)
-            case Save(instance):
-                state = ctypes.addressof(instance.slot())
-                return self._call(SAVE, instance.raw("fmi2GetFMUstate"), state=state)
-            case Restore(instance):
-                state = ctypes.addressof(instance.slot())
-                return self._call(RESTORE, instance.raw("fmi2SetFMUstate"), state=state)
-            case Combine():
-                return self._combination(operation)
 
-    def _call(self, kind: int, raw: RawCall, **rest: float) -> RawOperation:
-        call = {"function": raw.function, "component": raw.component}
-        return RawOperation(kind=kind, references=self._address(raw.references), **call, **rest)
+Translated = tuple[RawOperation, tuple[np.ndarray, ...]]
+"""An operation for the C library, and arrays of it that nothing else holds."""
 
-    def _combination(self, o: Combine) -> RawOperation:
-        terms = len(o.index)
-        assert o.index.dtype == np.uint32
-        assert o.index.shape == o.weight.shape == (terms, o.into.shape[-1])
-        return RawOperation(
-            kind=COMBINE,
-            terms=terms,
-            references=self._address(o.index),
-            weights=self._address(o.weight),
-            source=self._address(o.source),
-            offset=None if o.offset is None else self._address(o.offset),
-            **self._target(o.into),
-        )
+_known: WeakKeyDictionary[Operation, Translated] = WeakKeyDictionary()
 
-    def _target(self, into: np.ndarray) -> dict[str, int]:
-        stride = into.shape[1] if into.ndim == 2 else 0
-        return {"count": into.shape[-1], "values": self._address(into), "stride": stride}
 
-    def _address(self, array: np.ndarray) -> int:
-        assert array.flags.c_contiguous
-        assert array.dtype in (np.float64, np.uint32, np.int32)
-        self._kept.append(array)
-        return array.ctypes.data
+def _translated(operation: Operation) -> Translated:
+    """The same for the same operation, which may be in many lists, and many times in one."""
+    found = _known.get(operation)
+    if found is None:
+        found = _known[operation] = _translation(operation)
+    return found
+
+
+def _translation(operation: Operation) -> Translated:
+    match operation:
+        case Get(instance, names, values):
+            raw, references = _call(GET, instance.raw("fmi2GetReal", names))
+            _fill(raw, values)
+            return raw, (references,)
+        case Set(instance, names, values):
+            raw, references = _call(SET, instance.raw("fmi2SetReal", names))
+            _fill(raw, values)
+            return raw, (references,)
+        case SetDerivatives(instance, names, values):
+            call = instance.raw("fmi2SetRealInputDerivatives", names)
+            call = replace(call, references=call.references.repeat(2))
+            raw, references = _call(SET_DERIVATIVES, call)
+            orders = np.tile(np.array((1, 2), dtype=np.int32), len(names))
+            raw.orders = _address(orders)
+            _fill(raw, values)
+            return raw, (references, orders)
+        case DoStep(instance, start, length):
+            raw, _ = _call(DO_STEP, instance.raw("fmi2DoStep"))
+            raw.start, raw.length = start, length
+        case Save(instance):
+            raw, _ = _call(SAVE, instance.raw("fmi2GetFMUstate"))
+            raw.state = ctypes.addressof(instance.slot())
+        case Restore(instance):
+            raw, _ = _call(RESTORE, instance.raw("fmi2SetFMUstate"))
+            raw.state = ctypes.addressof(instance.slot())
+        case Combine(into, source, index, weight, offset):
+            assert index.dtype == np.uint32
+            assert index.shape == weight.shape == (len(index), into.shape[-1])
+            raw = RawOperation(kind=COMBINE, terms=len(index), references=_address(index))
+            raw.weights, raw.source = _address(weight), _address(source)
+            raw.offset = None if offset is None else _address(offset)
+            _fill(raw, into)
+    return raw, ()
+
+
+def _call(kind: int, call: RawCall) -> tuple[RawOperation, np.ndarray]:
+    raw = RawOperation(kind=kind, component=call.component, function=call.function)
+    raw.references = _address(call.references)
+    return raw, call.references
+
+
+def _fill(raw: RawOperation, values: np.ndarray) -> None:
+    """Note where the values of an operation are."""
+    raw.count, raw.values = values.shape[-1], _address(values)
+    raw.stride = values.shape[1] if values.ndim == 2 else 0
+
+
+def _address(array: np.ndarray) -> int:
+    assert array.flags.c_contiguous
+    assert array.dtype in (np.float64, np.uint32, np.int32)
+    return array.ctypes.data
 
 
 def run(step: NativeExecutor, row: NativeExecutor, state: State, steps: int) -> int:

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import time as clock
-from math import ceil
+from functools import cached_property
 from typing import Protocol, cast
 
 from m4e_fmi.cosim.algorithms import Algorithm, Returning, Undoing
-from m4e_fmi.cosim.algorithms.scheduled import Scheduled
+from m4e_fmi.cosim.algorithms.scheduled import Scheduled, looped
+from m4e_fmi.cosim.announced import NEVER, Announced, in_nanoseconds
 from m4e_fmi.cosim.energy import BLOCK as ENERGY_BLOCK
 from m4e_fmi.cosim.energy import EnergyBalance
-from m4e_fmi.cosim.events import event_count, has_events, until_event
+from m4e_fmi.cosim.events import ended, event_count
 from m4e_fmi.cosim.instance import DiscardedError, EventWithinError
 from m4e_fmi.cosim.network import Network
 from m4e_fmi.cosim.operations import Operation
@@ -23,15 +24,17 @@ from m4e_fmi.cosim.system import SECOND, Simulation
 class Watcher(Protocol):
     """What looks at every step of a run; where many are made at once, as far as there is `room`.
 
-    `operations` are performed in each of these, in rows of a block that are counted from `row` on.
+    While it is `open`, its `operations` are performed after each step, in rows of a block.
     """
 
     @property
     def operations(self) -> tuple[Operation, ...]: ...
     @property
+    def open(self) -> bool: ...
+    @property
     def room(self) -> int: ...
     def before(self) -> None: ...
-    def after(self, steps: int = 1, row: int | None = None) -> None: ...
+    def after(self, steps: int, size: int, row: int, *, jumped: bool = False) -> None: ...
 
 
 class Course:
@@ -42,7 +45,7 @@ class Course:
     (`returns`), a step that one of them discards is made again, shorter; `shortened` counts them.
     """
 
-    REMEMBERED = ("now", "_row", "steps", "shortened")
+    REMEMBERED = ("now", "_row", "steps", "shortened", "_jump")
 
     def __init__(
         self,
@@ -66,30 +69,38 @@ class Course:
         self._size = round(simulation.step_size * SECOND)
         every = round((simulation.output_interval or simulation.step_size) * SECOND)
         self._every = every if simulation.output_interval or control is None else 1
-        self._loop = self._looped()
+        self._announced = Announced(network)
+        self._note = Schedule(witness.operations if witness else ())
         self._most = 1
         self.now = self._row = self._start
         self.steps = self.shortened = 0
+        self._jump = NEVER
 
-    def _looped(self) -> Loop | None:
-        """The operations of a step, to be repeated; None where no step is like another."""
-        algorithm, exchange = self._algorithm, self._network.operations
-        if self._control or exchange is None or not isinstance(algorithm, Scheduled):
+    @cached_property
+    def _unwatched(self) -> Loop | None:
+        return self._looped(())
+
+    @cached_property
+    def _watched(self) -> Loop | None:
+        return self._looped(self._witness.operations if self._witness else ())
+
+    def _looped(self, watched: tuple[Operation, ...]) -> Loop | None:
+        if self._control or self._announced:
             return None
-        if has_events(self._network.instances.values()):
-            return None
-        noted = self._energy.operations(algorithm.held)
-        noted += self._witness.operations if self._witness else ()
+        noted = (*self._energy.operations(self._algorithm.held), *watched)
         rows = self._results.schedule if self._results else None
-        step = Schedule([*algorithm.operations, *exchange, *noted])
-        return Loop(step, rows, every=-(-self._every // self._size))
+        every = -(-self._every // self._size)
+        return looped(self._algorithm, self._network, noted, rows, every=every)
 
     def advance(self, most: int = ENERGY_BLOCK) -> None:
         """Make as many steps as can be made at once, `most` at most, or one."""
         if self._witness:
             self._witness.before()
-        size, loop, algorithm = self._wanted(), self._loop, self._algorithm
-        if loop and cast("Scheduled", algorithm).repeats(size / SECOND):
+        found = self._jump if self._jump > self.now else NEVER
+        self._jump = min(found, self._announced.next(self.now))
+        watched = self._witness and self._witness.open
+        size, loop = self._wanted(), self._watched if watched else self._unwatched
+        if loop and cast("Scheduled", self._algorithm).repeats(size / SECOND):
             try:
                 self._repeat(loop, size, most)
             except DiscardedError as discarded:
@@ -102,10 +113,9 @@ class Course:
         """Make equal steps of `size` [ns], `most` at most."""
         state, began, first = loop.state, clock.perf_counter(), self.now
         state.now, state.size, state.noted = first, size, self._energy.noted
-        noted = state.noted
         state.since = max(0, state.every - -(-(self._row + self._every - first) // size))
         state.written = row = self._results.row if self._results else 0
-        start = first - state.since * size
+        start, noted = first - state.since * size, state.noted
         try:
             loop.advance(min(most, self._count(loop, size)))
         finally:
@@ -119,7 +129,7 @@ class Course:
                 self._row = points[-1]
                 self._results.keep([point / SECOND for point in points])
             if self._witness:
-                self._witness.after(made, noted)
+                self._witness.after(made, size, noted)
         if self.now == self._stop and self._row != self.now:
             self._record()
         self._adapt(clock.perf_counter() - began)
@@ -145,16 +155,18 @@ class Course:
         """Make a step of `size` [ns], or what FMUs and control allow."""
         before = event_count(self._network.instances.values())
         size = self._step(size)
-        jumped = event_count(self._network.instances.values()) > before
         self.now += size
+        jumped = event_count(self._network.instances.values()) > before or self.now == self._jump
         if jumped:
             self._network.forget()
         self._network.advance(self.now / SECOND)
         self._energy.add(self._algorithm.held, size / SECOND)
         self.steps += 1
         if self._witness:
-            self._witness.after()
-        if self.now >= self._row + self._every or self.now == self._stop:
+            self._note.run(self._network.time)
+            self._witness.after(1, size, 0, jumped=jumped)
+        last = self.now == self._stop or ended(self._network.instances.values())
+        if last or self.now >= self._row + self._every:
             self._record()
 
     def _record(self) -> None:
@@ -174,6 +186,9 @@ class Course:
             if control is None:
                 return size
             algorithm = cast("Returning", algorithm)
+            if now + size == self._jump:
+                control.pass_over(algorithm.end, self._jump)
+                return size
             if control.accepts(algorithm.change, algorithm.end, now, size):
                 if control.passed:
                     self._network.forget()
@@ -185,15 +200,20 @@ class Course:
         """The size of the next step if no FMU objects.
 
         Adaptive steps end where the next row of the results is due; others where they would if none
-        had been shortened; all at events that FMUs have announced.
+        had been shortened; all just before a jump, and just after it.
         """
-        now, instances = self.now, self._network.instances.values()
+        now = self.now
         if self._control is None:
             size = min(self._size - (now - self._start) % self._size, self._stop - now)
-            return until_event(instances, now, size)
+            return self._until_jump(size)
         row = self._row + self._every
         end = min(row, self._stop) if row > now + 1 else self._stop
-        return until_event(instances, now, min(self._control.size, end - now))
+        return self._until_jump(min(self._control.size, end - now))
+
+    def _until_jump(self, size: int) -> int:
+        """A step of `size` [ns], or to just before the next jump, or over it."""
+        ahead = self._jump - self.now
+        return min(size, ahead - 1 if ahead > 1 else ahead)
 
     def _shorter(self, size: int, discarded: DiscardedError) -> int:
         """Take back the step of `size` that an FMU has discarded; the size to try next.
@@ -210,6 +230,7 @@ class Course:
         self._algorithm.undo()
         self.shortened += 1
         if event and discarded.reached is not None:
-            return min(max(1, ceil(discarded.reached * SECOND) - self.now), size - 1)
+            self._jump = max(self.now + 1, in_nanoseconds(discarded.reached))
+            return self._until_jump(size - 1)
         reached = round((discarded.reached or 0.0) * SECOND) - self.now
         return reached if smallest <= reached < size else max(smallest, size // 2)

@@ -5,12 +5,17 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from m4e_fmi.cosim.events import has_events
 from m4e_fmi.cosim.network import Network
 from m4e_fmi.cosim.operations import Operation
-from m4e_fmi.cosim.schedule import Schedule
+from m4e_fmi.cosim.schedule import Loop, Schedule
+
+if TYPE_CHECKING:
+    from m4e_fmi.cosim.algorithms import Algorithm
 
 
 class Scheduled(ABC):
@@ -44,3 +49,24 @@ class Scheduled(ABC):
         self.network.size = size
         self.prepare(size)
         self._schedule.run(time, size)
+
+
+def looped(
+    algorithm: Algorithm,
+    network: Network,
+    noted: Sequence[Operation],
+    rows: Schedule | None = None,
+    *,
+    every: int = 1,
+) -> Loop | None:
+    """The operations of a step, to be repeated while the algorithm `repeats`, and `noted` after it.
+
+    None where no step is like another: the algorithm is not `Scheduled`, loops are solved, or FMUs
+    may have events.
+    """
+    exchange = network.operations
+    if exchange is None or not isinstance(algorithm, Scheduled):
+        return None
+    if has_events(network.instances.values()):
+        return None
+    return Loop(Schedule([*algorithm.operations, *exchange, *noted]), rows, every=every)
