@@ -75,12 +75,17 @@ def _keep_signatures(kind: type) -> None:
             function.__signature__ = inspect.signature(function)
 
 
-def binaries(descriptions: Mapping[str, Description], stack: ExitStack) -> dict[str, Binary]:
+def binaries(
+    descriptions: Mapping[str, Description],
+    stack: ExitStack,
+    loaded: Mapping[str, Binary] | None = None,
+) -> dict[str, Binary]:
     """Component → its FMU's library, which `stack` closes; shared by the components of a file.
 
-    FMUs that can be instantiated only once per process are loaded once for each component.
+    Those that are `loaded` already are shared as well. FMUs that can be instantiated only once per
+    process are loaded once for each component and each call.
     """
-    shared: dict[Path, Binary] = {}
+    shared = {descriptions[name].path: binary for name, binary in (loaded or {}).items()}
     found: dict[str, Binary] = {}
     for name, description in descriptions.items():
         path = description.path

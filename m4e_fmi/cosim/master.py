@@ -5,7 +5,7 @@ from __future__ import annotations
 import signal
 import threading
 import time as clock
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field
 from itertools import count
@@ -15,8 +15,9 @@ from weakref import finalize
 import numpy as np
 
 from m4e_fmi.cosim.algorithms import ALGORITHMS, Algorithm, Returning, Undoing, returning
-from m4e_fmi.cosim.binary import binaries
+from m4e_fmi.cosim.binary import Binary, binaries
 from m4e_fmi.cosim.certificate import Certificate, certificate
+from m4e_fmi.cosim.companion import Companion
 from m4e_fmi.cosim.connect import Wiring
 from m4e_fmi.cosim.energy import BondEnergy, EnergyBalance
 from m4e_fmi.cosim.events import ended, event_notes
@@ -40,6 +41,8 @@ Progress = Callable[[float], None]
 
 PROGRESS_INTERVAL = 0.1
 """Wall seconds between calls of a progress callable."""
+SECOND_SET = "_again"
+"""What the names of the instances end with that go beside the run."""
 LAST_PLACE = 3
 """Where FMUs keep states while steps are made: by algorithms (0), `witness` (1, 2), `doubling`."""
 
@@ -77,7 +80,7 @@ class Master:
         *,
         certify: bool = True,
     ) -> None:
-        """With `certify`, some steps are made twice, from which `certificate` follows."""
+        """With `certify`, steps are made twice, from which `certificate` follows."""
         self._system = system
         self._descriptions = descriptions
         self._wiring = wiring
@@ -90,40 +93,48 @@ class Master:
 
     def __enter__(self) -> Master:
         with ExitStack() as stack:
-            loaded = binaries(self._descriptions, stack)
-            instances = {
-                name: stack.enter_context(Instance(name, description, loaded[name]))
-                for name, description in self._descriptions.items()
-            }
-            self._initialise(instances)
+            self._loaded = binaries(self._descriptions, stack)
+            self.network = self._initialised(self._loaded, stack)
+            self._prepare(stack)
             self._open = stack.pop_all()
         return self
 
     def __exit__(self, *_: object) -> None:
         self._open.close()
 
-    def _initialise(self, instances: dict[str, Instance]) -> None:
+    def _initialised(
+        self, loaded: Mapping[str, Binary], stack: ExitStack, suffix: str = ""
+    ) -> Network:
+        """New instances of all components, connected, at the start time; `stack` closes them."""
         simulation = self._system.simulation
+        instances: dict[str, Instance] = {}
         for component in self._system.components:
-            instance = instances[component.name]
+            name, description = component.name, self._descriptions[component.name]
+            instance = stack.enter_context(Instance(name + suffix, description, loaded[name]))
             instance.setup(
                 start=simulation.start_time,
                 stop=simulation.stop_time,
                 tolerance=simulation.tolerance,
             )
-            instance.set_values(start_values(component, instance.description))
-        self.network = Network(instances, self._wiring, self._structure, time=simulation.start_time)
-        self.network.initialise()
+            instance.set_values(start_values(component, description))
+            instances[name] = instance
+        network = Network(instances, self._wiring, self._structure, time=simulation.start_time)
+        network.initialise()
+        return network
+
+    def _prepare(self, stack: ExitStack) -> None:
+        simulation = self._system.simulation
         self._control, self._algorithm = None, self._make(self.network)
         if simulation.coupling_tolerance is not None:
             self._control = self._step_control(cast("Returning", self._algorithm))
         if isinstance(self._algorithm, Undoing) and not self._rigid():
-            for instance in instances.values():
+            for instance in self.network.instances.values():
                 instance.stop_at_events()
         self._energy = EnergyBalance(self.network, self._wiring.bonds)
-        self._witness, self._unwatched = None, ""
+        self._witness: Witness | Companion | None = None
+        self._unwatched = ""
         if self._certify and self.network.links:
-            self._watch()
+            self._watch(stack)
 
     def _make(self, network: Network) -> Algorithm:
         """The algorithm of the system, with an estimate of its error if the steps are adaptive."""
@@ -137,13 +148,24 @@ class Master:
         """The components that cannot go back."""
         return [name for name, d in self._descriptions.items() if not d.saves_state]
 
-    def _watch(self) -> None:
+    def _watch(self, stack: ExitStack) -> None:
+        places = [self.network.index(link.source) for link in self.network.links]
+        sources = np.array(places, dtype=np.intp)
         rigid = self._rigid()
-        if rigid:
-            self._unwatched = f"{' and '.join(rigid)} cannot go back (canGetAndSetFMUstate)"
+        if not rigid:
+            self._witness = Witness(self.network, self._make, sources)
             return
-        sources = [self.network.index(link.source) for link in self.network.links]
-        self._witness = Witness(self.network, self._make, np.array(sources, dtype=np.intp))
+        try:
+            loaded = binaries(self._descriptions, stack, self._loaded)
+            other = self._initialised(loaded, stack, SECOND_SET)
+        except RunError as error:
+            self._unwatched = (
+                f"{' and '.join(rigid)} cannot go back (canGetAndSetFMUstate), and a second set of "
+                f"FMUs fails ({error.message})"
+            )
+            return
+        settings = self._system.simulation
+        self._witness = Companion(self.network, other, self._make(other), settings, sources)
 
     def certificate(self) -> Certificate | str:
         """The coupling errors of the run that has ended, or why they are not known."""

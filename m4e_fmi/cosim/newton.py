@@ -21,6 +21,8 @@ TOLERANCE = 1e-9
 """Residual over the scale of its variable at which an iteration has converged."""
 ITERATIONS, RENEWALS = 12, 3
 """Iterations with one Jacobian, and Jacobians found anew, before it is given up."""
+MOST_NAMED = 4
+"""Members of a loop that a message names."""
 DIFFERENCE = 1e-6
 """Step of a difference, over the scale of the variable."""
 
@@ -37,12 +39,14 @@ class Jacobian(Protocol):
 
 
 class NotConvergedError(Exception):
-    """The iteration failed; `worst` is the index of the largest residual, `size` its scaled one."""
+    """The iteration failed after some `iterations`.
 
-    def __init__(self, worst: int, size: float) -> None:
-        super().__init__(f"residual {size:.3g} at unknown {worst}")
-        self.worst = worst
-        self.size = size
+    `worst` is the index of the largest residual, `size` its scaled magnitude.
+    """
+
+    def __init__(self, worst: int, size: float, iterations: int) -> None:
+        super().__init__(f"residual {size:.3g} at unknown {worst} after {iterations} iterations")
+        self.worst, self.size, self.iterations = worst, size, iterations
 
 
 class QuasiNewton:
@@ -64,7 +68,7 @@ class QuasiNewton:
         The last call of `residual` is the one at the zero. NotConvergedError if there is none.
         """
         r = residual(x)
-        size = 0.0
+        size, made = 0.0, 0
         for renewal in range(RENEWALS):
             for _ in range(ITERATIONS):
                 size = float(np.abs(r / scale).max(initial=0.0))
@@ -76,12 +80,12 @@ class QuasiNewton:
                 way = np.linalg.lstsq(self._matrix, -r / scale, rcond=None)[0]
                 if not np.isfinite(way).all():
                     break
-                x = x + way * scale
+                x, made = x + way * scale, made + 1
                 before, r = r, residual(x)
                 missed = (r - before) / scale - self._matrix @ way
                 self._matrix += np.outer(missed, way) / max(float(way @ way), 1e-300)
             self.forget()
-        raise NotConvergedError(int(np.abs(r / scale).argmax()), size)
+        raise NotConvergedError(int(np.abs(r / scale).argmax()), size, made)
 
 
 class AlgebraicLoop:
@@ -119,10 +123,14 @@ class AlgebraicLoop:
         except NotConvergedError as failure:
             port = self.inputs[failure.worst]
             time = self._instances[port.component].time
+            loop = ", ".join(map(str, self.inputs[:MOST_NAMED]))
+            more = len(self.inputs) - MOST_NAMED
+            loop += f" and {more} more" if more > 0 else ""
             raise RunError(
-                f"the algebraic loop through {port} at t = {time:.9g} s has no solution that could "
-                f"be found: {failure.size:.3g} of its value is left",
-                "check the start values and the signs of the connections",
+                f"the algebraic loop of {loop} at t = {time:.9g} s is not solved after "
+                f"{failure.iterations} iterations: {port} still misses its source by "
+                f"{failure.size:.3g} of its value",
+                "check the start values and the signs of the connections: it may have no solution",
             ) from failure
 
     def _residual(self, x: np.ndarray) -> np.ndarray:

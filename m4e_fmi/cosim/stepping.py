@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time as clock
 from functools import cached_property
-from typing import cast
+from typing import Protocol, cast
 
 from m4e_fmi.cosim.algorithms import Algorithm, Returning, Undoing
 from m4e_fmi.cosim.algorithms.scheduled import Scheduled, looped
@@ -19,7 +19,22 @@ from m4e_fmi.cosim.results import ResultsWriter
 from m4e_fmi.cosim.schedule import Loop, Schedule
 from m4e_fmi.cosim.step_control import SMALLEST, StepControl
 from m4e_fmi.cosim.system import SECOND, Simulation
-from m4e_fmi.cosim.witness import Witness
+
+
+class Watcher(Protocol):
+    """What looks at every step of a run; where many are made at once, as far as there is `room`.
+
+    While it is `open`, its `operations` are performed after each step, in rows of a block.
+    """
+
+    @property
+    def operations(self) -> tuple[Operation, ...]: ...
+    @property
+    def open(self) -> bool: ...
+    @property
+    def room(self) -> int: ...
+    def before(self) -> None: ...
+    def after(self, steps: int, size: int, row: int, *, jumped: bool = False) -> None: ...
 
 
 class Course:
@@ -40,7 +55,7 @@ class Course:
         simulation: Simulation,
         *,
         results: ResultsWriter | None = None,
-        witness: Witness | None = None,
+        witness: Watcher | None = None,
         control: StepControl | None = None,
         returns: bool = False,
         singly: bool = False,
@@ -77,8 +92,8 @@ class Course:
         every = -(-self._every // self._size)
         return looped(self._algorithm, self._network, noted, rows, every=every)
 
-    def advance(self) -> None:
-        """Make as many steps as can be made at once, or one."""
+    def advance(self, most: int = ENERGY_BLOCK) -> None:
+        """Make as many steps as can be made at once, `most` at most, or one."""
         if self._witness:
             self._witness.before()
         found = self._jump if self._jump > self.now else NEVER
@@ -87,22 +102,22 @@ class Course:
         size, loop = self._wanted(), self._watched if watched else self._unwatched
         if loop and cast("Scheduled", self._algorithm).repeats(size / SECOND):
             try:
-                self._repeat(loop, size)
+                self._repeat(loop, size, most)
             except DiscardedError as discarded:
                 size = self._shorter(size, discarded)
             else:
                 return
         self._single(size)
 
-    def _repeat(self, loop: Loop, size: int) -> None:
-        """Make equal steps of `size` [ns]."""
+    def _repeat(self, loop: Loop, size: int, most: int) -> None:
+        """Make equal steps of `size` [ns], `most` at most."""
         state, began, first = loop.state, clock.perf_counter(), self.now
         state.now, state.size, state.noted = first, size, self._energy.noted
         state.since = max(0, state.every - -(-(self._row + self._every - first) // size))
         state.written = row = self._results.row if self._results else 0
         start, noted = first - state.since * size, state.noted
         try:
-            loop.advance(self._count(loop, size))
+            loop.advance(min(most, self._count(loop, size)))
         finally:
             made = (state.now - first) // size
             self.now, self._network.time = state.now, state.now / SECOND

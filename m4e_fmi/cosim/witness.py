@@ -49,7 +49,7 @@ START, END = 1, 2
 """Where the FMUs keep the states at the ends of a window."""
 FAR = 2**62
 """More steps than a run has."""
-LEAST, MOST = 0.05, 2.0
+LEAST, MOST = 0.05, 1.0
 """Bounds of the exponent."""
 ROUNDING = 1e-14
 """Share of the largest value up to which a difference says nothing."""
@@ -82,6 +82,12 @@ class _Window:
         if len(kept) > 1 and kept[-1] - kept[-2] == 1 and last not in self.jumps:
             kept.pop()  # a single step at the end tells nothing
         return kept
+
+
+def off(values: np.ndarray, others: np.ndarray, largest: np.ndarray) -> np.ndarray:
+    """Magnitudes of differences, 0 where they may be rounding of values up to `largest`."""
+    difference = np.abs(values - others)
+    return np.where(difference <= ROUNDING * largest, 0.0, difference)
 
 
 class Witness:
@@ -172,15 +178,16 @@ class Witness:
     def _compare(self, window: _Window, again: np.ndarray, values: np.ndarray) -> None:
         """Note the largest differences of the two courses, of which one is at `coarse` only."""
         coarse, times = window.coarse(), window.times
-        off = np.abs(again - values[coarse])
-        off[off <= ROUNDING * np.abs(values).max(axis=0)] = 0.0
-        half = len(off) // 2
+        errors = off(again, values[coarse], np.abs(values).max(axis=0))
+        half = len(errors) // 2
         span = times[coarse[-1]] - times[0]
         doubled = sum(times[b] - times[a] for a, b in pairwise(coarse) if b - a == 2)
         if doubled < span / 2:
             self.failure = "most steps end at jumps, so that they cannot be made twice as long"
             return
-        window.errors = np.array([off[: half + 1].max(axis=0), off.max(axis=0)]) * (span / doubled)
+        window.errors = np.array([errors[: half + 1].max(axis=0), errors.max(axis=0)]) * (
+            span / doubled
+        )
         window.span = span
 
     def finish(self) -> None:

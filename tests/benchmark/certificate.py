@@ -25,13 +25,14 @@ def main() -> None:
     parser.add_argument("algorithm", nargs="?", default="corrector")
     parser.add_argument("count", nargs="?", type=int, default=200)
     parser.add_argument("steps", nargs="*", type=int, default=[40, 250])
+    parser.add_argument("--rigid", choices=["none", "some", "all"], default="none")
     options = parser.parse_args()
     rng = np.random.default_rng(1)
     least, most = options.steps
     with tempfile.TemporaryDirectory() as folder:
         fmus = cache(lambda name: build(name, Path(folder)))
         systems = (
-            random_system(fmus, options.algorithm, rng, steps=(least, most))
+            random_system(fmus, options.algorithm, rng, steps=(least, most), rigid=options.rigid)
             for _ in range(options.count)
         )
         true, stated = np.array([system.true_and_stated() for system in systems]).T

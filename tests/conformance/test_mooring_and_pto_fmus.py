@@ -76,7 +76,7 @@ def test_fmpy_finds_nothing_wrong(files, name):
 
 def test_the_mooring_fmu_computes_what_the_line_system_computes(files, tmp_path):
     made = mooring.moordyn.mooring(Document.parse(CHAIN).validate(mooring.Config))
-    lines = LineSystem(made.text, fairleads=[0.0], lines=made.lines)
+    lines = LineSystem(made.text, fairleads=[0.0], lines=made.lines, time_step=made.time_step)
     lines.start([(-5.0, -2.5)], [(0.1, 0.0)])
     fmu = Running(files["mooring"], tmp_path / "mooring")
     fmu.set(f1__z=-2.5, f1__vx=0.1)

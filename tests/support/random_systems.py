@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from scipy.linalg import expm
@@ -58,8 +59,12 @@ def random_system(
     rng: np.random.Generator,
     *,
     steps: tuple[int, int] = (40, 250),
+    rigid: Literal["none", "some", "all"] = "none",
 ) -> RandomSystem:
-    """Mass ratios to 100, stiffness ratios to 1000, undamped to overdamped, any ωH below 0.5."""
+    """Mass ratios to 100, stiffness ratios to 1000, undamped to overdamped, any ωH below 0.5.
+
+    `rigid` components cannot go back to a state; `some` is each second one.
+    """
     count = int(rng.integers(2, 5))
     mass = 10 ** rng.uniform(-1, 1, count)
     wall = 10 ** rng.uniform(-1, 1, count)
@@ -98,8 +103,11 @@ def random_system(
             given |= {"coupling": spring[k - 1], "damping": damper[k - 1], "wall_damping": loss[k]}
             model = "middle" if k < count - 1 else "partner"
             place = {"body.m.x": start[k]} if k < count - 1 else {"x": start[k]}
+        held = rigid == "all" or (rigid == "some" and k % 2 == 1)
         values = {name: float(value) for name, value in {**given, **place}.items()}
-        components.append(Component(f"c{k}", FmuFile(fmus(f"{model}+state")), values))
+        components.append(
+            Component(f"c{k}", FmuFile(fmus(model + ("" if held else "+state"))), values)
+        )
     links = tuple(f"c{k}.m <-> c{k + 1}.end" for k in range(count - 1))
     settings = Simulation(step * int(rng.integers(*steps)), step, algorithm)
     system = System("s", tuple(components), links, settings)

@@ -94,7 +94,7 @@ def test_a_ready_file_runs_as_it_is():
     assert made.time_step == 0.001
     # shorter, for the time of the test only: 4 instead of 40 segments of a suspended line
     text = made.text.replace("900.00 40", "900.00 4")
-    system = LineSystem(text, fairleads=[0.0], lines=made.lines)
+    system = LineSystem(text, fairleads=[0.0], lines=made.lines, time_step=made.time_step)
     system.start([(0.0, 0.0)], [(0.0, 0.0)])
     ((force_x, force_z),) = system.force
     system.close()

@@ -96,8 +96,14 @@ def test_a_loop_without_a_solution_is_an_error(c_fmu: Fmus) -> None:
     b = Component("b", FmuFile(c_fmu("stage+state")))
     links = ("a.y -> b.u", "b.y -> a.u")
     system = System("s", (a, b), links, Simulation(1.0, 0.1, "implicit"))
-    with pytest.raises(RunError, match=r"(could not be|that could be) found"):
+    with pytest.raises(RunError, match=r"found in \d+ iterations: [ab]\.u still .*\n.*step_size"):
         run(system)
+    late = system.changed(start_time=1.0, stop_time=2.0)
+    named = (
+        r"loop of [ab]\.u, [ab]\.u at t = 1 s .* after \d+ iterations: [ab]\.u .*\n.*start values"
+    )
+    with pytest.raises(RunError, match=named):
+        run(late)
 
 
 def test_an_fmu_that_cannot_go_back_is_named(c_fmu: Fmus) -> None:

@@ -61,7 +61,7 @@ def touching(span: float, length: float) -> tuple[float, float]:
 def computed(span: float, length: float, segments: int) -> LineSystem:
     text = TEXT.format(span=span, length=length, segments=segments)
     made = mooring(Document.parse(text).validate(MooringConfig))
-    lines = LineSystem(made.text, fairleads=[0.0], lines=made.lines)
+    lines = LineSystem(made.text, fairleads=[0.0], lines=made.lines, time_step=made.time_step)
     lines.start([(span, 0.0)], [(0.0, 0.0)])
     lines.close()
     return lines

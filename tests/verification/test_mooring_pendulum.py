@@ -35,7 +35,7 @@ lines:
 def coupled(step: float, stop: float, *, damping: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
     """Times (n,) [s] and x, z, vx, vz (n, 4) of velocity Verlet with the rope in MoorDyn."""
     made = mooring(Document.parse(ROPE.format(damping=damping * LENGTH)).validate(MooringConfig))
-    lines = LineSystem(made.text, fairleads=[0.0], lines=made.lines)
+    lines = LineSystem(made.text, fairleads=[0.0], lines=made.lines, time_step=made.time_step)
     count = round(stop / step)
     (x, z), u, w = START, 0.0, 0.0
     lines.start([(x, z)], [(u, w)])

@@ -9,6 +9,8 @@ MoorDyn 2.7.2 has habits that this module answers:
   before the end, and 0 before the first step. Every step here ends with a vanishing one, so the
   force belongs to the end of the step, and to the start of the run.
 - `Deserialize` takes a reference of `None` that it does not own; it is given back.
+- During `Step` fairleads keep one velocity, and a jump of it rings in the line's stiff segments.
+  Their path is therefore a parabola, taken in pieces of a few internal steps.
 - It writes to the console whatever its options say, and a file beside its input.
 """
 
@@ -18,11 +20,12 @@ import os
 import re
 import sys
 import tempfile
-from math import hypot, isfinite
+from math import ceil, hypot, isfinite
 from pathlib import Path
 
 START_STEP = 1e-12  # [s] length of the step that evaluates the forces at the start
 LAST_PART = 1e-9  # the part of each step that is left to the evaluation of its end
+PIECE = 4  # internal steps of MoorDyn during which fairleads keep their velocity, at most
 LARGE_STRAIN = 0.2  # a line stretched by more than this at the start deserves a warning
 INSTALL = "pip install moordyn==2.7.2"
 REPORT_LENGTH = 6  # lines of MoorDyn's own report that go into an error message
@@ -58,6 +61,8 @@ class LineSystem:
         The fixed y coordinate [m] of each coupled point, in MoorDyn's order.
     lines
         The names of the lines, in MoorDyn's order.
+    time_step
+        MoorDyn's internal step [s], as in `text`.
     static_duration
         The longest time [s] that the static solution may take; 0 if there is none.
 
@@ -72,16 +77,17 @@ class LineSystem:
         What was odd about the last start.
     """
 
-    def __init__(self, text, *, fairleads, lines, static_duration=0.0):
+    def __init__(self, text, *, fairleads, lines, time_step, static_duration=0.0):
         self._text = text
         self._y = [float(y) for y in fairleads]
         self._names = list(lines)
+        self._piece = PIECE * time_step
         self._static_duration = static_duration
         self._system = None
         self._folder = None
         self._ends = []
         self._size = 0  # bytes of a saved state
-        self._motion = {}
+        self._motion: dict = {}
         self.force = []
         self.fairlead_tension = []
         self.anchor_tension = []
@@ -98,30 +104,48 @@ class LineSystem:
         report = self._create(position, moordyn.Init)
         position = [tuple(p) for p in position]
         velocity = [tuple(v) for v in velocity]
-        self._motion = {"position": position, "velocity": velocity, "step": 0.0}
-        self._evaluate(0.0, START_STEP, velocity)
+        self._motion = {"position": position, "velocity": velocity, "age": 0.0, "given": velocity}
+        self._motion |= {"time": 0.0, "last": START_STEP}
+        self._evaluate(velocity)
         self.warnings = [*self._residual_warning(report), *self._strain_warnings()]
 
     def advance(self, t, h, position, velocity):
         """Advance from t over h [s]: fairleads end at position + velocity·h.
 
         `position` [m] is meant at t, `velocity` [m/s] is the mean of the step. Where MoorDyn's
-        fairlead is elsewhere at t, its velocity is adjusted so that the end coincides.
+        fairlead is elsewhere at t, its velocity is adjusted so that the end coincides. The path is
+        a parabola, from the velocity that was given at t by `settle`, else from the mean of the
+        step before in its middle; the velocity at the end is then its own.
         """
-        motion, ends, mean = self._motion, [], []
-        for (x, z), (u, w), (x0, z0) in zip(position, velocity, motion["position"], strict=True):
-            ends.append((x + u * h, z + w * h))
-            mean.append(((ends[-1][0] - x0) / h, (ends[-1][1] - z0) / h))
-        last = LAST_PART * h
-        self._step(motion["position"], mean, t, h - last)
-        # damping needs the velocity at the end: extrapolated from the means of two steps
-        ratio = h / (h + motion["step"])
-        final = [
-            (u + (u - u0) * ratio, w + (w - w0) * ratio)
-            for (u, w), (u0, w0) in zip(mean, motion["velocity"], strict=True)
+        motion, starts = self._motion, self._motion["position"]
+        ends = [(x + u * h, z + w * h) for (x, z), (u, w) in zip(position, velocity, strict=True)]
+        mean = _each(lambda start, end: (end - start) / h, starts, ends)
+        # from what was the velocity `age` before the start, to the mean in the middle of the step
+        lead = h / 2 + motion["age"]
+        bend = _each(lambda mean, before: (mean - before) / lead, mean, motion["velocity"])
+        last, count = LAST_PART * h, max(1, ceil(h / self._piece))
+        bounds = [h * k / count for k in range(count)] + [h - last]
+        way = [
+            _each(lambda x, u, a, s=s: x + u * s - a / 2 * s * (h - s), starts, mean, bend)
+            for s in bounds
         ]
-        self._motion = {"position": ends, "velocity": mean, "step": h}
-        self._evaluate(t + h, last, final)
+        for k in range(count):
+            size = bounds[k + 1] - bounds[k]
+            chord = _each(lambda start, end, size=size: (end - start) / size, way[k], way[k + 1])
+            self._step(way[k], chord, t + bounds[k], size)
+        self._motion = {"position": ends, "velocity": mean, "age": h / 2, "time": t + h}
+        self._motion |= {"last": last, "given": [tuple(v) for v in velocity]}
+        self._evaluate(_each(lambda u, a: u + a * h / 2, mean, bend))
+
+    def settle(self, velocity):
+        """Let the fairleads have this velocity [m/s] now, if it is another than was given last.
+
+        Forces follow: the axial damping of a line and the drag on its end depend on it.
+        """
+        velocity = [tuple(v) for v in velocity]
+        if velocity != self._motion["given"]:
+            self._motion |= {"velocity": velocity, "age": 0.0, "given": velocity}
+            self._evaluate(velocity)
 
     def save(self):
         """Everything that the future depends on, as JSON values and bytes."""
@@ -203,10 +227,10 @@ class LineSystem:
             raise MooringError(_broken(t, "a force is not finite"))
         return force
 
-    def _evaluate(self, t, h, velocity):
-        """Take the last `h` seconds before `t` and read the forces there."""
-        ends = self._motion["position"]
-        begins = [(x - u * h, z - w * h) for (x, z), (u, w) in zip(ends, velocity, strict=True)]
+    def _evaluate(self, velocity):
+        """Take the last part of the step, with this velocity, and read the forces at its end."""
+        t, h, ends = (self._motion[key] for key in ("time", "last", "position"))
+        begins = _each(lambda end, speed: end - speed * h, ends, velocity)
         force = self._step(begins, velocity, t - h, h)
         self.force = [(force[k], force[k + 2]) for k in range(0, len(force), 3)]
         self.anchor_tension = [_end_force(line, 0) for line, _ in self._ends]
@@ -233,6 +257,11 @@ class LineSystem:
                     f"{length:.6g} m: check the initial positions of its fairleads"
                 )
         return warnings
+
+
+def _each(formula, *pairs):
+    """`formula` for each coordinate of each fairlead."""
+    return [tuple(map(formula, *of_one)) for of_one in zip(*pairs, strict=True)]
 
 
 def _end_force(line, node):

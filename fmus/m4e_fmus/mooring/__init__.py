@@ -33,6 +33,7 @@ def make(
         "system": {
             "fairleads": [fairlead.y for fairlead in mooring.fairleads],
             "lines": list(mooring.lines),
+            "time_step": mooring.time_step,
             "static_duration": mooring.static_duration,
         },
     }
@@ -64,7 +65,7 @@ def _motion(fairlead: Fairlead) -> Iterator[FmuVariable]:
         yield FmuVariable(
             f"{fairlead.name}.v{axis}",
             "m/s",
-            f"velocity of {fairlead.name} along {axis}, world frame, mean of the coming step",
+            f"velocity of {fairlead.name} along {axis}, world frame; of a step, its mean",
             causality="input",
             start=0.0,
             derivative_of=where,
@@ -84,13 +85,13 @@ def _tensions(line: str, inputs: tuple[str, ...]) -> Iterator[FmuVariable]:
 
 
 def _output(name: str, text: str, inputs: tuple[str, ...]) -> FmuVariable:
-    """An output that comes from the lines' state, which initially is made from the inputs."""
+    """An output of the lines' state, initially made from the inputs, and the present velocities."""
     return FmuVariable(
         name,
         "N",
         text,
         causality="output",
         initial="calculated",
-        dependencies=(),
+        dependencies=tuple(name for name in inputs if name.rpartition(".")[2].startswith("v")),
         initial_dependencies=inputs,
     )

@@ -38,6 +38,7 @@ class MooringSlave(M4eSlave):
         self._lines.advance(t, h, self._pairs("x", "z"), self._pairs("vx", "vz"))
 
     def update(self):
+        self._lines.settle(self._pairs("vx", "vz"))
         for name, (x, z) in zip(self._fairleads, self._lines.force, strict=True):
             self.values[self.index[f"{name}.force_x"]] = x
             self.values[self.index[f"{name}.force_z"]] = z

@@ -83,10 +83,11 @@ class Implicit:
         try:
             self._newton.solve(residual, jacobian, self._found(), scale)
         except NotConvergedError as failure:
-            target = network.targets[failure.worst % len(one)]
+            worst = network.links[failure.worst % len(one)]
             raise RunError(
                 f"the inputs of the step from t = {time:.9g} s to {time + size:.9g} s could not be "
-                f"found: {target} still misses its source by {failure.size:.3g} of its range",
+                f"found in {failure.iterations} iterations: {worst.target} still misses its source "
+                f"{worst.source} by {failure.size:.3g} of its range",
                 f"try a step_size below {size:g} s, or a smaller tolerance of the FMUs",
             ) from failure
         self._scale.keep(self._scale.with_values(interface.end))

@@ -191,6 +191,7 @@ OPTIONS = {
     "inputs": ("INPUTS", 'canInterpolateInputs="true"'),
     "jacobian": ("JACOBIAN", 'providesDirectionalDerivative="true"'),
     "once": ("ONCE", 'canBeInstantiatedOnlyOncePerProcess="true"'),
+    "alone": ("ALONE", 'canBeInstantiatedOnlyOncePerProcess="true"'),
 }
 """What an FMU can do besides, or cannot: flag of the compiler and attribute of the description."""
 

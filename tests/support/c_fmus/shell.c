@@ -55,9 +55,30 @@ const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
 const char *fmi2GetVersion(void) { return fmi2Version; }
 fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String k[]) { return fmi2OK; }
 
+/* ONCE: one instance for each copy of the library. ALONE: one in the whole process. */
+static int instances;
+static int taken(void) {
+#ifdef ALONE
+    if (getenv("M4E_TEST_ALONE")) return 1;
+    setenv("M4E_TEST_ALONE", "1", 1);
+#endif
+#ifdef ONCE
+    if (instances) return 1;
+#endif
+    instances++;
+    return 0;
+}
+static void release(void) {
+    instances--;
+#ifdef ALONE
+    unsetenv("M4E_TEST_ALONE");
+#endif
+}
+
 fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
                               const fmi2CallbackFunctions *functions, fmi2Boolean visible,
                               fmi2Boolean logging) {
+    if (taken()) return NULL;
     Model *m = calloc(1, sizeof *m);
     m->r = malloc(sizeof start);
     memcpy(m->r, start, sizeof start);
@@ -72,6 +93,7 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
 
 void fmi2FreeInstance(fmi2Component c) {
     Model *m = c;
+    release();
     free(m->r);
     free(m->d1);
     free(m->d2);

@@ -1,0 +1,144 @@
+"""What tells the coupling error where FMUs cannot go back: a second set of instances beside it.
+
+It begins at the start time as the run does, and makes its steps twice as long (`witness` tells what
+the difference says). So it costs half of the run again, but follows all of it: nothing has to be
+concluded from a part.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from m4e_fmi.cosim.algorithms import Algorithm
+from m4e_fmi.cosim.energy import BLOCK, EnergyBalance
+from m4e_fmi.cosim.network import Network
+from m4e_fmi.cosim.operations import Operation, gather
+from m4e_fmi.cosim.stepping import Course
+from m4e_fmi.cosim.system import SECOND, Simulation
+from m4e_fmi.cosim.witness import FAR, off
+from m4e_fmi.errors import RunError
+
+
+class Recorder:
+    """Keeps the values of some outputs, `sources`, at the points that a run comes to: `count`."""
+
+    room, open = FAR, True
+
+    def __init__(self, network: Network, sources: np.ndarray) -> None:
+        self._network, self._sources = network, sources
+        self._block = np.zeros((BLOCK, len(sources)))
+        self._now = round(network.time * SECOND)
+        self._times = [np.zeros(0, dtype=np.int64)]
+        self._values = [np.zeros((0, len(sources)))]
+        self.count = 0
+
+    @property
+    def operations(self) -> tuple[Operation, ...]:
+        """What notes a step in a row of a block."""
+        return (gather(self._block, self._network.values, self._sources),)
+
+    def before(self) -> None:
+        """Before a step."""
+
+    def after(self, steps: int, size: int, row: int, *, jumped: bool = False) -> None:
+        """After so many steps of `size` [ns]; the operations have filled rows from `row` on."""
+        del jumped
+        self._times.append(self._now + size * np.arange(1, steps + 1))
+        self._now += size * steps
+        self._values.append(self._block[row : row + steps].copy())
+        self.count += steps
+
+    def take(self, until: int) -> tuple[np.ndarray, np.ndarray]:
+        """Times [ns] up to `until` (n,) and the values there (n, sources); they are dropped."""
+        times, values = np.concatenate(self._times), np.concatenate(self._values)
+        count = int(np.searchsorted(times, until, side="right"))
+        self._times, self._values = [times[count:]], [values[count:]]
+        self.count -= count
+        return times[:count], values[:count]
+
+
+class Companion:
+    """Follows a run of `network` with `other`, a network of the same system at its start.
+
+    `algorithm` steps `other`; `simulation` is that of the run.
+    """
+
+    room, open = FAR, True
+
+    def __init__(
+        self,
+        network: Network,
+        other: Network,
+        algorithm: Algorithm,
+        simulation: Simulation,
+        sources: np.ndarray,
+    ) -> None:
+        self._network = network
+        self._run, self._other = Recorder(network, sources), Recorder(other, sources)
+        size = min(2 * simulation.step_size, simulation.stop_time - simulation.start_time)
+        twice = replace(simulation, step_size=size, output_interval=None)
+        no_bonds = EnergyBalance(other, ())
+        self._course = Course(
+            other, algorithm, no_bonds, twice, witness=self._other, most_time=np.inf
+        )
+        self._size, self._stop = round(size * SECOND), round(simulation.stop_time * SECOND)
+        self._steps = 0
+        values = network.values[sources]
+        self._difference = np.zeros(len(values))
+        self._extremes = np.array([values, values])
+        self.failure = ""
+        """Why nothing can be told, if so."""
+
+    @property
+    def operations(self) -> tuple[Operation, ...]:
+        """What notes a step of the run in a row of a block."""
+        return self._run.operations
+
+    def before(self) -> None:
+        """Before a step of the run."""
+
+    def stop(self, why: str) -> None:
+        """The second set cannot follow the run any more: nothing can be told."""
+        self.failure = self.failure or why
+
+    def after(self, steps: int, size: int, row: int, *, jumped: bool = False) -> None:
+        """After steps of the run, as `Recorder.after`."""
+        self._steps += steps
+        if not self.failure:
+            self._run.after(steps, size, row, jumped=jumped)
+            if self._run.count >= BLOCK:
+                self._follow()
+
+    def finish(self) -> None:
+        """At the end of the run."""
+        if self._steps < 2:
+            self.stop("the run has but one step")
+        if not self.failure:
+            self._follow()
+
+    def _follow(self) -> None:
+        """Make the steps up to where the run is, as far as they are whole; compare."""
+        course, now = self._course, round(self._network.time * SECOND)
+        try:
+            while now - course.now >= self._size or course.now < now == self._stop:
+                course.advance(max(1, (now - course.now) // self._size))
+        except RunError as error:
+            self.stop(f"steps of twice the length fail ({error.message})")
+            return
+        (times, values), (others, again) = (r.take(course.now) for r in (self._run, self._other))
+        known = np.concatenate((self._extremes, values))
+        self._extremes = np.array([known.min(axis=0), known.max(axis=0)])
+        _, mine, theirs = np.intersect1d(times, others, assume_unique=True, return_indices=True)
+        largest = np.abs(self._extremes).max(axis=0)
+        differences = off(again[theirs], values[mine], largest)
+        self._difference = np.maximum(self._difference, differences.max(axis=0, initial=0.0))
+
+    def difference(self) -> np.ndarray:
+        """What the two sets have differed by at most, for each source."""
+        return self._difference
+
+    def ranges(self) -> np.ndarray:
+        """How far the values of each source have been apart."""
+        return np.ptp(self._extremes, axis=0)
