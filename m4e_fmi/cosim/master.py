@@ -22,6 +22,7 @@ from m4e_fmi.cosim.energy import BondEnergy, EnergyBalance
 from m4e_fmi.cosim.instance import Instance
 from m4e_fmi.cosim.memory import Memory, recall, remember
 from m4e_fmi.cosim.network import Network, Point
+from m4e_fmi.cosim.pacing import Rates
 from m4e_fmi.cosim.results import Mark, ResultsWriter
 from m4e_fmi.cosim.start_values import start_values
 from m4e_fmi.cosim.step_control import StepControl
@@ -73,6 +74,7 @@ class Master:
         descriptions: dict[str, Description],
         wiring: Wiring,
         structure: Structure,
+        rates: Rates,
         *,
         certify: bool = True,
     ) -> None:
@@ -81,6 +83,7 @@ class Master:
         self._descriptions = descriptions
         self._wiring = wiring
         self._structure = structure
+        self._rates = rates
         self._certify = certify
         self._open = ExitStack()
         self._free: list[int] = []
@@ -111,7 +114,8 @@ class Master:
                 tolerance=simulation.tolerance,
             )
             instance.set_values(start_values(component, instance.description))
-        self.network = Network(instances, self._wiring, self._structure, time=simulation.start_time)
+        known = (self._wiring, self._structure, self._rates)
+        self.network = Network(instances, *known, time=simulation.start_time)
         self.network.initialise()
         self._control, self._algorithm = None, self._make(self.network)
         if simulation.coupling_tolerance is not None:
@@ -133,10 +137,18 @@ class Master:
         """The components that cannot go back."""
         return [name for name, d in self._descriptions.items() if not d.saves_state]
 
+    def _constant(self) -> list[str]:
+        """The components whose FMUs make steps of one size only."""
+        return [name for name, rate in self._rates.items() if rate.constant]
+
     def _watch(self) -> None:
+        odd = [f"{n} {r}" for n, r in self._rates.items() if r.is_sampled and r.every % 2]
         rigid = self._rigid()
         if rigid:
             self._unwatched = f"{' and '.join(rigid)} cannot go back (canGetAndSetFMUstate)"
+        elif odd:
+            self._unwatched = f"{odd[0]}: steps of twice the length do not meet its points"
+        if self._unwatched:
             return
         sources = [self.network.index(link.source) for link in self.network.links]
         self._witness = Witness(self.network, self._make, np.array(sources, dtype=np.intp))
@@ -194,8 +206,9 @@ class Master:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What the algorithm does without because an FMU cannot, one line each."""
-        return self._algorithm.notes
+        """Components' own steps, and what the algorithm does without, one line each."""
+        own = [f"{name} {rate}" for name, rate in self._rates.items()]
+        return (*own, *self._algorithm.notes)
 
     @property
     def energy(self) -> tuple[BondEnergy, ...]:
@@ -232,7 +245,7 @@ class Master:
             results=results,
             witness=self._witness,
             control=self._control,
-            returns=not self._rigid(),
+            returns=not (self._rigid() or self._constant()),
             singly=singly,
             most_time=PROGRESS_INTERVAL,
         )

@@ -44,6 +44,9 @@ class RawOperation(ctypes.Structure):
         ("stride", c_uint64),
         ("start", c_double),
         ("length", c_double),
+        ("own", c_double),
+        ("origin", c_int64),
+        ("period", c_int64),
     ]
 
 
@@ -99,6 +102,9 @@ def _translated(operation: Operation) -> Translated:
     found = _known.get(operation)
     if found is None:
         found = _known[operation] = _translation(operation)
+        due = getattr(operation, "due", None)
+        if due:
+            found[0].origin, found[0].period = due.origin, due.period
     return found
 
 
@@ -113,9 +119,9 @@ def _translation(operation: Operation) -> Translated:
             orders = np.tile(np.array((1, 2), dtype=np.int32), len(names))
             kept = [instance.references(names).repeat(2), orders]
             raw.orders = _address(orders)
-        case DoStep(instance, start, length):
+        case DoStep(instance, start, length, own):
             raw = _call(DO_STEP, instance, "fmi2DoStep")
-            raw.start, raw.length = start, length
+            raw.start, raw.length, raw.own = start, length, own
             return raw, ()
         case Save(instance):
             raw = _call(SAVE, instance, "fmi2GetFMUstate")

@@ -142,7 +142,7 @@ def _setup(system: Coupled) -> float:
     """Wall seconds from the System to the first step."""
     began = time.perf_counter()
     ready = prepare(system.system(1, "gauss_seidel"))
-    with Master(ready.system, ready.descriptions, ready.wiring, ready.structure):
+    with Master(ready.system, ready.descriptions, ready.wiring, ready.structure, ready.rates):
         return time.perf_counter() - began
 
 
