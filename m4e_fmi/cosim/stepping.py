@@ -115,6 +115,8 @@ class Course:
 
     def _count(self, loop: Loop, size: int) -> int:
         """Steps until the wall time, the run or a block may be over."""
+        if size < self._size:  # to where steps would end had none been shortened
+            return 1
         room = ENERGY_BLOCK - self._energy.noted
         if self._witness:
             room = min(room, self._witness.room)
