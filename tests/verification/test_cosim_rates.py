@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
 
 from m4e_fmi.cosim import Component, FmuFile, Network, Outcome, Simulation, System, run
 
@@ -132,6 +133,43 @@ def test_samples_are_exact(c_fmu: Fmus, algorithm: str, every: int) -> None:
         now = np.exp(-since * step)
         # of the plant's own integration: Runge and Kutta's error (0.1/20)^4 at most
         assert seen[k] == pytest.approx((now * x + (1 - now) * u, u), abs=1e-9)
+
+
+@pytest.mark.verifies(
+    "order of the default beside a sampled component that makes others jump",
+    analytic="matrix exponential from sample to sample",
+    tolerance="0.1",
+)
+@pytest.mark.parametrize(
+    ("options", "pieces", "order"), [(HOLDS, 2, 2), (HOLDS, 4, 3), (FOLLOWS, 1, 2), (FOLLOWS, 3, 3)]
+)
+def test_order_beside_a_sampled_component(
+    c_fmu: Fmus, options: str, pieces: int, order: int
+) -> None:
+    """x' = -y - c, y' = x + y/5, and c grows by 0.4 y every 0.8 s."""
+    sample, count = 0.8, 10
+    matrix = np.array([[0.0, -1.0, -1.0], [1.0, 0.2, 0.0], [0.0, 0.0, 0.0]])
+    state, whole = np.array([1.0, 1.0, 0.0]), expm(matrix * sample)
+    for _ in range(count):
+        state = whole @ state + [0.0, 0.0, 0.5 * sample * state[1]]
+    errors = []
+    for step in (0.1, 0.05, 0.025):
+        parts = (
+            Component("x", FmuFile(c_fmu(f"roessler_x{options}")), {"x": 1.0}),
+            Component("yz", FmuFile(c_fmu(f"roessler_yz{options}")), {"y": 1.0}),
+            Component("c", FmuFile(c_fmu("integrator")), {"gain": 0.5}, step_size=sample),
+        )
+        parts = (replace(parts[0], step_size=step / pieces), *parts[1:])
+        links = ("x.x -> yz.x", "yz.y -> x.y", "yz.y -> c.u", "c.y -> x.z")
+        found: list[list[float]] = []
+        outcome = run(
+            System("s", parts, links, Simulation(count * sample, step)),
+            observers=[lambda _, n, found=found: found.append([n.read("x.x"), n.read("yz.y")])],
+        )
+        assert outcome.order == order
+        assert any("does not know of jumps" in note for note in outcome.notes) == (order == 2)
+        errors.append(np.abs(found[-1] - state[:2]).max())
+    assert np.log2(np.array(errors[:-1]) / errors[1:]).min() > order - 0.1
 
 
 @pytest.mark.parametrize("algorithm", ["jacobi", "gauss_seidel", "corrector", "implicit"])

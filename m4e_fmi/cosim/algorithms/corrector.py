@@ -67,8 +67,11 @@ class Corrector(Scheduled):
         rigid = [part.name for knot in self._knots if knot.cyclic for part in knot.once]
         moving = [part for part in parts.values() if part.moved]
         single = [part for part in parts.values() if part.holds and part.pieces == 1]
-        notes = (map(_once_note, rigid), map(_moved_note, moving), map(_single_note, single))
-        self.notes = tuple(note for found in notes for note in found)
+        notes = [*map(_once_note, rigid), *map(_moved_note, moving), *map(_single_note, single)]
+        if interface.sampled:
+            back = [part for part in parts.values() if part.looks_back and part not in single]
+            notes += [_back_note(part, interface.sampled[0].name) for part in back]
+        self.notes = tuple(notes)
         if self.notes:
             self.order = 2
 
@@ -190,4 +193,11 @@ def _single_note(part: Part) -> str:
     return (
         f"{part.name} makes one step in each of the system's, and holds its inputs "
         f"(canInterpolateInputs): {_LOST}"
+    )
+
+
+def _back_note(part: Part, jumping: str) -> str:
+    return (
+        f"{part.name} tells no value in the middle of a step, and what there is of the step before "
+        f"does not know of jumps, as those of {jumping}: {_LOST}"
     )

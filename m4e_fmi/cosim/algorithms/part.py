@@ -129,6 +129,13 @@ class Part:
             operations += self._read(piece + 1)
         return operations
 
+    @property
+    def looks_back(self) -> bool:
+        """Whether connected outputs in the middle are taken from the step before, too."""
+        sources = {k.source for k in self._network.links if k.source.component == self.name}
+        chains = map(self._network.derivatives, sources)
+        return isinstance(self._middle, FromEnds) and any(len(chain) == 1 for chain in chains)
+
     def _interpolated(self) -> FromEnds | FromPoints | None:
         """How the outputs in the middle follow from others, if they cannot be read there."""
         known = self._way.known(self.pieces, held=self.holds)
