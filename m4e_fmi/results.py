@@ -44,6 +44,15 @@ class Results:
         component, _, variable = name.partition(".")
         return self.components[component][variable]
 
+    @property
+    def series(self) -> dict[str, Series]:
+        """All series by ``component.variable``."""
+        return {
+            f"{component}.{name}": one
+            for component, members in self.components.items()
+            for name, one in members.items()
+        }
+
 
 def load(path: str | Path) -> Results:
     """The results in a file that a run has written."""
@@ -63,7 +72,7 @@ def load(path: str | Path) -> Results:
 
 
 def stream_of(path: str | Path) -> Path:
-    """The netCDF file that a run streams to if its results are to be in `path`."""
+    """The netCDF file that is written first if results are to be in `path`."""
     path = Path(path)
     return path.with_suffix(NETCDF) if path.suffix.lower() in (CSV, PARQUET) else path
 
@@ -84,17 +93,8 @@ def export(results: Path, path: Path) -> None:
         _write_parquet(load(results), path)
 
 
-def _series(results: Results) -> dict[str, Series]:
-    """All series by ``component.variable``."""
-    return {
-        f"{component}.{name}": series
-        for component, members in results.components.items()
-        for name, series in members.items()
-    }
-
-
 def _write_csv(results: Results, path: Path) -> None:
-    series = _series(results)
+    series = results.series
     rows = np.column_stack([results.time, *(one.values for one in series.values())])
     with written(path) as part, part.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
@@ -107,7 +107,7 @@ def _write_parquet(results: Results, path: Path) -> None:
     import pyarrow  # pyright: ignore[reportMissingImports]  an extra
     import pyarrow.parquet  # pyright: ignore[reportMissingImports]
 
-    columns = {"time": Series("time", "s", "simulated time", results.time), **_series(results)}
+    columns = {"time": Series("time", "s", "simulated time", results.time), **results.series}
     fields = [
         pyarrow.field(name, pyarrow.float64(), metadata={"unit": s.unit, "long_name": s.long_name})
         for name, s in columns.items()

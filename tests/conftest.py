@@ -8,13 +8,22 @@ from pathlib import Path
 
 import pytest
 from support.c_fmus.build import build
+from support.c_fmus.versions import build_version
 
 
 @pytest.fixture(scope="session")
 def c_fmu(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
-    """`c_fmu(name)` is the path of the FMU of a C model of tests/support/c_fmus, compiled once."""
+    """`c_fmu(name)` is the path of the FMU of a C model of tests/support/c_fmus, compiled once.
+
+    ``1:name`` and ``3:name`` are of FMI 1.0 and 3.0.
+    """
     folder = tmp_path_factory.mktemp("c_fmus")
-    return cache(lambda name: build(name, folder))
+
+    def built(name: str) -> Path:
+        version, colon, model = name.partition(":")
+        return build_version(version, model, folder) if colon else build(name, folder)
+
+    return cache(built)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

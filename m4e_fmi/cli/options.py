@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import re
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -31,7 +32,10 @@ def add_start_values(command: argparse.ArgumentParser, name: str) -> None:
 
 def add_output_file(command: argparse.ArgumentParser) -> None:
     command.add_argument(
-        "--output-file", type=Path, metavar="FILE", help="results (.nc); default build/NAME.nc"
+        "--output-file",
+        type=Path,
+        metavar="FILE",
+        help="results (.nc, .csv, .parquet); default build/NAME.nc",
     )
 
 
@@ -62,7 +66,12 @@ def start_values(options: argparse.Namespace) -> dict[str, float]:
 
 
 def output_file(options: argparse.Namespace, name: str) -> Path:
-    return options.output_file or Path(BUILD_FOLDER) / f"{name}.nc"
+    """Where results go; InputError, before any work, if they cannot be written in that form."""
+    from m4e_fmi.results import check_export
+
+    path = options.output_file or Path(BUILD_FOLDER) / f"{name}.nc"
+    check_export(path)
+    return path
 
 
 def is_system(path: Path) -> bool:
@@ -95,6 +104,6 @@ def say(text: str) -> None:
         print(text, flush=True)
 
 
-def print_files(paths: object) -> None:
-    for path in paths:  # type: ignore[attr-defined]
+def print_files(paths: Iterable[Path]) -> None:
+    for path in paths:
         print(f"wrote {path}")

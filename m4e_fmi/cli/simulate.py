@@ -63,6 +63,7 @@ def _run(options: argparse.Namespace) -> None:
     from m4e_fmi.simulate import Watch, simulate
 
     model = load_model(options.model)
+    output = output_file(options, model.name)
     animation = _animation_file(options, model.name)
     events = [Watch(name) for name in options.event]
     events += [Watch(name, terminal=True) for name in options.stop_at]
@@ -78,10 +79,9 @@ def _run(options: argparse.Namespace) -> None:
             events=events,
             progress=progress,
         )
-    files = [output_file(options, model.name)]
-    write_simulation(result, files[0])
+    files = write_simulation(result, output)
     if not options.no_plot:
-        files.append(plot_simulation(result, files[0].with_suffix(".png")))
+        files.append(plot_simulation(result, output.with_suffix(".png")))
     if animation:
         files.append(animate(model, result, animation))
     print(simulation_summary(result))

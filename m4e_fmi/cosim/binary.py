@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import inspect
 import os
 from collections.abc import Mapping
 from contextlib import ExitStack
+from functools import cache
 from pathlib import Path
 from typing import Any
 
-from fmpy import fmi2
+from fmpy import fmi1, fmi2, fmi3
 
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.reading import Description
 from m4e_fmi.fmu.unpack import Unpacked
+
+CLASSES = {"1.0": fmi1.FMU1Slave, "2.0": fmi2.FMU2Slave, "3.0": fmi3.FMU3Slave}
+"""FMPy's, by version of FMI."""
 
 
 class Binary:
@@ -26,9 +31,10 @@ class Binary:
     def __init__(self, description: Description, *, origin: str) -> None:
         self.in_use = 0
         self._unpacked = Unpacked(description.path)
+        _keep_signatures(CLASSES[description.version])
         here = Path.cwd()
         try:
-            self.functions: Any = fmi2.FMU2Slave(
+            self.functions: Any = CLASSES[description.version](
                 guid=description.guid,
                 unzipDirectory=str(self._unpacked.folder),
                 modelIdentifier=description.identifier,
@@ -37,7 +43,9 @@ class Binary:
         except Exception as error:
             self._unpacked.remove()
             text = str(error).replace(str(self._unpacked.folder), "")
-            remedy = "a library it needs is missing, or the file is not an FMI 2.0 binary"
+            remedy = (
+                f"a library it needs is missing, or it is not an FMI {description.version} binary"
+            )
             raise RunError(f"{origin}: its binary cannot be loaded: {text}", remedy) from error
         finally:
             os.chdir(here)  # loading leaves the process elsewhere when it fails
@@ -53,6 +61,18 @@ class Binary:
         if self.in_use == 0:
             self.functions.freeLibrary()
         self._unpacked.remove()
+
+
+@cache
+def _keep_signatures(kind: type) -> None:
+    """Let the functions of FMPy's class carry their signatures.
+
+    FMPy asks Python for the signatures of all of them whenever it loads a library, which is a third
+    of the set-up of many FMUs; Python looks for a kept one first.
+    """
+    for _, function in inspect.getmembers(kind, inspect.isfunction):
+        if function.__name__.startswith("fmi"):
+            function.__signature__ = inspect.signature(function)
 
 
 def binaries(descriptions: Mapping[str, Description], stack: ExitStack) -> dict[str, Binary]:

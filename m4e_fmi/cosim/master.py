@@ -6,7 +6,7 @@ import signal
 import threading
 import time as clock
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field
 from itertools import count
 from typing import cast
@@ -14,12 +14,13 @@ from weakref import finalize
 
 import numpy as np
 
-from m4e_fmi.cosim.algorithms import ALGORITHMS, Algorithm, Returning, returning
+from m4e_fmi.cosim.algorithms import ALGORITHMS, Algorithm, Returning, Undoing, returning
 from m4e_fmi.cosim.binary import binaries
 from m4e_fmi.cosim.certificate import Certificate, certificate
 from m4e_fmi.cosim.connect import Wiring
 from m4e_fmi.cosim.energy import BondEnergy, EnergyBalance
-from m4e_fmi.cosim.instance import Instance
+from m4e_fmi.cosim.events import ended, event_notes
+from m4e_fmi.cosim.instance import EndedError, Instance
 from m4e_fmi.cosim.memory import Memory, recall, remember
 from m4e_fmi.cosim.network import Network, Point
 from m4e_fmi.cosim.pacing import Rates
@@ -120,6 +121,9 @@ class Master:
         self._control, self._algorithm = None, self._make(self.network)
         if simulation.coupling_tolerance is not None:
             self._control = self._step_control(cast("Returning", self._algorithm))
+        if isinstance(self._algorithm, Undoing) and self._shortens:
+            for instance in instances.values():
+                instance.stop_at_events()
         self._energy = EnergyBalance(self.network, self._wiring.bonds)
         self._witness, self._unwatched = None, ""
         if self._certify and self.network.links:
@@ -137,9 +141,10 @@ class Master:
         """The components that cannot go back."""
         return [name for name, d in self._descriptions.items() if not d.saves_state]
 
-    def _constant(self) -> list[str]:
-        """The components whose FMUs make steps of one size only."""
-        return [name for name, rate in self._rates.items() if rate.constant]
+    @property
+    def _shortens(self) -> bool:
+        """Whether all components can go back, and make a shorter step then."""
+        return not self._rigid() and all(rate.shortens for rate in self._rates.values())
 
     def _watch(self) -> None:
         odd = [f"{n} {r}" for n, r in self._rates.items() if r.is_sampled and r.every % 2]
@@ -196,8 +201,8 @@ class Master:
 
     @property
     def done(self) -> bool:
-        """Whether the stop time is reached."""
-        return self._course.now >= self._stop
+        """Whether the stop time is reached, or an FMU has asked for the end."""
+        return self._course.now >= self._stop or bool(ended(self.network.instances.values()))
 
     @property
     def order(self) -> int:
@@ -206,9 +211,11 @@ class Master:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Components' own steps, and what the algorithm does without, one line each."""
+        """Components' own steps, what the algorithm does without, and events; one line each."""
         own = [f"{name} {rate}" for name, rate in self._rates.items()]
-        return (*own, *self._algorithm.notes)
+        instances = self.network.instances.values()
+        end = ended(instances)
+        return (*own, *self._algorithm.notes, *event_notes(instances), *([end] if end else []))
 
     @property
     def energy(self) -> tuple[BondEnergy, ...]:
@@ -228,7 +235,8 @@ class Master:
         self._observe(observers)
         with _stepping() as interrupted:
             while not self.done:
-                self._course.advance()
+                with suppress(EndedError):
+                    self._course.advance()
                 self._observe(observers)
                 tell(self._course.now / SECOND)
                 if interrupted():
@@ -245,7 +253,7 @@ class Master:
             results=results,
             witness=self._witness,
             control=self._control,
-            returns=not (self._rigid() or self._constant()),
+            returns=self._shortens,
             singly=singly,
             most_time=PROGRESS_INTERVAL,
         )

@@ -5,11 +5,11 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Sequence
 from ctypes import POINTER, c_double, c_int32, c_int64, c_size_t, c_uint32, c_uint64, c_void_p
+from dataclasses import replace
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from m4e_fmi.cosim.instance import Instance
 from m4e_fmi.cosim.operations import (
     Combine,
     DoStep,
@@ -20,6 +20,7 @@ from m4e_fmi.cosim.operations import (
     Set,
     SetDerivatives,
 )
+from m4e_fmi.cosim.standards import RawCall
 
 NOT_A_NUMBER = -1
 GET, SET, SET_DERIVATIVES, DO_STEP, SAVE, RESTORE, COMBINE = range(7)
@@ -73,9 +74,9 @@ class NativeExecutor:
     """Performs a list of operations in one call, without the interpreter's lock."""
 
     def __init__(self, library: ctypes.CDLL, operations: Sequence[Operation]) -> None:
-        self._kept = [_translated(operation) for operation in operations]
+        self._kept = [(operation, *_translated(operation)) for operation in operations]
         self.count = len(operations)
-        self.array = (RawOperation * self.count)(*(raw for raw, _ in self._kept))
+        self.array = (RawOperation * self.count)(*(raw for _, raw, _ in self._kept))
         self._failed = c_uint64()
         self._perform = library.m4e_perform
         self._perform.argtypes = (
@@ -92,7 +93,7 @@ class NativeExecutor:
 
 
 Translated = tuple[RawOperation, tuple[np.ndarray, ...]]
-"""An operation for the C library, and arrays that it needs."""
+"""An operation for the C library, and arrays of it that nothing else holds."""
 
 _known: WeakKeyDictionary[Operation, Translated] = WeakKeyDictionary()
 
@@ -111,42 +112,50 @@ def _translated(operation: Operation) -> Translated:
 def _translation(operation: Operation) -> Translated:
     match operation:
         case Get(instance, names, values):
-            raw, kept = _call(GET, instance, "fmi2GetReal"), [instance.references(names)]
+            raw, references = _call(GET, instance.raw("fmi2GetReal", names))
+            _fill(raw, values)
+            return raw, (references,)
         case Set(instance, names, values):
-            raw, kept = _call(SET, instance, "fmi2SetReal"), [instance.references(names)]
+            raw, references = _call(SET, instance.raw("fmi2SetReal", names))
+            _fill(raw, values)
+            return raw, (references,)
         case SetDerivatives(instance, names, values):
-            raw = _call(SET_DERIVATIVES, instance, "fmi2SetRealInputDerivatives")
+            call = instance.raw("fmi2SetRealInputDerivatives", names)
+            call = replace(call, references=call.references.repeat(2))
+            raw, references = _call(SET_DERIVATIVES, call)
             orders = np.tile(np.array((1, 2), dtype=np.int32), len(names))
-            kept = [instance.references(names).repeat(2), orders]
             raw.orders = _address(orders)
+            _fill(raw, values)
+            return raw, (references, orders)
         case DoStep(instance, start, length, own):
-            raw = _call(DO_STEP, instance, "fmi2DoStep")
+            raw, _ = _call(DO_STEP, instance.raw("fmi2DoStep"))
             raw.start, raw.length, raw.own = start, length, own
-            return raw, ()
         case Save(instance):
-            raw = _call(SAVE, instance, "fmi2GetFMUstate")
+            raw, _ = _call(SAVE, instance.raw("fmi2GetFMUstate"))
             raw.state = ctypes.addressof(instance.slot())
-            return raw, ()
         case Restore(instance):
-            raw = _call(RESTORE, instance, "fmi2SetFMUstate")
+            raw, _ = _call(RESTORE, instance.raw("fmi2SetFMUstate"))
             raw.state = ctypes.addressof(instance.slot())
-            return raw, ()
-        case Combine(values, source, index, weight, offset):
-            assert index.shape == weight.shape == (len(index), values.shape[-1])
-            raw, kept = RawOperation(kind=COMBINE, terms=len(index)), [index, weight, source]
+        case Combine(into, source, index, weight, offset):
+            assert index.dtype == np.uint32
+            assert index.shape == weight.shape == (len(index), into.shape[-1])
+            raw = RawOperation(kind=COMBINE, terms=len(index), references=_address(index))
             raw.weights, raw.source = _address(weight), _address(source)
             raw.offset = None if offset is None else _address(offset)
-            kept += [] if offset is None else [offset]
-    assert kept[0].dtype == np.uint32
-    raw.references = _address(kept[0])
+            _fill(raw, into)
+    return raw, ()
+
+
+def _call(kind: int, call: RawCall) -> tuple[RawOperation, np.ndarray]:
+    raw = RawOperation(kind=kind, component=call.component, function=call.function)
+    raw.references = _address(call.references)
+    return raw, call.references
+
+
+def _fill(raw: RawOperation, values: np.ndarray) -> None:
+    """Note where the values of an operation are."""
     raw.count, raw.values = values.shape[-1], _address(values)
     raw.stride = values.shape[1] if values.ndim == 2 else 0
-    return raw, (*kept, values)
-
-
-def _call(kind: int, instance: Instance, function: str) -> RawOperation:
-    address = instance.address(function)
-    return RawOperation(kind=kind, component=instance.handle, function=address)
 
 
 def _address(array: np.ndarray) -> int:

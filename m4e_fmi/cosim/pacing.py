@@ -83,7 +83,7 @@ def _check(own: Rate, system: System, name: str, loops: Iterable[Iterable[Port]]
         )
     begin, end = round(simulation.start_time * SECOND), round(simulation.stop_time * SECOND)
     left = Fraction(end - begin, SECOND) % simulation.step
-    if own.constant and not own.is_sampled and left:
+    if left and not own.shortens:
         stop = Fraction(end, SECOND) - left
         raise ValueError(
             f"{only}, and the last step would be one of {float(left):g} s",

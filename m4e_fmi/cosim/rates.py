@@ -34,6 +34,11 @@ class Rate:
         """Whether there are points of the system at which the component does nothing."""
         return self.every > 1
 
+    @property
+    def shortens(self) -> bool:
+        """Whether the steps of the system may be shorter than usual."""
+        return self.is_sampled or not self.constant
+
     def __str__(self) -> str:
         only = " (the only size of step that its FMU makes)" if self.constant else ""
         how = f"steps by {self.step:g} s{only}"

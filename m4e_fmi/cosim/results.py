@@ -11,6 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from math import ceil
 from pathlib import Path
 from typing import Any
 
@@ -26,9 +27,9 @@ from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.reading import Variable
 from m4e_fmi.writing import cannot_write
 
-CHUNK = 64, 4096
+CHUNK = 64, 16384
 """Least and most rows of a variable that lie together in the file."""
-MOST_ROWS, MOST_VALUES = 16384, 2**22
+MOST_ROWS, MOST_VALUES = 65536, 2**22
 """Rows, and values in all of them, that are kept in memory before they are written."""
 FLUSH = 5.0
 """Seconds of wall time after which rows reach the disk even if the block is not full."""
@@ -91,11 +92,10 @@ class ResultsWriter:
     ) -> None:
         self._file.setncatts({**attributes, "created": datetime.now(UTC).isoformat("T", "seconds")})
         self._file.createDimension("time", None)
-        chunk = (min(max(expected, CHUNK[0]), CHUNK[1]),)
-        self._time = self._file.createVariable("time", "f8", ("time",), chunksizes=chunk)
-        self._time.setncatts({"units": "s", "long_name": "simulated time"})
         count = sum(map(len, outputs.values()))
-        self._block = max(CHUNK[0], min(MOST_ROWS, MOST_VALUES // (count + 1)))
+        self._block, chunk = _sizes(expected, count + 1)
+        self._time = self._file.createVariable("time", "f8", ("time",), chunksizes=(chunk,))
+        self._time.setncatts({"units": "s", "long_name": "simulated time"})
         self._times = np.zeros(self._block)
         self._groups = [
             _Group(self._file, instance, outputs[name], self._block, chunk, network.rates.get(name))
@@ -194,6 +194,14 @@ class ResultsWriter:
             raise cannot_write(self.path, error) from error
 
 
+def _sizes(expected: int, columns: int) -> tuple[int, int]:
+    """Rows that are written together, and those of a chunk: whole chunks, the last one full too."""
+    most = max(CHUNK[0], min(MOST_ROWS, MOST_VALUES // columns))
+    chunks = ceil(expected / min(CHUNK[1], most))
+    chunk = max(CHUNK[0], ceil(expected / chunks))
+    return max(1, most // chunk) * chunk, chunk
+
+
 def _cut(path: Path, rows: int) -> None:
     """Leave the first `rows` in the file: those after them are of a course that was given up."""
     from netCDF4 import Dataset
@@ -226,7 +234,7 @@ class _Group:
         instance: Instance,
         outputs: Sequence[Variable],
         rows: int,
-        chunk: tuple[int],
+        chunk: int,
         rate: Rate | None,
     ) -> None:
         group = file.createGroup(instance.name)
@@ -234,7 +242,7 @@ class _Group:
             group.setncattr("step_size", f"{rate.step:g} s")
         self._variables = []
         for output in outputs:
-            variable = group.createVariable(output.name, "f8", ("time",), chunksizes=chunk)
+            variable = group.createVariable(output.name, "f8", ("time",), chunksizes=(chunk,))
             variable.setncatts({"units": output.unit or "1", "long_name": output.description})
             self._variables.append(variable)
         self._block = np.zeros((rows, len(outputs)))

@@ -24,6 +24,7 @@ from m4e_fmi.cosim.system import SOLVES_LOOPS, Component, Simulation, System
 from m4e_fmi.cosim.timing import Timing, timings
 from m4e_fmi.errors import InputError, Problem, RunError
 from m4e_fmi.fmu import Description, read_description
+from m4e_fmi.fmu.reading import resized
 from m4e_fmi.results import Results, check_export, export, load, stream_of
 
 
@@ -96,7 +97,7 @@ def prepare(
     read = cache(read_description)  # many components may be of one file
     for component in system.components:
         try:
-            description = read(files[component.name])
+            description = resized(read(files[component.name]), component.start)
             descriptions[component.name] = with_units(component, description)
         except InputError as error:
             problems += error.problems
@@ -298,7 +299,7 @@ def _finer(prepared: Prepared) -> Prepared:
     parts: list[Component] = []
     for part in system.components:
         rate = prepared.rates.get(part.name)
-        if rate and rate.constant and not rate.is_sampled:
+        if rate and not rate.shortens:
             raise InputError.single(
                 f"--check runs at half the step, which {part.name} cannot: it {rate}",
                 "leave it out: what each run tells of its error needs no other step",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 
 from m4e_fmi.cosim.system import Component, System
@@ -17,7 +18,9 @@ _TYPES: dict[str, type | tuple[type, ...]] = {
     "Enumeration": int,
     "Boolean": bool,
     "String": str,
+    "Binary": str,
 }
+_SIZED = re.compile(r"(U?)Int(\d+)")
 
 
 def start_values(component: Component, description: Description) -> dict[str, Value]:
@@ -76,7 +79,23 @@ def value_of(variable: Variable, given: Value | Quantity) -> Value:
         isinstance(given, bool) and variable.type != "Boolean"
     ):
         raise ValueError(f"it is of type {variable.type}")
+    _check_range(variable, given)
     return given
+
+
+def _check_range(variable: Variable, given: Value) -> None:
+    """ValueError for what the type cannot hold."""
+    sized = _SIZED.fullmatch(variable.fmi_type)
+    if sized and isinstance(given, int):
+        bits = int(sized[2])
+        low, high = (0, 2**bits - 1) if sized[1] else (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1)
+        if not low <= given <= high:
+            raise ValueError(f"it is of type {variable.fmi_type}: {low} to {high}")
+    if variable.type == "Binary" and isinstance(given, str):
+        try:
+            bytes.fromhex(given)
+        except ValueError:
+            raise ValueError("it is of type Binary: write its bytes as '0a1bff'") from None
 
 
 def _quantity(text: str) -> Quantity:

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import time as clock
 from functools import cached_property
+from math import ceil
 from typing import cast
 
 from m4e_fmi.cosim.algorithms import Algorithm, Returning, Undoing
 from m4e_fmi.cosim.algorithms.scheduled import Scheduled, looped
 from m4e_fmi.cosim.energy import BLOCK as ENERGY_BLOCK
 from m4e_fmi.cosim.energy import EnergyBalance
-from m4e_fmi.cosim.instance import DiscardedError
+from m4e_fmi.cosim.events import event_count, until_event
+from m4e_fmi.cosim.instance import DiscardedError, EventWithinError
 from m4e_fmi.cosim.network import Network
 from m4e_fmi.cosim.operations import Operation
 from m4e_fmi.cosim.results import ResultsWriter
@@ -134,7 +136,10 @@ class Course:
 
     def _single(self, size: int) -> None:
         """Make a step of `size` [ns], or what FMUs and control allow."""
+        before = event_count(self._network.instances.values())
         size = self._step(size)
+        if event_count(self._network.instances.values()) > before:
+            self._network.forget()
         self.now += size
         self._network.advance(self.now / SECOND)
         self._energy.add(self._algorithm.held, size / SECOND)
@@ -173,25 +178,32 @@ class Course:
         """The size of the next step if no FMU objects.
 
         Adaptive steps end where the next row of the results is due; others where they would if none
-        had been shortened.
+        had been shortened; all at events that FMUs have announced.
         """
-        now = self.now
+        now, instances = self.now, self._network.instances.values()
         if self._control is None:
-            return min(self._size - (now - self._start) % self._size, self._stop - now)
+            size = min(self._size - (now - self._start) % self._size, self._stop - now)
+            shortens = all(rate.shortens for rate in self._network.rates.values())
+            return until_event(instances, now, size) if shortens else size
         row = self._row + self._every
         end = min(row, self._stop) if row > now + 1 else self._stop
-        return min(self._control.size, end - now)
+        return until_event(instances, now, min(self._control.size, end - now))
 
     def _shorter(self, size: int, discarded: DiscardedError) -> int:
         """Take back the step of `size` that an FMU has discarded; the size to try next.
 
-        That is up to where the FMU could go, or half. Raises what it is given if there is no way
-        back, or the step is too short already.
+        That is up to where the FMU could go, or to its event, or half. Raises what it is given if
+        there is no way back, or the step is too short already.
         """
         smallest = max(1, round(SMALLEST * self._size))
+        event = isinstance(discarded, EventWithinError)
+        if event:
+            smallest = 1
         if not self._returns or size <= smallest or not isinstance(self._algorithm, Undoing):
             raise discarded
         self._algorithm.undo()
         self.shortened += 1
+        if event and discarded.reached is not None:
+            return min(max(1, ceil(discarded.reached * SECOND) - self.now), size - 1)
         reached = round((discarded.reached or 0.0) * SECOND) - self.now
         return reached if smallest <= reached < size else max(smallest, size // 2)

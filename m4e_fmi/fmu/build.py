@@ -53,7 +53,7 @@ def build_fmu(
     is left out; default all. `rename` gives variables other names, old → new. `documentation` has
     more files: name in the archive, below ``documentation/`` or ``model.png`` (FMI 3.0:
     ``terminalsAndIcons/icon.png``), → content. `sources` adds the C sources of a native FMU's
-    library, for importers that compile (FMI 2.0).
+    library, for importers that compile.
 
     Variables and value references of a program are the same for both kinds, and so are results, to
     the bit. The same source gives the same bytes. InputError if an option is not one, if the name

@@ -9,7 +9,7 @@ from typing import Any
 import fmpy
 
 from m4e_fmi.errors import InputError
-from m4e_fmi.fmu.reading import check_archive
+from m4e_fmi.fmu.opening import check_archive
 
 _KINDS = {
     "modelExchange": "model exchange",

@@ -2,7 +2,8 @@
 
 FMPy's native proxy formats the messages (their arguments are variadic, which ctypes cannot take),
 but knows one logger for the whole process. The one here finds the instance by its FMI component
-environment, and leaves messages of other instances to FMPy.
+environment, in FMI 1.0 by its name, and leaves messages of other instances to FMPy. FMI 3.0's
+messages are whole texts, and go to the instance itself.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ import weakref
 from collections import deque
 from typing import Any
 
-from fmpy import calloc, fmi2, free
+from fmpy import calloc, fmi1, fmi2, free
 from fmpy.logging import addLoggerProxy
 
 STATUS = {0: "OK", 1: "Warning", 2: "Discard", 3: "Error", 4: "Fatal"}
@@ -22,7 +23,11 @@ KEPT = 100
 
 
 class Messages:
-    """The last messages of one instance, oldest first; `callbacks` goes into fmi2Instantiate."""
+    """The last messages of one instance, oldest first.
+
+    `callbacks` goes into fmi2Instantiate, `callbacks_1` into fmiInstantiateSlave, `add_3` into
+    FMPy's `instantiate` of FMI 3.0.
+    """
 
     def __init__(self) -> None:
         self._texts: deque[tuple[int, str]] = deque(maxlen=KEPT)
@@ -35,8 +40,21 @@ class Messages:
         self.callbacks.componentEnvironment = environment
         addLoggerProxy(ctypes.byref(self.callbacks))
 
+    def callbacks_1(self, name: str) -> fmi1.fmi1CallbackFunctions:
+        """For an instance of FMI 1.0 called `name`."""
+        _BY_NAME[name.encode("utf-8")] = self
+        callbacks = fmi1.fmi1CallbackFunctions()
+        callbacks.logger = ctypes.cast(_LOGGER, fmi1.fmi1CallbackLoggerTYPE)
+        callbacks.allocateMemory = ctypes.cast(_ALLOCATE, fmi1.fmi1CallbackAllocateMemoryTYPE)
+        callbacks.freeMemory = ctypes.cast(_FREE, fmi1.fmi1CallbackFreeMemoryTYPE)
+        addLoggerProxy(ctypes.byref(callbacks))
+        return callbacks
+
     def add(self, status: int, text: str) -> None:
         self._texts.append((status, text))
+
+    def add_3(self, _environment: Any, status: int, _category: Any, text: bytes | None) -> None:
+        self.add(status, _decoded(text))
 
     def take(self) -> tuple[tuple[int, str], ...]:
         """All that is kept, each with its status; nothing is kept then."""
@@ -51,15 +69,20 @@ class Messages:
 
 
 _ALL: weakref.WeakValueDictionary[int, Messages] = weakref.WeakValueDictionary()
+_BY_NAME: weakref.WeakValueDictionary[bytes, Messages] = weakref.WeakValueDictionary()
 _NUMBERS = itertools.count(1)
 
 
 def _log(environment: Any, name: Any, status: int, category: Any, message: Any) -> None:
-    receiver = _ALL.get(environment or 0)
+    receiver = _ALL.get(environment or 0) or _BY_NAME.get(name or b"")
     if receiver is None:
         fmi2.printLogMessage(environment, name, status, category, message)
     else:
-        receiver.add(status, (message or b"").decode("utf-8", errors="replace").strip())
+        receiver.add(status, _decoded(message))
+
+
+def _decoded(text: bytes | None) -> str:
+    return (text or b"").decode("utf-8", errors="replace").strip()
 
 
 _LOGGER = fmi2.fmi2CallbackLoggerTYPE(_log)

@@ -1,4 +1,4 @@
-"""modelDescription.xml of a native FMU of FMI 3.0, for co-simulation and model exchange.
+"""modelDescription.xml of a native FMU of FMI 3.0, for both kinds, and how its sources are built.
 
 Source: FMI Specification 3.0.2, section 2.4. Element order and attributes follow its schema.
 """
@@ -11,6 +11,7 @@ from xml.etree.ElementTree import Element, SubElement
 import m4e_fmi
 from m4e_fmi.fmu.arrays import Grouped, Place, places
 from m4e_fmi.fmu.description import FmuVariable, ModelDescription
+from m4e_fmi.fmu.elements import ELEMENTS
 from m4e_fmi.fmu.xml_parts import (
     add_experiment,
     add_quantity,
@@ -21,6 +22,7 @@ from m4e_fmi.fmu.xml_parts import (
 )
 from m4e_fmi.program.dependence import KINDS
 
+BUILD = "sources/buildDescription.xml"
 EVERYWHERE = {
     "needsExecutionTool": "false",
     "canGetAndSetFMUState": "true",
@@ -74,6 +76,19 @@ def model_description_3_xml(
     return xml_bytes(root)
 
 
+def build_description_xml(model_identifier: str, sources: Sequence[str]) -> bytes:
+    """The XML text (UTF-8) of `BUILD`: how a compiler makes the library of `sources`.
+
+    Source: FMI Specification 3.0.2, section 2.4.10.
+    """
+    root = Element("fmiBuildDescription", fmiVersion="3.0")
+    configuration = SubElement(root, "BuildConfiguration", modelIdentifier=model_identifier)
+    files = SubElement(configuration, "SourceFileSet", language="C11")
+    for name in sources:
+        SubElement(files, "SourceFile", name=name)
+    return xml_bytes(root)
+
+
 def _add_variable(parent: Element, variable: Grouped, place: Mapping[str, Place]) -> None:
     first = variable.first
     element = SubElement(
@@ -89,6 +104,10 @@ def _add_variable(parent: Element, variable: Grouped, place: Mapping[str, Place]
         element.set("initial", first.initial)
     if first.type == "Real":
         _add_numbers(element, variable, place)
+    if variable.shape:
+        notes = SubElement(element, "Annotations")
+        note = SubElement(notes, "Annotation", type=ELEMENTS)
+        note.text = "\n".join(f"{member.name}\t{member.unit}" for member in variable.members)
     for size in variable.shape:
         SubElement(element, "Dimension", start=str(size))
 

@@ -9,8 +9,13 @@ from m4e_fmi.fmu.archive import content_guid, model_identifier
 from m4e_fmi.fmu.arrays import Grouped, grouped
 from m4e_fmi.fmu.description import ModelDescription
 from m4e_fmi.fmu.layout_files import layout_files
+from m4e_fmi.fmu.licenses import license_files
 from m4e_fmi.fmu.model_description import XML, model_description_xml, with_guid
-from m4e_fmi.fmu.model_description_3 import model_description_3_xml
+from m4e_fmi.fmu.model_description_3 import (
+    BUILD,
+    build_description_xml,
+    model_description_3_xml,
+)
 from m4e_fmi.fmu.native import shell_binaries, shell_sources
 from m4e_fmi.fmu.options import Options
 from m4e_fmi.fmu.program_files import PROGRAM, TANGENT, model_file, tangent_file
@@ -30,14 +35,19 @@ def native_fmu_files(
         f"resources/{PROGRAM}": model_file(program, options.method, options.rename),
         f"resources/{TANGENT}": tangent_file(program),
     }
-    files |= shell_binaries(identifier, fmi=options.fmi) | dict(options.documentation)
+    binaries = shell_binaries(identifier, fmi=options.fmi)
+    files |= binaries | license_files(pythonfmu=False, binaries=binaries)
+    files |= options.documentation
     code = shell_sources() if options.sources else {}
     files |= code
     numbers = (_without_point(v) for v in (description.tolerance, description.step_size))
     settings = f"{METHODS[options.method]} {' '.join(numbers)}\n"
     files[SETTINGS] = settings.encode()
+    listed = [PurePath(name).name for name in code if name.endswith(".c")]
     if options.fmi == "3":
         variables = grouped(description)
+        if listed:
+            files[BUILD] = build_description_xml(identifier, listed)
         files |= _files_of_version_3(description, variables)
         xml = model_description_3_xml(description, variables, model_identifier=identifier)
     else:
@@ -46,7 +56,7 @@ def native_fmu_files(
             model_identifier=identifier,
             guid="",
             native=True,
-            sources=[PurePath(name).name for name in code if name.endswith(".c")],
+            sources=listed,
         )
     guid = content_guid(files, xml)
     files[SETTINGS] = f"{guid} {settings}".encode()

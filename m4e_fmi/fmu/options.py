@@ -46,8 +46,8 @@ class Options:
                 problems.append(Problem(f"the {what} must be positive, got {value:g}"))
         if self.fmi == "3" and not self.native:
             problems.append(Problem("FMI 3.0 is for native FMUs", "add native, or take FMI 2"))
-        if self.sources and (self.fmi != "2" or not self.native):
-            problems.append(Problem("C sources are for native FMUs of FMI 2", "leave them out"))
+        if self.sources and not self.native:
+            problems.append(Problem("C sources are for native FMUs", "leave them out"))
         icon = ICON.get(self.fmi, "")
         problems += [
             Problem(f"{name!r} is no place for documentation", f"documentation/… or {icon}")

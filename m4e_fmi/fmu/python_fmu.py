@@ -15,6 +15,7 @@ from m4e_fmi.fmu.archive import content_guid, content_hash, model_identifier
 from m4e_fmi.fmu.binaries import binaries, pythonfmu_folder
 from m4e_fmi.fmu.description import ModelDescription, PythonSource
 from m4e_fmi.fmu.from_program import EMBEDDED
+from m4e_fmi.fmu.licenses import license_files
 from m4e_fmi.fmu.model_description import XML, model_description_xml, with_guid
 from m4e_fmi.fmu.options import Options
 
@@ -42,7 +43,8 @@ def python_fmu_files(source: PythonSource, options: Options) -> dict[str, bytes]
     resources["slavemodule.txt"] = stem.encode()
     resources |= _pythonfmu_files()
     files = {f"resources/{name}": content for name, content in resources.items()}
-    files |= binaries(identifier) | dict(options.documentation)
+    files |= binaries(identifier) | license_files(pythonfmu=True, binaries=())
+    files |= options.documentation
     xml = model_description_xml(description, model_identifier=identifier, guid="")
     files[XML] = with_guid(xml, content_guid(files, xml))
     return files

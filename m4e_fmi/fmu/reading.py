@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
-import zipfile
-import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -13,17 +10,15 @@ from typing import Any
 
 import fmpy
 
-from m4e_fmi.errors import InputError, Problem, suggestion
+from m4e_fmi.fmu.elements import SCALARS, flattened, owner
+from m4e_fmi.fmu.fmi1 import translate
+from m4e_fmi.fmu.opening import MODEL_DESCRIPTION, check_archive, refusal
 from m4e_fmi.units import BASE_UNITS, Unit, parse_unit
 
-MODEL_DESCRIPTION = "modelDescription.xml"
-MAX_UNPACKED = 2**31
-"""Bytes that an FMU may unpack to."""
-MAX_RATIO = 200
-"""Unpacked over packed size above which an archive of more than SMALL bytes is taken for a bomb."""
-SMALL = 10_000_000
-
 KNOWN = ("input", "parameter")
+MOST_ELEMENTS = 1_000_000
+"""Elements that the arrays of an FMU may have together."""
+STRUCTURAL = "structuralParameter"
 
 
 @dataclass(frozen=True)
@@ -33,7 +28,9 @@ class Variable:
     `dimension` is the unit with its base-unit exponents and factor, None where the FMU gives no
     unit; `offset` is what the unit adds after the factor (0 for all but temperatures). `items` are
     the values of an enumeration by their names. `nominal` is the order of magnitude of a Real in
-    its unit, 1 where the FMU says nothing.
+    its unit, 1 where the FMU says nothing. `type` is FMI 2.0's name for what `fmi_type` is called
+    in the FMU's own version, `start` the start value as the FMU writes it. Of an element of an
+    array, `value_reference` is a key: see `elements.locate`.
     """
 
     name: str
@@ -49,12 +46,15 @@ class Variable:
     derivative_of: str | None
     items: Mapping[str, int] = field(default_factory=dict)
     nominal: float = 1.0
+    fmi_type: str = ""
+    start: str | None = None
 
 
 @dataclass(frozen=True)
 class Description:
-    """An FMI 2.0 co-simulation FMU: its file, identity, variables and declared dependencies.
+    """A co-simulation FMU: its file, identity, variables and declared dependencies.
 
+    `version` is 1.0, 2.0 or 3.0; the rest is told in FMI 2.0's words, arrays as their elements.
     `dependencies[y]` are the inputs that output y depends on at a communication point,
     `initial_dependencies[y]` the inputs and parameters that the initial value of output or
     calculated parameter y depends on. Where an FMU declares nothing (`undeclared`), FMI says that
@@ -64,9 +64,9 @@ class Description:
     if it tells one (fixedInternalStepSize, FMI 3.0).
 
     What the FMU can do: `saves_state` (fmi2GetFMUstate, fmi2SetFMUstate), `interpolates_inputs`
-    (fmi2SetRealInputDerivatives), `directional_derivatives` (fmi2GetDirectionalDerivative). What it
-    cannot: make steps of different sizes (`constant_step`), be instantiated more than once in a
-    process (`once_per_process`).
+    (fmi2SetRealInputDerivatives), `directional_derivatives` (fmi2GetDirectionalDerivative),
+    `has_events` (event mode, FMI 3.0). What it cannot: make steps of different sizes
+    (`constant_step`), be instantiated more than once in a process (`once_per_process`).
     """
 
     path: Path
@@ -78,105 +78,103 @@ class Description:
     undeclared: frozenset[str] = field(repr=False)
     output_derivatives: dict[str, str] = field(repr=False)
     input_derivatives: dict[str, str] = field(repr=False)
+    version: str = "2.0"
     step_size: float | None = None
     internal_step: float | None = None
     constant_step: bool = False
     saves_state: bool = False
     interpolates_inputs: bool = False
     directional_derivatives: bool = False
+    has_events: bool = False
     once_per_process: bool = False
 
     def of_causality(self, *causalities: str) -> list[Variable]:
         return [v for v in self.variables.values() if v.causality in causalities]
 
 
-def read_description(path: str | Path) -> Description:
+def read_description(path: str | Path, structure: Mapping[str, int] | None = None) -> Description:
     """The description of the FMU at `path`, after all checks that need no unpacking.
 
-    Checked: a readable ZIP archive; its unpacked size and ratio; no name twice, none that leads
-    out of the folder; a model description without DOCTYPE; FMI 2.0 for co-simulation; a binary for
-    this platform. InputError names the file and the remedy.
+    `structure` has values for structural parameters, which are sizes of arrays; the others are at
+    their defaults. Checked: a readable ZIP archive; its unpacked size and ratio; no name twice,
+    none that leads out of the folder; a model description without DOCTYPE; FMI 1.0, 2.0 or 3.0 for
+    co-simulation, without another tool and without clocks that the master would have to drive; a
+    binary for this platform. InputError names the file and the remedy.
     """
     path = Path(path)
     names, text = check_archive(path)
-    version = re.search(rb'fmiVersion\s*=\s*["\']([^"\']*)', text)
-    if version and version[1] != b"2.0":
-        message = f"is an FMI {version[1].decode(errors='replace')} FMU; the master runs FMI 2.0"
-        raise _bad(path, message, "export it as an FMI 2.0 co-simulation FMU")
     try:
-        raw = fmpy.read_model_description(path, validate=False)
+        raw: Any = fmpy.read_model_description(path, validate=False)
+        tool = translate(raw, text) if raw.fmiVersion == "1.0" else ""
     except Exception as error:
         why = str(error).split("\n")[0]
-        raise _bad(path, f"{MODEL_DESCRIPTION} cannot be understood: {why}", _REBUILD) from error
-    _check_kind(path, raw, names)
-    return _translated(path, raw)
+        raise refusal(path, f"{MODEL_DESCRIPTION} cannot be understood: {why}", _REBUILD) from error
+    _check_kind(path, raw, names, tool)
+    if not raw.fmiVersion.startswith("3."):
+        return _translated(path, raw, {})
+    _resize(path, raw, structure or {})
+    types = {v.valueReference: v.type for v in raw.modelVariables}
+    return _translated(path, flattened(raw, text, SCALARS, named=True), types)
+
+
+def resized(description: Description, start: Mapping[str, Any]) -> Description:
+    """The description of the FMU with the start values that structural parameters are given."""
+    variables = description.variables
+    structure = {
+        name: value
+        for name, value in start.items()
+        if name in variables
+        and variables[name].causality == STRUCTURAL
+        and isinstance(value, int)
+        and value >= 0
+    }
+    return read_description(description.path, structure) if structure else description
 
 
 _REBUILD = "export the FMU again; `fmpy validate` on the file tells more"
 
 
-def _bad(path: Path, message: str, remedy: str) -> InputError:
-    return InputError([Problem(message, remedy, str(path))])
-
-
-def check_archive(path: Path) -> tuple[set[str], bytes]:
-    """Names in the FMU at `path`, and its model description (bytes of the XML file).
-
-    InputError if it is no readable archive with a model description, or should not be unpacked.
-    """
-    if not path.is_file():
-        near = [p.name for p in path.parent.glob("*.fmu")] if path.parent.is_dir() else []
-        raise _bad(path, "no such file", suggestion(path.name, near, "FMUs here"))
-    try:
-        with zipfile.ZipFile(path) as archive:
-            infos = archive.infolist()
-            check_entries(path, infos)
-            if MODEL_DESCRIPTION not in archive.namelist():
-                message = f"not an FMU: there is no {MODEL_DESCRIPTION} at the top of the archive"
-                raise _bad(path, message, "pack the content of the folder, not the folder itself")
-            text = archive.read(MODEL_DESCRIPTION)
-            if b"<!DOCTYPE" in text:
-                message = f"{MODEL_DESCRIPTION} has a DOCTYPE, which FMI does not use"
-                raise _bad(path, message, "do not use this file unless you know why it has one")
-    except (zipfile.BadZipFile, zlib.error, EOFError, OSError, RuntimeError) as error:
-        remedy = "copy or export the file again: it is truncated, or was never an FMU"
-        raise _bad(path, f"not a readable ZIP archive: {error}", remedy) from error
-    return {info.filename for info in infos}, text
-
-
-def check_entries(path: Path, infos: list[zipfile.ZipInfo]) -> None:
-    """InputError if an archive should not be unpacked: see `read_description`."""
-    distrust = "do not use this file: no tool that exports FMUs writes such an archive"
-    seen: set[str] = set()
-    for info in infos:
-        name = info.filename
-        if name in seen:
-            raise _bad(path, f"the archive holds {name!r} twice", distrust)
-        seen.add(name)
-        if "\\" in name or ":" in name or name.startswith("/") or ".." in name.split("/"):
-            raise _bad(path, f"the archive holds {name!r}, which leads out of its folder", distrust)
-    unpacked = sum(info.file_size for info in infos)
-    packed = max(1, sum(info.compress_size for info in infos))
-    if unpacked > MAX_UNPACKED or (unpacked > SMALL and unpacked / packed > MAX_RATIO):
-        size = f"{unpacked / 1e6:.0f} MB from {packed / 1e6:.2f} MB"
-        raise _bad(path, f"the archive would unpack to {size}", distrust)
-
-
-def _check_kind(path: Path, raw: Any, names: set[str]) -> None:
+def _check_kind(path: Path, raw: Any, names: set[str], tool: str) -> None:
     if raw.coSimulation is None:
-        message = "is a model-exchange FMU: it has no solver of its own"
-        raise _bad(path, message, "export it for co-simulation")
+        kind = "scheduled-execution" if raw.scheduledExecution is not None else "model-exchange"
+        message = f"is a {kind} FMU: it has no solver of its own"
+        raise refusal(path, message, "export it for co-simulation")
+    if tool:
+        message = f"needs {tool} while it runs (CoSimulation_Tool), which the master cannot start"
+        raise refusal(path, message, "export it stand-alone (CoSimulation_StandAlone)")
+    for v in raw.modelVariables:
+        timed = v.intervalVariability not in (None, "triggered")
+        if v.type == "Clock" and (v.causality == "input" or timed):
+            message = f"needs a master with clocks: {v.name!r} is one that it would have to tick"
+            raise refusal(path, message, "export it without clocked partitions")
     binary = raw.coSimulation.modelIdentifier + fmpy.sharedLibraryExtension
-    if f"binaries/{fmpy.platform}/{binary}" not in names:
+    platform = fmpy.platform_tuple if raw.fmiVersion.startswith("3.") else fmpy.platform
+    if f"binaries/{platform}/{binary}" not in names:
         there = sorted({n.split("/")[1] for n in names if n.startswith("binaries/") and n[9:]})
-        message = f"has no binary for this platform, {fmpy.platform}/{binary}"
-        remedy = f"it has: {', '.join(there) or 'none'}; export it for {fmpy.platform}"
-        raise _bad(path, message, remedy)
+        message = f"has no binary for this platform, {platform}/{binary}"
+        remedy = f"it has: {', '.join(there) or 'none'}; export it for {platform}"
+        raise refusal(path, message, remedy)
 
 
-def _translated(path: Path, raw: Any) -> Description:
+def _resize(path: Path, raw: Any, structure: Mapping[str, int]) -> None:
+    """Give arrays the shapes that follow from values of structural parameters."""
+    count = 0
+    for variable in raw.modelVariables:
+        sizes = [
+            d.start if d.variable is None else structure.get(d.variable.name, int(d.variable.start))
+            for d in variable.dimensions
+        ]
+        variable.shape = tuple(sizes)
+        count += math.prod(sizes)
+    if count > MOST_ELEMENTS:
+        message = f"its arrays have {count} elements together; {MOST_ELEMENTS} are taken at most"
+        raise refusal(path, message, "make its structural parameters smaller")
+
+
+def _translated(path: Path, raw: Any, types: Mapping[int, str]) -> Description:
+    """What a description says, in FMI 2.0's words; `types` are FMI 3.0's, by value reference."""
     units = {unit.name: unit for unit in raw.unitDefinitions}
-    variables = {v.name: _variable(v, units) for v in raw.modelVariables}
+    variables = {v.name: _variable(v, units, types) for v in raw.modelVariables}
     inputs = frozenset(n for n, v in variables.items() if v.causality == "input")
     known = frozenset(n for n, v in variables.items() if v.causality in KNOWN)
     undeclared: set[str] = set()
@@ -208,6 +206,7 @@ def _translated(path: Path, raw: Any) -> Description:
         path=path,
         identifier=raw.coSimulation.modelIdentifier,
         guid=raw.guid or "",
+        version=raw.fmiVersion[:3],
         variables=variables,
         dependencies=now,
         initial_dependencies=initial,
@@ -220,6 +219,7 @@ def _translated(path: Path, raw: Any) -> Description:
         saves_state=bool(raw.coSimulation.canGetAndSetFMUstate),
         interpolates_inputs=bool(raw.coSimulation.canInterpolateInputs),
         directional_derivatives=bool(raw.coSimulation.providesDirectionalDerivative),
+        has_events=bool(raw.coSimulation.hasEventMode),
         once_per_process=bool(raw.coSimulation.canBeInstantiatedOnlyOncePerProcess),
     )
 
@@ -244,7 +244,7 @@ def _derivatives(variables: dict[str, Variable], causality: str) -> dict[str, st
     }
 
 
-def _variable(raw: Any, units: dict[str, Any]) -> Variable:
+def _variable(raw: Any, units: dict[str, Any], types: Mapping[int, str]) -> Variable:
     unit = raw.unit or (raw.declaredType.unit if raw.declaredType is not None else None) or ""
     dimension, offset = _dimension(unit, units.get(unit))
     return Variable(
@@ -261,6 +261,8 @@ def _variable(raw: Any, units: dict[str, Any]) -> Variable:
         derivative_of=raw.derivative.name if raw.derivative is not None else None,
         items=_items(raw.declaredType),
         nominal=_nominal(raw),
+        fmi_type=types.get(owner(raw), raw.type),
+        start=raw.start,
     )
 
 

@@ -8,7 +8,7 @@ import json
 from collections.abc import Iterator
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -29,6 +29,11 @@ from m4e_fmi.report.parts import (
 from m4e_fmi.report.style import BODY_COLOURS, GREY, INK, PAPER, pale
 from m4e_fmi.simulate import Simulation
 from m4e_fmi.writing import written
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.text import Text
 
 SUFFIXES = (".html", ".gif")
 HTML_FRAMES, HTML_POSES = 1200, 14_000  # frames at most, and poses of bodies: 8 bytes each
@@ -152,26 +157,10 @@ def _write_gif(shown: Film, path: Path) -> None:
 
 def _pictures(shown: Film) -> Iterator[np.ndarray]:
     """Every frame as an array of bytes (height, width, 3)."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.collections import LineCollection, PolyCollection
-    from matplotlib.figure import Figure
 
     scene, size = shown.scene, shown.size
-    low, high = shown.limits()
-    sides = high - low
-    missing = np.maximum(0, 0.5 * sides.max() - sides) / 2
-    low, high = low - missing, high + missing
-    inches = (high - low) / (high - low).max() * GIF_PIXELS / 100 + (0.0, 0.35)
-    figure = Figure(figsize=tuple(inches), dpi=100, facecolor=PAPER)
-    canvas = FigureCanvasAgg(figure)
-    axis = figure.add_axes((0, 0, 1, 1 - 0.35 / inches[1]))
-    axis.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
-    axis.axis("off")
-    heights = {"y": 1 - 0.2 / inches[1], "va": "center"}
-    figure.text(0.02, s=scene.title, fontsize=11, fontweight="bold", color=INK, **heights)
-    clock = figure.text(0.98, s="", fontsize=10, ha="right", color=GREY, **heights)
-    ground = ground_lines(scene, shown.poses, size)
-    axis.add_collection(LineCollection(ground, colors=GREY, linewidths=0.9))
+    canvas, axis, clock = _stage(shown)
     colours = [BODY_COLOURS[k % len(BODY_COLOURS)] for k in range(len(scene.bodies))]
     order = np.argsort(scene.depths, kind="stable")
     outlines = [scene.outline(k, 0.02 * size) for k in order]
@@ -184,17 +173,11 @@ def _pictures(shown: Film) -> Iterator[np.ndarray]:
     joints = PolyCollection([], facecolors=PAPER, edgecolors=INK, linewidths=1.1, zorder=5)
     for collection in (trails, bodies, ties, joints):
         axis.add_collection(collection)
-    rank = ranks(scene)
     for k, (time, poses) in enumerate(zip(shown.times, shown.poses, strict=True)):
         bodies.set_verts(
             [placed(outline, poses[b]) for b, outline in zip(order, outlines, strict=True)]
         )
-        lines = guides(scene, poses)
-        hues = [GREY] * len(lines)
-        for tie, r in zip(scene.ties, rank, strict=True):
-            drawn = tie_lines(scene, tie, r, poses, size)
-            lines += drawn
-            hues += [colour_of(tie)] * len(drawn)
+        lines, hues = _lines(shown, poses)
         ties.set_segments(lines)
         ties.set_color(hues)
         joints.set_verts(joint_outlines(scene, poses, size))
@@ -202,3 +185,39 @@ def _pictures(shown: Film) -> Iterator[np.ndarray]:
         clock.set_text(f"{time:.2f} s")
         canvas.draw()
         yield np.asarray(canvas.buffer_rgba())[..., :3].copy()
+
+
+def _stage(shown: Film) -> tuple[FigureCanvasAgg, Axes, Text]:
+    """What stands still: the canvas, the axes with the ground, and the text with the time."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.collections import LineCollection
+    from matplotlib.figure import Figure
+
+    low, high = shown.limits()
+    sides = high - low
+    missing = np.maximum(0, 0.5 * sides.max() - sides) / 2
+    low, high = low - missing, high + missing
+    inches = (high - low) / (high - low).max() * GIF_PIXELS / 100 + (0.0, 0.35)
+    figure = Figure(figsize=tuple(inches), dpi=100, facecolor=PAPER)
+    canvas = FigureCanvasAgg(figure)
+    axis = figure.add_axes((0, 0, 1, 1 - 0.35 / inches[1]))
+    axis.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
+    axis.axis("off")
+    heights = {"y": 1 - 0.2 / inches[1], "va": "center"}
+    figure.text(0.02, s=shown.scene.title, fontsize=11, fontweight="bold", color=INK, **heights)
+    clock = figure.text(0.98, s="", fontsize=10, ha="right", color=GREY, **heights)
+    ground = ground_lines(shown.scene, shown.poses, shown.size)
+    axis.add_collection(LineCollection(ground, colors=GREY, linewidths=0.9))
+    return canvas, axis, clock
+
+
+def _lines(shown: Film, poses: np.ndarray) -> tuple[list[np.ndarray], list[str]]:
+    """Guides, springs and dampers in one frame, and their colours."""
+    scene = shown.scene
+    lines = guides(scene, poses)
+    hues = [GREY] * len(lines)
+    for tie, rank in zip(scene.ties, ranks(scene), strict=True):
+        drawn = tie_lines(scene, tie, rank, poses, shown.size)
+        lines += drawn
+        hues += [colour_of(tie)] * len(drawn)
+    return lines, hues

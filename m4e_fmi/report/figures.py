@@ -24,12 +24,8 @@ DOTS_PER_INCH = 130
 def plot_run(results: str | Path, picture: Path) -> Path:
     """Draw a run's results file to `picture` (PNG): the whole run, and its last minute."""
     loaded = load(results)
-    series = {
-        f"{component}.{name}": one
-        for component, members in loaded.components.items()
-        for name, one in members.items()
-    }
-    return _draw(loaded.attributes.get("title", ""), loaded.time, moving(panels(series)), picture)
+    shown = moving(panels(loaded.series))
+    return _draw(loaded.attributes.get("title", ""), loaded.time, shown, picture)
 
 
 def plot_simulation(simulation: Simulation, picture: Path) -> Path:

@@ -5,14 +5,26 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from m4e_fmi.results import check_export, export, stream_of
 from m4e_fmi.writing import netcdf, written
 
 if TYPE_CHECKING:
     from m4e_fmi.simulate import Simulation
 
 
-def write_simulation(simulation: Simulation, path: Path) -> None:
-    """Write a simulation to `path` (netCDF, as a run's results)."""
+def write_simulation(simulation: Simulation, path: Path) -> list[Path]:
+    """Write a simulation to `path`, as a run's results; returns the files that are there now.
+
+    netCDF; for `.csv` and `.parquet` both that and a netCDF file beside it.
+    """
+    check_export(path)
+    stream = stream_of(path)
+    _write_netcdf(simulation, stream)
+    export(stream, path)
+    return list(dict.fromkeys((stream, path)))
+
+
+def _write_netcdf(simulation: Simulation, path: Path) -> None:
     with written(path) as part, netcdf(part) as file:
         file.setncatts({"title": simulation.program.name, "Conventions": "CF-1.11"})
         file.createDimension("time", len(simulation.time))

@@ -81,10 +81,11 @@ def _facts(description: ModelDescription, options: Options, others: Sequence[str
         "Integrates with": f"{options.method}, {steps}",
         "Default experiment": experiment,
         "Values": "SI units, angles in radians; X to the right, Z up, angles from Z towards X",
-        "Written by": f"m4e_fmi {m4e_fmi.__version__}, whose runtime is inside (BSD 3-Clause)",
+        "Written by": f"m4e_fmi {m4e_fmi.__version__}, whose runtime is inside",
     }
     listed = "".join(f"<dt>{name}</dt><dd>{escape(text)}</dd>" for name, text in rows.items())
     more = "".join(f"<dt>File</dt><dd>{line}</dd>" for line in others)
+    more += '<dt>Licenses</dt><dd><a href="licenses/license.txt">of the code in it</a></dd>'
     return f'<dl class="card">{listed}{more}</dl><br>'
 
 

@@ -88,12 +88,22 @@ def _printer() -> Any:
     from sympy.printing.mathml import MathMLPresentationPrinter
 
     class Printer(MathMLPresentationPrinter):
-        """Symbols as `_name` writes them, and 9.81 instead of 981/100."""
+        """Symbols as `_name` writes them, powers over their indices, 9.81 instead of 981/100."""
 
         def _print_Symbol(self, sym: Any, style: str = "plain") -> Any:  # noqa: ARG002
             from xml.dom.minidom import parseString
 
             return parseString(_name(sym.name)).documentElement
+
+        def _print_Pow(self, e: Any) -> Any:
+            node = super()._print_Pow(e)
+            base, power = node.firstChild, node.lastChild
+            if node.nodeName != "msup" or base.nodeName != "msub":
+                return node
+            both = self.dom.createElement("msubsup")
+            for part in (*base.childNodes, power):
+                both.appendChild(part)
+            return both
 
         def _print_Rational(self, e: Any) -> Any:
             rest = e.q

@@ -60,12 +60,9 @@ def _sizes(outcome: Outcome) -> str:
 
 def _extremes(results: Results) -> list[str]:
     """Mean power first, then smallest, mean and largest value of what a figure would show."""
-    series = {
-        f"{component}.{name}": one
-        for component, members in results.components.items()
-        for name, one in members.items()
-    }
-    shown = [(panel, name, one) for panel in panels(series) for name, one in panel.series.items()]
+    shown = [
+        (panel, name, one) for panel in panels(results.series) for name, one in panel.series.items()
+    ]
     lines = [
         f"mean power {panel.scale * np.mean(one.values):.3f} {panel.unit} ({name})"
         for panel, name, one in shown

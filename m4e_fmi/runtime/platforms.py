@@ -10,7 +10,9 @@ from __future__ import annotations
 
 import functools
 import hashlib
+import importlib.util
 import platform
+import shutil
 import sys
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -20,6 +22,8 @@ from m4e_fmi.runtime import compiler
 
 FOLDER = Path(__file__).with_name("binaries")
 DIGEST = "sources.sha256"
+START_UP = "mingw-w64.txt"
+"""License of what the compiler adds to libraries for Windows; beside them."""
 
 
 @dataclass(frozen=True)
@@ -77,9 +81,10 @@ def library_file(library: str, platform: Platform) -> str:
     return f"{platform.name}/{library}{platform.suffix}"
 
 
-def packaged(library: str, platform: Platform) -> Path | None:
-    """The library that the package has for a platform; None where there is none."""
+def packaged(library: str, platform: Platform, beside: str = "") -> Path | None:
+    """The library that the package has for a platform, or what is beside it; None if not there."""
     path = FOLDER / library_file(library, platform)
+    path = path.with_name(beside) if beside else path
     digest = path.with_name(DIGEST)
     kept = path.exists() and digest.exists() and digest.read_text("ascii") == source_digest()
     return path if kept else None
@@ -113,7 +118,15 @@ def compile_libraries(platforms: Iterable[Platform], folder: Path) -> None:
         for name, library in LIBRARIES.items():
             target = folder / library_file(name, one)
             compiler.compile_shared(library.sources(), target, flags=library.flags, command=command)
+        if one.suffix == ".dll" and command:
+            shutil.copyfile(_ziglang() / "lib/libc/mingw/COPYING", folder / one.name / START_UP)
         (folder / one.name / DIGEST).write_text(source_digest(), "ascii")
+
+
+def _ziglang() -> Path:
+    spec = importlib.util.find_spec("ziglang")
+    assert spec is not None, "it compiled a moment ago"
+    return Path(str(spec.origin)).parent
 
 
 def chosen(names: str) -> list[Platform]:

@@ -80,7 +80,9 @@ def _macro_steps(found: Mapping[str, Any]) -> list[tuple[str, str, str]]:
             ("the same, observed by Python", "≤ 2 µs", _scaled(over[1], 1e6, "µs")),
             ("the same with results written, over the first", "≤ 2", _fraction(written, native)),
         ]  # fmt: skip
-    rows.append(("set-up of 200 FMUs with 600 links", "≤ 1.5 s", _scaled(found["setup"], 1, "s")))
+    rows.append(
+        ("set-up of 200 FMU files with 600 links", "≤ 1.5 s", _scaled(found["setup"], 1, "s"))
+    )
     return rows
 
 

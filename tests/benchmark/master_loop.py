@@ -3,7 +3,8 @@
 Ring: each component feeds the next with three Reals, and the last the first. Chain: with one Real,
 which goes through at once. The FMUs do next to nothing: what they cost themselves is what a loop in
 C costs that is written for the system. Processor time of a step and component, from runs of two
-lengths, the best of three; results are all outputs at each step.
+lengths, the best of three; results are all outputs at each step. The longer run has windows of the
+certificate over a fifth of its further steps.
 """
 
 from __future__ import annotations
@@ -14,14 +15,19 @@ import subprocess
 import sys
 import tempfile
 import time
+import zipfile
 from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from benchmark.masters import PEERS
-from m4e_fmi.cosim import Component, FmuFile, Simulation, System, prepare, run
+from m4e_fmi.cosim import Component, FmuFile, Simulation, System, prepare
+from m4e_fmi.cosim.certificate import Certificate
 from m4e_fmi.cosim.master import Master
+from m4e_fmi.cosim.results import ResultsWriter
+from m4e_fmi.cosim.run import Prepared
 
 H = 0.01
 RUNS = 3
@@ -32,13 +38,17 @@ TESTS = Path(__file__).parents[1]
 
 @dataclass(frozen=True)
 class Coupled:
-    """`count` components of one FMU; links are (source, output, target, input), by number."""
+    """`count` components of an FMU; links are (source, output, target, input), by number.
+
+    `files`: of as many files as there are components, which differ in their names.
+    """
 
     fmu: Path
     count: int
     outputs: tuple[str, ...]
     inputs: tuple[str, ...]
     closed: bool
+    files: tuple[Path, ...] = ()
 
     @property
     def links(self) -> list[tuple[int, str, int, str]]:
@@ -47,7 +57,8 @@ class Coupled:
         return [(k, y, (k + 1) % self.count, u) for k in sources for y, u in pairs]
 
     def system(self, steps: int, algorithm: str) -> System:
-        parts = tuple(Component(f"c{k}", FmuFile(self.fmu), {}) for k in range(self.count))
+        files = self.files or (self.fmu,) * self.count
+        parts = tuple(Component(f"c{k}", FmuFile(path), {}) for k, path in enumerate(files))
         connections = tuple(f"c{a}.{y} -> c{b}.{u}" for a, y, b, u in self.links)
         return System("loop", parts, connections, Simulation(steps * H, H, algorithm))
 
@@ -56,27 +67,48 @@ Make = Callable[[Coupled, Path], Callable[[int], object]]
 
 
 def systems(folder: Path) -> dict[str, Coupled]:
-    """The ring, the chain, and the ring whose set-up is measured."""
+    """The ring, the chain, and the ring of many files whose set-up is measured."""
     sys.path.insert(0, str(TESTS))
     from support.c_fmus.build import build
 
-    node, stage = (build(name, folder) for name in ("node", "stage"))
+    node, stage = (build(f"{name}+state", folder) for name in ("node", "stage"))
     outputs, inputs = (tuple(f"{letter}{k}" for k in range(3)) for letter in "yu")
     return {
         "ring of 10": Coupled(node, 10, outputs, inputs, closed=True),
         "chain of 50": Coupled(stage, 50, ("y",), ("u",), closed=False),
-        SETUP: Coupled(node, COMPONENTS, outputs, inputs, closed=True),
+        SETUP: Coupled(node, COMPONENTS, outputs, inputs, True, _renamed(node, COMPONENTS)),
     }
+
+
+def _renamed(fmu: Path, count: int) -> tuple[Path, ...]:
+    """So many FMUs as `fmu`, each with a GUID of its own."""
+    files = tuple(fmu.with_name(f"{fmu.stem}{k}.fmu") for k in range(count))
+    with zipfile.ZipFile(fmu) as archive:
+        content = {name: archive.read(name) for name in archive.namelist()}
+    for file in files:
+        with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
+            for name, data in content.items():
+                guid = f'guid="{file.stem}"'.encode()
+                archive.writestr(name, data.replace(f'guid="{fmu.stem}"'.encode(), guid))
+    return files
 
 
 def masters() -> dict[str, Make]:
     """All that are compared, by name."""
     return {
-        **{f"m4e_fmi {a}": _ours(a) for a in ("jacobi", "gauss_seidel")},
-        "m4e_fmi jacobi, results written": _ours("jacobi", results=True),
-        "m4e_fmi jacobi, observed by Python": _ours("jacobi", observed=True),
-        **PEERS,
-    }
+        f"m4e_fmi {algorithm}{what}": _ours(algorithm, **options)
+        for algorithm in ("jacobi", "gauss_seidel", "corrector")
+        for what, options in VARIANTS.items()
+    } | PEERS
+
+
+VARIANTS: dict[str, dict[str, bool]] = {
+    "": {},
+    ", certificate": {"certified": True},
+    ", results written": {"written": True},
+    ", observed by Python": {"observed": True},
+    ", all of these": {"certified": True, "written": True, "observed": True},
+}
 
 
 def measured() -> dict[str, Any]:
@@ -128,21 +160,40 @@ def _cost(advance: Callable[[int], object]) -> float:
     return (long - short) / (LONG - SHORT)
 
 
-def _ours(algorithm: str, *, results: bool = False, observed: bool = False) -> Make:
+def _ours(
+    algorithm: str, *, certified: bool = False, written: bool = False, observed: bool = False
+) -> Make:
     def make(system: Coupled, folder: Path) -> Callable[[int], object]:
-        path = folder / "results.nc" if results else None
         observers = [lambda _time, _network: None] if observed else []
         ready = {n: prepare(system.system(n, algorithm)) for n in (10, SHORT, LONG)}
-        return lambda steps: run(ready[steps], results=path, observers=observers)
+
+        def advance(steps: int) -> None:
+            with ExitStack() as stack:
+                master = stack.enter_context(_master(ready[steps], certify=certified))
+                results = None
+                if written:
+                    path = folder / "results.nc"
+                    results = ResultsWriter(path, master.network, {}, expected=steps + 1)
+                    stack.enter_context(results)
+                master.run(results=results, observers=observers)
+                if certified:
+                    assert isinstance(master.certificate(), Certificate)
+
+        return advance
 
     return make
+
+
+def _master(ready: Prepared, *, certify: bool) -> Master:
+    parts = (ready.system, ready.descriptions, ready.wiring, ready.structure, ready.rates)
+    return Master(*parts, certify=certify)
 
 
 def _setup(system: Coupled) -> float:
     """Wall seconds from the System to the first step."""
     began = time.perf_counter()
-    ready = prepare(system.system(1, "gauss_seidel"))
-    with Master(ready.system, ready.descriptions, ready.wiring, ready.structure, ready.rates):
+    ready = prepare(system.system(1, "corrector"))
+    with _master(ready, certify=True):
         return time.perf_counter() - began
 
 
@@ -156,7 +207,7 @@ def main() -> None:
         print(f"{what}, µs of CPU per component and step")
         for who, cost in costs.items():
             print(f"  {who:40}{1e6 * cost:9.3f}")
-    print(f"set-up of {COMPONENTS} components with {LINKS} links: {result['setup']:.2f} s")
+    print(f"set-up of {COMPONENTS} FMU files with {LINKS} links: {result['setup']:.2f} s")
     for text in result["missing"]:
         print("not measured:", text)
 

@@ -112,7 +112,7 @@ chain's with one that goes through at once. Results are all outputs at each step
 
 {macro_steps}
 
-The set-up of 200 components of one file with 600 links, from the system to its first step: {setup}.
+The set-up of 200 FMU files with 600 links, from the system to its first step: {setup}.
 
 ## Not measured
 

@@ -14,6 +14,8 @@ from pathlib import Path
 import pytest
 
 from m4e_fmi.cli import main
+from m4e_fmi.cosim import System, prepare, run
+from m4e_fmi.errors import RunError
 from m4e_fmi.results import load
 
 PENDULUM = Path(__file__).parents[2] / "examples/double_pendulum/double_pendulum.model.yaml"
@@ -110,15 +112,25 @@ def test_a_disk_that_takes_nothing(
     assert left == set()
 
 
+@pytest.mark.parametrize("disk", [full, limited, read_only])
+def test_a_disk_that_takes_nothing_is_found_before_the_first_step(disk, project: Path) -> None:
+    bad, seen = project / "bad", []
+    bad.mkdir()
+    ready = prepare(System.load("system.yaml"))
+    with disk(bad) as remedy, pytest.raises(RunError, match=remedy):
+        run(ready, results=bad / "r.nc", observers=[lambda time, _: seen.append(time)])
+    assert seen == []
+
+
 def test_a_disk_that_fills_up_during_a_run(
     project: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """What was written before can be read."""
     disk = project / "disk"
     disk.mkdir()
-    words = ["run", "system.yaml", "--output-file", str(disk / "r.nc"), "--stop-time", "5000"]
-    with mounted(disk, "size=8m"):
+    words = ["run", "system.yaml", "--output-file", str(disk / "r.nc"), "--stop-time", "15000"]
+    with mounted(disk, "size=32m"):
         assert main(words) == 1
         time = load(disk / "r.nc").time
-    assert 1024 <= len(time) < 50_000
+    assert 1024 <= len(time) < 150_000
     assert "cannot be written" in capsys.readouterr().err

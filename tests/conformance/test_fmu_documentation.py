@@ -18,6 +18,7 @@ import numpy as np
 import pytest
 from fmpy.validation import validate_fmu
 from PIL import Image
+from support.driven import driven
 
 from m4e_fmi.fmu import Options, build_fmu
 from m4e_fmi.model import Model, load_model
@@ -40,6 +41,27 @@ def fmu(request: pytest.FixtureRequest, model: Model, tmp_path_factory: pytest.T
     documentation = fmu_documentation(model, program, Options(**options))
     path = tmp_path_factory.mktemp("documented") / "pendulum.fmu"
     return build_fmu(program, path, documentation=documentation, **options)
+
+
+@pytest.mark.parametrize("native", [True, False])
+def test_licenses_of_what_is_inside(native: bool, tmp_path: Path) -> None:
+    path = build_fmu(driven(), tmp_path / "m.fmu", native=native)
+    with zipfile.ZipFile(path) as archive:
+        texts = {
+            name.rpartition("/")[2]: archive.read(name).decode()
+            for name in archive.namelist()
+            if name.startswith("documentation/licenses/")
+        }
+        libraries = [name for name in archive.namelist() if name.endswith(".dll")]
+    overview = texts.pop("license.txt")
+    assert all(f"see {name}" in overview for name in texts)
+    assert overview.count("see ") == len(texts)
+    assert "BSD 3-Clause License" in texts.pop("m4e_fmi.txt")
+    if not native:
+        assert "MIT License" in texts.pop("pythonfmu.txt")
+    elif libraries:
+        assert "Zope Public License" in texts.pop("mingw-w64.txt")
+    assert texts == {}
 
 
 class Page(HTMLParser):
@@ -82,7 +104,8 @@ def test_no_finding(fmu: Path) -> None:
 def test_the_page_stands_alone_and_names_everything(fmu: Path) -> None:
     page = Page(contents(fmu)["documentation/index.html"].decode())
     assert page.open == []
-    assert page.loaded == ["double_pendulum_ref.csv"]
+    assert page.loaded == ["double_pendulum_ref.csv", "licenses/license.txt"]
+    assert "msubsup" in page.tags  # a power of what has an index
     assert "script" not in page.tags
     assert {"svg", "math", "table"} <= page.tags
     description = fmpy.read_model_description(str(fmu))

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import fmpy
 import pytest
@@ -28,8 +30,8 @@ from m4e_fmi.program import Program
 from m4e_fmi.runtime.compiler import SHELL_SOURCES
 from m4e_fmi.runtime.platforms import PLATFORMS, packaged
 
-HOST = Path(__file__).parents[1] / "support" / "fmu_host.c"
-INCLUDES = ("-I", str(SHELL_SOURCES))
+SUPPORT = Path(__file__).parents[1] / "support"
+INCLUDES = ("-I", str(SHELL_SOURCES), "-I", str(SUPPORT))
 STEPS, H = 60, 0.02
 
 
@@ -41,13 +43,21 @@ class Hosts:
     windows: Path
 
 
-@pytest.fixture(scope="module")
-def hosts(tmp_path_factory: pytest.TempPathFactory) -> Hosts:
+def compiled(source: Path, folder: Path) -> Hosts:
     if packaged("fmi", PLATFORMS["x86_64-windows"]) is None:
         pytest.skip("no library of native FMUs for Windows here: make platforms")
-    folder = tmp_path_factory.mktemp("hosts")
-    windows = compiled_for_windows(HOST, folder / "host.exe", flags=INCLUDES)
-    return Hosts(compiled_here(HOST, folder / "host", flags=INCLUDES), windows)
+    windows = compiled_for_windows(source, folder / "host.exe", flags=INCLUDES)
+    return Hosts(compiled_here(source, folder / "host", flags=INCLUDES), windows)
+
+
+@pytest.fixture(scope="module")
+def hosts(tmp_path_factory: pytest.TempPathFactory) -> Hosts:
+    return compiled(SUPPORT / "fmu_host.c", tmp_path_factory.mktemp("hosts"))
+
+
+@pytest.fixture(scope="module")
+def hosts_3(tmp_path_factory: pytest.TempPathFactory) -> Hosts:
+    return compiled(SUPPORT / "fmu3_host.c", tmp_path_factory.mktemp("hosts_3"))
 
 
 def chain(_: Path) -> Program:
@@ -111,3 +121,34 @@ def test_discard(hosts: Hosts, tmp_path: Path) -> None:
     assert there == here
     assert any(line.startswith("reached") for line in there)
     assert any(line.startswith("log host 2 logStatusDiscard") for line in there)
+
+
+def listed(variables: list[Any]) -> list[str]:
+    """Value references with commas, and the number of scalars."""
+    scalars = sum(math.prod(v.shape or ()) for v in variables)
+    return [",".join(str(v.valueReference) for v in variables), str(scalars)]
+
+
+@pytest.mark.parametrize("make", [chain, flap, operations])
+def test_the_bits_of_this_machine_by_fmi_3(
+    hosts_3: Hosts, make: Callable[[Path], Program], tmp_path: Path
+) -> None:
+    """Values, times reached, states as bytes, what follows a restored state, derivatives."""
+    fmu = build_fmu(make(tmp_path), tmp_path / "model.fmu", native=True, fmi="3")
+    unpacked = tmp_path / "unpacked"
+    fmpy.extract(str(fmu), str(unpacked))
+    description: Any = fmpy.read_model_description(str(fmu))
+    reals = [v for v in description.modelVariables if v.type == "Float64"]
+    inputs, outputs = ([v for v in reals if v.causality == c] for c in ("input", "output"))
+    more = [*listed(reals), *listed(inputs), *listed(outputs), str(STEPS), str(H)]
+    resources, token = str(unpacked / "resources"), str(description.guid)
+    [library] = (unpacked / "binaries" / "x86_64-linux").iterdir()
+    here = run_here(hosts_3.here, [str(library), f"{resources}/", token, *more])
+    assert here.returncode == 0, here.stdout[-500:] + here.stderr
+    [library] = (unpacked / "binaries" / "x86_64-windows").iterdir()
+    place = windows_path(unpacked / "resources") + "\\"
+    there = run_on_windows(hosts_3.windows, [windows_path(library), place, token, *more])
+    assert there.returncode == 0, there.stdout[-500:] + there.stderr
+    assert there.stdout.splitlines() == here.stdout.splitlines()
+    kinds = {line.split()[0] for line in there.stdout.splitlines()}
+    assert {"first", "second", "state", "directional", "adjoint"} <= kinds

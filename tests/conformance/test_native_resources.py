@@ -22,7 +22,7 @@ from m4e_fmi.runtime.compiler import SHELL_SOURCES
 from m4e_fmi.runtime.platforms import PLATFORMS, packaged
 
 SUPPORT = Path(__file__).parents[1] / "support"
-INCLUDES = ("-I", str(SHELL_SOURCES))
+INCLUDES = ("-I", str(SHELL_SOURCES), "-I", str(SUPPORT))
 FOLDER = "a b é # % ü+;&(x)"
 EVERYWHERE = {
     "file:///a/b": "/a/b/f",

@@ -14,6 +14,7 @@ import pytest
 from fmpy.validation import validate_fmu
 from support.chains import hanging_chain
 from support.driven import driven
+from support.fmu3_instance import Instance3
 from support.fmu_instance import Instance
 from support.runtime_programs import every_operation
 
@@ -26,16 +27,23 @@ from m4e_fmi.runtime.platforms import this_platform
 STEPS, H = 30, 0.002
 
 
-def values(path: Path, folder: Path) -> list[list[float]]:
+def values(path: Path, folder: Path, fmi: str) -> list[list[float]]:
     """All Reals after each step, with inputs that change."""
     found = []
-    with Instance(path, folder) as instance:
+    with (Instance if fmi == "2" else Instance3)(path, folder) as instance:
         instance.initialise()
-        inputs, names = instance.reals("input"), instance.reals()
+        reals = [v for v in instance.description.modelVariables if v.type in ("Real", "Float64")]
+        inputs = [v.name for v in reals if v.causality == "input"]
         for k in range(STEPS):
-            instance.set({name: (7 * k + i) % 11 / 40.0 for i, name in enumerate(inputs)})
-            instance.step(k * H, H)
-            found.append(list(instance.get(names).values()))
+            given = {name: (7 * k + i) % 11 / 40.0 for i, name in enumerate(inputs)}
+            if isinstance(instance, Instance):
+                instance.set(given)
+                instance.step(k * H, H)
+                found.append(list(instance.get(v.name for v in reals).values()))
+            else:
+                instance.set({name: [x] * instance.size(name) for name, x in given.items()})
+                instance.step(k * H, H)
+                found.append([x for v in reals for x in instance.all(v.name)])
     return found
 
 
@@ -56,25 +64,27 @@ def run(command: list[str]) -> str:
 
 
 @pytest.mark.skipif(shutil.which("cmake") is None, reason="no CMake here, which FMPy calls")
-def test_fmpy_compiles_it(tmp_path: Path) -> None:
-    """FMPy hands over no flags of ours, not even the C standard."""
+@pytest.mark.parametrize("fmi", ["2", "3"])
+def test_fmpy_compiles_it(fmi: str, tmp_path: Path) -> None:
+    """FMPy hands over no flags of ours."""
     program = model_program(hanging_chain(10))
-    path = build_fmu(program, tmp_path / "chain.fmu", native=True, sources=True)
+    path = build_fmu(program, tmp_path / "chain.fmu", native=True, sources=True, fmi=fmi)
     assert validate_fmu(str(path)) == []
-    expected = values(path, tmp_path / "ours")
+    expected = values(path, tmp_path / "ours", fmi)
     emptied = without_binaries(path, tmp_path / "emptied.fmu", {})
     assert fmpy.supported_platforms(str(emptied)) == ["c-code"]
     run([sys.executable, "-m", "fmpy", "compile", str(emptied)])
-    assert values(emptied, tmp_path / "theirs") == expected
+    assert values(emptied, tmp_path / "theirs", fmi) == expected
 
 
 @pytest.mark.skipif(this_platform().name != "x86_64-linux", reason="flags are those of x86-64")
-def test_flags_of_the_importer(tmp_path: Path) -> None:
+@pytest.mark.parametrize("fmi", ["2", "3"])
+def test_flags_of_the_importer(fmi: str, tmp_path: Path) -> None:
     """Processors that multiply and add in one operation must not: it rounds once instead of twice.
 
     The compiler may use such operations, and finds no place for one; so the bits are the same.
     """
-    path = build_fmu(every_operation(), tmp_path / "m.fmu", native=True, sources=True)
+    path = build_fmu(every_operation(), tmp_path / "m.fmu", native=True, sources=True, fmi=fmi)
     unpacked, library = tmp_path / "unpacked", tmp_path / "library.so"
     fmpy.extract(str(path), str(unpacked))
     description = fmpy.read_model_description(str(path))
@@ -89,9 +99,10 @@ def test_flags_of_the_importer(tmp_path: Path) -> None:
     assert not re.search(r"\bvfn?m(add|sub)", code)
     if not {"fma", "avx2"} <= set(Path("/proc/cpuinfo").read_text().split()):
         pytest.skip("the library needs a newer processor")
-    theirs = {f"binaries/linux64/{description.modelName}.so": library.read_bytes()}
+    folder = "linux64" if fmi == "2" else "x86_64-linux"
+    theirs = {f"binaries/{folder}/{description.modelName}.so": library.read_bytes()}
     compiled = without_binaries(path, tmp_path / "compiled.fmu", theirs)
-    assert values(compiled, tmp_path / "theirs") == values(path, tmp_path / "ours")
+    assert values(compiled, tmp_path / "theirs", fmi) == values(path, tmp_path / "ours", fmi)
 
 
 def test_python_fmus_have_no_c_sources(tmp_path: Path) -> None:

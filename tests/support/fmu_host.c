@@ -2,24 +2,8 @@
    fmu_host LIBRARY RESOURCES GUID REALS FIRST INPUTS STEPS H, where the inputs are the Reals from
    FIRST on. Lines: what, step, status, values. At half of the run the state is kept, also as bytes;
    after its end it is restored twice, and the second half repeated. */
-#include <inttypes.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "fmi2.h"
-
-#ifdef _WIN32
-#include <windows.h>
-static void *opened(const char *path) { return (void *)LoadLibraryA(path); }
-static void *found(void *library, const char *name) {
-    return (void *)GetProcAddress((HMODULE)library, name);
-}
-#else
-#include <dlfcn.h>
-static void *opened(const char *path) { return dlopen(path, RTLD_NOW | RTLD_LOCAL); }
-static void *found(void *library, const char *name) { return dlsym(library, name); }
-#endif
+#include "host.h"
 
 #define FUNCTIONS(X)                                                                              \
     X(fmi2Instantiate) X(fmi2SetupExperiment) X(fmi2EnterInitializationMode)                      \
@@ -39,16 +23,6 @@ static unsigned reals, first, inputs;
 static int steps;
 static double h;
 
-static void print(const char *what, int step, fmi2Status status, const double *values, size_t n) {
-    printf("%s %d %d", what, step, (int)status);
-    for (size_t i = 0; i < n; ++i) {
-        uint64_t bits;
-        memcpy(&bits, &values[i], sizeof bits);
-        printf(" %016" PRIx64, bits);
-    }
-    printf("\n");
-}
-
 static int run(fmi2Component c, const char *what, int from, int to) {
     fmi2ValueReference *all = malloc((reals + 1) * sizeof *all);
     double *values = calloc(reals + 1, sizeof *values), reached;
@@ -56,7 +30,7 @@ static int run(fmi2Component c, const char *what, int from, int to) {
     fmi2Status status = fmi2OK;
     for (int k = from; k < to && status == fmi2OK; ++k) {
         for (unsigned i = 0; i < inputs; ++i)
-            values[i] = 0.125 * (double)((7 * k + 3 * (int)i) % 11 - 5) + 1.0;
+            values[i] = input(k, (int)i);
         if (do_fmi2SetReal(c, all + first, inputs, values)) return 5;
         status = do_fmi2DoStep(c, h * k, h, 1);
         if (status == fmi2Discard && do_fmi2GetRealStatus(c, fmi2LastSuccessfulTime, &reached) == 0)
@@ -92,9 +66,7 @@ int main(int count, char **words) {
     if (do_fmi2SerializedFMUstateSize(c, kept, &size)) return 4;
     char *bytes = malloc(size);
     if (do_fmi2SerializeFMUstate(c, kept, bytes, size)) return 4;
-    printf("state ");
-    for (size_t i = 0; i < size; ++i) printf("%02x", (unsigned)(unsigned char)bytes[i]);
-    printf("\n");
+    print_bytes(bytes, size);
     if (run(c, "second", steps / 2, steps)) return 4;
     if (do_fmi2SetFMUstate(c, kept) || run(c, "second", steps / 2, steps)) return 4;
     if (do_fmi2DeSerializeFMUstate(c, bytes, size, &copy) || do_fmi2SetFMUstate(c, copy)) return 4;

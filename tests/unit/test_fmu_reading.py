@@ -88,7 +88,7 @@ def test_no_model_description(c_fmu: Fmus, tmp_path: Path) -> None:
     ("old", "new", "message"),
     [
         (b"<fmiModelDescription", b"<!DOCTYPE x><fmiModelDescription", "has a DOCTYPE"),
-        (b'fmiVersion="2.0"', b'fmiVersion="3.0"', "FMI 3.0"),
+        (b'fmiVersion="2.0"', b'fmiVersion="4.0"', "Unsupported FMI version: 4.0"),
         (b"<CoSimulation", b"<ModelExchange", "model-exchange"),
         (b"</ModelStructure>", b"", "cannot be understood"),
         (b'derivative="5"', b'derivative="99"', "cannot be understood"),

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from m4e_fmi.cosim.events import has_events
 from m4e_fmi.cosim.network import Network
 from m4e_fmi.cosim.operations import Operation
 from m4e_fmi.cosim.schedule import Loop, Schedule
@@ -60,9 +61,12 @@ def looped(
 ) -> Loop | None:
     """The operations of a step, to be repeated while the algorithm `repeats`, and `noted` after it.
 
-    None where no step is like another: the algorithm is not `Scheduled`, or loops are solved.
+    None where no step is like another: the algorithm is not `Scheduled`, loops are solved, or FMUs
+    may have events.
     """
     exchange = network.operations
     if exchange is None or not isinstance(algorithm, Scheduled):
+        return None
+    if has_events(network.instances.values()):
         return None
     return Loop(Schedule([*algorithm.operations, *exchange, *noted]), rows, every=every)

@@ -14,7 +14,7 @@ from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no
 
 from m4e_fmi.cosim.ssp.names import SCHEMAS, SSD_FILE
 from m4e_fmi.errors import InputError, Problem, suggestion
-from m4e_fmi.fmu.reading import check_entries
+from m4e_fmi.fmu.opening import check_entries
 from m4e_fmi.writing import written
 
 Element = Any

@@ -103,11 +103,6 @@ def _parameters(root: Element, units: dict[str, Definition]) -> Iterator[Paramet
             "Integer": int,
             "Boolean": lambda text: text.strip() in ("true", "1"),
         }
-        if kind == "Binary":
-            file = root.getroottree().docinfo.URL
-            raise InputError.single(
-                f"parameter {name!r} is binary", "no FMI 2.0 FMU has such", file
-            )
         result: Value = read.get(kind, str)(given)
         if kind == "Real" and value.get("unit"):
             try:

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from m4e_fmi.fmu.elements import owner
 from m4e_fmi.fmu.validation.bench import Bench
-from m4e_fmi.fmu.validation.elements import owner
 from m4e_fmi.fmu.validation.findings import Finding, some
 from m4e_fmi.fmu.validation.points import INITIAL, Place, places
 from m4e_fmi.fmu.validation.subject import scale, within

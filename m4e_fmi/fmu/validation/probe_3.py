@@ -13,25 +13,9 @@ from typing import Any, ClassVar
 import numpy as np
 from fmpy import fmi3
 
-from m4e_fmi.fmu.messages import KEPT
-from m4e_fmi.fmu.validation.elements import locate
+from m4e_fmi.fmu.elements import locate
+from m4e_fmi.fmu.messages import Messages
 from m4e_fmi.fmu.validation.probe import OK, REALS, TOLERANCE, WARNING, Probe, RefusedError
-
-
-class _Messages:
-    """The last messages of one instance; `callback` is to be kept as long as the instance."""
-
-    def __init__(self) -> None:
-        self._texts: list[tuple[int, str]] = []
-        self.callback = fmi3.fmi3LogMessageCallback(self._log)
-
-    def _log(self, _environment: Any, status: int, _category: Any, text: bytes | None) -> None:
-        self._texts = self._texts[1 - KEPT :]
-        self._texts.append((status, (text or b"").decode("utf-8", errors="replace").strip()))
-
-    def take(self) -> tuple[tuple[int, str], ...]:
-        taken, self._texts = tuple(self._texts), []
-        return taken
 
 
 class Probe3(Probe):
@@ -51,14 +35,14 @@ class Probe3(Probe):
     }
 
     def _instantiate(self, name: str, guid: str) -> Any:
-        self._messages = _Messages()
+        self._messages = Messages()
         self._stop: float | None = None
         self._reached = self.time
         self._held: dict[int, np.ndarray] = {}
         folder = self.library.subject.folder / "resources"
         resources = f"{folder}/".encode() if folder.is_dir() else None
         first = (name.encode("utf-8"), guid.encode("utf-8"), resources, False, True)
-        log = self._messages.callback
+        log = self._log = fmi3.fmi3LogMessageCallback(self._messages.add_3)
         if self.exchange:
             return self._dll.fmi3InstantiateModelExchange(*first, None, log)
         none = fmi3.fmi3IntermediateUpdateCallback()

@@ -12,7 +12,7 @@ from collections.abc import Callable, Collection
 from pathlib import Path
 
 from m4e_fmi.errors import InputError, RunError
-from m4e_fmi.fmu.reading import check_archive
+from m4e_fmi.fmu.opening import check_archive
 from m4e_fmi.fmu.unpack import Unpacked
 from m4e_fmi.fmu.validation.archive import description_findings
 from m4e_fmi.fmu.validation.findings import Group, Report

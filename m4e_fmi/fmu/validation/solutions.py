@@ -8,9 +8,9 @@ from typing import Any
 import fmpy
 import numpy as np
 
+from m4e_fmi.fmu.elements import array_name
 from m4e_fmi.fmu.validation.bench import Bench
 from m4e_fmi.fmu.validation.differences import SAFETY
-from m4e_fmi.fmu.validation.elements import array_name
 from m4e_fmi.fmu.validation.findings import Finding, some
 from m4e_fmi.fmu.validation.probe import TOLERANCE, RefusedError
 

@@ -11,7 +11,8 @@ from typing import Any
 import fmpy
 import numpy as np
 
-from m4e_fmi.fmu.validation.elements import flattened, owner
+from m4e_fmi.fmu.elements import flattened, owner
+from m4e_fmi.fmu.opening import MODEL_DESCRIPTION
 
 DEFAULT_STEP = 0.01  # s, where the FMU names none
 TEXT_TYPES = {"String"}
@@ -30,7 +31,8 @@ class Subject:
     @classmethod
     def read(cls, folder: Path) -> Subject:
         raw: Any = fmpy.read_model_description(str(folder), validate=False)
-        return cls(folder, flattened(raw, folder) if raw.fmiVersion == "3.0" else raw)
+        text = (folder / MODEL_DESCRIPTION).read_bytes()
+        return cls(folder, flattened(raw, text) if raw.fmiVersion == "3.0" else raw)
 
     @property
     def fmi_3(self) -> bool:

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from m4e_fmi.fmu.elements import owner
 from m4e_fmi.fmu.validation.bench import Bench
-from m4e_fmi.fmu.validation.elements import owner
 from m4e_fmi.fmu.validation.findings import Finding, some
 from m4e_fmi.fmu.validation.parameters import noticed
 from m4e_fmi.fmu.validation.probe import (

@@ -1,0 +1,50 @@
+"""Events that FMUs tell the master of (FMI 3.0's event mode), and what a run makes of them.
+
+Where all components can go back, and the algorithm can take back its step, all stop at an event:
+a step across it is made again, up to there. Otherwise the FMU with the event goes on by itself.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from math import ceil
+
+from m4e_fmi.cosim.instance import Instance
+from m4e_fmi.cosim.system import SECOND
+
+
+def has_events(instances: Iterable[Instance]) -> bool:
+    """Whether any of them may have events that others should know of."""
+    return any(instance.description.has_events for instance in instances)
+
+
+def until_event(instances: Iterable[Instance], now: int, size: int) -> int:
+    """A step of `size` [ns] from `now` [ns], or up to the next event that is announced."""
+    first = min((instance.events.next_event for instance in instances), default=math.inf)
+    return min(size, max(1, ceil(first * SECOND) - now)) if math.isfinite(first) else size
+
+
+def event_count(instances: Iterable[Instance]) -> int:
+    """How many events they have had, in steps that were taken back, too."""
+    return sum(instance.events.handled for instance in instances)
+
+
+def ended(instances: Iterable[Instance]) -> str:
+    """Which of them asked for the end of the simulation, and when; empty if none did."""
+    return "; ".join(
+        f"{instance.name} asked for the end of the simulation at t = {instance.events.ended:.9g} s"
+        for instance in instances
+        if math.isfinite(instance.events.ended)
+    )
+
+
+def event_notes(instances: Iterable[Instance]) -> Iterable[str]:
+    """What the run should say of events, one line each."""
+    for instance in instances:
+        count = instance.events.interruptions
+        if count:
+            yield (
+                f"{instance.name} had {count} event{'s' * (count > 1)} within steps, at which the "
+                "other components did not stop"
+            )

@@ -1,0 +1,44 @@
+"""FMI as its versions have it: what one instance of an FMU is told and asked, in one vocabulary.
+
+`Instance` speaks FMI 2.0; `Fmi1`, `Fmi2` and `Fmi3` translate. Start reading at `standard`, which
+lists what each of them does. Imports m4e_fmi.fmu and m4e_fmi.runtime.
+"""
+
+from __future__ import annotations
+
+from m4e_fmi.cosim.standards.fmi1 import Fmi1
+from m4e_fmi.cosim.standards.fmi2 import Fmi2
+from m4e_fmi.cosim.standards.fmi3 import Fmi3
+from m4e_fmi.cosim.standards.standard import (
+    DISCARD,
+    EARLY,
+    ENDED,
+    ERROR,
+    FATAL,
+    RESTLESS,
+    WARNING,
+    Call,
+    Events,
+    RawCall,
+    Standard,
+    Status,
+)
+
+STANDARDS: dict[str, type[Standard]] = {"1.0": Fmi1, "2.0": Fmi2, "3.0": Fmi3}
+"""By the version of FMI that a description names."""
+
+__all__ = [
+    "DISCARD",
+    "EARLY",
+    "ENDED",
+    "ERROR",
+    "FATAL",
+    "RESTLESS",
+    "STANDARDS",
+    "WARNING",
+    "Call",
+    "Events",
+    "RawCall",
+    "Standard",
+    "Status",
+]

@@ -1,0 +1,71 @@
+"""FMI 2.0 for co-simulation."""
+
+from __future__ import annotations
+
+import ctypes
+from functools import partial
+from typing import Any
+
+from fmpy import fmi2
+
+from m4e_fmi.cosim.standards.classic import Classic
+from m4e_fmi.cosim.standards.standard import Call, Status
+from m4e_fmi.fmu.messages import Messages
+from m4e_fmi.fmu.reading import Variable
+
+_SAVE_OR_RESTORE = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p)
+
+
+class Fmi2(Classic):
+    """See the module."""
+
+    BOOLEAN = fmi2.fmi2Boolean
+
+    def instantiate(self, name: str, messages: Messages) -> None:
+        self._functions.instanceName = name
+        self._functions.instantiate(callbacks=messages.callbacks, loggingOn=True)
+        self.component = self._functions.component
+
+    def setup(self, *, start: float, stop: float, tolerance: float | None) -> None:
+        defined = int(tolerance is not None), tolerance or 0.0
+        self.must("fmi2SetupExperiment", *defined, start, fmi2.fmi2True, stop)
+
+    def enter_initialization(self) -> None:
+        self.must("fmi2EnterInitializationMode")
+
+    def exit_initialization(self) -> None:
+        self.must("fmi2ExitInitializationMode")
+
+    def terminate(self) -> Status:
+        return self._dll.fmi2Terminate(self.component)
+
+    def free(self) -> None:
+        self._functions.fmi2FreeInstance(self.component)
+        self.component = None
+
+    def saver(self, slot: ctypes.c_void_p) -> Call:
+        function = _SAVE_OR_RESTORE(self.address("fmi2GetFMUstate"))
+        return partial(function, self.component, ctypes.addressof(slot))
+
+    def restorer(self, slot: ctypes.c_void_p) -> Call:
+        function = _SAVE_OR_RESTORE(self.address("fmi2SetFMUstate"))
+        return lambda: function(self.component, slot.value)
+
+    def free_state(self, slot: ctypes.c_void_p) -> None:
+        if slot:
+            self._dll.fmi2FreeFMUstate(self.component, ctypes.byref(slot))
+
+    def directional_derivative(self, output: Variable, known: Variable) -> float:
+        unknowns, knowns = (
+            (ctypes.c_uint * 1)(variable.value_reference) for variable in (output, known)
+        )
+        seed, value = ctypes.c_double(1.0), ctypes.c_double()
+        directions = ctypes.byref(seed), ctypes.byref(value)
+        self.must("fmi2GetDirectionalDerivative", unknowns, 1, knowns, 1, *directions)
+        return value.value
+
+    def function(self, function: str) -> Any:
+        return getattr(self._dll, function)
+
+    def name(self, function: str) -> str:
+        return function

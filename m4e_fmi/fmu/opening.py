@@ -1,0 +1,68 @@
+"""An FMU file before it is unpacked: whether it is an archive that may be."""
+
+from __future__ import annotations
+
+import zipfile
+import zlib
+from pathlib import Path
+
+from m4e_fmi.errors import InputError, Problem, suggestion
+
+MODEL_DESCRIPTION = "modelDescription.xml"
+MAX_UNPACKED = 2**31
+"""Bytes that an FMU may unpack to."""
+MAX_RATIO = 200
+"""Unpacked over packed size above which an archive of more than SMALL bytes is taken for a bomb."""
+SMALL = 10_000_000
+
+
+def refusal(path: Path, message: str, remedy: str) -> InputError:
+    """The error that says why an FMU file is of no use."""
+    return InputError([Problem(message, remedy, str(path))])
+
+
+def check_archive(path: Path) -> tuple[set[str], bytes]:
+    """Names in the FMU at `path`, and its model description (bytes of the XML file).
+
+    InputError if it is no readable archive with a model description, or should not be unpacked.
+    """
+    if not path.is_file():
+        near = [p.name for p in path.parent.glob("*.fmu")] if path.parent.is_dir() else []
+        raise refusal(path, "no such file", suggestion(path.name, near, "FMUs here"))
+    try:
+        with zipfile.ZipFile(path) as archive:
+            infos = archive.infolist()
+            check_entries(path, infos)
+            if MODEL_DESCRIPTION not in archive.namelist():
+                message = f"not an FMU: there is no {MODEL_DESCRIPTION} at the top of the archive"
+                raise refusal(
+                    path, message, "pack the content of the folder, not the folder itself"
+                )
+            text = archive.read(MODEL_DESCRIPTION)
+            if b"<!DOCTYPE" in text:
+                message = f"{MODEL_DESCRIPTION} has a DOCTYPE, which FMI does not use"
+                raise refusal(path, message, "do not use this file unless you know why it has one")
+    except (zipfile.BadZipFile, zlib.error, EOFError, OSError, RuntimeError) as error:
+        remedy = "copy or export the file again: it is truncated, or was never an FMU"
+        raise refusal(path, f"not a readable ZIP archive: {error}", remedy) from error
+    return {info.filename for info in infos}, text
+
+
+def check_entries(path: Path, infos: list[zipfile.ZipInfo]) -> None:
+    """InputError if an archive should not be unpacked: see `read_description`."""
+    distrust = "do not use this file: no tool that exports FMUs writes such an archive"
+    seen: set[str] = set()
+    for info in infos:
+        name = info.filename
+        if name in seen:
+            raise refusal(path, f"the archive holds {name!r} twice", distrust)
+        seen.add(name)
+        if "\\" in name or ":" in name or name.startswith("/") or ".." in name.split("/"):
+            raise refusal(
+                path, f"the archive holds {name!r}, which leads out of its folder", distrust
+            )
+    unpacked = sum(info.file_size for info in infos)
+    packed = max(1, sum(info.compress_size for info in infos))
+    if unpacked > MAX_UNPACKED or (unpacked > SMALL and unpacked / packed > MAX_RATIO):
+        size = f"{unpacked / 1e6:.0f} MB from {packed / 1e6:.2f} MB"
+        raise refusal(path, f"the archive would unpack to {size}", distrust)

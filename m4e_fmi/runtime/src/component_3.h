@@ -1,0 +1,61 @@
+/* FMUs of FMI 3.0 for a master's loop, which knows functions as those of FMI 2.0.
+
+   m4e_get_3, m4e_set_3, m4e_do_step_3, m4e_save_3 and m4e_restore_3 stand for fmi2GetReal,
+   fmi2SetReal, fmi2DoStep, fmi2GetFMUstate and fmi2SetFMUstate. Their first argument is an access
+   (which variables) or a component; references are not used. */
+#ifndef M4E_COMPONENT_3_H
+#define M4E_COMPONENT_3_H
+
+#include "m4e.h"
+
+enum { /* beside the statuses of FMI */
+    M4E_EARLY = 16, /* an event within the step: it goes up to `reached`, for now */
+    M4E_ENDED,      /* the simulation was to end before this step */
+    M4E_RESTLESS    /* events without end */
+};
+
+typedef struct {
+    void *instance;
+    void (*do_step)(void), (*enter_event_mode)(void);
+    void (*update_discrete_states)(void), (*enter_step_mode)(void);
+    void (*get_state)(void), (*set_state)(void);
+    int32_t has_events; /* it is used with event mode */
+    int32_t stepping;   /* initialization is over */
+    int32_t goes_on;    /* after an event within a step, to its end */
+    double next_event;  /* s; infinite if none is known */
+    double reached;     /* s, the last successful time */
+    double ended;       /* s, when it asked for the end of the simulation; infinite if it did not */
+    uint64_t interruptions; /* events within steps, after which it went on */
+    uint64_t handled;       /* times in event mode */
+} m4e_component_3;
+
+/* The FMU's state, and what is known of its events then. */
+typedef struct {
+    void *state;
+    double next_event, reached;
+} m4e_state_3;
+
+/* Variables of one type, whole arrays: buffer[places[i]] is values[members[i]]. */
+typedef struct {
+    void (*get)(void), (*set)(void); /* fmi3GetFloat64 and fmi3SetFloat64, or those of Float32 */
+    const uint32_t *references, *places, *members;
+    void *buffer;
+    uint64_t reference_count, value_count, count;
+    int32_t single;   /* the buffer is of floats */
+    int32_t partial;  /* some elements are not among the values: they stay as they are */
+    int32_t discrete; /* of variables that are set in event mode, where there is one */
+} m4e_part_3;
+
+typedef struct {
+    m4e_component_3 *component;
+    const m4e_part_3 *parts;
+    uint64_t count;
+} m4e_access_3;
+
+M4E_API int m4e_get_3(void *access, const uint32_t *references, size_t count, double *values);
+M4E_API int m4e_set_3(void *access, const uint32_t *references, size_t count, const double *values);
+M4E_API int m4e_do_step_3(void *component, double t, double h, int no_return);
+M4E_API int m4e_save_3(void *component, void **state); /* *state is an m4e_state_3 already */
+M4E_API int m4e_restore_3(void *component, void *state);
+
+#endif

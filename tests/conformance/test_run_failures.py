@@ -1,0 +1,139 @@
+"""`m4e-fmi run` where something fails: exit code, what is said, what is left on the disk.
+
+Full and read-only disks: test_disks.py.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from m4e_fmi.cli import main
+from m4e_fmi.results import load
+
+
+def pump(what: int) -> dict[str, Any]:
+    """An FMU that does something at t = 0.5 s: see rogue.c."""
+    return {"fmu": "rogue.fmu", "start": {"what": what, "when": 0.5}}
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A system that fails; `says` are patterns: what, where, when, what to do. `end` [s]."""
+
+    components: Mapping[str, Mapping[str, Any]]
+    says: tuple[str, ...]
+    end: float
+    connections: tuple[str, ...] = ()
+    simulation: Mapping[str, Any] = field(default_factory=dict)
+
+
+RING = ("a.y -> b.u", "b.y -> a.u")
+INTEGRATORS = {
+    name: {"fmu": "integrator_state.fmu", "start": {"gain": 1e12, "y": start}}
+    for name, start in {"a": 1.0, "b": 0.0}.items()
+}
+STEP = r"t = 0\.[45] s"
+SMALLER = "step_size"
+FAILURES = {
+    "nan": Failure({"pump": pump(9)}, (r"pump\.y", "is nan", r"t = 0\.5 s", SMALLER), 0.4),
+    "infinite": Failure({"pump": pump(8)}, (r"pump\.y", "is inf", r"t = 0\.5 s", SMALLER), 0.4),
+    "discard": Failure({"pump": pump(2)}, ("pump", "Discard", STEP, SMALLER), 0.4),
+    "error": Failure({"pump": pump(3)}, ("pump", "Error", "the pump ran dry", STEP, SMALLER), 0.4),
+    "fatal": Failure({"pump": pump(4)}, ("pump", "Fatal", "the pump ran dry", STEP, SMALLER), 0.4),
+    "missed tolerance": Failure(
+        INTEGRATORS,
+        (r"[ab]\.[uy]", "stays above coupling_tolerance", r"t = \S+ s", "leave coupling_tolerance"),
+        0.0,
+        RING,
+        {"algorithm": "corrector", "coupling_tolerance": 1e-4},
+    ),
+    # a.y = a.u + t, b.y = b.u + t: 0 = 2 t holds at the start only
+    "unsolved loop": Failure(
+        {name: {"fmu": "stage_state.fmu"} for name in "ab"},
+        (r"[ab]\.u", r"t = 0(\.1)? s", "step_size|gain|loop"),
+        0.0,
+        RING,
+        {"algorithm": "implicit"},
+    ),
+}
+
+
+@pytest.fixture
+def project(
+    c_fmu: Callable[[str], Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Callable[[Failure], None]:
+    """Writes a failing system's file into the folder in which we are."""
+    monkeypatch.chdir(tmp_path)
+
+    def write(failure: Failure) -> None:
+        components = {}
+        for name, component in failure.components.items():
+            stem = Path(component["fmu"]).stem.replace("_", "+")
+            components[name] = {**component, "fmu": str(c_fmu(stem))}
+        simulation = {"stop_time": 1.0, "step_size": 0.1, "algorithm": "jacobi"}
+        content = {
+            "name": "failing",
+            "components": components,
+            "connections": list(failure.connections),
+            "simulation": {**simulation, **failure.simulation},
+        }
+        Path("system.yaml").write_text(json.dumps(content))
+
+    return write
+
+
+@pytest.mark.parametrize("failure", FAILURES.values(), ids=FAILURES)
+def test_a_failing_run(
+    failure: Failure, project: Callable[[Failure], None], capsys: pytest.CaptureFixture[str]
+) -> None:
+    project(failure)
+    assert main(["run", "system.yaml", "--output-file", "r.nc"]) == 1
+    error = capsys.readouterr().err
+    for pattern in failure.says:
+        assert re.search(pattern, error), (pattern, error)
+    results = load("r.nc")
+    assert f"results until t = {results.time[-1]:.9g} s are in r.nc" in error
+    # adaptive steps end at a millionth of the step
+    assert results.time[-1] == pytest.approx(failure.end, abs=1e-6)
+    assert results.attributes["ended"].startswith("failed: ")
+    series = [one for group in results.components.values() for one in group.values()]
+    assert all(np.isfinite(one.values).all() for one in series)
+
+
+RUN = """\
+import signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)  # may be ignored in the background
+from m4e_fmi.cli import main
+sys.exit(main(["run", "system.yaml", "--output-file", "r.nc"]))
+"""
+
+
+def test_an_interrupted_run(project: Callable[[Failure], None]) -> None:
+    project(Failure({"pump": pump(0)}, (), 0.0, simulation={"stop_time": 1e9, "step_size": 0.5}))
+    command = [sys.executable, "-c", RUN]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
+        limit = time.monotonic() + 60
+        while not Path("r.nc").exists():
+            assert process.poll() is None
+            assert time.monotonic() < limit
+            time.sleep(0.05)
+        time.sleep(0.5)
+        process.send_signal(signal.SIGINT)
+        _, error = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "interrupted" in error
+    results = load("r.nc")
+    assert results.attributes["ended"] == "interrupted"
+    np.testing.assert_array_equal(results["pump.y"].values, results.time)  # y = t

@@ -1,0 +1,186 @@
+"""The checks of FMI 3.0 FMUs find each fault planted into the C code of a native FMU."""
+
+from __future__ import annotations
+
+import subprocess
+import zipfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+from support.chains import hanging_chain
+
+from m4e_fmi.fmu import build_fmu, validate_fmu
+from m4e_fmi.fmu.native import shell_sources
+from m4e_fmi.multibody import model_program
+from m4e_fmi.runtime.compiler import compiler
+from m4e_fmi.runtime.platforms import this_platform
+
+FLAGS = ("-std=c11", "-O0", "-w", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off")
+Fault = tuple[str, str, str, str, set[str]]
+FAULTS: dict[str, Fault] = {
+    "states are not restored": (
+        "state.c",
+        "memcpy(c->values, k->values, c->count * sizeof *c->values);",
+        "memcpy(c->values, k->values, (c->n.parameters + c->n.inputs) * sizeof *c->values);",
+        "state",
+        {"state.rollback", "state.serialised", "state.transfer"},
+    ),
+    "saving disturbs": (
+        "state.c",
+        "*state = k;\n    return FMI_OK;\n}\n\nanswer restore_state",
+        "*state = k;\n    c->x[0] += 1e-6;\n    return FMI_OK;\n}\n\nanswer restore_state",
+        "state",
+        {"state.disturbs", "state.rollback", "state.serialised", "state.transfer"},
+    ),
+    "reset forgets the states": (
+        "fmi3.c",
+        "to_start(c);\n    c->last_error",
+        "c->now.phase = INSTANTIATED;\n    c->now.stops = 0;\n    c->last_error",
+        "instances",
+        {"instances.reset"},
+    ),
+    "instances share a number": (
+        "step.c",
+        "    c->now.t = done ? end : report->time;",
+        "    static double taken;\n    c->x[0] += 1e-3 * taken++;\n"
+        "    c->now.t = done ? end : report->time;",
+        "instances",
+        {"instances.shared", "instances.reset"},
+    ),
+    "each instance leaks": (
+        "instance.c",
+        "free(parts[i]);\n    free(c);",
+        "free(parts[i]);\n    memset(c = realloc(c, 1 << 20), 1, 1 << 20);",
+        "instances",
+        {"instances.leak"},
+    ),
+    "nan is fatal": (
+        "variables.c",
+        'CHECK(isfinite(values[i]), "%s was set to %g", name_of(c, s[i]), values[i]);',
+        'if (!isfinite(values[i])) return tell(c, FMI_FATAL, "not finite");',
+        "values",
+        {"values.fatal"},
+    ),
+    "steps past the stop time": (
+        "step.c",
+        "CHECK(!c->now.stops || t + h",
+        "CHECK(h < 1e9, c->function);\n    CHECK(1 || t + h",
+        "values",
+        {"values.past_stop"},
+    ),
+    "directional derivatives of the wrong sign": (
+        "derivatives.c",
+        "c->direction[direction_of(c, x[i])] += seed[i];",
+        "c->direction[direction_of(c, x[i])] -= seed[i];",
+        "directional",
+        {"directional.mismatch"},
+    ),
+    "adjoint derivatives of the wrong sign": (
+        "derivatives.c",
+        "result[i] += seed[k] * change_of",
+        "result[i] -= seed[k] * change_of",
+        "directional",
+        {"directional.adjoint"},
+    ),
+    "output derivatives that leave out the states": (
+        "derivatives.c",
+        "m4e_rates(c->model, c->now.t, c->x, direction + 1);",
+        "",
+        "derivatives",
+        {"derivatives.output"},
+    ),
+    "rates that are not those of the variables": (
+        "variables.c",
+        "rates[k] = c->rates[state];",
+        "rates[k] = 1.01 * c->rates[state];",
+        "derivatives",
+        {"derivatives.order"},
+    ),
+    "writes behind an array": (
+        "variables.c",
+        "const uint32_t state = c->layout.state[k];\n        rates[k]",
+        "const uint32_t state = c->layout.state[k];\n        rates[count] = 0.0;\n        rates[k]",
+        "derivatives",
+        {"memory.overrun"},
+    ),
+    "co-simulation differs from model exchange": (
+        "step.c",
+        "    c->now.t = done ? end : report->time;",
+        "    c->x[0] += 1e-4 * (end - c->now.t);\n    c->now.t = done ? end : report->time;",
+        "solution",
+        {"solution.exchange"},
+    ),
+    "steps before initialization": (
+        "fmi3.c",
+        "ENTER(STEP);\n    (void)no_return;\n    NEEDS_ANSWERS(event && terminate && early",
+        "ENTER(ANY);\n    (void)no_return;\n    NEEDS_ANSWERS(event && terminate && early",
+        "phases",
+        {"phases.accepted"},
+    ),
+    "another version": ("fmi3.c", 'return "3.0";', 'return "2.0";', "start", {"start.version"}),
+    "a function is not exported": (
+        "fmi3.c",
+        "fmi3Status fmi3EvaluateDiscreteStates(",
+        "static fmi3Status evaluate_discrete_states(",
+        "description",
+        {"library.exports"},
+    ),
+}
+"""Fault → file, text in it, what it becomes, group that finds it, errors and warnings."""
+
+
+@dataclass(frozen=True)
+class Made:
+    """An FMU, the sources of its library and an object file of each."""
+
+    fmu: Path
+    sources: Path
+
+    def with_fault(self, name: str, folder: Path) -> Path:
+        file, old, new, _, _ = FAULTS[name]
+        text = (self.sources / file).read_text()
+        assert text.count(old) == 1
+        (folder / file).write_text(text.replace(old, new))
+        compiled([folder / file], folder, self.sources)
+        objects = [p for p in self.sources.glob("*.o") if p.stem != Path(file).stem]
+        objects += folder.glob("*.o")
+        library = folder / "faulty.so"
+        run([*(compiler() or ["cc"]), "-shared", "-o", library, *objects, "-lm"])
+        changed = folder / "faulty.fmu"
+        with zipfile.ZipFile(self.fmu) as source, zipfile.ZipFile(changed, "w") as target:
+            for member in source.namelist():
+                ours = member.startswith(f"binaries/{this_platform().name}/")
+                target.writestr(member, library.read_bytes() if ours else source.read(member))
+        return changed
+
+
+def run(command: Sequence[str | Path]) -> None:
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+def compiled(files: Sequence[Path], folder: Path, include: Path) -> None:
+    command = [*(compiler() or ["cc"]), *FLAGS, "-I", include, "-c", *files]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=folder)
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Made:
+    if this_platform().suffix != ".so":
+        pytest.skip("compiled as for Linux")
+    folder = tmp_path_factory.mktemp("made")
+    for name, content in shell_sources().items():
+        (folder / Path(name).name).write_bytes(content)
+    compiled(sorted(folder.glob("*.c")), folder, folder)
+    program = model_program(hanging_chain(2))
+    return Made(build_fmu(program, folder / "chain.fmu", native=True, fmi="3"), folder)
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_a_fault_in_the_code_is_found(name: str, made: Made, tmp_path: Path) -> None:
+    _, _, _, group, expected = FAULTS[name]
+    report = validate_fmu(made.with_fault(name, tmp_path), only=(group,))
+    assert {finding.id for finding in report.of_severity("error", "warning")} == expected

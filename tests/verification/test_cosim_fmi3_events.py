@@ -1,0 +1,153 @@
+"""Events of FMI 3.0 FMUs: steps end there, or the FMU goes on, and the run says so."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from m4e_fmi.cosim import Component, FmuFile, Network, Outcome, Simulation, System, run, start
+
+Fmus = Callable[[str], Path]
+G, E = 10.0, 0.5
+FIRST = np.sqrt(2 / G)
+"""s, the fall from 1 m."""
+IMPACTS = FIRST * np.array([1.0, 2.0, 2.5, 2.75, 2.875])
+"""s; each flight takes E times as long as the one before."""
+INTEGRAL = 2 / 3 * FIRST + 2 / 3 * (E * G * FIRST) ** 3 / G**2 * (1 + 1 / 8 + 1 / 64 + 1 / 512)
+"""m s, of the height up to the fifth impact: a half parabola and four whole ones."""
+NANOSECOND = 1e-9
+
+
+def bounce(
+    fmus: Fmus,
+    ball: str,
+    *,
+    integrator: str = "integrator+state",
+    stop: float = 5.0,
+    tolerance: float | None = None,
+    algorithm: str = "corrector",
+    **values: float,
+) -> tuple[np.ndarray, Outcome]:
+    """Time, height, velocity, impacts and integral of the height at all points."""
+    parts = (
+        Component("ball", FmuFile(fmus(ball)), {"last": 5.0, **values}),
+        Component("sum", FmuFile(fmus(integrator))),
+    )
+    names = ("ball.h", "ball.v", "ball.hits", "sum.y")
+    found: list[list[float]] = []
+
+    def observe(time: float, network: Network) -> None:
+        found.append([time, *(network.read(name) for name in names)])
+
+    settings = Simulation(stop, 0.1, algorithm, coupling_tolerance=tolerance)
+    system = System("s", parts, ("ball.h -> sum.u, units ignored",), settings)
+    outcome = run(system, observers=[observe])
+    return np.array(found), outcome
+
+
+@pytest.mark.verifies(
+    "bouncing ball (FMI 3.0, event mode, early return) and the integral of its height",
+    analytic="flights are parabolas",
+    tolerance="1e-9",
+)
+@pytest.mark.parametrize("announces", [0.0, 1.0])
+@pytest.mark.parametrize("by_python", [False, True])
+@pytest.mark.parametrize("tolerance", [None, 1e-5])
+def test_all_stop_at_impacts(
+    c_fmu: Fmus,
+    monkeypatch: pytest.MonkeyPatch,
+    announces: float,
+    by_python: bool,
+    tolerance: float | None,
+) -> None:
+    if by_python:
+        monkeypatch.setattr("m4e_fmi.cosim.schedule.library", lambda: None)
+    points, outcome = bounce(c_fmu, "3:ball+events+state", announces=announces, tolerance=tolerance)
+    times, hits = points[:, 0], points[:, 3]
+    at = [times[np.argmax(hits == k)] for k in range(1, 6)]
+    np.testing.assert_allclose(at, IMPACTS, rtol=0, atol=NANOSECOND)
+    assert points[-1, 2] == pytest.approx(E**5 * G * FIRST, abs=1e-12)
+    # a parabola that passes through three exact values is integrated exactly
+    assert points[-1, 4] == pytest.approx(INTEGRAL, abs=1e-9)
+    # the fifth impact was asked to be the end
+    assert times[-1] == pytest.approx(IMPACTS[-1], abs=NANOSECOND)
+    assert "ball asked for the end of the simulation at t = 1.2857" in outcome.notes[-1]
+    if tolerance is None:
+        assert outcome.rejected == (0 if announces else 5)
+
+
+@pytest.mark.verifies(
+    "bouncing ball that cannot go back",
+    analytic="flights are parabolas",
+    tolerance="1e-12",
+)
+@pytest.mark.parametrize("algorithm", ["corrector", "jacobi"])
+@pytest.mark.parametrize("by_python", [False, True])
+def test_a_ball_that_cannot_go_back_goes_on(
+    c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch, algorithm: str, by_python: bool
+) -> None:
+    if by_python:
+        monkeypatch.setattr("m4e_fmi.cosim.schedule.library", lambda: None)
+    parts = {"integrator": "integrator", "stop": 1.2, "algorithm": algorithm}
+    points, outcome = bounce(c_fmu, "3:ball+events", **parts)
+    inside, _ = bounce(c_fmu, "3:ball", **parts)
+    np.testing.assert_allclose(points[:, 0], np.linspace(0, 1.2, 13), rtol=0, atol=1e-12)
+    # impacts are handled at their own times: as in the FMU that needs no event mode
+    np.testing.assert_allclose(points[:, 1:4], inside[:, 1:4], rtol=0, atol=1e-12)
+    assert points[-1, 3] == 3
+    assert "ball had 3 events within steps, at which the other components" in outcome.notes[-1]
+
+
+def test_announced_impacts_are_met_by_those_that_cannot_go_back(c_fmu: Fmus) -> None:
+    points, outcome = bounce(
+        c_fmu, "3:ball+events", integrator="integrator", announces=1.0, algorithm="gauss_seidel"
+    )
+    assert points[-1, 0] == pytest.approx(IMPACTS[-1], abs=NANOSECOND)
+    assert not any("within steps" in note for note in outcome.notes)
+
+
+def test_an_fmu_without_event_mode_ends_the_simulation_too(c_fmu: Fmus) -> None:
+    points, outcome = bounce(c_fmu, "3:ball", integrator="integrator")
+    assert points[-1, 0] == pytest.approx(1.3)
+    assert "asked for the end" in outcome.notes[-1]
+
+
+def test_a_discrete_input_and_a_tunable_parameter_are_set_in_event_mode(c_fmu: Fmus) -> None:
+    ball = Component("ball", FmuFile(c_fmu("3:ball+events+state")))
+    system = System("s", (ball,), (), Simulation(1.0, 0.125, "jacobi"))
+    with start(system) as stepped:
+        before = stepped.save()
+        stepped["ball.kick"] = 3.0
+        stepped["ball.restitution"] = 1.0
+        assert stepped["ball.v"] == 3.0
+        stepped.step()
+        assert stepped["ball.v"] == pytest.approx(3.0 - G * 0.125, abs=1e-12)
+        while not stepped.done:
+            stepped.step()
+        duration = (3 + np.sqrt(9 + 2 * G)) / G
+        after = np.sqrt(9 + 2 * G) - G * (1.0 - duration)
+        assert stepped["ball.v"] == pytest.approx(after, abs=1e-9)
+        stepped.restore(before)
+        stepped.step()
+        assert stepped["ball.v"] == pytest.approx(-G * 0.125, abs=1e-12)
+
+
+@pytest.mark.parametrize("by_python", [False, True])
+def test_a_connected_discrete_input_is_set_in_event_mode_where_it_changes(
+    c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch, by_python: bool
+) -> None:
+    if by_python:
+        monkeypatch.setattr("m4e_fmi.cosim.schedule.library", lambda: None)
+    ball = Component("ball", FmuFile(c_fmu("3:ball+events")), {"h": 100.0})
+    stage = Component("stage", FmuFile(c_fmu("stage")), {"gain": 0.0})
+    settings = Simulation(0.5, 0.125, "jacobi")
+    # y of the stage is the time: 0, 1/8, 2/8 ...; each change adds to the velocity
+    system = System("s", (stage, ball), ("stage.y -> ball.kick, units ignored",), settings)
+    found: list[float] = []
+    run(system, observers=[lambda _, network: found.append(network.read("ball.v"))])
+    kicks = np.cumsum([0, 1, 2, 3, 4]) / 8
+    expected = kicks - G * np.arange(5) / 8
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12)
