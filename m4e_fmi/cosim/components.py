@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from m4e_fmi.cosim.system import Component, FmuFile, Kind, ModelFile, System, kind_module, kinds
-from m4e_fmi.errors import RunError
+from m4e_fmi.errors import InputError, Problem, RunError
 from m4e_fmi.fmu.reading import Description
 from m4e_fmi.writing import cannot_write, written
 
@@ -46,15 +46,20 @@ def fmu_files(
     tell = tell or _silent
     if native is None:
         native = NATIVE and _library_is_there(tell)
-    files = {}
+    files: dict[str, Path] = {}
+    problems: list[Problem] = []
     for component in system.components:
         source = component.source
-        if isinstance(source, FmuFile):
-            files[component.name] = _found(source, folder)
-        else:
-            files[component.name] = _built(
-                system, component, source, folder, native=native, tell=tell
+        try:
+            files[component.name] = (
+                _found(source, folder)
+                if isinstance(source, FmuFile)
+                else _built(system, component, source, folder, native=native, tell=tell)
             )
+        except InputError as error:
+            problems += error.problems
+    if problems:
+        raise InputError(dict.fromkeys(problems))
     return files
 
 

@@ -8,6 +8,9 @@ ways.
 ``a.variable -> b.variable`` connects one variable, or all elements of an array given by its base
 name; `connection` tells how a factor and an offset are written. What leads into a parameter is
 carried over once, at initialisation. Values are converted where units differ.
+
+A bus of the system (`bus`) may stand on either side, its signals as a component's variables. Its
+name alone is the connector of all its signals that have no dot.
 """
 
 from __future__ import annotations
@@ -16,6 +19,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
+from m4e_fmi.cosim.bus import BUS, BusSignal, bus_problems, bus_variables, through_buses
 from m4e_fmi.cosim.connection import Connection, parse_connection
 from m4e_fmi.cosim.start_values import start_problems
 from m4e_fmi.cosim.system import System
@@ -24,6 +28,8 @@ from m4e_fmi.fmu.reading import Description, Variable
 
 AXES = (("force_x", "vx", "x"), ("force_z", "vz", "z"), ("moment_y", "omega", "theta"))
 """Force, the velocity it works on, and the coordinate of that velocity, in one connector."""
+CONSTANT_TO_INPUT = ("calculatedParameter", "input")
+CARRIED_ONCE = "a calculated parameter is carried over once: connect it to a parameter"
 SAME_UNIT = 1e-9
 """Relative difference of two factors that say the same in other digits."""
 
@@ -84,12 +90,14 @@ class Wiring:
     """All connections of a system, resolved.
 
     `links` carry values at every communication point, `initial_links` into parameters, once.
+    `signals` are those of all buses.
     """
 
     links: tuple[Link, ...]
     initial_links: tuple[Link, ...]
     bonds: tuple[Bond, ...]
     unconnected: tuple[Port, ...]
+    signals: tuple[BusSignal, ...] = ()
 
 
 def connect(system: System, descriptions: Mapping[str, Description]) -> Wiring:
@@ -97,12 +105,15 @@ def connect(system: System, descriptions: Mapping[str, Description]) -> Wiring:
 
     InputError with all problems found, each at its connection's place.
     """
-    problems: list[Problem] = []
+    problems: list[Problem] = list(bus_problems(system))
     links: list[Link] = []
+    variables = bus_variables(system.buses)
+    variables.update((name, d.variables) for name, d in descriptions.items())
     for index, text in enumerate(system.connections):
-        found = _Connection(system, descriptions, index, text, problems).links()
-        links += found
+        links += _Connection(system, variables, index, text, problems).links()
     links = _one_source_each(system, links, problems)
+    links, signals = through_buses(links, system.buses)
+    problems += _constant_problems(system, variables, links)
     problems += start_problems(system, descriptions)
     problems += _moved_problems(system, descriptions, links)
     problems += _outside_problems(system, descriptions, {link.target for link in links})
@@ -120,6 +131,7 @@ def connect(system: System, descriptions: Mapping[str, Description]) -> Wiring:
         initial_links=tuple(link for link in links if causality(link) == "parameter"),
         bonds=tuple(_bonds(system, steady)),
         unconnected=tuple(port for port in inputs if port not in driven),
+        signals=tuple(signals),
     )
 
 
@@ -129,13 +141,13 @@ class _Connection:
     def __init__(
         self,
         system: System,
-        descriptions: Mapping[str, Description],
+        variables: Mapping[str, Mapping[str, Variable]],
         index: int,
         text: str,
         problems: list[Problem],
     ) -> None:
         self._system = system
-        self._descriptions = descriptions
+        self._variables_of = variables
         self._index = index
         self._text = text
         self._problems = problems
@@ -150,7 +162,8 @@ class _Connection:
         except ValueError as error:
             self._reject(*error.args)
             return []
-        left, right = self._end(written.left), self._end(written.right)
+        both_ways = written.both_ways
+        left, right = (self._end(text, both_ways) for text in (written.left, written.right))
         if left is None or right is None:
             return []
         pairs = self._groups(left, right) if written.both_ways else self._variables(left, right)
@@ -159,24 +172,26 @@ class _Connection:
     def _link(self, source: Port, target: Port, written: Connection) -> Link:
         scale, shift = 1.0, 0.0
         if not written.units_ignored:
-            scale, shift = _conversion(self._variable(source), self._variable(target))
+            scale, shift = conversion(self._variable(source), self._variable(target))
         factor, offset = written.factor * scale, written.factor * shift + written.offset
         return Link(source, target, self._index, factor, offset)
 
-    def _end(self, text: str) -> Port | None:
-        """Component and the rest of one end."""
+    def _end(self, text: str, both_ways: bool) -> Port | None:
+        """Component and the rest of one end; of a connector, a bus alone."""
         component, dot, rest = text.partition(".")
-        if component not in self._descriptions:
-            remedy = suggestion(component, self._descriptions, "components")
+        if component not in self._variables_of:
+            remedy = suggestion(component, self._variables_of, "components")
             self._reject(f"unknown component {component!r}", remedy)
             return None
+        if both_ways and not dot and component in self._system.buses:
+            return Port(component, "")
         if not dot or not rest:
             self._reject(f"{text!r} names no variable or connector", f"write '{component}.name'")
             return None
         return Port(component, rest)
 
     def _variable(self, port: Port) -> Variable:
-        return self._descriptions[port.component].variables[port.variable]
+        return self._variables_of[port.component][port.variable]
 
     def _groups(self, left: Port, right: Port) -> list[tuple[Port, Port]]:
         a, b = self._members(left), self._members(right)
@@ -185,9 +200,9 @@ class _Connection:
         pairs = []
         for last in a.keys() & b.keys():
             causalities = self._variable(a[last]).causality, self._variable(b[last]).causality
-            if causalities == ("output", "input"):
+            if causalities in (("output", "input"), ("output", BUS), (BUS, "input")):
                 pairs.append((a[last], b[last]))
-            elif causalities == ("input", "output"):
+            elif causalities in (("input", "output"), (BUS, "output"), ("input", BUS)):
                 pairs.append((b[last], a[last]))
         if not pairs:
             remedy = f"{left} has {self._listed(a)}; {right} has {self._listed(b)}"
@@ -200,9 +215,9 @@ class _Connection:
     def _members(self, end: Port) -> dict[str, Port]:
         """Inputs and outputs of a connector by last segment; empty, with a problem, if unclear."""
         groups: dict[str, dict[str, Port]] = defaultdict(dict)
-        for v in self._descriptions[end.component].of_causality("input", "output"):
+        for v in self._variables_of[end.component].values():
             group, dot, last = v.name.rpartition(".")
-            if dot:
+            if v.causality == BUS or (dot and v.causality in ("input", "output")):
                 groups[group][last] = Port(end.component, v.name)
         word = end.variable
         near = [g for g in groups if g == word] or [g for g in groups if g.endswith("." + word)]
@@ -229,7 +244,7 @@ class _Connection:
 
     def _elements(self, end: Port) -> dict[str, Port]:
         """The variable itself (index ''), or the elements of the array, by index text."""
-        variables = self._descriptions[end.component].variables
+        variables = self._variables_of[end.component]
         if end.variable in variables:
             return {"": end}
         prefix = end.variable + "["
@@ -243,15 +258,17 @@ class _Connection:
     def _fits(self, source: Port, target: Port, written: Connection) -> bool:
         """Whether a value may go from `source` to `target`: causality, type and dimension."""
         give, take = self._variable(source), self._variable(target)
-        if give.causality not in ("output", "calculatedParameter"):
+        if give.causality == take.causality == BUS:
+            remedy = "connect a component to both: it gives each of them the value"
+            self._reject(f"{source} and {target} are both signals of a bus", remedy)
+        elif give.causality not in ("output", "calculatedParameter", BUS):
             remedy = "what stands left of '->' must be an output or a calculated parameter"
             self._reject(f"{source} ({give.causality}) is not an output", remedy)
-        elif take.causality not in ("input", "parameter"):
+        elif take.causality not in ("input", "parameter", BUS):
             remedy = "what stands right of '->' must be an input or a parameter"
             self._reject(f"{target} ({take.causality}) is not an input", remedy)
-        elif take.causality == "input" and give.causality == "calculatedParameter":
-            remedy = "a calculated parameter is carried over once: connect it to a parameter"
-            self._reject(f"{source} is constant, {target} is an input", remedy)
+        elif (give.causality, take.causality) == CONSTANT_TO_INPUT:
+            self._reject(f"{source} is constant, {target} is an input", CARRIED_ONCE)
         elif give.type != "Real" or take.type != "Real":
             remedy = "only Real variables can be connected"
             self._reject(f"{source} is {give.type}, {target} is {take.type}", remedy)
@@ -270,7 +287,18 @@ class _Connection:
         return False
 
 
-def _conversion(give: Variable, take: Variable) -> tuple[float, float]:
+def _constant_problems(
+    system: System, variables: Mapping[str, Mapping[str, Variable]], links: Iterable[Link]
+) -> Iterable[Problem]:
+    """Calculated parameters that lead to inputs, over a bus."""
+    for link in links:
+        give, take = (variables[p.component][p.variable] for p in (link.source, link.target))
+        if (give.causality, take.causality) == CONSTANT_TO_INPUT:
+            message = f"{link.source} is constant, {link.target} is an input"
+            yield system.problem(("connections", link.connection), message, CARRIED_ONCE)
+
+
+def conversion(give: Variable, take: Variable) -> tuple[float, float]:
     """Factor and offset from the unit of one variable to that of another, of one dimension."""
     if give.dimension is None or take.dimension is None:
         return 1.0, 0.0
@@ -292,7 +320,10 @@ def _one_source_each(system: System, links: list[Link], problems: list[Problem])
         other = first.setdefault(link.target, link)
         if other.source != link.source:
             message = f"{link.target} has two sources: {other.source} and {link.source}"
-            remedy = f"drop one; the other is connected by {system.connections[other.connection]!r}"
+            remedy = (
+                f"drop one (the other is connected by {system.connections[other.connection]!r}), "
+                "or connect both to a component of 'kind: sum', and its sum here"
+            )
             problems.append(system.problem(("connections", link.connection), message, remedy))
     return list(first.values())
 

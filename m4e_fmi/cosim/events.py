@@ -8,21 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from math import ceil
 
 from m4e_fmi.cosim.instance import Instance
-from m4e_fmi.cosim.system import SECOND
 
 
 def has_events(instances: Iterable[Instance]) -> bool:
     """Whether any of them may have events that others should know of."""
     return any(instance.description.has_events for instance in instances)
-
-
-def until_event(instances: Iterable[Instance], now: int, size: int) -> int:
-    """A step of `size` [ns] from `now` [ns], or up to the next event that is announced."""
-    first = min((instance.events.next_event for instance in instances), default=math.inf)
-    return min(size, max(1, ceil(first * SECOND) - now)) if math.isfinite(first) else size
 
 
 def event_count(instances: Iterable[Instance]) -> int:

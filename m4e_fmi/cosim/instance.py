@@ -283,14 +283,21 @@ class Instance:
         )
         self._broken = True
         when = f"at t = {self.time:.9g} s" if self._initialised else "during initialisation"
-        message = f"{self.name}.{name} {when} is {value}{self._own_words(DISCARD)}"
+        what = self.description.variables[name].description
+        told = f" ({what})" if what else ""
+        message = f"{self.name}.{name} {when} is {value}{told}{self._own_words(DISCARD)}"
         raise RunError(message, "try a smaller step_size; check parameters and start values")
 
     def _own_words(self, status: Status = FATAL) -> str:
-        """What the FMU says about its failure, to stand behind our own message."""
+        """What the FMU says about its failure, to stand behind our own message.
+
+        Where that begins with a variable, as in ``f is inf``, what the variable is comes after it.
+        """
         text = self._last_error() if status in (DISCARD, ERROR) else ""
         text = text or self._messages.last()
-        return f": {text}" if text else ""
+        variable = self.description.variables.get(text.partition(" is ")[0])
+        told = f" ({variable.description})" if variable and variable.description else ""
+        return f": {text}{told}" if text else ""
 
     def _last_error(self) -> str:
         variable = self.description.variables.get(LAST_ERROR)

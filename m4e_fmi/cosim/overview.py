@@ -33,6 +33,8 @@ def overview(prepared: Prepared) -> str:
         )  # fmt: skip
         lines.append(f"algebraic loops, {how}:")
         lines += [f"  {' -> '.join(map(str, (*loop, loop[0])))}" for loop in structure.loops]
+    if wiring.signals:
+        lines += ["signals of buses:", *(f"  {signal}" for signal in wiring.signals)]
     lines.append("unconnected inputs, which keep their start values:")
     lines += [f"  {port}" for port in wiring.unconnected] or ["  none"]
     simulation = system.simulation

@@ -105,6 +105,12 @@ class StepControl:
         self.size = int(min(max(wanted, self._smallest), self._largest))
         return accepted
 
+    def pass_over(self, end: np.ndarray, time: int) -> None:
+        """The run has passed over a jump to `time` [ns], where all exchanged outputs are `end`."""
+        self._scale.keep(self._scale.with_values(end))
+        self._foresight.note(time, end[self._sources])
+        self._foresight.forget()
+
     def _attempted(self, reached: np.ndarray) -> np.ndarray:
         """What attempts have `reached` at most, this one included, within its bounds."""
         self._reached = np.maximum(self._reached, self._scale.with_values(reached))

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import time as clock
 from functools import cached_property
-from math import ceil
 from typing import cast
 
 from m4e_fmi.cosim.algorithms import Algorithm, Returning, Undoing
 from m4e_fmi.cosim.algorithms.scheduled import Scheduled, looped
+from m4e_fmi.cosim.announced import NEVER, Announced, in_nanoseconds
 from m4e_fmi.cosim.energy import BLOCK as ENERGY_BLOCK
 from m4e_fmi.cosim.energy import EnergyBalance
-from m4e_fmi.cosim.events import event_count, until_event
+from m4e_fmi.cosim.events import ended, event_count
 from m4e_fmi.cosim.instance import DiscardedError, EventWithinError
 from m4e_fmi.cosim.network import Network
 from m4e_fmi.cosim.operations import Operation
@@ -30,7 +30,7 @@ class Course:
     (`returns`), a step that one of them discards is made again, shorter; `shortened` counts them.
     """
 
-    REMEMBERED = ("now", "_row", "steps", "shortened")
+    REMEMBERED = ("now", "_row", "steps", "shortened", "_jump")
 
     def __init__(
         self,
@@ -54,10 +54,12 @@ class Course:
         self._size = round(simulation.step_size * SECOND)
         every = round((simulation.output_interval or simulation.step_size) * SECOND)
         self._every = every if simulation.output_interval or control is None else 1
+        self._announced = Announced(network)
         self._note = Schedule(witness.operations if witness else ())
         self._most = 1
         self.now = self._row = self._start
         self.steps = self.shortened = 0
+        self._jump = NEVER
 
     @cached_property
     def _unwatched(self) -> Loop | None:
@@ -68,7 +70,7 @@ class Course:
         return self._looped(self._witness.operations if self._witness else ())
 
     def _looped(self, watched: tuple[Operation, ...]) -> Loop | None:
-        if self._control:
+        if self._control or self._announced:
             return None
         noted = (*self._energy.operations(self._algorithm.held), *watched)
         rows = self._results.schedule if self._results else None
@@ -79,6 +81,8 @@ class Course:
         """Make as many steps as can be made at once, or one."""
         if self._witness:
             self._witness.before()
+        found = self._jump if self._jump > self.now else NEVER
+        self._jump = min(found, self._announced.next(self.now))
         watched = self._witness and self._witness.open
         size, loop = self._wanted(), self._watched if watched else self._unwatched
         if loop and cast("Scheduled", self._algorithm).repeats(size / SECOND):
@@ -138,16 +142,18 @@ class Course:
         """Make a step of `size` [ns], or what FMUs and control allow."""
         before = event_count(self._network.instances.values())
         size = self._step(size)
-        if event_count(self._network.instances.values()) > before:
-            self._network.forget()
         self.now += size
+        jumped = event_count(self._network.instances.values()) > before or self.now == self._jump
+        if jumped:
+            self._network.forget()
         self._network.advance(self.now / SECOND)
         self._energy.add(self._algorithm.held, size / SECOND)
         self.steps += 1
         if self._witness:
             self._note.run(self._network.time)
-            self._witness.after(1, size, 0)
-        if self.now >= self._row + self._every or self.now == self._stop:
+            self._witness.after(1, size, 0, jumped=jumped)
+        last = self.now == self._stop or ended(self._network.instances.values())
+        if last or self.now >= self._row + self._every:
             self._record()
 
     def _record(self) -> None:
@@ -167,6 +173,9 @@ class Course:
             if control is None:
                 return size
             algorithm = cast("Returning", algorithm)
+            if now + size == self._jump:
+                control.pass_over(algorithm.end, self._jump)
+                return size
             if control.accepts(algorithm.change, algorithm.end, now, size):
                 if control.passed:
                     self._network.forget()
@@ -178,16 +187,22 @@ class Course:
         """The size of the next step if no FMU objects.
 
         Adaptive steps end where the next row of the results is due; others where they would if none
-        had been shortened; all at events that FMUs have announced.
+        had been shortened; all just before a jump, and just after it.
         """
-        now, instances = self.now, self._network.instances.values()
+        now = self.now
         if self._control is None:
             size = min(self._size - (now - self._start) % self._size, self._stop - now)
-            shortens = all(rate.shortens for rate in self._network.rates.values())
-            return until_event(instances, now, size) if shortens else size
+            return self._until_jump(size)
         row = self._row + self._every
         end = min(row, self._stop) if row > now + 1 else self._stop
-        return until_event(instances, now, min(self._control.size, end - now))
+        return self._until_jump(min(self._control.size, end - now))
+
+    def _until_jump(self, size: int) -> int:
+        """A step of `size` [ns], or to just before the next jump, or over it."""
+        if not all(rate.shortens for rate in self._network.rates.values()):
+            return size
+        ahead = self._jump - self.now
+        return min(size, ahead - 1 if ahead > 1 else ahead)
 
     def _shorter(self, size: int, discarded: DiscardedError) -> int:
         """Take back the step of `size` that an FMU has discarded; the size to try next.
@@ -204,6 +219,7 @@ class Course:
         self._algorithm.undo()
         self.shortened += 1
         if event and discarded.reached is not None:
-            return min(max(1, ceil(discarded.reached * SECOND) - self.now), size - 1)
+            self._jump = max(self.now + 1, in_nanoseconds(discarded.reached))
+            return self._until_jump(size - 1)
         reached = round((discarded.reached or 0.0) * SECOND) - self.now
         return reached if smallest <= reached < size else max(smallest, size // 2)

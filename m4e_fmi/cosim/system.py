@@ -124,6 +124,7 @@ class System:
     one variable or all elements of an array, ``a.variable * 2.5 + 1 -> b.variable`` with a factor
     and an offset. `inputs` and `outputs` are the system's own variables by name, and what they
     stand for: the inputs ``component.variable`` that take the value, the output that gives it.
+    `buses` are names under which connections meet, with their signals and the units of these.
 
     `notes` say what reading the file has changed or left out. `folder` is what relative file names
     in the components' configurations refer to; `document` the YAML file it came from, if it did.
@@ -136,6 +137,7 @@ class System:
     description: str = ""
     inputs: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     outputs: Mapping[str, str] = field(default_factory=dict)
+    buses: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     folder: Path = field(default_factory=Path)
     document: Document | None = field(default=None, repr=False, compare=False)

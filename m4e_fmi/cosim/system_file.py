@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from pydantic import Field
+from pydantic import Field, StringConstraints
 
 from m4e_fmi.cosim.system import (
     Component,
@@ -27,6 +27,9 @@ from m4e_fmi.errors import InputError, Problem, suggestion
 
 _NAME = re.compile(r"[A-Za-z_]\w*$")
 
+BusName = Annotated[str, StringConstraints(pattern=_NAME.pattern)]
+SignalName = Annotated[str, StringConstraints(pattern=r"^[A-Za-z_]\w*(\.[A-Za-z_]\w*)*$")]
+
 
 class _SystemSection(Section):
     name: str
@@ -35,6 +38,7 @@ class _SystemSection(Section):
     connections: tuple[str, ...] = ()
     inputs: dict[str, tuple[str, ...]] = Field(default_factory=dict)
     outputs: dict[str, str] = Field(default_factory=dict)
+    buses: dict[BusName, dict[SignalName, str]] = Field(default_factory=dict)
     simulation: SimulationSection
 
 
@@ -76,6 +80,7 @@ def read_system(document: Document) -> System:
         description=section.description,
         inputs=section.inputs,
         outputs=section.outputs,
+        buses=section.buses,
         folder=document.path.parent,
         document=document,
     )

@@ -9,7 +9,9 @@ So at the end of a *window* of steps the FMUs go back to its start, make it agai
 steps of twice the length, and return; the run is not touched by it. Nothing is assumed of the FMUs,
 and errors propagate in both courses as they do. The first 256 steps are a window. Then follow
 octaves (256 to 512, 512 to 1024 ...) of which the first eighth is one, so that this costs half of
-the first steps again, and a sixteenth of later ones.
+the first steps again, and a sixteenth of later ones. Jumps that FMUs announce are met by both
+courses; steps between them whose number is odd leave one that is not longer, for which the
+differences are scaled up.
 
 Beyond its window an error may go on growing. How it does, the longest window tells: if E doubles
 with the time (as the phase of an undamped oscillation), the octave's error is E S/τ, with S its
@@ -23,9 +25,9 @@ damped and forced), the octave's error is E, and the largest counts. In between,
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import groupby
+from itertools import groupby, pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -59,7 +61,7 @@ class _Window:
 
     Then `errors` (2, sources) are the largest differences in its first half and in all of it,
     `extremes` the smallest and largest values; `span` and `octave` the times [ns] of the window and
-    of all steps for which it stands.
+    of all steps for which it stands. `jumps` are the points to which a jump has led.
     """
 
     start: Point
@@ -67,8 +69,19 @@ class _Window:
     values: list[np.ndarray]
     errors: np.ndarray
     extremes: np.ndarray
+    jumps: list[int] = field(default_factory=list)
     span: int = 0
     octave: int = 0
+
+    def coarse(self) -> list[int]:
+        """The points of the other course: every second one, and both ends of a jump."""
+        last = len(self.times) - 1
+        edges = [0, *(k for jump in self.jumps for k in (jump - 1, jump)), last]
+        chosen = [k for start, end in pairwise(edges) for k in (*range(start, end, 2), end)]
+        kept = list(dict.fromkeys(chosen))
+        if len(kept) > 1 and kept[-1] - kept[-2] == 1 and last not in self.jumps:
+            kept.pop()  # a single step at the end tells nothing
+        return kept
 
 
 class Witness:
@@ -117,14 +130,19 @@ class Witness:
             return FAR
         return (self._ends if self.open else self._begins) - self._steps
 
-    def after(self, steps: int, size: int, row: int) -> None:
-        """After so many steps of `size` [ns]; the operations have filled rows from `row` on."""
+    def after(self, steps: int, size: int, row: int, *, jumped: bool = False) -> None:
+        """After so many steps of `size` [ns]; the operations have filled rows from `row` on.
+
+        The last has `jumped`: what was before it is forgotten.
+        """
         self._steps += steps
         window = self._window
         if window is None:
             return
         last = window.times[-1]
         window.times += [last + k * size for k in range(1, steps + 1)]
+        if jumped:
+            window.jumps.append(len(window.times) - 1)
         window.values.append(self._values[row : row + steps].copy())
         if self._steps == self._ends:
             self._close()
@@ -142,17 +160,28 @@ class Witness:
         end = network.snapshot(END)
         network.restore(window.start)
         try:
-            again = self._other.course(window.times[::2])
+            times = [window.times[k] for k in window.coarse()]
+            again = self._other.course(times, {window.times[k] for k in window.jumps})
         except RunError as error:
             self.failure = f"steps of twice the length fail ({error.message})"
         else:
-            off = np.abs(again - values[::2])
-            off[off <= ROUNDING * np.abs(values).max(axis=0)] = 0.0
-            half = len(off) // 2
-            window.errors = np.array([off[: half + 1].max(axis=0), off.max(axis=0)])
-            window.span = window.times[2 * (len(off) - 1)] - window.times[0]
+            self._compare(window, again, values)
         network.restore(end)
         window.values.clear()
+
+    def _compare(self, window: _Window, again: np.ndarray, values: np.ndarray) -> None:
+        """Note the largest differences of the two courses, of which one is at `coarse` only."""
+        coarse, times = window.coarse(), window.times
+        off = np.abs(again - values[coarse])
+        off[off <= ROUNDING * np.abs(values).max(axis=0)] = 0.0
+        half = len(off) // 2
+        span = times[coarse[-1]] - times[0]
+        doubled = sum(times[b] - times[a] for a, b in pairwise(coarse) if b - a == 2)
+        if doubled < span / 2:
+            self.failure = "most steps end at jumps, so that they cannot be made twice as long"
+            return
+        window.errors = np.array([off[: half + 1].max(axis=0), off.max(axis=0)]) * (span / doubled)
+        window.span = span
 
     def finish(self) -> None:
         """At the end of the run: judge the window that is open."""
@@ -209,20 +238,21 @@ class _Other:
         noted = gather(self._values, self._network.values, self._sources)
         return looped(self._algorithm, self._network, [noted])
 
-    def course(self, times: list[int]) -> np.ndarray:
-        """Values of the sources at these times [ns], a step from each to the next."""
+    def course(self, times: list[int], jumps: set[int]) -> np.ndarray:
+        """Values of the sources at these times [ns], a step from each to the next; some `jumps`."""
         now, found = times[0], [self._network.values[self._sources][None]]
         for size, steps in groupby(np.diff(times).tolist()):
             left = len(list(steps))
             while left:
-                found.append(self._steps(now, size, left))
+                found.append(self._steps(now, size, left, jumps))
                 now += len(found[-1]) * size
                 left -= len(found[-1])
         return np.concatenate(found)
 
-    def _steps(self, now: int, size: int, most: int) -> np.ndarray:
+    def _steps(self, now: int, size: int, most: int, jumps: set[int]) -> np.ndarray:
         """Values after each of some steps of `size` from `now` [ns], one at least."""
-        network, algorithm, loop = self._network, self._algorithm, self._loop
+        network, algorithm = self._network, self._algorithm
+        loop = None if jumps else self._loop
         if loop and isinstance(algorithm, Scheduled) and algorithm.repeats(size / SECOND):
             made = min(most, BLOCK)
             loop.state.now, loop.state.size, loop.state.noted = now, size, 0
@@ -230,5 +260,7 @@ class _Other:
             network.time = loop.state.now / SECOND
             return self._values[:made].copy()
         algorithm.step(now / SECOND, size / SECOND)
+        if now + size in jumps:
+            network.forget()
         network.advance((now + size) / SECOND)
         return network.values[self._sources][None]

@@ -57,7 +57,10 @@ def check_entries(path: Path, infos: list[zipfile.ZipInfo]) -> None:
         if name in seen:
             raise refusal(path, f"the archive holds {name!r} twice", distrust)
         seen.add(name)
-        if "\\" in name or ":" in name or name.startswith("/") or ".." in name.split("/"):
+        if "\\" in name:
+            remedy = "only / may stand between folders (FMI 2.0.4, section 2.3): pack it again"
+            raise refusal(path, f"the archive holds {name!r}, a path with backslashes", remedy)
+        if ":" in name or name.startswith("/") or ".." in name.split("/"):
             raise refusal(
                 path, f"the archive holds {name!r}, which leads out of its folder", distrust
             )

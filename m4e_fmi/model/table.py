@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from numbers import Real
-from pathlib import Path
 from typing import Any
 
-from m4e_fmi.errors import suggestion
 from m4e_fmi.program import maximum, minimum
 from m4e_fmi.units import parse_unit
 
 MOST_ROWS = 10_000
-LARGEST_FILE = 20_000_000
-"""Bytes that are read of one file; anything longer is no table of `MOST_ROWS` rows."""
 
 
 class TableError(ValueError):
@@ -88,48 +83,3 @@ class Table:
                 message = f"row {row + 1}: time {time} is not after {last}"
                 remedy = "times must ascend; write a jump as two rows a short time apart"
                 raise TableError(message, remedy)
-
-
-def read_columns(path: Path, columns: Sequence[str]) -> tuple[list[float], list[float]]:
-    """Two `columns` of a CSV file, by the names in its first line; the first two, if none is given.
-
-    TableError says what cannot be read, and where.
-    """
-    try:
-        if not path.is_file():
-            here = path.parent if path.parent.is_dir() else Path()
-            names = [other.name for other in here.glob("*.csv")]
-            raise TableError(f"there is no file {path.name!r} here", suggestion(path.name, names))
-        if path.stat().st_size > LARGEST_FILE:
-            raise TableError(f"{path.name} is longer than {LARGEST_FILE // 1_000_000} MB")
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            return _columns(path.name, [row for row in csv.reader(file) if any(row)], columns)
-    except (OSError, ValueError, csv.Error) as error:
-        if isinstance(error, TableError):
-            raise
-        raise TableError(f"{path.name} cannot be read: {error}") from None
-
-
-def _columns(
-    name: str, rows: list[list[str]], columns: Sequence[str]
-) -> tuple[list[float], list[float]]:
-    header = [entry.strip() for entry in rows[0]] if rows else []
-    if len(header) < 2:
-        raise TableError(f"{name} has no two columns", "separate them by commas, names first")
-    places = [0, 1]
-    for k, column in enumerate(columns):
-        if column not in header:
-            remedy = suggestion(column, header, "columns")
-            raise TableError(f"{name} has no column {column!r}", remedy)
-        places[k] = header.index(column)
-    result: tuple[list[float], list[float]] = ([], [])
-    for line, row in enumerate(rows[1:], start=2):
-        for place, into in zip(places, result, strict=True):
-            try:
-                into.append(float(row[place]))
-            except (ValueError, IndexError):
-                got = repr(row[place]) if place < len(row) else "nothing"
-                message = f"{name}, row {line}: expected a number in column {header[place]!r}"
-                remedy = "the first row names the columns"
-                raise TableError(f"{message}, got {got}", remedy) from None
-    return result

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, StrictFloat, create_model
 
-from m4e_fmi.document import Document, Section, rejected
-from m4e_fmi.errors import InputError
+from m4e_fmi.columns import read_columns
+from m4e_fmi.document import Document, Location, Section, rejected
+from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.model.checks import Finding, Names, element_findings, whole_findings
 from m4e_fmi.model.elements import (
     GROUND,
@@ -25,7 +26,7 @@ from m4e_fmi.model.elements import (
 )
 from m4e_fmi.model.loads import LOAD_TYPES, Axes
 from m4e_fmi.model.model import STANDARD_GRAVITY, Model
-from m4e_fmi.model.table import Table, TableError, read_columns
+from m4e_fmi.model.table import Table
 
 
 def _number_or_text(value: Any) -> float | str:
@@ -181,10 +182,18 @@ def _tables(section: ModelSection, folder: Path) -> tuple[dict[str, Table], list
         times, values = member.times or [], member.values or []
         if member.file is not None:
             try:
-                times, values = read_columns(folder / member.file, member.columns or ())
-            except TableError as error:
-                place = "columns" if "column '" in str(error) else "file"
-                found.append(Finding((*at, place), str(error), error.remedy))
+                columns = read_columns(folder / member.file, member.columns or (0, 1))
+            except InputError as error:
+                found += (_file_finding(at, problem) for problem in error.problems)
                 continue
+            times, values = columns.values
         tables[name] = Table(tuple(times), tuple(values), member.unit, member.description)
     return tables, found
+
+
+def _file_finding(at: Location, problem: Problem) -> Finding:
+    """What is wrong with the file of the table at `at`."""
+    place = "columns" if "column '" in problem.message else "file"
+    line = f", line {problem.line}" if problem.line else ""
+    message = f"{Path(problem.file).name}{line}: {problem.message}"
+    return Finding((*at, place), message, problem.remedy)

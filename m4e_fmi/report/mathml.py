@@ -96,7 +96,7 @@ def _printer() -> Any:
             return parseString(_name(sym.name)).documentElement
 
         def _print_Pow(self, e: Any) -> Any:
-            node = super()._print_Pow(e)
+            node: Any = super()._print_Pow(e)
             base, power = node.firstChild, node.lastChild
             if node.nodeName != "msup" or base.nodeName != "msub":
                 return node

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 import fmpy
 import numpy as np
@@ -21,12 +22,24 @@ from m4e_fmi.program import Program
 
 FMUS = Path(__file__).parents[2] / "fmus" / "m4e_fmus"
 STOP, STEP, EVERY = 20.0, 0.05, 10  # s, s, steps between rows of the series
-REST = {"linear_pto": (0.0, -3.0), "mooring": (-4.0, -2.0), "hydrodynamics": (0.0, -1.2)}
+REST = {
+    "linear_pto": (0.0, -3.0),
+    "mooring": (-4.0, -2.0),
+    "hydrodynamics": (0.0, -1.2),
+    "sum": (1.0, 2.0),
+    "table": (0.0, 0.0),
+}
 # Nine digits are written, and solvers repeat to rounding: with other BLAS kernels and numbers of
 # threads the same nine come out. The hydrodynamics is in deep water for that: in finite depth the
 # fit of Capytaine's kernel makes 1e-7 of rounding errors on one machine, 1e-5 between machines.
 TOLERANCE = 1e-6
-CONNECTOR = {"linear_pto": "pto", "mooring": "fairlead", "hydrodynamics": "float"}
+CONNECTORS = {
+    "linear_pto": ["pto"],
+    "mooring": ["fairlead"],
+    "hydrodynamics": ["float"],
+    "sum": ["float", "barge"],
+    "table": [],
+}
 
 
 def motion(rest: tuple[float, float], t: np.ndarray) -> dict[str, np.ndarray]:
@@ -63,13 +76,14 @@ def series(kind: str, fmu: Path) -> np.ndarray:
     t = np.arange(round(STOP / STEP) + 1) * STEP
     names = {v.name for v in fmpy.read_model_description(str(fmu)).modelVariables}
     moved = motion(REST[kind], t)
-    columns = {f"{CONNECTOR[kind]}.{key}": value for key, value in moved.items()}
+    columns = {f"{c}.{key}": value for c in CONNECTORS[kind] for key, value in moved.items()}
     columns = {"time": t, **{k: v for k, v in columns.items() if k in names}}
     signals = np.array(
         list(zip(*columns.values(), strict=True)), dtype=[(name, float) for name in columns]
     )
+    given: dict[str, Any] = {"input": signals} if len(columns) > 1 else {}
     return fmpy.simulate_fmu(
-        str(fmu), stop_time=STOP, step_size=STEP, output_interval=STEP, input=signals
+        str(fmu), stop_time=STOP, step_size=STEP, output_interval=STEP, **given
     )
 
 

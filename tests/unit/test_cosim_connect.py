@@ -3,48 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from support.described import described
 
 from m4e_fmi.cosim import Component, FmuFile, Port, Simulation, System, prepare
 from m4e_fmi.cosim.connect import Wiring, connect
 from m4e_fmi.errors import InputError
-from m4e_fmi.fmu.reading import Description, Variable
-from m4e_fmi.units import Unit, parse_unit
+from m4e_fmi.fmu.reading import Description
 
 Fmus = Callable[[str], Path]
 
 SIMULATION = Simulation(stop_time=1, step_size=0.1)
-
-
-def unit(text: str) -> Unit | None:
-    if text == "degC":
-        return replace(parse_unit("K"), text=text)
-    return parse_unit(text) if text else None
-
-
-def described(name: str, *variables: tuple[str, str, str]) -> Description:
-    """A description of (name, causality, unit) variables that depend on nothing."""
-    table = {
-        n: Variable(
-            n,
-            k,
-            "Real",
-            c,
-            "continuous",
-            None,
-            u,
-            unit(u),
-            273.15 if u == "degC" else 0.0,
-            "",
-            None,
-        )
-        for k, (n, c, u) in enumerate(variables)
-    }
-    outputs = {n: frozenset[str]() for n, c, _ in variables if c != "input"}
-    return Description(Path(f"{name}.fmu"), name, "", table, outputs, outputs, frozenset(), {}, {})
 
 
 def wired(descriptions: dict[str, Description], *connections: str) -> Wiring:

@@ -11,10 +11,10 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping
-from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
+import pandas
 import pytest
 
 from m4e_fmi.cosim import (
@@ -240,23 +240,53 @@ def test_chosen_variables_are_recorded(c_fmu: Fmus, tmp_path: Path) -> None:
         run(whole, results=path, variables=["bdy.*"])
 
 
-def test_results_as_csv_and_parquet(c_fmu: Fmus, tmp_path: Path) -> None:
-    whole = oscillator(c_fmu, Simulation(1, 0.1))
-    results = run(whole, results=tmp_path / "r.csv").results()
+def test_results_as_csv(c_fmu: Fmus, tmp_path: Path) -> None:
+    results = run(oscillator(c_fmu, Simulation(1, 0.1)), results=tmp_path / "r.csv").results()
     with (tmp_path / "r.csv").open(encoding="utf-8") as file:
         rows = list(csv.reader(file))
     assert rows[0][:2] == ["time [s]", "body.body.m.x [m]"]
     assert [float(row[1]) for row in rows[1:]] == results["body.body.m.x"].values.tolist()
-    if find_spec("pyarrow") is None:
-        with pytest.raises(InputError, match="needs the package pyarrow"):
-            run(whole, results=tmp_path / "r.parquet")
-        return
-    import pyarrow.parquet  # pyright: ignore[reportMissingImports]
 
-    run(whole, results=tmp_path / "r.parquet")
-    table = pyarrow.parquet.read_table(tmp_path / "r.parquet")
-    assert table["body.body.m.x"].to_pylist() == results["body.body.m.x"].values.tolist()
-    assert table.schema.field("body.body.m.x").metadata[b"unit"] == b"m"
+
+def test_results_as_parquet(c_fmu: Fmus, tmp_path: Path) -> None:
+    parquet = pytest.importorskip("pyarrow.parquet")
+    path = tmp_path / "r.parquet"
+    results = run(oscillator(c_fmu, Simulation(1, 0.1)), results=path).results()
+    series = {
+        f"{c}.{n}": s for c, members in results.components.items() for n, s in members.items()
+    }
+    frame = pandas.read_parquet(path)
+    assert list(frame) == ["time", *series]
+    np.testing.assert_array_equal(frame["time"], results.time)
+    schema = parquet.read_schema(path)
+    for name, one in series.items():
+        np.testing.assert_array_equal(frame[name], one.values)
+        metadata = schema.field(name).metadata
+        assert metadata[b"unit"].decode() == one.unit
+        assert metadata[b"long_name"].decode() == one.long_name
+    assert schema.field("time").metadata[b"unit"] == b"s"
+    told = {key.decode(): value.decode() for key, value in schema.metadata.items()}
+    assert results.attributes.items() <= told.items()
+
+
+def test_a_failed_run_is_in_parquet_too(c_fmu: Fmus, tmp_path: Path) -> None:
+    parquet = pytest.importorskip("pyarrow.parquet")
+    path = tmp_path / "r.parquet"
+    start = {"pump": {"what": 9.0, "when": 0.5}}
+    with pytest.raises(RunError, match=re.escape(str(path))):
+        run(system(c_fmu, {"pump": "rogue"}, start=start), results=path)
+    table = parquet.read_table(path)
+    assert table["time"].to_pylist() == load(path.with_suffix(".nc")).time.tolist()
+    assert table.schema.metadata[b"ended"].startswith(b"failed: pump.y at t = 0.5 s is nan")
+
+
+def test_parquet_without_its_package(
+    c_fmu: Fmus, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(InputError, match="needs the package pyarrow"):
+        run(oscillator(c_fmu, Simulation(1, 0.1)), results=tmp_path / "r.parquet")
+    assert not list(tmp_path.glob("r.*"))
 
 
 def test_fmus_are_unpacked_below_a_plain_path(

@@ -114,10 +114,15 @@ def test_no_binary_for_this_platform(c_fmu: Fmus, tmp_path: Path) -> None:
         read_description(path)
 
 
-@pytest.mark.parametrize("name", ["../evil", "/etc/evil", "a\\evil", "C:evil"])
+@pytest.mark.parametrize("name", ["../evil", "/etc/evil", "C:evil"])
 def test_path_that_leads_out(c_fmu: Fmus, tmp_path: Path, name: str) -> None:
     path = rewritten(c_fmu("mass"), tmp_path / "x.fmu", lambda c: {**c, name: b"x"})
     assert "leads out of its folder" in refusal(path)
+
+
+def test_path_with_backslashes(c_fmu: Fmus, tmp_path: Path) -> None:
+    path = rewritten(c_fmu("mass"), tmp_path / "x.fmu", lambda c: {**c, "binaries\\x": b""})
+    assert "a path with backslashes" in refusal(path)
 
 
 def test_name_twice(c_fmu: Fmus, tmp_path: Path) -> None:

@@ -204,13 +204,13 @@ CHECKS = {
     "file": (
         ("file: wave.csv", "file: wav.csv"),
         "file: wav",
-        "there is no file 'wav.csv' here",
+        "wav.csv: no such file",
         "did you mean 'wave.csv'?",
     ),
     "column": (
         ("columns: [time, height]", "columns: [time, hight]"),
         "columns:",
-        "wave.csv has no column 'hight'",
+        "wave.csv, line 1: no column 'hight'",
         "did you mean 'height'?",
     ),
 }  # fmt: skip
@@ -233,21 +233,25 @@ def test_checks(
 @pytest.mark.parametrize(
     ("content", "message", "remedy"),
     [
-        ("", "wave.csv has no two columns", "separate them by commas, names first"),
-        ("time\n1\n2\n", "wave.csv has no two columns", "separate them by commas, names first"),
+        ("", "wave.csv: has no two columns", "separate them by commas, names first"),
+        ("time\n1\n2\n", "wave.csv: has no two columns", "separate them by commas, names first"),
         (
             "time,height\n0,1\n1,x\n",
-            "wave.csv, row 3: expected a number in column 'height', got 'x'",
-            "the first row names the columns",
+            "wave.csv, line 3: expected a finite number in column 'height', got 'x'",
+            "",
         ),
         (
             "time,height\n0,1\n1\n",
-            "wave.csv, row 3: expected a number in column 'height', got nothing",
-            "the first row names the columns",
+            "wave.csv, line 3: expected a finite number in column 'height', got nothing",
+            "",
         ),
         ("time,height\n0,1\n", "expected 2 to 10000 rows, got 1", None),
-        ("time,height\n0,1\n1,inf\n", "row 2 of values: expected a finite number, got inf", ""),
-        (b"\xff\xfe\x00\x01", "wave.csv cannot be read: ", None),
+        (
+            "time,height\n0,1\n1,inf\n",
+            "wave.csv, line 3: expected a finite number in column 'height', got 'inf'",
+            "",
+        ),
+        (b"\xff\xfe\x00\x01", "wave.csv: cannot be read: ", None),
     ],
 )
 def test_files_of_tables(
@@ -266,7 +270,7 @@ def test_a_folder_is_no_table(folder: Path) -> None:
     (folder / "wave.csv").unlink()
     (folder / "wave.csv").mkdir()
     (problem,) = problems(TEXT, folder)
-    assert problem.message == "there is no file 'wave.csv' here"
+    assert problem.message == "wave.csv: no such file"
 
 
 def test_the_first_two_columns_are_the_default(folder: Path) -> None:

@@ -109,6 +109,15 @@ def test_announced_impacts_are_met_by_those_that_cannot_go_back(c_fmu: Fmus) -> 
     assert not any("within steps" in note for note in outcome.notes)
 
 
+def test_the_last_row_of_the_results_is_the_end(c_fmu: Fmus, tmp_path: Path) -> None:
+    ball = Component("ball", FmuFile(c_fmu("3:ball+events+state")), {"last": 1.0})
+    settings = Simulation(5.0, 0.1, output_interval=0.2)
+    outcome = run(System("s", (ball,), (), settings), results=tmp_path / "r.nc")
+    results = outcome.results()
+    np.testing.assert_allclose(results.time, [0.0, 0.2, 0.4, FIRST], rtol=0, atol=NANOSECOND)
+    assert results["ball.hits"].values[-1] == 1.0
+
+
 def test_an_fmu_without_event_mode_ends_the_simulation_too(c_fmu: Fmus) -> None:
     points, outcome = bounce(c_fmu, "3:ball", integrator="integrator")
     assert points[-1, 0] == pytest.approx(1.3)
@@ -141,13 +150,16 @@ def test_a_connected_discrete_input_is_set_in_event_mode_where_it_changes(
 ) -> None:
     if by_python:
         monkeypatch.setattr("m4e_fmi.cosim.schedule.library", lambda: None)
-    ball = Component("ball", FmuFile(c_fmu("3:ball+events")), {"h": 100.0})
+    ball = Component("ball", FmuFile(c_fmu("3:ball+events")), {"h": 100.0, "last": 1.0})
     stage = Component("stage", FmuFile(c_fmu("stage")), {"gain": 0.0})
     settings = Simulation(0.5, 0.125, "jacobi")
-    # y of the stage is the time: 0, 1/8, 2/8 ...; each change adds to the velocity
-    system = System("s", (stage, ball), ("stage.y -> ball.kick, units ignored",), settings)
+    # y of the stage is the time: 0, 1/8, 2/8 ...; each change takes that off the velocity
+    system = System("s", (stage, ball), ("stage.y * -1 -> ball.kick, units ignored",), settings)
     found: list[float] = []
     run(system, observers=[lambda _, network: found.append(network.read("ball.v"))])
     kicks = np.cumsum([0, 1, 2, 3, 4]) / 8
-    expected = kicks - G * np.arange(5) / 8
+    expected = -kicks - G * np.arange(5) / 8
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12)
+    # a kick that comes when the ball has already asked for the end
+    outcome = run(system.changed(stop_time=60.0))
+    assert "ball asked for the end" in outcome.notes[-1]

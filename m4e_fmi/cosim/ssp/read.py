@@ -14,7 +14,9 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from m4e_fmi.cosim.components import with_units
 from m4e_fmi.cosim.connection import Connection, parse_connection
+from m4e_fmi.cosim.ssp.buses import restored
 from m4e_fmi.cosim.ssp.elements import Node, Signal, read_tree
 from m4e_fmi.cosim.ssp.fmus import add_units, check_connectors, flat_names, read_fmus
 from m4e_fmi.cosim.ssp.names import OSP_SPACE, OWN, SSC, SSD, SSD_FILE
@@ -57,7 +59,7 @@ def read_ssp(path: str | Path) -> System:
     name = re.sub(r'[/\\:*?"<>|\x00-\x1f]', "_", title).strip(". ") or "system"
     if name != title:
         package.note(f"system {title!r} is called {name!r} here")
-    return System(
+    system = System(
         name=name,
         components=tuple(
             Component(
@@ -77,6 +79,9 @@ def read_ssp(path: str | Path) -> System:
         notes=tuple(package.notes),
         folder=package.path.parent,
     )
+    found = zip(system.components, (descriptions[node.path] for node in parts), strict=True)
+    described = {component.name: with_units(component, d) for component, d in found}
+    return restored(package, system, _annotation(root), described)
 
 
 def _start(

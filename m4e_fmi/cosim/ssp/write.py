@@ -20,6 +20,7 @@ from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no
 from m4e_fmi.cosim.connect import Link, Port
 from m4e_fmi.cosim.connection import Connection, parse_connection
 from m4e_fmi.cosim.run import Prepared
+from m4e_fmi.cosim.ssp.buses import annotated, flattened
 from m4e_fmi.cosim.ssp.names import (
     OSP,
     OSP_SPACE,
@@ -45,11 +46,12 @@ _JSON = "{urn:m4e_fmi}json"
 def write_ssp(prepared: Prepared, path: str | Path) -> Path:
     """Write the system with all its FMUs to `path`; RunError if that cannot be written."""
     path = Path(path)
+    told, prepared = annotated(prepared.system), flattened(prepared)
     resources = _resources(prepared)
     parameters = _parameter_sets(prepared)
     descriptions = prepared.descriptions
     with written(path) as part, zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as archive:
-        _add(archive, SSD_FILE, _xml(_description(prepared, resources, set(parameters))))
+        _add(archive, SSD_FILE, _xml(_description(prepared, resources, set(parameters), told)))
         for name, element in parameters.items():
             _add(archive, PARAMETER_FILE.format(name), _xml(element))
         for file, fmu in {resources[n]: d.path for n, d in descriptions.items()}.items():
@@ -81,7 +83,10 @@ def _variable(prepared: Prepared, port: Port) -> Variable:
 
 
 def _description(
-    prepared: Prepared, resources: dict[str, str], with_parameters: set[str]
+    prepared: Prepared,
+    resources: dict[str, str],
+    with_parameters: set[str],
+    told: dict[str, Any],
 ) -> Element:
     system = prepared.system
     # libcosim and Ecos know the namespaces by these prefixes, declared here
@@ -111,7 +116,7 @@ def _description(
             _annotate(component, {"step_size": steps[name]})
     _connections(prepared, element)
     write_units(root, _units(prepared, ports))
-    _experiment(prepared, root)
+    _experiment(prepared, root, told)
     return root
 
 
@@ -222,7 +227,8 @@ def _units(prepared: Prepared, ports: Iterable[Port]) -> dict[str, Definition]:
     return found
 
 
-def _experiment(prepared: Prepared, root: Element) -> None:
+def _experiment(prepared: Prepared, root: Element, told: dict[str, Any]) -> None:
+    """The default experiment, and in our annotation how to step and what else is `told`."""
     simulation = prepared.system.simulation
     experiment = etree.SubElement(root, f"{SSD}DefaultExperiment")
     experiment.set("startTime", repr(float(simulation.start_time)))
@@ -235,7 +241,7 @@ def _experiment(prepared: Prepared, root: Element) -> None:
     settings = asdict(simulation)
     del settings["start_time"], settings["stop_time"]
     given = {key: value for key, value in settings.items() if value is not None}
-    _annotate(root, {"simulation": given})
+    _annotate(root, {"simulation": given, **told})
 
 
 def _parameter_sets(prepared: Prepared) -> dict[str, Element]:

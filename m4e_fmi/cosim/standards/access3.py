@@ -9,6 +9,7 @@ the same: see the runtime's component_3.h.
 from __future__ import annotations
 
 import ctypes
+import math
 from collections.abc import Callable, Mapping, Sequence
 from ctypes import c_double, c_int, c_int32, c_size_t, c_uint64, c_void_p
 
@@ -188,7 +189,8 @@ class Access:
         self, part: Part, values: np.ndarray, in_event_mode: Callable[[Part], Status]
     ) -> Status:
         c = self._component
-        quietly = not (part.discrete and c.has_events and c.stepping)
+        ended = c.ended < math.inf  # in event mode, for good
+        quietly = ended or not (part.discrete and c.has_events and c.stepping)
         if part.partial or not quietly:
             status = part.get(c.instance)
             if status > WARNING:

@@ -136,7 +136,7 @@ class Fmi3(Standard):
     @contextmanager
     def _event_mode(self) -> Iterator[None]:
         """Where there is event mode, nothing but continuous inputs is set in any other."""
-        events = self._raw.has_events and self._raw.stepping
+        events = self._raw.has_events and self._raw.stepping and self._raw.ended == math.inf
         if events:
             self.must("fmi3EnterEventMode")
         yield

@@ -72,7 +72,8 @@ static int in_event_mode(m4e_component_3 *c, const m4e_part_3 *p) {
 }
 
 static int set(m4e_component_3 *c, const m4e_part_3 *p, const double *values) {
-    const int quietly = !(p->discrete && c->has_events && c->stepping);
+    const int ended = c->ended < INFINITY; /* in event mode, for good */
+    const int quietly = ended || !(p->discrete && c->has_events && c->stepping);
     if (p->partial || !quietly) {
         const int status = move(c, p, p->get);
         if (status > WARNING) return status;

@@ -1,0 +1,49 @@
+"""What a system file says of a sum."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator, Field, StringConstraints, model_validator
+
+from m4e_fmi.document import Section, rejected
+from m4e_fmus.units import KnownUnit
+
+TOTAL = "sum"
+FACTOR = "factor"
+
+Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
+Factor = Annotated[float, Field(allow_inf_nan=False)]
+
+
+def _factors(written: Any) -> Any:
+    """A list of names as factors of 1."""
+    if not isinstance(written, list | tuple):
+        return written
+    twice = [str(name) for name in written if written.count(name) > 1]
+    if twice:
+        raise rejected(f"{twice[0]!r} is named twice", "give it a factor: {a: 2, b: 1}")
+    return dict.fromkeys(map(str, written), 1.0)
+
+
+class Config(Section):
+    """The keys of a component of `kind: sum`, without `kind` and `start`.
+
+    inputs: what is added up, a list of names, or factors by name. unit: that of all inputs and of
+    the output; or signals, which makes each input and the sum a connector: units by signal name.
+    """
+
+    inputs: Annotated[dict[Name, Factor], BeforeValidator(_factors)] = Field(min_length=1)
+    unit: KnownUnit | None = None
+    signals: dict[Name, KnownUnit] | None = Field(default=None, min_length=1)
+
+    @model_validator(mode="after")
+    def _clear(self) -> Config:
+        if (self.unit is None) == (self.signals is None):
+            remedy = "add 'unit: N', or 'signals: {force_x: N, force_z: N}' to add up connectors"
+            raise rejected("what is added up must be said in one way", remedy)
+        taken = [name for name in (TOTAL, FACTOR) if name in self.inputs]
+        if taken:
+            message = f"an input cannot be called {' or '.join(taken)}"
+            raise rejected(message, "rename it: the sum itself has variables of that name")
+        return self

@@ -1,0 +1,113 @@
+"""Columns of numbers from a CSV file: all that is wrong with it is told at once, by line."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from m4e_fmi.errors import InputError, Problem, suggestion
+
+LARGEST_FILE = 20_000_000
+"""Bytes that are read of one file."""
+MOST_PROBLEMS = 10
+"""Problems of one file that are told one by one."""
+
+
+@dataclass(frozen=True)
+class Columns:
+    """`values[i]` are the numbers of column i; row k stands in line `lines[k]` of `path`."""
+
+    path: Path
+    lines: tuple[int, ...]
+    values: tuple[list[float], ...] = field(repr=False)
+    _text: Sequence[str] = field(default=(), repr=False, compare=False)
+
+    def problem(self, row: int, message: str, remedy: str = "") -> Problem:
+        """A problem with a row of the file."""
+        return _problem(self.path, self._text, self.lines[row], message, remedy)
+
+
+def read_columns(path: Path, wanted: Sequence[str | int]) -> Columns:
+    """The columns `wanted` of a CSV file, by the names in its first row or by place, from 0.
+
+    Columns are separated by commas; empty lines are skipped. InputError with all problems: no file,
+    no text, no two columns, unknown names, entries that are no finite numbers.
+    """
+    text = _text(path)
+    reader = csv.reader(io.StringIO(text, newline=""), strict=True)
+    try:
+        rows = [(reader.line_num, row) for row in reader if any(entry.strip() for entry in row)]
+    except csv.Error as error:
+        raise InputError.single(f"cannot be read: {error}", "", str(path)) from None
+    lines = text.splitlines()
+    header = [entry.strip() for entry in rows[0][1]] if rows else []
+    if len(header) < 2:
+        message, remedy = "has no two columns", "separate them by commas, names first"
+        raise InputError.single(message, remedy, str(path))
+    names = [entry if isinstance(entry, str) else header[entry] for entry in wanted]
+    unclear = dict.fromkeys(_header_problems(header, names))
+    if unclear:
+        raise InputError(_problem(path, lines, rows[0][0], *texts) for texts in unclear)
+    places = [header.index(name) for name in names]
+    values = tuple([_number(row, place) for _, row in rows[1:]] for place in places)
+    problems = [
+        _problem(path, lines, line, f"expected a finite number in column {header[place]!r}, {got}")
+        for line, row in rows[1:]
+        for place in dict.fromkeys(places)
+        if not math.isfinite(_number(row, place))
+        for got in [f"got {row[place]!r}" if place < len(row) else "got nothing"]
+    ]
+    if problems:
+        raise InputError(shortened(problems))
+    return Columns(path, tuple(line for line, _ in rows[1:]), values, lines)
+
+
+def shortened(problems: Sequence[Problem]) -> list[Problem]:
+    """The first problems of a file, and how many more there are."""
+    shown, rest = list(problems[:MOST_PROBLEMS]), problems[MOST_PROBLEMS:]
+    if rest:
+        shown.append(Problem(f"{len(rest)} more problems in this file", "", rest[0].file))
+    return shown
+
+
+def _text(path: Path) -> str:
+    if not path.is_file():
+        here = path.parent if path.parent.is_dir() else Path()
+        names = [other.name for other in here.glob("*.csv")]
+        raise InputError.single("no such file", suggestion(path.name, names), str(path))
+    try:
+        if path.stat().st_size > LARGEST_FILE:
+            message = f"is longer than {LARGEST_FILE // 1_000_000} MB"
+            raise InputError.single(message, "leave out rows, or columns", str(path))
+        return path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError.single(f"cannot be read: {error}", "", str(path)) from None
+
+
+def _header_problems(header: Sequence[str], names: Sequence[str]) -> list[tuple[str, str]]:
+    found = []
+    for name in names:
+        if name not in header:
+            found.append((f"no column {name!r}", suggestion(name, header, "columns")))
+        elif header.count(name) > 1:
+            found.append((f"two columns are called {name!r}", "rename one of them"))
+    return found
+
+
+def _number(row: Sequence[str], place: int) -> float:
+    """The number in a row, nan if there is none."""
+    try:
+        return float(row[place])
+    except (ValueError, IndexError):
+        return math.nan
+
+
+def _problem(
+    path: Path, lines: Sequence[str], line: int, message: str, remedy: str = ""
+) -> Problem:
+    source = lines[line - 1] if 0 < line <= len(lines) else ""
+    return Problem(message, remedy, str(path), line, 1, source, len(source))

@@ -1,0 +1,104 @@
+"""Buses in packages: SSP has none, so connections through them are written from end to end.
+
+What the system says of buses, and all its connections, is in an annotation. Reading takes it up
+again if it still means what the package connects. Other tools see the plain connections only.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import Any
+
+from m4e_fmi.cosim.connect import SAME_UNIT, Link, Wiring, connect, conversion
+from m4e_fmi.cosim.connection import Connection, parse_connection
+from m4e_fmi.cosim.run import Prepared
+from m4e_fmi.cosim.ssp.package import Package
+from m4e_fmi.cosim.system import System
+from m4e_fmi.errors import InputError
+from m4e_fmi.fmu.reading import Description
+
+
+def annotated(system: System) -> dict[str, Any]:
+    """What the annotation of a package says of the system's buses."""
+    if not system.buses:
+        return {}
+    buses = {name: dict(signals) for name, signals in system.buses.items()}
+    return {"buses": buses, "connections": list(system.connections)}
+
+
+def flattened(prepared: Prepared) -> Prepared:
+    """The same system with connections from component to component in place of its buses."""
+    system = prepared.system
+    if not system.buses:
+        return prepared
+    flat = replace(system, buses={}, connections=tuple(_flat(prepared)))
+    return replace(prepared, system=flat, wiring=connect(flat, prepared.descriptions))
+
+
+def _flat(prepared: Prepared) -> Iterator[str]:
+    wiring = prepared.wiring
+    for index, text in enumerate(prepared.system.connections):
+        written = parse_connection(text)
+        ends = {end.partition(".")[0] for end in (written.left, written.right)}
+        if ends.isdisjoint(prepared.system.buses):
+            yield text
+            continue
+        for link in (*wiring.initial_links, *wiring.links):
+            if link.connection == index:
+                yield str(_connection(link, prepared.descriptions))
+
+
+def _connection(link: Link, descriptions: Mapping[str, Description]) -> Connection:
+    """The text of a link, whose factor and offset act after the conversion of units."""
+    give, take = (
+        descriptions[p.component].variables[p.variable] for p in (link.source, link.target)
+    )
+    one, other = give.dimension, take.dimension
+    ignored = one is not None and other is not None and not one.same_dimension(other)
+    scale, shift = (1.0, 0.0) if ignored else conversion(give, take)
+    factor = link.factor / scale
+    if math.isclose(factor, 1.0, rel_tol=SAME_UNIT):
+        factor = 1.0
+    return Connection(
+        str(link.source),
+        str(link.target),
+        factor=factor,
+        offset=link.offset - factor * shift,
+        units_ignored=ignored,
+    )
+
+
+def restored(
+    package: Package,
+    system: System,
+    told: Mapping[str, Any],
+    descriptions: Mapping[str, Description],
+) -> System:
+    """The system with the buses that its annotation tells of, if its connections mean the same."""
+    buses, connections = told.get("buses"), told.get("connections")
+    if not buses or not isinstance(buses, dict) or not isinstance(connections, list):
+        return system
+    try:
+        units = {str(bus): dict(signals) for bus, signals in buses.items()}
+        whole = replace(system, buses=units, connections=tuple(map(str, connections)))
+        if _alike(connect(whole, descriptions), connect(system, descriptions)):
+            return whole
+    except (InputError, TypeError, ValueError):
+        pass  # what stands alone is checked when the system is prepared
+    package.note("its buses are not what the package connects: components are connected directly")
+    return replace(system, notes=tuple(package.notes))
+
+
+def _alike(one: Wiring, other: Wiring) -> bool:
+    """Whether two wirings carry the same values."""
+    mine, others = (
+        {(k.source, k.target): k for k in (*wiring.initial_links, *wiring.links)}
+        for wiring in (one, other)
+    )
+    return mine.keys() == others.keys() and all(
+        math.isclose(link.factor, others[ends].factor, rel_tol=SAME_UNIT)
+        and math.isclose(link.offset, others[ends].offset, rel_tol=SAME_UNIT, abs_tol=SAME_UNIT)
+        for ends, link in mine.items()
+    )
