@@ -24,6 +24,7 @@ from m4e_fmi.cosim.events import ended, event_notes
 from m4e_fmi.cosim.instance import EndedError, Instance
 from m4e_fmi.cosim.memory import Memory, recall, remember
 from m4e_fmi.cosim.network import Network, Point
+from m4e_fmi.cosim.pacing import Rates
 from m4e_fmi.cosim.results import Mark, ResultsWriter
 from m4e_fmi.cosim.start_values import start_values
 from m4e_fmi.cosim.step_control import StepControl
@@ -77,6 +78,7 @@ class Master:
         descriptions: dict[str, Description],
         wiring: Wiring,
         structure: Structure,
+        rates: Rates,
         *,
         certify: bool = True,
     ) -> None:
@@ -85,6 +87,7 @@ class Master:
         self._descriptions = descriptions
         self._wiring = wiring
         self._structure = structure
+        self._rates = rates
         self._certify = certify
         self._open = ExitStack()
         self._free: list[int] = []
@@ -118,7 +121,8 @@ class Master:
             )
             instance.set_values(start_values(component, description))
             instances[name] = instance
-        network = Network(instances, self._wiring, self._structure, time=simulation.start_time)
+        known = (self._wiring, self._structure, self._rates)
+        network = Network(instances, *known, time=simulation.start_time)
         network.initialise()
         return network
 
@@ -127,7 +131,7 @@ class Master:
         self._control, self._algorithm = None, self._make(self.network)
         if simulation.coupling_tolerance is not None:
             self._control = self._step_control(cast("Returning", self._algorithm))
-        if isinstance(self._algorithm, Undoing) and not self._rigid():
+        if isinstance(self._algorithm, Undoing) and self._shortens:
             for instance in self.network.instances.values():
                 instance.stop_at_events()
         self._energy = EnergyBalance(self.network, self._wiring.bonds)
@@ -148,7 +152,16 @@ class Master:
         """The components that cannot go back."""
         return [name for name, d in self._descriptions.items() if not d.saves_state]
 
+    @property
+    def _shortens(self) -> bool:
+        """Whether all components can go back, and make a shorter step then."""
+        return not self._rigid() and all(rate.shortens for rate in self._rates.values())
+
     def _watch(self, stack: ExitStack) -> None:
+        odd = [f"{n} {r}" for n, r in self._rates.items() if r.is_sampled and r.every % 2]
+        if odd:
+            self._unwatched = f"{odd[0]}: steps of twice the length do not meet its points"
+            return
         places = [self.network.index(link.source) for link in self.network.links]
         sources = np.array(places, dtype=np.intp)
         rigid = self._rigid()
@@ -220,10 +233,11 @@ class Master:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What the algorithm does without because an FMU cannot, and events; one line each."""
+        """Components' own steps, what the algorithm does without, and events; one line each."""
+        own = [f"{name} {rate}" for name, rate in self._rates.items()]
         instances = self.network.instances.values()
         end = ended(instances)
-        return (*self._algorithm.notes, *event_notes(instances), *([end] if end else []))
+        return (*own, *self._algorithm.notes, *event_notes(instances), *([end] if end else []))
 
     @property
     def energy(self) -> tuple[BondEnergy, ...]:
@@ -261,7 +275,7 @@ class Master:
             results=results,
             witness=self._witness,
             control=self._control,
-            returns=not self._rigid(),
+            returns=self._shortens,
             singly=singly,
             most_time=PROGRESS_INTERVAL,
         )

@@ -45,6 +45,9 @@ class RawOperation(ctypes.Structure):
         ("stride", c_uint64),
         ("start", c_double),
         ("length", c_double),
+        ("own", c_double),
+        ("origin", c_int64),
+        ("period", c_int64),
     ]
 
 
@@ -100,6 +103,9 @@ def _translated(operation: Operation) -> Translated:
     found = _known.get(operation)
     if found is None:
         found = _known[operation] = _translation(operation)
+        due = getattr(operation, "due", None)
+        if due:
+            found[0].origin, found[0].period = due.origin, due.period
     return found
 
 
@@ -121,9 +127,9 @@ def _translation(operation: Operation) -> Translated:
             raw.orders = _address(orders)
             _fill(raw, values)
             return raw, (references, orders)
-        case DoStep(instance, start, length):
+        case DoStep(instance, start, length, own):
             raw, _ = _call(DO_STEP, instance.raw("fmi2DoStep"))
-            raw.start, raw.length = start, length
+            raw.start, raw.length, raw.own = start, length, own
         case Save(instance):
             raw, _ = _call(SAVE, instance.raw("fmi2GetFMUstate"))
             raw.state = ctypes.addressof(instance.slot())

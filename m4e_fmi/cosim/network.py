@@ -17,7 +17,7 @@ An algorithm steps every component from `now`; `advance` then makes the new poin
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -25,9 +25,11 @@ from m4e_fmi.cosim.connect import Link, Port, Wiring
 from m4e_fmi.cosim.instance import WARNING, Call, Instance
 from m4e_fmi.cosim.memory import Memory, recall, remember
 from m4e_fmi.cosim.newton import AlgebraicLoop
-from m4e_fmi.cosim.operations import Get, Operation, gather, setting
+from m4e_fmi.cosim.operations import Combine, DoStep, Due, Get, Operation, Set, gather, setting
+from m4e_fmi.cosim.pacing import Rates
 from m4e_fmi.cosim.schedule import Schedule
 from m4e_fmi.cosim.structure import Loop, Structure, Transfer, derivative_chain
+from m4e_fmi.cosim.system import SECOND
 
 Action = Callable[[], None]
 
@@ -52,7 +54,9 @@ class Network:
 
     `time` is the present communication point [s]. `last` is the size [s] of the step that led there
     from the one before, 0 where nothing before it counts (at the start, after a jump); `size` that
-    of the step being made, as algorithms tell it.
+    of the step being made, as algorithms tell it. `rates` are those of the components with a step
+    of their own; `coarse` times the simulation's step is made at once, which an algorithm must know
+    when it is made.
     `sweep` is the order in which a Gauss–Seidel algorithm steps the components.
     `inputs[k]` is the value of the connected input `targets[k]` at the present point, in the unit
     of its source, and `links[k]` what leads there; inputs of one component are consecutive
@@ -64,6 +68,7 @@ class Network:
         instances: Mapping[str, Instance],
         wiring: Wiring,
         structure: Structure,
+        rates: Rates,
         *,
         time: float,
     ) -> None:
@@ -72,6 +77,9 @@ class Network:
             if not link.is_plain:
                 instance = self.instances[link.target.component]
                 instance.scale_input(link.target.variable, link.factor, link.offset)
+        self.rates = rates
+        self._origin = round(time * SECOND)
+        self.coarse = 1
         self.time = time
         self.last = self.size = 0.0
         self.sweep = structure.sweep
@@ -97,6 +105,23 @@ class Network:
         """The present value of the Real variable ``component.variable``, exchanged or not."""
         component, _, variable = name.partition(".")
         return self.instances[component].read(variable)
+
+    def due(self, component: str) -> Due | None:
+        """When the component has a point, if not at every communication point."""
+        rate = self.rates.get(component)
+        if rate is None or not rate.is_sampled:
+            return None
+        return Due(self._origin, round(rate.step * SECOND))
+
+    def steps(self, component: str) -> list[DoStep]:
+        """The steps of a component that make its macro step."""
+        instance, rate = self.instances[component], self.rates.get(component)
+        if rate is None:
+            return [DoStep(instance)]
+        if rate.is_sampled:
+            return [DoStep(instance, own=rate.step, due=self.due(component))]
+        count = rate.pieces * self.coarse
+        return [DoStep(instance, k / count, 1 / count, rate.step) for k in range(count)]
 
     def index(self, output: Port) -> int:
         """Place of an output in a block of `values`."""
@@ -240,14 +265,15 @@ class Network:
         operations: list[Operation] = [gather(block, self.values, range(count))] if count else []
         for transfer in transfers:
             if isinstance(transfer, Transfer):
-                operations += self._transfer(transfer)
+                due = self.due(transfer.component)
+                operations += [replace(o, due=due) for o in self._transfer(transfer)]
                 continue
             yield Schedule(operations)
             operations = []
             yield _SolvedLoop(self, transfer)
         yield Schedule(operations)
 
-    def _transfer(self, transfer: Transfer) -> tuple[Operation, ...]:
+    def _transfer(self, transfer: Transfer) -> tuple[Get | Set | Combine, ...]:
         instance, names = self.instances[transfer.component], transfer.variables
         first, count = Port(transfer.component, names[0]), len(names)
         if transfer.action == "get":

@@ -13,6 +13,25 @@ from dataclasses import dataclass
 import numpy as np
 
 from m4e_fmi.cosim.instance import Instance
+from m4e_fmi.cosim.system import SECOND
+
+ROUNDING = 1e-9
+"""Share of a component's own step that rounding may change it by."""
+
+
+@dataclass(frozen=True)
+class Due:
+    """When an operation is performed that is not part of every macro step.
+
+    That is when the step ends at `origin` plus a multiple of `period`, both in nanoseconds.
+    """
+
+    origin: int
+    period: int
+
+    def at(self, time: float) -> bool:
+        """Whether it is performed in a step that ends at `time` [s]."""
+        return (round(time * SECOND) - self.origin) % self.period == 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,6 +41,7 @@ class Get:
     instance: Instance
     names: tuple[str, ...]
     into: np.ndarray
+    due: Due | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +51,7 @@ class Set:
     instance: Instance
     names: tuple[str, ...]
     values: np.ndarray
+    due: Due | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,11 +68,25 @@ class SetDerivatives:
 
 @dataclass(frozen=True, eq=False)
 class DoStep:
-    """Steps the component by a piece: `start` and `length` are shares of the macro step."""
+    """Steps the component by a piece: `start` and `length` are shares of the macro step.
+
+    If that is the component's `own` step [s] but for rounding, it is this to the last bit. One that
+    is `due` at some points only steps by its own step up to there.
+    """
 
     instance: Instance
     start: float = 0.0
     length: float = 1.0
+    own: float = 0.0
+    due: Due | None = None
+
+    def span(self, time: float, size: float) -> tuple[float, float]:
+        """Start and length [s] of the piece, in a macro step of `size` [s] from `time` [s]."""
+        if self.due:
+            return time + size - self.own, self.own
+        length = self.length * size
+        whole = abs(length - self.own) < ROUNDING * self.own
+        return time + self.start * size, self.own if whole else length
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,6 +116,7 @@ class Combine:
     index: np.ndarray
     weight: np.ndarray
     offset: np.ndarray | None = None
+    due: Due | None = None
 
 
 Operation = Get | Set | SetDerivatives | DoStep | Save | Restore | Combine
@@ -92,7 +128,9 @@ def gather(into: np.ndarray, source: np.ndarray, places: Sequence[int] | np.ndar
     return Combine(into, source, index, np.ones(index.shape))
 
 
-def setting(instance: Instance, names: Sequence[str], values: np.ndarray) -> tuple[Operation, ...]:
+def setting(
+    instance: Instance, names: Sequence[str], values: np.ndarray
+) -> tuple[Combine | Set, ...]:
     """Sets `names` from `values` in the units of their sources, as `Instance.setter` does."""
     scales = instance.scales_of(names)
     if scales is None:

@@ -17,6 +17,9 @@ def overview(prepared: Prepared) -> str:
     system, wiring, structure = prepared.system, prepared.wiring, prepared.structure
     lines = [f"system {system.name}", "components, in the order they step:"]
     lines += [f"  {name}  {prepared.descriptions[name].path}" for name in structure.sweep]
+    if prepared.rates:
+        lines.append("components with a step of their own:")
+        lines += [f"  {name}  {own}" for name, own in prepared.rates.items()]
     lines += ["connections:", *_connections(prepared)]
     cycles = component_cycles(prepared.descriptions, wiring.links)
     if cycles:

@@ -28,7 +28,7 @@ class PythonExecutor:
     """Performs a list of operations, as `NativeExecutor` does."""
 
     def __init__(self, operations: Sequence[Operation]) -> None:
-        self._actions = tuple(_action(operation) for operation in operations)
+        self._actions = tuple(_when_due(operation) for operation in operations)
 
     def perform(self, time: float, size: float, row: int) -> tuple[int, int]:
         """Status and index of the operation that failed; (0, 0) if none did."""
@@ -61,6 +61,13 @@ def run(step: PythonExecutor, row: PythonExecutor, state: State, steps: int) -> 
     return 0
 
 
+def _when_due(operation: Operation) -> Action:
+    action, due = _action(operation), getattr(operation, "due", None)
+    if due is None:
+        return action
+    return lambda t, h, row: action(t, h, row) if due.at(t + h) else 0
+
+
 def _action(operation: Operation) -> Action:
     match operation:
         case Get(instance, names, into):
@@ -69,9 +76,9 @@ def _action(operation: Operation) -> Action:
             return _plain(instance.own_setter(names, values))
         case SetDerivatives(instance, names, values):
             return _plain(instance.own_derivative_setter(names, values))
-        case DoStep(instance, start, length):
-            step = instance.stepper()
-            return lambda t, h, _row: step(t + start * h, length * h, 1)
+        case DoStep(instance):
+            step, span = instance.stepper(), operation.span
+            return lambda t, h, _row: step(*span(t, h), 1)
         case Save(instance):
             return _plain(instance.saver())
         case Restore(instance):

@@ -20,6 +20,7 @@ import numpy as np
 from m4e_fmi.cosim.instance import Instance
 from m4e_fmi.cosim.network import Network
 from m4e_fmi.cosim.operations import Get
+from m4e_fmi.cosim.rates import Rate
 from m4e_fmi.cosim.schedule import Schedule
 from m4e_fmi.cosim.selection import chosen
 from m4e_fmi.errors import RunError
@@ -97,7 +98,7 @@ class ResultsWriter:
         self._time.setncatts({"units": "s", "long_name": "simulated time"})
         self._times = np.zeros(self._block)
         self._groups = [
-            _Group(self._file, instance, outputs[name], self._block, chunk)
+            _Group(self._file, instance, outputs[name], self._block, chunk, network.rates.get(name))
             for name, instance in network.instances.items()
         ]
         self.schedule = Schedule([o for group in self._groups for o in group.operations])
@@ -234,8 +235,11 @@ class _Group:
         outputs: Sequence[Variable],
         rows: int,
         chunk: int,
+        rate: Rate | None,
     ) -> None:
         group = file.createGroup(instance.name)
+        if rate:
+            group.setncattr("step_size", f"{rate.step:g} s")
         self._variables = []
         for output in outputs:
             variable = group.createVariable(output.name, "f8", ("time",), chunksizes=(chunk,))

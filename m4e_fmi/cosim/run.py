@@ -17,9 +17,10 @@ from m4e_fmi.cosim.energy import BondEnergy
 from m4e_fmi.cosim.execution import Execution
 from m4e_fmi.cosim.master import Master, Observer, Progress
 from m4e_fmi.cosim.overview import overview
+from m4e_fmi.cosim.pacing import Rates, pace
 from m4e_fmi.cosim.results import ResultsWriter
 from m4e_fmi.cosim.structure import Structure, analyse
-from m4e_fmi.cosim.system import SOLVES_LOOPS, Simulation, System
+from m4e_fmi.cosim.system import SOLVES_LOOPS, Component, Simulation, System
 from m4e_fmi.cosim.timing import Timing, timings
 from m4e_fmi.errors import InputError, Problem, RunError
 from m4e_fmi.fmu import Description, read_description
@@ -29,18 +30,19 @@ from m4e_fmi.results import Results, check_export, export, load, stream_of
 
 @dataclass(frozen=True)
 class Prepared:
-    """A system with its FMUs built, its connections resolved and its loops known."""
+    """A system with its FMUs built, its connections resolved, its loops and own steps known."""
 
     system: System
     descriptions: dict[str, Description] = field(repr=False)
     wiring: Wiring = field(repr=False)
     structure: Structure = field(repr=False)
+    rates: Rates = field(repr=False)
 
     @property
     def timings(self) -> dict[Link, Timing]:
         """How late each connected input is, under the system's algorithm."""
         algorithm = self.system.simulation.algorithm
-        return timings(self.descriptions, self.wiring, self.structure, algorithm)
+        return timings(self.descriptions, self.wiring, self.structure, algorithm, self.rates)
 
     def __str__(self) -> str:
         return overview(self)
@@ -84,7 +86,8 @@ def prepare(
 ) -> Prepared:
     """Build what is missing (`native` or not: see `fmu_files`), read the FMUs, connect them.
 
-    InputError with all problems of the FMU files, then of the connections; RunError for a build
+    InputError with all problems of the FMU files, then of the connections, then of components'
+    own steps; RunError for a build
     that failed and, unless they are only to be looked at, for algebraic loops that the system's
     algorithm does not solve. `tell` receives a line per step of a build.
     """
@@ -103,7 +106,8 @@ def prepare(
     wiring = connect(system, descriptions)
     solves_loops = not refuse_loops or system.simulation.algorithm in SOLVES_LOOPS
     structure = analyse(descriptions, wiring, solves_loops=solves_loops)
-    return Prepared(system, descriptions, wiring, structure)
+    rates = pace(system, descriptions, structure.loops)
+    return Prepared(system, descriptions, wiring, structure, rates)
 
 
 def run(
@@ -200,7 +204,7 @@ def _begun(
     begun = clock.perf_counter()
     if results is not None:
         check_export(results)
-    parts = (system.system, system.descriptions, system.wiring, system.structure)
+    parts = (system.system, system.descriptions, system.wiring, system.structure, system.rates)
     with Master(*parts, certify=certify) as master:
         path = None
         if results is None:
@@ -273,19 +277,42 @@ def _checked(
 ) -> Outcome:
     """A run, and the certificate that a second one at half the step gives it."""
     system = prepared.system
-    settings = system.simulation
-    tolerance = settings.coupling_tolerance
+    again = _finer(prepared)
     trace, finer_trace = Trace(), Trace()
     watched = [*observers, trace]
     outcome = _once(
         prepared, results=results, observers=watched, progress=progress, variables=variables
     )
-    finer = system.changed(
+    _once(again, observers=[finer_trace], progress=progress, certify=False)
+    found = compared(trace, finer_trace, system.connections, outcome.order)
+    return replace(outcome, checked=found)
+
+
+def _finer(prepared: Prepared) -> Prepared:
+    """The same at half the step, which components that make several steps in each halve too.
+
+    Those that step more rarely keep their step: it is what they are, and not how they are computed.
+    InputError for an FMU that makes steps of one size only.
+    """
+    system = prepared.system
+    settings, tolerance = system.simulation, system.simulation.coupling_tolerance
+    parts: list[Component] = []
+    for part in system.components:
+        rate = prepared.rates.get(part.name)
+        if rate and not rate.shortens:
+            raise InputError.single(
+                f"--check runs at half the step, which {part.name} cannot: it {rate}",
+                "leave it out: what each run tells of its error needs no other step",
+            )
+        if rate and part.step_size is not None and not rate.is_sampled:
+            part = replace(part, step_size=rate.step / 2)
+        parts.append(part)
+    simulation = replace(
+        settings,
         step_size=settings.step_size / 2,
         output_interval=settings.output_interval or settings.step_size,
         coupling_tolerance=None if tolerance is None else tolerance / 8,
     )
-    again = replace(prepared, system=finer)
-    _once(again, observers=[finer_trace], progress=progress, certify=False)
-    found = compared(trace, finer_trace, system.connections, outcome.order)
-    return replace(outcome, checked=found)
+    finer = replace(system, components=tuple(parts), simulation=simulation)
+    rates = pace(finer, prepared.descriptions, prepared.structure.loops)
+    return replace(prepared, system=finer, rates=rates)

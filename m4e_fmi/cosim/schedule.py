@@ -39,7 +39,7 @@ class Schedule:
             if found is None
             else NativeExecutor(found, self.operations)
         )
-        self._stepping = tuple(o.instance for o in self.operations if isinstance(o, DoStep))
+        self._stepping = tuple(o for o in self.operations if isinstance(o, DoStep))
 
     def run(self, time: float, size: float = 0.0, *, row: int = 0) -> None:
         """Perform all once: a step of `size` [s] from `time` [s]; blocks are filled at `row`.
@@ -53,15 +53,16 @@ class Schedule:
 
     def arrive(self, time: float) -> None:
         """All components that step have come to `time` [s]."""
-        for instance in self._stepping:
-            instance.time = time
+        for step in self._stepping:
+            if not step.due or step.due.at(time):
+                step.instance.time = time
 
     def fail(self, status: int, index: int, time: float, size: float, row: int) -> NoReturn:
         """Raise what the status of an operation means; those before it are done."""
         for operation in self.operations[:index]:
             match operation:
-                case DoStep(instance, start, length):
-                    instance.time = time + (start + length) * size
+                case DoStep(instance) if not operation.due or operation.due.at(time + size):
+                    instance.time = sum(operation.span(time, size))
                 case Restore(instance):
                     instance.time = time
         match self.operations[index]:
@@ -73,8 +74,9 @@ class Schedule:
                 instance.fail(status, "fmi2SetReal")
             case SetDerivatives(instance):
                 instance.fail(status, "fmi2SetRealInputDerivatives")
-            case DoStep(instance, _, length):
-                instance.fail(status, "fmi2DoStep", length * size)
+            case DoStep(instance) as step:
+                instance.time, length = step.span(time, size)
+                instance.fail(status, "fmi2DoStep", length)
             case Save(instance):
                 instance.fail(status, "fmi2GetFMUstate")
             case Restore(instance):

@@ -136,6 +136,8 @@ class Course:
 
     def _count(self, loop: Loop, size: int) -> int:
         """Steps until the wall time, the run or a block may be over."""
+        if size < self._size:  # to where steps would end had none been shortened
+            return 1
         room = ENERGY_BLOCK - self._energy.noted
         if self._witness:
             room = min(room, self._witness.room)
@@ -212,6 +214,8 @@ class Course:
 
     def _until_jump(self, size: int) -> int:
         """A step of `size` [ns], or to just before the next jump, or over it."""
+        if not all(rate.shortens for rate in self._network.rates.values()):
+            return size
         ahead = self._jump - self.now
         return min(size, ahead - 1 if ahead > 1 else ahead)
 

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import importlib
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from importlib.metadata import entry_points
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from m4e_fmi.cosim.rates import rate, seconds
 from m4e_fmi.document import Document, Location, Section
 from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.units import Quantity, Unit
@@ -59,12 +61,18 @@ class Component:
 
     `start` holds start values by variable name: in the FMU's unit, or with one of their own (a
     Quantity, or a text as ``"5 mm"``). `units` are those of variables whose FMU gives none.
+
+    `step_size` is the time by which this FMU is stepped: a number of seconds or a text with unit
+    (``"1/3 ms"``). If that of the simulation is n times as long, the component makes n equal steps
+    in each macro step; if it is m times that of the simulation, it makes one in every m-th. None
+    leaves it to the algorithm.
     """
 
     name: str
     source: FmuFile | ModelFile | Kind
     start: Start = field(default_factory=dict)
     units: Mapping[str, Unit] = field(default_factory=dict)
+    step_size: float | str | None = None
 
 
 @dataclass(frozen=True)
@@ -84,6 +92,11 @@ class Simulation:
     start_time: float = 0.0
     tolerance: float | None = None
     coupling_tolerance: float | None = None
+
+    @property
+    def step(self) -> Fraction:
+        """`step_size` as the master counts it [s]: whole nanoseconds."""
+        return Fraction(round(self.step_size * SECOND), SECOND)
 
     def __post_init__(self) -> None:
         problems = [Problem(message, remedy) for _, message, remedy in simulation_problems(self)]
@@ -128,6 +141,11 @@ class System:
     notes: tuple[str, ...] = ()
     folder: Path = field(default_factory=Path)
     document: Document | None = field(default=None, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        found = step_problems(self.components, self.simulation)
+        if found:
+            raise InputError([self.problem(*problem) for problem in found])
 
     @classmethod
     def load(cls, path: str | Path) -> System:
@@ -222,4 +240,21 @@ def simulation_problems(
     if simulation.algorithm not in ALGORITHMS:
         text = f"unknown algorithm {simulation.algorithm!r}"
         found.append(("algorithm", text, suggestion(simulation.algorithm, ALGORITHMS)))
+    return found
+
+
+def step_problems(
+    components: Iterable[Component], simulation: Simulation
+) -> list[tuple[Location, str, str]]:
+    """(location, message, remedy) for all that is wrong with the components' own steps."""
+    found: list[tuple[Location, str, str]] = []
+    for component in components:
+        if component.step_size is None:
+            continue
+        at = ("components", component.name, "step_size")
+        try:
+            rate(seconds(component.step_size), simulation.step)
+        except ValueError as error:
+            message, remedy = error.args
+            found.append((at, f"component {component.name!r}: {message}", remedy))
     return found

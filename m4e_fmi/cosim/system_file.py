@@ -20,6 +20,7 @@ from m4e_fmi.cosim.system import (
     kind_module,
     kinds,
     simulation_problems,
+    step_problems,
 )
 from m4e_fmi.document import Document, Location, Section
 from m4e_fmi.errors import InputError, Problem, suggestion
@@ -41,14 +42,19 @@ class _SystemSection(Section):
     simulation: SimulationSection
 
 
-class _FileSection(Section):
+class _ComponentSection(Section):
+    """What every component may have."""
+
+    start: dict[str, bool | int | float | str] = Field(default_factory=dict)
+    step_size: float | str | None = None
+
+
+class _FileSection(_ComponentSection):
     model: str | None = None
     fmu: str | None = None
-    start: dict[str, bool | int | float | str] = Field(default_factory=dict)
 
 
-class _StartSection(Section):
-    start: dict[str, bool | int | float | str] = Field(default_factory=dict)
+COMMON = tuple(_ComponentSection.model_fields)
 
 
 def read_system(document: Document) -> System:
@@ -61,6 +67,9 @@ def read_system(document: Document) -> System:
         problems += error.problems
     components = _read_components(document, problems)
     simulation = _read_simulation(document, section, problems)
+    if simulation is not None:
+        found = step_problems(components, simulation)
+        problems += [document.problem(*problem) for problem in found]
     if problems or section is None or simulation is None:
         raise InputError(dict.fromkeys(problems))
     return System(
@@ -130,11 +139,10 @@ def _read_component(document: Document, name: str, keys: dict[str, Any]) -> Comp
         remedy = "give one: 'model: x.model.yaml', 'kind: name' or 'fmu: x.fmu'"
         raise InputError([document.problem(at, f"component {name!r} {what}", remedy)])
     if given[0] == "kind":
-        start: Start = {}
-        if "start" in keys:
-            others = tuple(key for key in keys if key != "start")
-            start = document.validate(_StartSection, at=at, drop=others).start
-        return Component(name, _read_kind(document, at, keys["kind"]), start)
+        others = tuple(key for key in keys if key not in COMMON)
+        own = document.validate(_ComponentSection, at=at, drop=others)
+        kind = _read_kind(document, at, keys["kind"])
+        return Component(name, kind, own.start, step_size=own.step_size)
     section = document.validate(_FileSection, at=at)
     path = document.path.parent / str(section.model or section.fmu)
     if not path.is_file():
@@ -142,7 +150,7 @@ def _read_component(document: Document, name: str, keys: dict[str, Any]) -> Comp
         message = f"no such file: {path}"
         raise InputError([document.problem((*at, given[0]), message, suggestion(path.name, near))])
     source = ModelFile(path) if given[0] == "model" else FmuFile(path)
-    return Component(name, source, section.start)
+    return Component(name, source, section.start, step_size=section.step_size)
 
 
 def _read_kind(document: Document, at: Location, kind: Any) -> Kind:
@@ -156,4 +164,4 @@ def _read_kind(document: Document, at: Location, kind: Any) -> Kind:
         message = f"kind {kind!r} is installed but cannot be imported: {error}"
         remedy = "install what is missing; `m4e-fmi doctor` tells what that is"
         raise InputError([document.problem((*at, "kind"), message, remedy)]) from error
-    return Kind(kind, document.validate(module.Config, at=at, drop=("kind", "start")))
+    return Kind(kind, document.validate(module.Config, at=at, drop=("kind", *COMMON)))

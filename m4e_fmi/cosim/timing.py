@@ -12,6 +12,7 @@ from enum import Enum
 import networkx as nx
 
 from m4e_fmi.cosim.connect import Link, Wiring
+from m4e_fmi.cosim.rates import Rate
 from m4e_fmi.cosim.structure import Structure
 from m4e_fmi.fmu.reading import Description
 
@@ -25,6 +26,8 @@ class Timing(Enum):
     PREDICTED = "predicted from derivatives that its FMU declares"
     EXTRAPOLATED = "extrapolated from the step before"
     LATE = "one step late: held at its value at the start of the step"
+    TAKEN = "taken at the points of a component that steps more rarely"
+    HELD = "held from one point of a component that steps more rarely to the next"
 
 
 def timings(
@@ -32,9 +35,19 @@ def timings(
     wiring: Wiring,
     structure: Structure,
     algorithm: str,
+    rates: Mapping[str, Rate],
 ) -> dict[Link, Timing]:
     """The timing of every link that carries values at communication points."""
-    knots = component_cycles(descriptions, wiring.links)
+
+    def is_sampled(component: str) -> bool:
+        return component in rates and rates[component].is_sampled
+
+    followed = [
+        link
+        for link in wiring.links
+        if not (is_sampled(link.source.component) or is_sampled(link.target.component))
+    ]
+    knots = component_cycles(descriptions, followed)
     knot_of = {name: knot for knot in knots for name in knot}
     corrects = all(any(descriptions[name].saves_state for name in knot) for knot in knots)
     place = {name: k for k, name in enumerate(structure.sweep)}
@@ -48,6 +61,10 @@ def timings(
         return Timing.EXTRAPOLATED
 
     def timing(link: Link) -> Timing:
+        if is_sampled(link.target.component):
+            return Timing.TAKEN
+        if is_sampled(link.source.component):
+            return Timing.HELD
         if algorithm == "jacobi":
             return Timing.LATE
         if algorithm == "implicit":

@@ -234,7 +234,11 @@ class _Other:
 
     @cached_property
     def _algorithm(self) -> Algorithm:
-        return self._make(self._network)
+        self._network.coarse = 2
+        try:
+            return self._make(self._network)
+        finally:
+            self._network.coarse = 1
 
     @cached_property
     def _loop(self) -> Loop | None:

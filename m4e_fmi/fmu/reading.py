@@ -60,12 +60,13 @@ class Description:
     calculated parameter y depends on. Where an FMU declares nothing (`undeclared`), FMI says that
     everything may matter, and that is what stands here. `output_derivatives` and
     `input_derivatives` lead from a variable to the one declared as its time derivative.
-    `step_size` is the default experiment's [s].
+    `step_size` is the default experiment's [s], `internal_step` that by which the FMU goes inside,
+    if it tells one (fixedInternalStepSize, FMI 3.0).
 
     What the FMU can do: `saves_state` (fmi2GetFMUstate, fmi2SetFMUstate), `interpolates_inputs`
     (fmi2SetRealInputDerivatives), `directional_derivatives` (fmi2GetDirectionalDerivative),
-    `has_events` (event mode, FMI 3.0). What it cannot: be instantiated more than once in a process
-    (`once_per_process`).
+    `has_events` (event mode, FMI 3.0). What it cannot: make steps of different sizes
+    (`constant_step`), be instantiated more than once in a process (`once_per_process`).
     """
 
     path: Path
@@ -79,6 +80,8 @@ class Description:
     input_derivatives: dict[str, str] = field(repr=False)
     version: str = "2.0"
     step_size: float | None = None
+    internal_step: float | None = None
+    constant_step: bool = False
     saves_state: bool = False
     interpolates_inputs: bool = False
     directional_derivatives: bool = False
@@ -211,6 +214,8 @@ def _translated(path: Path, raw: Any, types: Mapping[int, str]) -> Description:
         output_derivatives=_derivatives(variables, "output"),
         input_derivatives=_derivatives(variables, "input"),
         step_size=_step_size(raw.defaultExperiment),
+        internal_step=_internal_step(raw.coSimulation),
+        constant_step=not raw.coSimulation.canHandleVariableCommunicationStepSize,
         saves_state=bool(raw.coSimulation.canGetAndSetFMUstate),
         interpolates_inputs=bool(raw.coSimulation.canInterpolateInputs),
         directional_derivatives=bool(raw.coSimulation.providesDirectionalDerivative),
@@ -222,6 +227,11 @@ def _translated(path: Path, raw: Any, types: Mapping[int, str]) -> Description:
 def _step_size(experiment: Any) -> float | None:
     text = experiment.stepSize if experiment is not None else None
     return float(text) if text else None  # FMPy leaves it a text
+
+
+def _internal_step(kind: Any) -> float | None:
+    step = float(kind.fixedInternalStepSize or 0.0)
+    return step if 0.0 < step < math.inf else None
 
 
 def _derivatives(variables: dict[str, Variable], causality: str) -> dict[str, str]:

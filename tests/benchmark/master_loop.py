@@ -185,7 +185,7 @@ def _ours(
 
 
 def _master(ready: Prepared, *, certify: bool) -> Master:
-    parts = (ready.system, ready.descriptions, ready.wiring, ready.structure)
+    parts = (ready.system, ready.descriptions, ready.wiring, ready.structure, ready.rates)
     return Master(*parts, certify=certify)
 
 

@@ -47,13 +47,24 @@ SYSTEMS: dict[str, tuple[Models, tuple[str, ...]]] = {
         ("a.y * 1.1 + 0.25 -> b.u", "b.y -> a.u"),
     ),
     "alone": ({"a": ("mass", {"body.m.vx": 1.0})}, ()),
+    "own steps": (
+        {
+            "a": ("mass", {"stiffness": 1.0, "body.m.x": 1.0}),
+            "b": ("moving_partner", {}),
+            "c": ("integrator", {}),
+        },
+        ("a.m <-> b.end", "b.x -> c.u, units ignored"),
+    ),
 }
+OWN_STEPS = {"own steps": {"b": "1/300 s", "c": "0.04 s"}}
 
 
 def made(fmus: Fmus, name: str, simulation: Simulation, options: str = "") -> System:
     models, connections = SYSTEMS[name]
+    own = OWN_STEPS.get(name, {})
     parts = tuple(
-        Component(n, FmuFile(fmus(m + options)), start) for n, (m, start) in models.items()
+        Component(n, FmuFile(fmus(m + options)), start, step_size=own.get(n))
+        for n, (m, start) in models.items()
     )
     return System("test", parts, connections, simulation)
 

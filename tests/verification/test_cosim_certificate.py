@@ -108,8 +108,8 @@ def test_the_run_itself_is_not_touched(c_fmu: Fmus) -> None:
     courses: list[list[float]] = []
     for certify in (True, False):
         course: list[float] = []
-        parts = (prepared.system, prepared.descriptions, prepared.wiring, prepared.structure)
-        with Master(*parts, certify=certify) as master:
+        known = (prepared.descriptions, prepared.wiring, prepared.structure, prepared.rates)
+        with Master(prepared.system, *known, certify=certify) as master:
             master.run(observers=[lambda _, network, c=course: c.append(network.read(PORTS[0]))])
         courses.append(course)
     assert courses[0] == courses[1]

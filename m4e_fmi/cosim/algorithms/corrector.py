@@ -66,7 +66,12 @@ class Corrector(Scheduled):
         super().__init__(network, self._passes(2), interface.held)
         rigid = [part.name for knot in self._knots if knot.cyclic for part in knot.once]
         moving = [part for part in parts.values() if part.moved]
-        self.notes = (*map(_once_note, rigid), *map(_moved_note, moving))
+        single = [part for part in parts.values() if part.holds and part.pieces == 1]
+        notes = [*map(_once_note, rigid), *map(_moved_note, moving), *map(_single_note, single)]
+        if interface.sampled:
+            back = [part for part in parts.values() if part.looks_back and part not in single]
+            notes += [_back_note(part, interface.sampled[0].name) for part in back]
+        self.notes = tuple(notes)
         if self.notes:
             self.order = 2
 
@@ -93,7 +98,7 @@ class Corrector(Scheduled):
     def _passes(self, count: int) -> list[Operation]:
         """A step of so many passes."""
         interface = self._interface
-        operations = [o for part in interface.parts for o in part.save]
+        operations = [o for part in (*interface.parts, *interface.sampled) for o in part.save]
         operations += interface.begin
         for knot in self._knots:
             operations += [o for part in (*knot.again, *knot.once) for o in part.operations]
@@ -106,6 +111,7 @@ class Corrector(Scheduled):
                     ends = range(part.outputs.start, part.outputs.stop)
                     operations.append(gather(self._before[part.outputs], interface.end, ends))
             operations += again
+        operations += [o for part in interface.sampled for o in part.operations]
         return [*operations, *interface.mean]
 
     @cached_property
@@ -147,14 +153,16 @@ class _Knot:
 def _knots(network: Network) -> list[tuple[list[str], bool]]:
     """Names of the components of each knot, and whether it is a cycle; sources before targets."""
     graph: nx.DiGraph = nx.DiGraph()
-    graph.add_nodes_from(network.sweep)
-    graph.add_edges_from((k.source.component, k.target.component) for k in network.links)
+    names = [name for name in network.sweep if not network.due(name)]
+    ends = [(k.source.component, k.target.component) for k in network.links]
+    graph.add_nodes_from(names)
+    graph.add_edges_from((a, b) for a, b in ends if a in graph and b in graph)
     whole = nx.condensation(graph)
     found = []
     for knot in nx.lexicographical_topological_sort(whole):
         members = whole.nodes[knot]["members"]
         cyclic = len(members) > 1 or any(graph.has_edge(name, name) for name in members)
-        found.append(([name for name in network.sweep if name in members], cyclic))
+        found.append(([name for name in names if name in members], cyclic))
     return found
 
 
@@ -178,4 +186,18 @@ def _moved_note(part: Part) -> str:
     return (
         f"{part.name} moves {moved} along {rate}{more} and follows no higher derivatives "
         f"(canInterpolateInputs): {_LOST}"
+    )
+
+
+def _single_note(part: Part) -> str:
+    return (
+        f"{part.name} makes one step in each of the system's, and holds its inputs "
+        f"(canInterpolateInputs): {_LOST}"
+    )
+
+
+def _back_note(part: Part, jumping: str) -> str:
+    return (
+        f"{part.name} tells no value in the middle of a step, and what there is of the step before "
+        f"does not know of jumps, as those of {jumping}: {_LOST}"
     )

@@ -11,9 +11,23 @@ An FMU that holds its inputs gets values that act like the course. A held value 
 gives a velocity that a force drives, but not the displacement: that is off by H³/96 of the force's
 rate in a half step, and lets an undamped pair gain energy. Two values one after the other, with the
 right first moment besides, ∫u ds and ∫s u ds, act to the fourth order like the course itself, at
-their end. For a course a + bσ + cσ² over both, they are
+their end; three have the right second moment too. For a course a + bσ + cσ² over such a *group* of
+pieces, σ from 0 to 1, they are
 
-    a + b/6   and   a + 5b/6 + 2c/3.
+==============  ==================================================
+one value       a + b/2 + c/3
+two values      a + b/6,  a + 5b/6 + 2c/3
+three values    a + b/8 + c/30,  a + b/2 + 11c/60,  a + 7b/8 + 47c/60
+==============  ==================================================
+
+Pieces are grouped in pairs, and the last three together where their number is odd. Within a group
+outputs are off by O(H²), so that they are *known* at its ends only.
+
+Where no such end is in the middle of the step, the value there is that of the cubic through the
+four nearest, or of the parabola through three. If only both ends of the step are known, it is that
+of the cubic with the output's declared derivatives there, y½ = (y₀ + y₁)/2 + H (y₀′ − y₁′)/8, and
+where none are declared of the parabola through these and the start of the step before. Cubics are
+off by O(H⁴), parabolas by O(H³), which leaves the coupling at third order.
 
 Everything here is a row of three weights: of u₀, u½ and u₁.
 """
@@ -21,11 +35,20 @@ Everything here is a row of three weights: of u₀, u½ and u₁.
 from __future__ import annotations
 
 from enum import Enum
+from itertools import pairwise
 
 import numpy as np
 
 PARABOLA = np.array([[1.0, 0.0, 0.0], [-3.0, 4.0, -1.0], [2.0, -4.0, 2.0]])
 """Coefficients c₀, c₁, c₂ of the three values."""
+
+
+HELD = {
+    1: ((1 / 2, 1 / 3),),
+    2: ((1 / 6, 0.0), (5 / 6, 2 / 3)),
+    3: ((1 / 8, 1 / 30), (1 / 2, 11 / 60), (7 / 8, 47 / 60)),
+}
+"""Shares of b and c in the values of a group."""
 
 
 class Way(Enum):
@@ -44,6 +67,12 @@ class Way(Enum):
         """The value at s."""
         return self.expansion(s)[0]
 
+    def known(self, pieces: int, *, held: bool) -> list[int]:
+        """The ends of pieces at which outputs are known, from 0 on; inputs are `held` or not."""
+        if not held or self is Way.LINES:
+            return list(range(pieces + 1))
+        return [*range(0, max(1, pieces - 1), 2), pieces]
+
     def expansion(self, s: float) -> np.ndarray:
         """Value, first and half of the second derivative by s, at s and after it."""
         if self is Way.PARABOLA:
@@ -59,11 +88,20 @@ class Way(Enum):
         return 4 if self is Way.PARABOLA else 2
 
     def held(self, piece: int, pieces: int) -> np.ndarray:
-        """What is held in one of so many pieces, a multiple of `held_pieces`."""
+        """What is held in one of so many pieces."""
         if self is Way.LINES:
-            a, b, _ = self.expansion(piece / pieces)
-            return a + b / (2 * pieces)
-        second = piece % 2
-        a, b, c = self.expansion((piece - second) / pieces)
-        both = 2 / pieces
-        return a + b * both * 5 / 6 + c * both**2 * 2 / 3 if second else a + b * both / 6
+            start, end = self.at(piece / pieces), self.at((piece + 1) / pieces)
+            if 2 * piece + 1 == pieces:
+                return (start + 2 * self.at(0.5) + end) / 4
+            return (start + end) / 2
+        bounds = self.known(pieces, held=True)
+        first, last = next((a, b) for a, b in pairwise(bounds) if a <= piece < b)
+        a, b, c = self.expansion(first / pieces)
+        both = (last - first) / pieces
+        of_b, of_c = HELD[last - first][piece - first]
+        return a + of_b * both * b + of_c * both**2 * c
+
+    @property
+    def most_points(self) -> int:
+        """How many known values the one in the middle is taken from, at most."""
+        return 4 if self is Way.PARABOLA else 2

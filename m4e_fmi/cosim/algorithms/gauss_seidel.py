@@ -38,7 +38,8 @@ its inputs after the step, because that force belongs to the mean velocity, half
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -46,7 +47,7 @@ from m4e_fmi.cosim.algorithms.prediction import MOST_TERMS, Signal, Terms
 from m4e_fmi.cosim.algorithms.scheduled import Scheduled
 from m4e_fmi.cosim.connect import Link, Port
 from m4e_fmi.cosim.network import Network
-from m4e_fmi.cosim.operations import Combine, DoStep, Get, Operation, setting
+from m4e_fmi.cosim.operations import Combine, Get, Operation, gather, setting
 
 
 class GaussSeidel(Scheduled):
@@ -59,7 +60,8 @@ class GaussSeidel(Scheduled):
         place = {name: k for k, name in enumerate(network.sweep)}
         asked: dict[str, list[Port]] = {name: [] for name in place}
         for link in network.links:
-            if place[link.target.component] > place[link.source.component]:
+            ends = link.source.component, link.target.component
+            if place[ends[0]] < place[ends[1]] and not any(map(network.due, ends)):
                 asked[link.source.component].append(link.source)
         self._components = tuple(
             _Component(network, name, before=set(network.sweep[:k]), asked=asked[name], held=held)
@@ -94,13 +96,24 @@ class _Component:
     ) -> None:
         instance, own = network.instances[name], network.input_slice(name)
         inputs = [port.variable for port in network.targets[own]]
-        self._inputs = _inputs(network, name, before)
-        self._held = _combination(held[own], network.values)
+        steps = network.steps(name)
+        if network.due(name):
+            noted = (gather(held[own], network.inputs, range(own.start, own.stop)),)
+            self._formulas: list[tuple[Combine, list[Formula]]] = []
+            self.operations = (*(noted if inputs else ()), *steps)
+            return
+        signals = {k.target.variable: _signal(network, k, before) for k in network.links[own]}
+        moved = _moved(network, name, signals)
         self._ends = _combination(np.zeros(len(inputs)), network.values)
+        self._formulas = [(self._ends, [signal.end for signal in signals.values()])]
         operations: list[Operation] = []
-        if inputs:
-            operations += [self._held, *setting(instance, inputs, self._held.into)]
-        operations.append(DoStep(instance))
+        for step in steps:
+            if inputs and (step is steps[0] or moved):
+                into = held[own] if step is steps[0] else np.zeros(len(inputs))
+                combined = _combination(into, network.values)
+                self._formulas.append((combined, _held(signals, moved, step.start)))
+                operations += [combined, *setting(instance, inputs, into)]
+            operations.append(step)
         if asked:
             if network.feeds_through(name, asked):
                 operations += [self._ends, *setting(instance, inputs, self._ends.into)]
@@ -111,30 +124,31 @@ class _Component:
 
     def prepare(self, size: float, last: float) -> None:
         """Coefficients for a step of `size` [s] after one of `last` [s]."""
-        _fill(self._held, [held(size, last) for held, _ in self._inputs])
-        _fill(self._ends, [end(size, last) for _, end in self._inputs])
+        for combined, formulas in self._formulas:
+            _fill(combined, [formula(size, last) for formula in formulas])
 
 
 Formula = Callable[[float, float], Terms]
 """Step size and the one before [s] → terms."""
 
 
-def _inputs(network: Network, name: str, before: Container[str]) -> list[tuple[Formula, Formula]]:
-    """For each connected input of a component: what it holds, and its value at the end."""
-    own = network.links[network.input_slice(name)]
-    signals = {k.target.variable: _signal(network, k, before) for k in own}
+def _moved(network: Network, name: str, signals: Container[str]) -> dict[str, str]:
+    """Inputs of a component that it moves along others, and these."""
     rates = network.instances[name].description.input_derivatives
-    moved = {w: u for w, u in rates.items() if w in signals and u in signals}
+    return {w: u for w, u in rates.items() if w in signals and u in signals}
+
+
+def _held(signals: Mapping[str, Signal], moved: Mapping[str, str], share: float) -> list[Formula]:
+    """What each input holds in a piece of the step that begins at this share of it."""
     driver = {u: w for w, u in moved.items()}
-    formulas: list[tuple[Formula, Formula]] = []
+    formulas: list[Formula] = []
     for variable, signal in signals.items():
         if variable in moved:
-            held: Formula = signal.start
+            formulas.append(partial(signal.along, share))
         elif variable in driver:
-            held = signals[driver[variable]].slope
+            formulas.append(signals[driver[variable]].slope)
         else:
-            held = signal.mean
-        formulas.append((held, signal.end))
+            formulas.append(signal.mean)
     return formulas
 
 
@@ -148,6 +162,7 @@ def _signal(network: Network, link: Link, before: Container[str]) -> Signal:
         stepped=network.stepped + now if link.source.component in before else None,
         rate=rate,
         curvature=curvature,
+        stays=network.due(link.source.component) is not None,
     )
 
 

@@ -55,9 +55,10 @@ class Implicit:
             )
         self._scale = Scale(network, self._interface.sources)
         self._newton = QuasiNewton()
-        saved = [o for part in interface.parts for o in part.save]
+        saved = [o for part in (*interface.parts, *interface.sampled) for o in part.save]
         self._begin = Schedule([*saved, *interface.begin])
-        self._mean = Schedule(interface.mean)
+        rest = [o for part in interface.sampled for o in part.operations]
+        self._end = Schedule([*rest, *interface.mean])
         again = {part.name: (*part.restore, *part.operations) for part in interface.parts}
         self._again = {name: Schedule(operations) for name, operations in again.items()}
         self._all = Schedule([o for operations in again.values() for o in operations])
@@ -91,7 +92,7 @@ class Implicit:
                 f"try a step_size below {size:g} s, or a smaller tolerance of the FMUs",
             ) from failure
         self._scale.keep(self._scale.with_values(interface.end))
-        self._mean.run(time)
+        self._end.run(time, size)
 
     def undo(self) -> None:
         """Return all components to the start of the step."""
@@ -122,7 +123,7 @@ class Implicit:
         With `declared`, those that FMUs provide. `step` is its start and size [s].
         """
         count = len(r) // 2
-        matrix = np.zeros((2 * count, 2 * count))
+        matrix = -np.eye(2 * count)  # inputs of components that step more rarely change nothing
         for part in self._interface.parts:
             inputs = range(part.inputs.start, part.inputs.stop)
             if declared and self._network.instances[part.name].description.directional_derivatives:

@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from m4e_fmi.cosim.algorithms.course import Way
-from m4e_fmi.cosim.algorithms.part import Courses, Part
+from m4e_fmi.cosim.algorithms.part import Courses, Part, Sampled
 from m4e_fmi.cosim.network import Network
 from m4e_fmi.cosim.operations import Combine, Operation, gather
 
@@ -32,10 +32,16 @@ class Interface:
         blocks = np.array([[network.now], [network.middle], [network.stepped]])
         found = Courses(values, self.sources + blocks)
         given = courses or found
-        self.parts = tuple(Part(network, name, given, way) for name in network.sweep)
+        due = {name: network.due(name) for name in network.sweep}
+        self.parts = tuple(Part(network, n, given, way) for n in network.sweep if not due[n])
+        self.sampled = tuple(Sampled(network, name) for name in network.sweep if due[name])
         self.held = np.zeros(len(self.sources))
         weight = np.repeat(way.mean[:, None], len(self.sources), axis=1)
-        self.mean = (found.combined(self.held, found.places, weight),)
+        sampled = [
+            gather(self.held[own], network.inputs, range(own.start, own.stop))
+            for own in (part.inputs for part in self.sampled)
+        ]
+        self.mean = (found.combined(self.held, found.places, weight), *sampled)
         self._predicted = tuple(
             _Prediction(network, into, share) for into, share in ((self.middle, 0.5), (self.end, 1))
         )
@@ -54,12 +60,12 @@ class Interface:
         for prediction in self._predicted:
             prediction.prepare(size, self._network.last)
         for part in self.parts:
-            part.prepare(size)
+            part.prepare(size, self._network.last)
 
     def undo(self) -> None:
         """Return all components to the start of the step, also if it failed."""
         self.middle[:] = self._block(self._network.earlier)
-        for part in self.parts:
+        for part in (*self.parts, *self.sampled):
             part.undo()
 
 
@@ -69,7 +75,7 @@ class _Prediction:
     An output with declared derivatives follows them, and one more power of time that brings it
     through its value at the start of the step before; any other follows the parabola through its
     values at the start, in the middle and at the end of that step. In the first step derivatives
-    are all there is.
+    are all there is. Outputs of components that step more rarely stay as they are.
     """
 
     def __init__(self, network: Network, into: np.ndarray, share: float) -> None:
@@ -78,13 +84,17 @@ class _Prediction:
         chains = [[network.index(p) for p in network.derivatives(y)] for y in network.outputs]
         count = len(chains)
         index = np.zeros((4, count), dtype=np.uint32)
-        self._columns = [[k for k, c in enumerate(chains) if len(c) == n + 1] for n in range(3)]
+        stays = [network.due(port.component) is not None for port in network.outputs]
+        self._columns = [
+            [k for k, c in enumerate(chains) if len(c) == n + 1 and not stays[k]] for n in range(3)
+        ]
         for column, chain in enumerate(chains):
             now = network.now + column
             rest = chain[1:] if len(chain) > 1 else [network.earlier + column]
             rest = [now, network.before + column, *rest]
             index[: len(rest), column] = rest
         self.operation = Combine(into, network.values, index, np.zeros((4, count)))
+        self.operation.weight[0, stays] = 1.0
 
     def prepare(self, size: float, last: float) -> None:
         """Weights for a step of `size` [s] after one of `last` [s] (0: there was none)."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from m4e_fmi.cosim.algorithms.scheduled import Scheduled
 from m4e_fmi.cosim.network import Network
-from m4e_fmi.cosim.operations import DoStep, Operation, gather
+from m4e_fmi.cosim.operations import Operation, gather
 
 
 class Jacobi(Scheduled):
@@ -22,7 +22,7 @@ class Jacobi(Scheduled):
         count = len(network.inputs)
         held = np.zeros(count)  # what the exchange before has set
         noted: list[Operation] = [gather(held, network.inputs, range(count))] if count else []
-        steps = [DoStep(instance) for instance in network.instances.values()]
+        steps = [step for name in network.instances for step in network.steps(name)]
         super().__init__(network, [*noted, *steps], held)
 
     def prepare(self, size: float) -> None:

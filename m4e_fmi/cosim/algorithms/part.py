@@ -10,6 +10,10 @@ it holds its inputs            four pieces, or two along straight lines, in whic
 it moves input w along input   as many pieces; w at the start of each, and the slope that brings it
 u (u is declared w's rate)     to where its course is at the end of the piece: second order
 =============================  =================================================================
+
+A component with a step of its own has as many pieces as it has steps in the macro step (and each
+piece is made in several steps where the macro step is longer than that of the simulation). Where
+they have no end in the middle, the outputs there are taken from other points (`course`).
 """
 
 from __future__ import annotations
@@ -19,6 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from m4e_fmi.cosim.algorithms.course import Way
+from m4e_fmi.cosim.algorithms.middle import FromEnds, FromPoints
 from m4e_fmi.cosim.network import Network
 from m4e_fmi.cosim.operations import (
     Combine,
@@ -52,7 +57,7 @@ class Part:
 
     Outputs are read in the middle and at the end, into those blocks of the network's values.
     `inputs` and `outputs` are the component's places among the network's targets and outputs,
-    `pieces` the number of FMU steps, an even one where outputs are read.
+    `holds` tells that it holds its inputs, in one of `pieces` after the other.
     """
 
     def __init__(self, network: Network, name: str, courses: Courses, way: Way) -> None:
@@ -60,7 +65,7 @@ class Part:
         self._network, self._courses, self._way = network, courses, way
         self._instance = network.instances[name]
         self.inputs, self.outputs = network.input_slice(name), network.output_slice(name)
-        self._own = courses.places[:, self.inputs]
+        self._places = courses.places[:, self.inputs]
         description = self._instance.description
         self.can_return = description.saves_state
         self._names = tuple(port.variable for port in network.targets[self.inputs])
@@ -71,10 +76,16 @@ class Part:
         ports = network.outputs[self.outputs]
         self._outputs = tuple(port.variable for port in ports)
         self._feeds = network.feeds_through(name, ports)
-        self.pieces = self._fewest()
+        self.holds = bool(self._names) and not self._follows
+        rate = network.rates.get(name)
+        self.pieces = rate.pieces if rate else self._fewest()
+        self._steps = network.coarse if rate else 1  # of each piece
+        self._own = rate.step if rate else 0.0
         self._sized: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
-        self._size = 0.0
-        self.operations = tuple(o for k in range(self.pieces) for o in self._piece(k))
+        self._sizes = 0.0, 0.0
+        self._middle = self._interpolated() if self._outputs else None
+        count = self.pieces * self._steps
+        self.operations = tuple(o for k in range(count) for o in self._piece(k))
 
     @property
     def save(self) -> tuple[Operation, ...]:
@@ -90,63 +101,119 @@ class Part:
         """Return to the start of the step, also if it failed."""
         self._instance.restore_state(self._network.time)
 
-    def prepare(self, size: float) -> None:
-        """Make the operations those of a step of `size` [s]."""
-        if size != self._size:
+    def prepare(self, size: float, last: float) -> None:
+        """Make the operations those of a step of `size` [s] after one of `last` [s] (0: none)."""
+        if (size, last) != self._sizes:
             for weight, unit, power in self._sized:
                 np.divide(unit, size**power, out=weight)
-            self._size = size
+            if self._middle:
+                self._middle.prepare(size, last)
+            self._sizes = size, last
 
     def _fewest(self) -> int:
-        if self._names and not self._follows:
+        if self.holds:
             return self._way.held_pieces
         return 2 if self._names or self._outputs else 1
 
     def _piece(self, k: int) -> list[Operation]:
-        """The operations from k/pieces to (k + 1)/pieces of the step."""
-        network, end = self._network, (k + 1) / self.pieces
-        steers = self._follow if self._follows else self._hold
-        operations = [*steers(k)] if self._names else []
-        operations.append(DoStep(self._instance, k / self.pieces, 1 / self.pieces))
-        if self._outputs and end in (0.5, 1.0):
-            if self._feeds:
-                operations += self._give(self._way.at(end))
-            block = network.values[network.middle if end < 1.0 else network.stepped :]
-            operations.append(Get(self._instance, self._outputs, block[self.outputs]))
+        """The operations of FMU step k."""
+        count = self.pieces * self._steps
+        piece, later = divmod(k, self._steps)
+        operations: list[Operation] = []
+        if self._follows:
+            operations += self._follow(k / count)
+        elif self._names and (self.moved or not later):
+            operations += self._hold(piece, later / self._steps)
+        operations.append(DoStep(self._instance, k / count, 1 / count, self._own))
+        if self._outputs and later == self._steps - 1:
+            operations += self._read(piece + 1)
         return operations
+
+    @property
+    def looks_back(self) -> bool:
+        """Whether connected outputs in the middle are taken from the step before, too."""
+        sources = {k.source for k in self._network.links if k.source.component == self.name}
+        chains = map(self._network.derivatives, sources)
+        return isinstance(self._middle, FromEnds) and any(len(chain) == 1 for chain in chains)
+
+    def _interpolated(self) -> FromEnds | FromPoints | None:
+        """How the outputs in the middle follow from others, if they cannot be read there."""
+        known = self._way.known(self.pieces, held=self.holds)
+        known.sort(key=lambda k: abs(2 * k - self.pieces))
+        points = sorted(known[: self._way.most_points])
+        if 2 * known[0] == self.pieces:
+            return None
+        if points == [0, self.pieces]:
+            return FromEnds(self._network, self.outputs, straight=self._way is Way.LINES)
+        return FromPoints(self._network, self.outputs, points, self.pieces)
+
+    def _read(self, piece: int) -> tuple[Operation, ...]:
+        """Reads the outputs at the end of so many pieces, if they are wanted there."""
+        network, found = self._network, self._middle
+        at_end = piece == self.pieces
+        if at_end:
+            into = network.values[network.stepped :][self.outputs]
+        elif found and piece in found.rows:
+            into = found.rows[piece]
+        elif not found and 2 * piece == self.pieces:
+            into = network.values[network.middle :][self.outputs]
+        else:
+            return ()
+        given = self._give(self._way.at(piece / self.pieces)) if self._feeds else ()
+        get = Get(self._instance, self._outputs, into)
+        return (*given, get, *(found.operations if found and at_end else ()))
 
     def _give(self, weights: np.ndarray) -> tuple[Operation, ...]:
         """Sets all inputs to the same combination of the values of their courses."""
         count = len(self._names)
         counts = weights != 0.0
         weight = np.repeat(weights[counts, None], count, axis=1)
-        combined = self._courses.combined(np.zeros(count), self._own[counts], weight)
+        combined = self._courses.combined(np.zeros(count), self._places[counts], weight)
         return combined, *setting(self._instance, self._names, combined.into)
 
-    def _follow(self, k: int) -> tuple[Operation, ...]:
-        """Lets the inputs go from their values at the start of piece k with two derivatives."""
-        value, first, half = self._way.expansion(k / self.pieces)
+    def _follow(self, s: float) -> tuple[Operation, ...]:
+        """Lets the inputs go from their values at s with two derivatives."""
+        value, first, half = self._way.expansion(s)
         count = len(self._names)
         unit = np.tile(np.column_stack((first, 2 * half)), count)
         power = np.tile((1.0, 2.0), count)
-        combined = self._courses.combined(np.zeros(2 * count), self._own.repeat(2, axis=1), unit)
+        combined = self._courses.combined(np.zeros(2 * count), self._places.repeat(2, axis=1), unit)
         self._sized.append((combined.weight, unit, power))
         given = setting_derivatives(self._instance, self._names, combined.into)
         return *self._give(value), combined, *given
 
-    def _hold(self, k: int) -> tuple[Operation, ...]:
-        """Holds the inputs in piece k, but moves those along others that are."""
+    def _hold(self, k: int, share: float) -> tuple[Operation, ...]:
+        """Holds the inputs in piece k, from a share of it on, but moves those along others."""
         if not self.moved:
             return self._give(self._way.held(k, self.pieces))
         place = {name: column for column, name in enumerate(self._names)}
         unit = np.repeat(self._way.held(k, self.pieces)[:, None], len(place), axis=1)
-        power, own = np.zeros(len(place)), self._own.copy()
+        power, own = np.zeros(len(place)), self._places.copy()
         start, end = (self._way.at(j / self.pieces) for j in (k, k + 1))
         for w, u in self.moved:
-            unit[:, place[w]] = start
+            unit[:, place[w]] = start + share * (end - start)
             unit[:, place[u]] = (end - start) * self.pieces
-            own[:, place[u]] = self._own[:, place[w]]
+            own[:, place[u]] = self._places[:, place[w]]
             power[place[u]] = 1.0
         combined = self._courses.combined(np.zeros(len(place)), own, unit)
         self._sized.append((combined.weight, unit, power))
         return combined, *setting(self._instance, self._names, combined.into)
+
+
+class Sampled:
+    """A component that steps more rarely than the system: its inputs stay as at its last point.
+
+    `operations` make its step in the macro step that leads to its next point, nothing in others.
+    """
+
+    def __init__(self, network: Network, name: str) -> None:
+        self.name = name
+        self._network, self._instance = network, network.instances[name]
+        self.inputs = network.input_slice(name)
+        self.operations = tuple(network.steps(name))
+        returns = self._instance.description.saves_state
+        self.save: tuple[Operation, ...] = (Save(self._instance),) if returns else ()
+
+    def undo(self) -> None:
+        """Return to the start of the macro step, also if it failed."""
+        self._instance.restore_state(self._network.time)

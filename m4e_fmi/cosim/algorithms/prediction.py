@@ -18,7 +18,8 @@ class Signal:
     """Where the values of one source stand in `Network.values`.
 
     `stepped` is its end-of-step value, None if its component steps later; `rate` and `curvature`
-    are its declared first and second time derivative now, None if there is none.
+    are its declared first and second time derivative now, None if there is none. One that `stays`
+    is the same all through the step.
     """
 
     now: int
@@ -26,9 +27,12 @@ class Signal:
     stepped: int | None
     rate: int | None
     curvature: int | None
+    stays: bool = False
 
     def mean(self, size: float, last: float) -> Terms:
         """Mean over a step of `size` [s] after one of `last` [s] (0: there was none)."""
+        if self.stays:
+            return self.start(size, last)
         if self.stepped is not None:
             return self._parabola_mean(self.stepped, size, last)
         if self.rate is not None:
@@ -40,8 +44,18 @@ class Signal:
         del size, last
         return {self.now: 1.0}
 
+    def along(self, share: float, size: float, last: float) -> Terms:
+        """Value at a share of the step on the straight line to its end."""
+        if share == 0.0:
+            return self.start(size, last)
+        terms = {index: share * factor for index, factor in self.end(size, last).items()}
+        terms[self.now] = terms.get(self.now, 0.0) + 1.0 - share
+        return terms
+
     def end(self, size: float, last: float) -> Terms:
         """Value at the end of the step."""
+        if self.stays:
+            return self.start(size, last)
         if self.stepped is not None:
             return {self.stepped: 1.0}
         if self.rate is not None:

@@ -67,6 +67,7 @@ def read_ssp(path: str | Path) -> System:
                 FmuFile(package.path, node.member),
                 start.get(node.path, {}),
                 added[node.path],
+                step_size=_annotation(node.element).get("step_size"),
             )
             for node in parts
         ),

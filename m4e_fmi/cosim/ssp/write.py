@@ -2,8 +2,8 @@
 
 Every connected variable becomes a connector, every link a connection; start values go into a
 parameter set for each component, where most tools look for them. What SSP has no place for is in
-annotations: which connections are one of ours (``a.m <-> b.end``), and how to step; the step alone
-also in the words of the Open Simulation Platform.
+annotations: which connections are one of ours (``a.m <-> b.end``), and how to step, the components'
+own steps included; the system's step alone also in the words of the Open Simulation Platform.
 """
 
 from __future__ import annotations
@@ -101,6 +101,7 @@ def _description(
     ports = _connected(prepared)
     _system_connectors(prepared, element)
     elements = etree.SubElement(element, f"{SSD}Elements")
+    steps = {component.name: component.step_size for component in system.components}
     for name, file in resources.items():
         component = etree.SubElement(elements, f"{SSD}Component", name=name, source=file)
         component.set("type", "application/x-fmu-sharedlibrary")
@@ -111,6 +112,8 @@ def _description(
             bindings = etree.SubElement(component, f"{SSD}ParameterBindings")
             source = PARAMETER_FILE.format(name)
             etree.SubElement(bindings, f"{SSD}ParameterBinding", source=source)
+        if steps[name] is not None:
+            _annotate(component, {"step_size": steps[name]})
     _connections(prepared, element)
     write_units(root, _units(prepared, ports))
     _experiment(prepared, root, told)

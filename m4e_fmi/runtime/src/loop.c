@@ -13,6 +13,7 @@ typedef int save(void *component, void **state);
 typedef int restore(void *component, void *state);
 
 static const double SECOND = 1e9;
+static const double ROUNDING = 1e-9; /* share of a component's own step */
 static const int WARNING = 1;
 
 static int get(const m4e_operation *o, double *values) {
@@ -35,6 +36,19 @@ static void combine(const m4e_operation *o, double *values) {
     }
 }
 
+/* The piece of the macro step that the component steps by. */
+static int step(const m4e_operation *o, double t, double h) {
+    do_step *const f = (do_step *)o->function;
+    const double length = o->length * h;
+    if (o->period) return f(o->component, t + h - o->own, o->own, 1);
+    const int whole = fabs(length - o->own) < ROUNDING * o->own;
+    return f(o->component, t + o->start * h, whole ? o->own : length, 1);
+}
+
+static int is_due(const m4e_operation *o, double end) {
+    return (llround(end * SECOND) - o->origin) % o->period == 0;
+}
+
 static int perform(const m4e_operation *o, double t, double h, uint64_t row) {
     double *values = o->values + row * o->stride;
     void (*const f)(void) = o->function;
@@ -43,8 +57,7 @@ static int perform(const m4e_operation *o, double t, double h, uint64_t row) {
     case M4E_SET: return ((set_real *)f)(o->component, o->references, o->count, values);
     case M4E_SET_DERIVATIVES:
         return ((set_derivatives *)f)(o->component, o->references, o->count, o->orders, values);
-    case M4E_DO_STEP:
-        return ((do_step *)f)(o->component, t + o->start * h, o->length * h, 1);
+    case M4E_DO_STEP: return step(o, t, h);
     case M4E_SAVE: return ((save *)f)(o->component, o->state);
     case M4E_RESTORE: return ((restore *)f)(o->component, *o->state);
     default: combine(o, values); return 0;
@@ -54,7 +67,9 @@ static int perform(const m4e_operation *o, double t, double h, uint64_t row) {
 int m4e_perform(const m4e_operation *operations, size_t count, double t, double h, uint64_t row,
                 uint64_t *failed) {
     for (size_t i = 0; i < count; ++i) {
-        const int status = perform(&operations[i], t, h, row);
+        const m4e_operation *o = &operations[i];
+        if (o->period && !is_due(o, t + h)) continue;
+        const int status = perform(o, t, h, row);
         if (status >= 0 && status <= WARNING) continue;
         *failed = i;
         return status;

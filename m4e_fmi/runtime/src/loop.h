@@ -30,7 +30,9 @@ typedef struct {
     const double *weights, *source, *offset;
     double *values;
     uint64_t stride; /* of rows, if `values` is a block of them; else 0 */
-    double start, length;
+    double start, length, own; /* own: the component's step [s], taken if `length` gives it */
+    int64_t origin, period; /* ns; unless period is 0, performed only in steps that end at origin
+                               plus a multiple of it, and a step by `own` ends there */
 } m4e_operation;
 
 /* Performs the operations over the step of h [s] from t [s]; blocks are filled at `row`. The status

@@ -130,6 +130,11 @@ INTEGRATOR = (
     V("u", "1", "input", 0.0),
     V("y", "1", "output", 0.0, initial="exact"),
 )
+EULER = (
+    parameter("rate", "1/s", 1.0),
+    V("u", "1", "input", 0.0),
+    V("y", "1", "output", 0.0, initial="exact"),
+)
 BLIND_INTEGRATOR = (*INTEGRATOR[:-1], V("y", "1", "output", 0.0, needs=None, initial="exact"))
 LAG = (V("u", "1", "input", 0.0), V("y", "1", "output", 0.0, initial="exact"))
 PI = (
@@ -174,6 +179,7 @@ MODELS: dict[str, tuple[str, tuple[V, ...]]] = {
     "line": ("line.c", LINE),
     "stage": ("stage.c", STAGE),
     "integrator": ("integrator.c", INTEGRATOR),
+    "euler": ("euler.c", EULER),
     "blind_integrator": ("integrator.c", BLIND_INTEGRATOR),
     "lag": ("lag.c", LAG),
     "pi": ("pi.c", PI),
@@ -192,8 +198,13 @@ OPTIONS = {
     "jacobian": ("JACOBIAN", 'providesDirectionalDerivative="true"'),
     "once": ("ONCE", 'canBeInstantiatedOnlyOncePerProcess="true"'),
     "alone": ("ALONE", 'canBeInstantiatedOnlyOncePerProcess="true"'),
+    "constant": ("CONSTANT", 'canHandleVariableCommunicationStepSize="false"'),
+    "hundredth": ("OWN_STEP=0.01", ""),
 }
-"""What an FMU can do besides, or cannot: flag of the compiler and attribute of the description."""
+"""What an FMU can do besides, or cannot: flag of the compiler and attribute of the description.
+
+A constant one refuses steps of another size than its first, one of a hundredth all but 0.01 s.
+"""
 
 
 def build(name: str, folder: Path) -> Path:
@@ -229,15 +240,20 @@ def describe(name: str, variables: tuple[V, ...], options: Sequence[str] = ()) -
     return (
         '<?xml version="1.0" encoding="UTF-8"?>'
         f'<fmiModelDescription fmiVersion="2.0" modelName="{name}" guid="{name}">'
-        f'<CoSimulation modelIdentifier="{name}" canHandleVariableCommunicationStepSize="true" '
-        + " ".join(OPTIONS[option][1] for option in options)
-        + "/>"
+        f'<CoSimulation modelIdentifier="{name}" {_abilities(options)}/>'
         f"<UnitDefinitions>{units}</UnitDefinitions><ModelVariables>"
         + "".join(_scalar(k, v, index) for k, v in enumerate(variables))
         + f"</ModelVariables><ModelStructure><Outputs>{listed(outputs)}</Outputs>"
         + (f"<InitialUnknowns>{listed(unknowns)}</InitialUnknowns>" if unknowns else "")
         + "</ModelStructure></fmiModelDescription>"
     )
+
+
+def _abilities(options: Sequence[str]) -> str:
+    found = [OPTIONS[option][1] for option in options]
+    if "constant" not in options:
+        found.append('canHandleVariableCommunicationStepSize="true"')
+    return " ".join(found)
 
 
 def _needs(v: V, index: dict[str, str]) -> str:

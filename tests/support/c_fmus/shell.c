@@ -5,6 +5,7 @@
  * step; returns a status). Everything else of FMI answers "not supported", but is there, because
  * FMPy resolves all functions. STATE, INPUTS and JACOBIAN add what some FMUs can do: save and restore
  * their state, follow inputs that are polynomials of time (`at`), tell directional derivatives.
+ * CONSTANT and OWN_STEP make it refuse steps of another size than its first, or than OWN_STEP.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -19,6 +20,7 @@ typedef struct {
     double reached; /* s, the last successful time of a step that was discarded */
     int stale;      /* outputs do not fit inputs and states */
     int running;    /* initialization mode or later */
+    double size;    /* s, of all steps, if it makes no other; 0 before it is known */
     fmi2ComponentEnvironment environment;
     fmi2CallbackLogger log;
     char name[64];
@@ -121,6 +123,16 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n,
 
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_undo) {
     Model *m = c;
+#ifdef CONSTANT
+    if (!m->size) m->size = h;
+#endif
+#ifdef OWN_STEP
+    m->size = OWN_STEP;
+#endif
+    if (m->size && h != m->size) {
+        SAY(m, fmi2Error, "I make steps of %.17g s, not of %.17g s", m->size, h);
+        return fmi2Error;
+    }
     fmi2Status status = advance(m, t, h);
     for (int i = 0; i < N; i++) {
         if (m->d1[i] || m->d2[i]) m->r[i] = at(m, i, h);

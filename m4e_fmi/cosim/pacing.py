@@ -1,0 +1,96 @@
+"""Which components of a system have a step of their own, and whether all of them can keep to it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from fractions import Fraction
+
+from m4e_fmi.cosim.connect import Port
+from m4e_fmi.cosim.rates import Rate, rate, seconds
+from m4e_fmi.cosim.system import SECOND, Component, System
+from m4e_fmi.errors import InputError, Problem
+from m4e_fmi.fmu.reading import Description
+
+Rates = Mapping[str, Rate]
+"""Component → its rate; those that algorithms may step as they like are not in it."""
+
+
+def pace(
+    system: System, descriptions: Mapping[str, Description], loops: Iterable[Iterable[Port]]
+) -> dict[str, Rate]:
+    """The rates of the components that have one: given in the system, or wanted by their FMU.
+
+    An FMU that makes no steps of different sizes (canHandleVariableCommunicationStepSize) is
+    stepped by the system's step if nothing else is given; one that tells the step it goes by inside
+    (fixedInternalStepSize), by that. InputError with all problems: steps that do not fit to that of
+    the system, or to what the FMU says; that the run, adaptive steps or an algebraic loop (of
+    `loops`) do not allow.
+    """
+    problems: list[Problem] = []
+    found: dict[str, Rate] = {}
+    for component in system.components:
+        description = descriptions[component.name]
+        try:
+            own = _rate(component, description, system)
+            if own is not None:
+                _check(own, system, component.name, loops)
+                found[component.name] = own
+        except ValueError as error:
+            message, remedy = error.args
+            at = ("components", component.name, "step_size")
+            problems.append(system.problem(at, f"component {component.name!r}: {message}", remedy))
+    if problems:
+        raise InputError(problems)
+    return found
+
+
+def _rate(component: Component, description: Description, system: System) -> Rate | None:
+    macro, constant = system.simulation.step, description.constant_step
+    inside = description.internal_step
+    if component.step_size is None:
+        if inside is None:
+            return rate(macro, macro, constant=True) if constant else None
+        try:
+            return rate(seconds(inside), macro, constant=constant)
+        except ValueError as error:
+            message, remedy = error.args
+            text = f"its FMU goes by steps of {inside:g} s (fixedInternalStepSize)"
+            raise ValueError(f"{text}: {message}", remedy) from None
+    own = seconds(component.step_size)
+    if inside is not None:
+        try:
+            fits = rate(seconds(inside), own).every == 1
+        except ValueError:
+            fits = False
+        if not fits:
+            raise ValueError(
+                f"step_size {float(own):g} s is no multiple of {inside:g} s, by which its FMU goes "
+                "(fixedInternalStepSize)",
+                f"take {inside:g} s, or leave it out",
+            )
+    return rate(own, macro, constant=constant)
+
+
+def _check(own: Rate, system: System, name: str, loops: Iterable[Iterable[Port]]) -> None:
+    """ValueError, whose arguments are message and remedy, if the run does not allow this rate."""
+    simulation = system.simulation
+    only = "its FMU makes steps of one size only (canHandleVariableCommunicationStepSize)"
+    if simulation.coupling_tolerance is not None and (own.constant or own.is_sampled):
+        why = only if own.constant else f"it {own}"
+        raise ValueError(
+            f"{why}, and with a coupling_tolerance the steps of the system change",
+            "leave coupling_tolerance out",
+        )
+    begin, end = round(simulation.start_time * SECOND), round(simulation.stop_time * SECOND)
+    left = Fraction(end - begin, SECOND) % simulation.step
+    if left and not own.shortens:
+        stop = Fraction(end, SECOND) - left
+        raise ValueError(
+            f"{only}, and the last step would be one of {float(left):g} s",
+            f"take a stop_time of {float(stop):g} s or {float(stop + simulation.step):g} s",
+        )
+    if own.is_sampled and any(port.component == name for loop in loops for port in loop):
+        raise ValueError(
+            f"it is part of an algebraic loop, which is solved at every point, but it {own}",
+            "let it step with the system, or break the loop with a state",
+        )

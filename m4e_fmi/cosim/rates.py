@@ -1,0 +1,100 @@
+"""How often a component steps: so many times in a macro step, or once in so many macro steps.
+
+A component may have a step of its own, h, beside the macro step H of the system. Either H = n h: it
+makes n steps in each macro step; or h = m H: it makes one in every m-th. Its points are then points
+of the system, or lie between them at equal distances, and never drift away from them: they are
+counted, and a number in floating point only where the FMU is called.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+from m4e_fmi.units import parse_unit
+
+DIGITS = 5e-6
+"""Relative error of a step that is written down: 0.000333333 s is a third of 1 ms."""
+
+
+@dataclass(frozen=True)
+class Rate:
+    """A component's own step [s]: `pieces` in each macro step, or one in `every` so many.
+
+    `constant` is one whose FMU makes no other steps.
+    """
+
+    step: float
+    pieces: int = 1
+    every: int = 1
+    constant: bool = False
+
+    @property
+    def is_sampled(self) -> bool:
+        """Whether there are points of the system at which the component does nothing."""
+        return self.every > 1
+
+    @property
+    def shortens(self) -> bool:
+        """Whether the steps of the system may be shorter than usual."""
+        return self.is_sampled or not self.constant
+
+    def __str__(self) -> str:
+        only = " (the only size of step that its FMU makes)" if self.constant else ""
+        how = f"steps by {self.step:g} s{only}"
+        if self.is_sampled:
+            return f"{how}, once in {self.every} steps"
+        return f"{how}, {self.pieces} times in each step" if self.pieces > 1 else how
+
+
+def seconds(given: float | str) -> Fraction:
+    """The time [s] that `given` is: a number of seconds or a text as ``"10 ms"``, ``"1/3 ms"``.
+
+    ValueError, whose arguments are message and remedy, if it is none or not above zero.
+    """
+    remedy = "give a number of seconds, or a text as '10 ms' or '1/3 ms'"
+    number, _, unit = str(given).strip().partition(" ")
+    try:
+        found, scale = Fraction(number), parse_unit(unit.strip() or "s")
+    except (ValueError, ZeroDivisionError):
+        raise ValueError(f"step_size {given!r} is no time", remedy) from None
+    if not scale.same_dimension(parse_unit("s")):
+        raise ValueError(f"step_size {given!r} is no time", remedy)
+    if found <= 0:
+        raise ValueError(f"step_size {given!r}: expected more than 0 s", remedy)
+    return found * Fraction(str(scale.factor))
+
+
+def rate(step: Fraction, macro: Fraction, *, constant: bool = False) -> Rate:
+    """The rate of a component that steps by `step` in a system that steps by `macro` [s].
+
+    ValueError, whose arguments are message and remedy, if neither is a multiple of the other.
+    """
+    larger, smaller = max(step, macro), min(step, macro)
+    count = round(larger / smaller)
+    if abs(larger / smaller - count) > DIGITS * count:
+        raise ValueError(*_misfit(step, macro))
+    if step > macro and count > 1:
+        return Rate(float(count * macro), every=count, constant=constant)
+    return Rate(float(macro / count), pieces=count, constant=constant)
+
+
+def _misfit(step: Fraction, macro: Fraction) -> tuple[str, str]:
+    own, whole = float(step), float(macro)
+    if step < macro:
+        message = f"step_size {own:g} s goes {whole / own:g} times into the system's {whole:g} s"
+        fewer = int(macro / step)
+        fitting = f"{_written(macro / (fewer + 1))} or {_written(macro / fewer)}"
+        systems = f"{_written(step * fewer)} or {_written(step * (fewer + 1))}"
+    else:
+        message = f"step_size {own:g} s is {own / whole:g} times the system's {whole:g} s"
+        fewer = int(step / macro)
+        fitting = f"{_written(macro * fewer)} or {_written(macro * (fewer + 1))}"
+        systems = f"{_written(step / (fewer + 1))} or {_written(step / fewer)}"
+    return message, f"take {fitting}, or for the system {systems}"
+
+
+def _written(time: Fraction) -> str:
+    """A time as one would write it: exact, if it has few digits, else as a fraction."""
+    text = f"{float(time):.12g}"
+    return f"{text} s" if Fraction(text) == time else f"{time} s"

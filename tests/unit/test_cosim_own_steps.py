@@ -1,0 +1,277 @@
+"""Components with a step of their own: what is read, what fits, and what is told."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from fractions import Fraction
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from m4e_fmi.cosim import Component, FmuFile, Simulation, System, Timing, load, prepare, run
+from m4e_fmi.cosim.algorithms.course import PARABOLA, Way
+from m4e_fmi.cosim.rates import Rate, rate, seconds
+from m4e_fmi.errors import InputError, RunError
+from m4e_fmi.fmu import read_description
+
+Fmus = Callable[[str], Path]
+MS = Fraction(1, 1000)
+
+
+def pair(fmus: Fmus, own: float | str | None = None, *, options: str = "", **other: Any) -> System:
+    """A mass and its partner, which may have a step of its own; H = 0.05 s."""
+    settings = {"stop_time": 1.0, "step_size": 0.05, **other}
+    parts = (
+        Component("a", FmuFile(fmus("mass+state")), {"stiffness": 1.0, "body.m.x": 1.0}),
+        Component("b", FmuFile(fmus(f"partner+state{options}")), step_size=own),
+    )
+    return System("s", parts, ("a.m <-> b.end",), Simulation(**settings))
+
+
+@pytest.mark.parametrize(
+    ("given", "time"),
+    [
+        (0.01, 10 * MS),
+        ("0.01", 10 * MS),
+        ("10 ms", 10 * MS),
+        ("1/3 ms", MS / 3),
+        ("2 min", Fraction(120)),
+    ],
+)
+def test_times(given: float | str, time: Fraction) -> None:
+    assert seconds(given) == time
+
+
+@pytest.mark.parametrize("given", ["soon", "5 m", "", "1/0 s", 0, -1.0, float("nan"), "inf"])
+def test_what_is_no_time(given: float | str) -> None:
+    with pytest.raises(ValueError, match="step_size"):
+        seconds(given)
+
+
+@pytest.mark.parametrize(
+    ("step", "macro", "found"),
+    [
+        (50 * MS, 50 * MS, Rate(0.05)),
+        (10 * MS, 50 * MS, Rate(0.01, pieces=5)),
+        (150 * MS, 50 * MS, Rate(0.15, every=3)),
+        (seconds(0.000333333), MS, Rate(float(MS / 3), pieces=3)),  # six digits of a third
+    ],
+)
+def test_rates(step: Fraction, macro: Fraction, found: Rate) -> None:
+    assert rate(step, macro) == found
+
+
+@pytest.mark.parametrize(
+    ("step", "message", "remedy"),
+    [
+        (20 * MS, "2.5 times into the system's 0.05 s", "take 1/60 s or 0.025 s"),
+        (120 * MS, "is 2.4 times the system's 0.05 s", "take 0.1 s or 0.15 s"),
+        (Fraction("0.00833"), "6.0024 times", "take 1/140 s or 1/120 s"),
+    ],
+)
+def test_what_does_not_fit_names_the_nearest_that_does(
+    step: Fraction, message: str, remedy: str
+) -> None:
+    with pytest.raises(ValueError, match="step_size") as caught:
+        rate(step, 50 * MS)
+    assert message in caught.value.args[0]
+    assert remedy in caught.value.args[1]
+
+
+def test_a_step_that_does_not_fit_is_told_with_its_place(c_fmu: Fmus, tmp_path: Path) -> None:
+    path = tmp_path / "system.yaml"
+    path.write_text(
+        "name: s\n"
+        "components:\n"
+        f"  a: {{fmu: '{c_fmu('mass')}', step_size: 20 ms}}\n"
+        f"  b: {{fmu: '{c_fmu('mass')}', step_size: 5 m}}\n"
+        "simulation: {stop_time: 1, step_size: 0.05, algorithm: jakobi}\n"
+    )
+    with pytest.raises(InputError) as caught:
+        System.load(path)
+    told = [str(problem) for problem in caught.value.problems]
+    assert "unknown algorithm 'jakobi'" in told[0]
+    path.write_text(path.read_text().replace("jakobi", "jacobi"))
+    with pytest.raises(InputError) as caught:
+        System.load(path)
+    first, second = caught.value.problems
+    assert f"{path}:3:" in str(first)
+    assert "component 'a': step_size 0.02 s goes 2.5 times" in first.message
+    assert f"{path}:4:" in str(second)
+    assert "step_size '5 m' is no time" in second.message
+    path.write_text(path.read_text().replace("20 ms", "10 ms").replace("5 m}", "1/3 ms}"))
+    system = System.load(path.rename(tmp_path / "good.yaml")).changed(step_size=0.01)
+    assert [part.step_size for part in system.components] == ["10 ms", "1/3 ms"]
+    with pytest.raises(InputError, match=r"component 'b': step_size 0.000333333 s goes 30.03"):
+        system.changed(step_size=0.01001)
+
+
+def test_own_steps_are_told(c_fmu: Fmus, tmp_path: Path) -> None:
+    system = pair(c_fmu, "10 ms")
+    prepared = prepare(system)
+    assert prepared.rates == {"b": Rate(0.01, pieces=5)}
+    assert "  b  steps by 0.01 s, 5 times in each step" in str(prepared)
+    outcome = run(prepared, results=tmp_path / "r.nc")
+    assert outcome.notes == ("b steps by 0.01 s, 5 times in each step",)
+    from netCDF4 import Dataset
+
+    with Dataset(tmp_path / "r.nc") as file:
+        assert file["b"].step_size == "0.01 s"
+        assert "step_size" not in file["a"].ncattrs()
+
+
+def test_ssp_keeps_own_steps(c_fmu: Fmus, tmp_path: Path) -> None:
+    for own in (0.01, "1/60 s", None):
+        back = System.load(pair(c_fmu, own).save(tmp_path / "s.ssp", build_directory=tmp_path))
+        assert back.notes == ()
+        assert [part.step_size for part in back.components] == [None, own]
+
+
+def test_sampled_links_are_told(c_fmu: Fmus) -> None:
+    prepared = prepare(pair(c_fmu, "0.2 s"))
+    found = {link.source.component: timing for link, timing in prepared.timings.items()}
+    assert found == {"a": Timing.TAKEN, "b": Timing.HELD}
+    assert "b  steps by 0.2 s, once in 4 steps" in str(prepared)
+
+
+@pytest.mark.parametrize(
+    ("other", "own", "message"),
+    [
+        ({"coupling_tolerance": 1e-4}, None, "its FMU makes steps of one size only"),
+        ({"stop_time": 1.02}, None, "the last step would be one of 0.02 s"),
+        ({"stop_time": 1.02}, "10 ms", "the last step would be one of 0.02 s"),
+    ],
+)
+def test_what_an_fmu_of_constant_step_cannot(
+    c_fmu: Fmus, other: dict[str, Any], own: str | None, message: str
+) -> None:
+    with pytest.raises(InputError, match=message) as caught:
+        prepare(pair(c_fmu, own, options="+constant", **other))
+    assert caught.value.problems[0].remedy
+
+
+def test_adaptive_steps_do_not_meet_the_points_of_a_sampled_component(c_fmu: Fmus) -> None:
+    with pytest.raises(InputError, match="once in 2 steps, and with a coupling_tolerance"):
+        prepare(pair(c_fmu, 0.1, coupling_tolerance=1e-4))
+
+
+def test_a_sampled_component_in_an_algebraic_loop_is_refused(c_fmu: Fmus) -> None:
+    parts = (
+        Component("a", FmuFile(c_fmu("stage+state")), {"gain": 0.2}),
+        Component("b", FmuFile(c_fmu("stage+state")), {"gain": 0.3}, step_size=0.2),
+    )
+    links = ("a.y -> b.u", "b.y -> a.u")
+    system = System("s", parts, links, Simulation(1, 0.1, "implicit"))
+    with pytest.raises(InputError, match="part of an algebraic loop"):
+        prepare(system)
+
+
+def test_a_step_inside_an_fmu(c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As FMUs of FMI 3.0 tell it (fixedInternalStepSize)."""
+    read = read_description
+
+    def stiff(path: Path) -> Any:
+        found = read(path)
+        return replace(found, internal_step=0.01) if "partner" in path.name else found
+
+    monkeypatch.setattr(sys.modules[prepare.__module__], "read_description", stiff)
+    assert prepare(pair(c_fmu)).rates == {"b": Rate(0.01, pieces=5)}
+    assert prepare(pair(c_fmu, "50 ms")).rates == {"b": Rate(0.05)}
+    with pytest.raises(InputError, match=r"no multiple of 0.01 s, by which its FMU goes"):
+        prepare(pair(c_fmu, "1/60 s"))
+    with pytest.raises(InputError, match=r"goes by steps of 0.01 s .*: .* goes 2.5 times"):
+        prepare(pair(c_fmu, step_size=0.025))
+
+
+@pytest.mark.parametrize("algorithm", ["jacobi", "gauss_seidel", "corrector", "implicit"])
+@pytest.mark.parametrize("options", ["", "+inputs"])
+def test_an_fmu_is_stepped_by_its_own_step_to_the_last_bit(
+    c_fmu: Fmus, algorithm: str, options: str
+) -> None:
+    """The FMU refuses all but 0.01 s, of which H = 0.05 s is no exact multiple; a course at 2 H."""
+    system = pair(c_fmu, "10 ms", options=f"{options}+hundredth", algorithm=algorithm)
+    assert run(system).certificate.errors  # type: ignore[union-attr]
+    with pytest.raises(RunError, match=r"I make steps of 0.01 s"):
+        run(pair(c_fmu, options=f"{options}+hundredth", algorithm=algorithm))
+
+
+@pytest.mark.parametrize("algorithm", ["jacobi", "gauss_seidel", "corrector", "implicit"])
+@pytest.mark.parametrize("options", ["", "+inputs"])
+def test_an_fmu_of_constant_step_is_never_stepped_otherwise(
+    c_fmu: Fmus, algorithm: str, options: str
+) -> None:
+    outcome = run(pair(c_fmu, options=f"{options}+constant", algorithm=algorithm))
+    assert outcome.notes[0] == "b steps by 0.05 s (the only size of step that its FMU makes)"
+    assert outcome.certificate.errors  # type: ignore[union-attr]
+    lost = algorithm == "corrector" and not options
+    assert any("second order instead of third" in note for note in outcome.notes) == lost
+
+
+def test_no_drift_in_thirds_of_a_millisecond(c_fmu: Fmus) -> None:
+    part = Component("b", FmuFile(c_fmu("rogue")), step_size="1/3 ms")
+    seen: list[tuple[float, float]] = []
+    run(
+        System("s", (part,), (), Simulation(20.0, 0.001, "jacobi")),
+        observers=[lambda t, n: seen.append((t, n.read("b.y")))],  # start + length of its last step
+    )
+    assert [t for t, _ in seen] == [k / 1000 for k in range(20_001)]
+    # rounding of t + (2/3) H, and of what the FMU adds to it; 60,000 sums would give 1e-11
+    assert max(abs(own - t) for t, own in seen) <= 2 * np.spacing(20.0)
+
+
+def test_a_check_halves_the_steps_within_a_step(c_fmu: Fmus) -> None:
+    outcome = run(pair(c_fmu, "10 ms"), check=True)
+    assert outcome.checked is not None
+    assert isinstance(outcome.certificate, type(outcome.checked))
+    # both state the same error, the one at H/2 by the next order of the step less
+    assert outcome.checked.errors[0].error == pytest.approx(
+        outcome.certificate.errors[0].error, rel=0.5
+    )
+    with pytest.raises(InputError, match="half the step, which b cannot"):
+        run(pair(c_fmu, options="+constant"), check=True)
+    assert run(pair(c_fmu, "0.1 s"), check=True).checked
+
+
+def test_a_course_at_twice_the_step_needs_points_there(c_fmu: Fmus) -> None:
+    outcome = run(pair(c_fmu, "0.15 s"))
+    assert outcome.certificate == (
+        "b steps by 0.15 s, once in 3 steps: steps of twice the length do not meet its points"
+    )
+
+
+def test_rows_between_the_points_of_a_sampled_component_hold(c_fmu: Fmus, tmp_path: Path) -> None:
+    run(pair(c_fmu, "0.2 s"), results=tmp_path / "r.nc")
+    force = load(tmp_path / "r.nc")["b.end.force_x"].values
+    np.testing.assert_array_equal(force[:20].reshape(5, 4), force[:20:4, None].repeat(4, axis=1))
+    assert len(np.unique(force)) == 6
+
+
+@pytest.mark.parametrize("pieces", range(1, 12))
+def test_held_values_have_the_moments_of_the_course(pieces: int) -> None:
+    """∫u ds of one, ∫s u ds of two and ∫s² u ds of three values that are held one after another."""
+    bounds = Way.PARABOLA.known(pieces, held=True)
+    assert (bounds[0], bounds[-1]) == (0, pieces)
+    held = np.array([Way.PARABOLA.held(k, pieces) for k in range(pieces)])
+    edges = np.arange(pieces + 1) / pieces
+    for first, last in pairwise(bounds):
+        assert last - first == min(pieces, 3 if last == pieces and pieces % 2 else 2)
+        for power in range(last - first):
+            per_piece = np.diff(edges ** (power + 1)) / (power + 1)
+            found = per_piece[first:last] @ held[first:last]
+            ends = (edges[last], edges[first])
+            exact = sum(
+                (ends[0] ** (n := power + k + 1) - ends[1] ** n) / n * c
+                for k, c in enumerate(PARABOLA)
+            )
+            np.testing.assert_allclose(found, exact, atol=1e-14)  # rounding
+
+
+@pytest.mark.parametrize("pieces", range(1, 8))
+def test_held_values_have_the_means_of_straight_lines(pieces: int) -> None:
+    means = [Way.LINES.held(k, pieces) for k in range(pieces)]
+    np.testing.assert_allclose(np.mean(means, axis=0), Way.LINES.mean, atol=1e-15)

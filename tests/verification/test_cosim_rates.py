@@ -1,0 +1,187 @@
+"""Components that step more often or more rarely than their system: order, error, exact samples.
+
+Two-mass oscillator as in `test_cosim_order`, one of the two stepped by H/n. The order follows from
+what acts on it (`m4e_fmi/cosim/algorithms/course.py`): held values with the first moment of the
+course leave third order, one held value, right in its mean only, second. A sampled component gives
+constants to the others, so that its system has the exact course whatever the step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+from m4e_fmi.cosim import Component, FmuFile, Network, Outcome, Simulation, System, run
+
+Fmus = Callable[[str], Path]
+
+TIME = 10.0
+STEPS = (0.1, 0.05, 0.025)
+FAST = np.sqrt(3.0)
+EXACT = {
+    "a.body.m.x": (np.cos(TIME) + np.cos(FAST * TIME)) / 2,
+    "a.body.m.vx": -(np.sin(TIME) + FAST * np.sin(FAST * TIME)) / 2,
+    "b.x": (np.cos(TIME) - np.cos(FAST * TIME)) / 2,
+    "b.vx": -(np.sin(TIME) - FAST * np.sin(FAST * TIME)) / 2,
+}
+HOLDS, FOLLOWS = "+state", "+state+inputs"
+
+
+def two_masses(fmus: Fmus, options: str, side: str, pieces: int, step: float) -> System:
+    """The oscillator at H = `step`, the component `side` stepped by H/pieces."""
+    parts = (
+        Component("a", FmuFile(fmus(f"mass{options}")), {"stiffness": 1.0, "body.m.x": 1.0}),
+        Component("b", FmuFile(fmus(f"partner{options}"))),
+    )
+    own = tuple(
+        replace(part, step_size=step / pieces) if part.name == side else part for part in parts
+    )
+    return System("s", own, ("a.m <-> b.end",), Simulation(TIME, step))
+
+
+def finished(system: System) -> tuple[float, Outcome]:
+    """The largest error at the end, and the outcome."""
+    found: list[float] = []
+
+    def observe(t: float, network: Network) -> None:
+        if t == TIME:
+            found[:] = [network.read(name) for name in EXACT]
+
+    outcome = run(system, observers=[observe])
+    return float(np.abs(np.array(found) - list(EXACT.values())).max()), outcome
+
+
+@pytest.mark.verifies(
+    "order of the default, one side of the two-mass oscillator stepped by H/n, n = 1, 2, 3, 5, 8",
+    analytic="exact solution; third order but for one held value a step",
+    tolerance="0.1",
+)
+@pytest.mark.parametrize("options", [HOLDS, FOLLOWS])
+@pytest.mark.parametrize("side", ["a", "b"])
+@pytest.mark.parametrize("pieces", [1, 2, 3, 5, 8])
+def test_order(c_fmu: Fmus, options: str, side: str, pieces: int) -> None:
+    runs = [finished(two_masses(c_fmu, options, side, pieces, step)) for step in STEPS]
+    errors = np.array([error for error, _ in runs])
+    order = 2 if (options, pieces) == (HOLDS, 1) else 3
+    assert {outcome.order for _, outcome in runs} == {order}
+    # terms of the next order change it by 0.1 at these steps
+    assert np.log2(errors[:-1] / errors[1:]).min() > order - 0.1
+    if order == 3:
+        assert errors[0] < 1e-3  # of what third order promises by 6 (H w)^3 / 10 periods
+    assert any(f"{side} makes one step" in note for note in runs[0][1].notes) == (order == 2)
+
+
+@pytest.mark.verifies(
+    "coupling error that a run with own steps states: true one at most so many times as large",
+    analytic="exact solution",
+    tolerance="3",
+)
+@pytest.mark.parametrize("algorithm", ["jacobi", "gauss_seidel", "corrector", "implicit"])
+@pytest.mark.parametrize(("options", "pieces"), [(HOLDS, 1), (HOLDS, 2), (HOLDS, 5), (FOLLOWS, 1)])
+def test_the_certificate_knows_of_own_steps(
+    c_fmu: Fmus, algorithm: str, options: str, pieces: int
+) -> None:
+    """Force and displacements over their ranges, at every communication point."""
+    system = two_masses(c_fmu, options, "b", pieces, 0.05).changed(algorithm=algorithm)
+    seen: list[list[float]] = []
+
+    def observe(t: float, network: Network) -> None:
+        force = network.read("b.end.force_x")
+        slow, fast = np.cos(t), np.cos(FAST * t)
+        moved, speed = (slow + fast) / 2, -(np.sin(t) + FAST * np.sin(FAST * t)) / 2
+        x, v = network.read("a.body.m.x"), network.read("a.body.m.vx")
+        seen.append([force, x, v, force + fast, x - moved, v - speed])
+
+    outcome = run(system, observers=[observe])
+    values, errors = np.split(np.array(seen), 2, axis=1)
+    true = (np.abs(errors).max(axis=0) / np.ptp(values, axis=0)).max()
+    stated = outcome.certificate.errors[0].error  # type: ignore[union-attr]
+    assert true < 3 * stated
+    assert stated < 10 * true
+
+
+@pytest.mark.verifies(
+    "plant under a sampled integrating controller, 2, 3 and 5 steps from sample to sample",
+    analytic="x(k+1) = e^-T x(k) + (1 − e^-T) u(k), u(k+1) = u(k) − g T x(k)",
+    tolerance="1e-9",
+)
+@pytest.mark.parametrize("algorithm", ["jacobi", "gauss_seidel", "corrector", "implicit"])
+@pytest.mark.parametrize("every", [2, 3, 5])
+def test_samples_are_exact(c_fmu: Fmus, algorithm: str, every: int) -> None:
+    step, gain, begin = 0.1, 2.0, 0.5
+    parts = (
+        Component("plant", FmuFile(c_fmu("lag+state")), {"y": 1.0}),
+        Component("c", FmuFile(c_fmu("integrator")), {"gain": gain}, step_size=every * step),
+    )
+    seen: list[tuple[float, float]] = []
+    links = ("plant.y * -1 -> c.u", "c.y -> plant.u")
+    simulation = Simulation(begin + 3.2, step, algorithm, start_time=begin)
+    run(
+        System("s", parts, links, simulation),
+        observers=[lambda _, n: seen.append((n.read("plant.y"), n.read("c.y")))],
+    )
+    x, u, decay = 1.0, 0.0, np.exp(-every * step)
+    for k in range(33):
+        since = k % every
+        if k and not since:
+            x, u = decay * x + (1 - decay) * u, u - gain * every * step * x
+        now = np.exp(-since * step)
+        # of the plant's own integration: Runge and Kutta's error (0.1/20)^4 at most
+        assert seen[k] == pytest.approx((now * x + (1 - now) * u, u), abs=1e-9)
+
+
+@pytest.mark.verifies(
+    "order of the default beside a sampled component that makes others jump",
+    analytic="matrix exponential from sample to sample",
+    tolerance="0.1",
+)
+@pytest.mark.parametrize(
+    ("options", "pieces", "order"), [(HOLDS, 2, 2), (HOLDS, 4, 3), (FOLLOWS, 1, 2), (FOLLOWS, 3, 3)]
+)
+def test_order_beside_a_sampled_component(
+    c_fmu: Fmus, options: str, pieces: int, order: int
+) -> None:
+    """x' = -y - c, y' = x + y/5, and c grows by 0.4 y every 0.8 s."""
+    sample, count = 0.8, 10
+    matrix = np.array([[0.0, -1.0, -1.0], [1.0, 0.2, 0.0], [0.0, 0.0, 0.0]])
+    state, whole = np.array([1.0, 1.0, 0.0]), expm(matrix * sample)
+    for _ in range(count):
+        state = whole @ state + [0.0, 0.0, 0.5 * sample * state[1]]
+    errors = []
+    for step in (0.1, 0.05, 0.025):
+        parts = (
+            Component("x", FmuFile(c_fmu(f"roessler_x{options}")), {"x": 1.0}),
+            Component("yz", FmuFile(c_fmu(f"roessler_yz{options}")), {"y": 1.0}),
+            Component("c", FmuFile(c_fmu("integrator")), {"gain": 0.5}, step_size=sample),
+        )
+        parts = (replace(parts[0], step_size=step / pieces), *parts[1:])
+        links = ("x.x -> yz.x", "yz.y -> x.y", "yz.y -> c.u", "c.y -> x.z")
+        found: list[list[float]] = []
+        outcome = run(
+            System("s", parts, links, Simulation(count * sample, step)),
+            observers=[lambda _, n, found=found: found.append([n.read("x.x"), n.read("yz.y")])],
+        )
+        assert outcome.order == order
+        assert any("does not know of jumps" in note for note in outcome.notes) == (order == 2)
+        errors.append(np.abs(found[-1] - state[:2]).max())
+    assert np.log2(np.array(errors[:-1]) / errors[1:]).min() > order - 0.1
+
+
+@pytest.mark.parametrize("algorithm", ["jacobi", "gauss_seidel", "corrector", "implicit"])
+def test_a_stiff_component_has_shorter_steps(c_fmu: Fmus, algorithm: str) -> None:
+    """y' = 50 (1 - y) by Euler's method, stable up to 0.04 s, in a system that steps by 0.1 s."""
+    part = Component("b", FmuFile(c_fmu("euler+state")), {"rate": 50.0, "u": 1.0})
+    found: list[float] = []
+    for own in (0.05, 0.01):
+        system = System("s", (replace(part, step_size=own),), (), Simulation(1.0, 0.1, algorithm))
+        run(system, observers=[lambda _, network: found.append(network.read("b.y"))])
+    wild, tame = np.split(np.array(found), 2)
+    count = np.arange(11)
+    # each Euler step takes the factor 1 - 50 h off what is missing
+    np.testing.assert_allclose(1 - wild, (1 - 50 * 0.05) ** (2 * count), rtol=1e-12)
+    np.testing.assert_allclose(1 - tame, (1 - 50 * 0.01) ** (10 * count), atol=1e-15)
