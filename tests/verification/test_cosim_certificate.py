@@ -148,7 +148,8 @@ def test_a_companion_changes_nothing(c_fmu: Fmus, algorithm: str, stop: float) -
     b = Component("b", FmuFile(c_fmu("partner+once")))
     system = System("s", (a, b), ("a.m <-> b.end",), Simulation(stop, 0.1, algorithm))
     prepared = prepare(system)
-    parts = (prepared.system, prepared.descriptions, prepared.wiring, prepared.structure)
+    wiring, structure, rates = prepared.wiring, prepared.structure, prepared.rates
+    parts = (prepared.system, prepared.descriptions, wiring, structure, rates)
     ends = []
     for certify in (True, False):
         with Master(*parts, certify=certify) as master:
