@@ -7,7 +7,8 @@ at H/2, differ by most of the error of the first:
     error of y = |y − z| · 2^p/(2^p − 1)
 
 The largest over the run is told for each connection, relative to the range: how far the values of
-any exchanged output of that unit have been apart. This is the error of the coupling alone; each
+any judged output of that unit have been apart. Judged are the sources of all connections; of a
+component from which nothing is taken, all outputs. This is the error of the coupling alone; each
 FMU's own error is the same in both courses.
 """
 
@@ -50,7 +51,7 @@ class Certificate:
 
 
 class Trace:
-    """An observer that keeps the sources of all connections, in the units of their FMUs."""
+    """An observer that keeps the outputs by which the coupling is judged."""
 
     def __init__(self) -> None:
         self.points: dict[int, np.ndarray] = {}
@@ -60,7 +61,7 @@ class Trace:
     def __call__(self, time: float, network: Network) -> None:
         if self.network is None:
             self.network = network
-            self._places = np.array([network.index(k.source) for k in network.links], dtype=np.intp)
+            self._places = np.array([network.index(p) for _, p in network.judged], dtype=np.intp)
         self.points[round(time * SECOND)] = network.values[self._places]
 
 
@@ -72,18 +73,17 @@ def certificate(
     ranges: np.ndarray,
     order: float,
 ) -> Certificate:
-    """The certificate of a run of this order; `errors` and `ranges` are of each link's source."""
-    units = [network.unit(link.source) for link in network.links]
+    """The certificate of a run of this order; `errors` and `ranges` are of the judged outputs."""
+    units = [network.unit(port) for _, port in network.judged]
     of_unit: dict[str, float] = {}
     for unit, span in zip(units, ranges.tolist(), strict=True):
         of_unit[unit] = max(span, of_unit.get(unit, 0.0))
     largest: dict[int, CouplingError] = {}
-    for link, unit, error in zip(network.links, units, errors.tolist(), strict=True):
+    for (connection, port), unit, error in zip(network.judged, units, errors.tolist(), strict=True):
         relative = error / of_unit[unit] if of_unit[unit] else 0.0
-        known = largest.get(link.connection)
+        known = largest.get(connection)
         if known is None or relative > known.error:
-            text = connections[link.connection]
-            largest[link.connection] = CouplingError(text, link.source, relative)
+            largest[connection] = CouplingError(connections[connection], port, relative)
     ordered = sorted(largest.values(), key=lambda found: -found.error)
     return Certificate(tuple(ordered), 2.0**order)
 

@@ -162,7 +162,7 @@ class Master:
         if odd:
             self._unwatched = f"{odd[0]}: steps of twice the length do not meet its points"
             return
-        places = [self.network.index(link.source) for link in self.network.links]
+        places = [self.network.index(port) for _, port in self.network.judged]
         sources = np.array(places, dtype=np.intp)
         rigid = self._rigid()
         if not rigid:

@@ -61,6 +61,8 @@ class Network:
     `inputs[k]` is the value of the connected input `targets[k]` at the present point, in the unit
     of its source, and `links[k]` what leads there; inputs of one component are consecutive
     (`input_slice`), and so are its outputs (`output_slice`, within a block of `values`).
+    `judged` are the outputs by which the coupling is judged, each with the number of a connection
+    that it belongs to: the sources of all links, and what comes of them where they end.
     """
 
     def __init__(
@@ -89,6 +91,7 @@ class Network:
         self.targets = _grouped(structure.exchange, "set", self.instances)
         by_target = {link.target: link for link in wiring.links}
         self.links: list[Link] = [by_target[target] for target in self.targets]
+        self.judged = tuple(_judged(self.links, structure.ends))
         count = len(self.outputs)
         self.values = np.zeros(5 * count)
         self.now, self.before, self.stepped, self.middle, self.earlier = (
@@ -283,6 +286,12 @@ class Network:
         view = self.inputs[start : start + count]
         sources = [self.index(link.source) for link in self.links[start : start + count]]
         return (gather(view, self.values, sources), *setting(instance, names, view))
+
+
+def _judged(links: Sequence[Link], ends: Sequence[Port]) -> Iterator[tuple[int, Port]]:
+    into = {link.target.component: link.connection for link in reversed(links)}
+    yield from ((link.connection, link.source) for link in links)
+    yield from ((into[port.component], port) for port in ends)
 
 
 class _SolvedLoop:

@@ -61,7 +61,7 @@ class StepControl:
         self.rejected = 0
         self.passed = False
         self._just_rejected = False
-        sources = {network.index(link.source) for link in network.links}
+        sources = {network.index(port) for _, port in network.judged}
         self._sources = np.array(sorted(sources), dtype=np.intp)
         self._scale = Scale(network, self._sources)
         self._reached = np.zeros(len(self._sources))

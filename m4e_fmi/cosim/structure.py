@@ -8,7 +8,7 @@ step before.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Literal
@@ -47,13 +47,15 @@ class Structure:
 
     `initial` are the transfers in initialization mode, `exchange` those at a communication point;
     `sweep` is the order of components in which sources of unpredictable values come first, and
-    `delayed` the links that go against it all the same.
+    `delayed` the links that go against it all the same. `ends` are the outputs of components that
+    are driven, but from which nothing is taken: what the coupling does to them shows there only.
     """
 
     initial: tuple[Transfer | Loop, ...]
     exchange: tuple[Transfer | Loop, ...]
     sweep: tuple[str, ...]
     delayed: tuple[Link, ...]
+    ends: tuple[Port, ...]
 
     @property
     def loops(self) -> tuple[tuple[Port, ...], ...]:
@@ -76,7 +78,8 @@ def analyse(
         return descriptions[port.component].initial_dependencies[port.variable]
 
     order = partial(_order, descriptions, solves_loops)
-    needed = _with_derivatives(descriptions, wiring.links)
+    ends = tuple(_ends(descriptions, wiring.links))
+    needed = [*_with_derivatives(descriptions, wiring.links), *ends]
     everything = (*wiring.initial_links, *wiring.links)
     sources = dict.fromkeys(link.source for link in everything)
     sweep, delayed = sweep_order(descriptions, wiring.links)
@@ -85,7 +88,19 @@ def analyse(
         exchange=order(wiring.links, needed, now, "at communication points"),
         sweep=sweep,
         delayed=delayed,
+        ends=ends,
     )
+
+
+def _ends(descriptions: Mapping[str, Description], links: Sequence[Link]) -> Iterator[Port]:
+    taken = {link.source.component for link in links}
+    for name in dict.fromkeys(link.target.component for link in links):
+        if name in taken:
+            continue
+        known = descriptions[name].dependencies
+        for variable in descriptions[name].variables.values():
+            if (variable.causality, variable.type) == ("output", "Real") and variable.name in known:
+                yield Port(name, variable.name)
 
 
 def _with_derivatives(descriptions: Mapping[str, Description], links: Iterable[Link]) -> list[Port]:

@@ -11,7 +11,16 @@ import pytest
 from scipy.linalg import expm
 from support.random_systems import random_system
 
-from m4e_fmi.cosim import Component, FmuFile, Network, Simulation, System, prepare, run
+from m4e_fmi.cosim import (
+    Certificate,
+    Component,
+    FmuFile,
+    Network,
+    Simulation,
+    System,
+    prepare,
+    run,
+)
 from m4e_fmi.cosim.master import Master
 
 Fmus = Callable[[str], Path]
@@ -216,3 +225,15 @@ def test_adaptive_steps_are_checked_at_an_eighth_of_the_tolerance(c_fmu: Fmus) -
     # the run's own estimate, too
     assert not isinstance(outcome.certificate, str)
     assert true / 3 < outcome.certificate.errors[0].error < 1e-2
+
+
+@pytest.mark.parametrize("options", ["+state", ""])
+def test_errors_in_what_nobody_takes_are_stated(c_fmu: Fmus, options: str) -> None:
+    # y' = 1 without error, z' = y with y held: z = t²/2 - t H/2 instead of t²/2
+    a = Component("a", FmuFile(c_fmu(f"integrator{options}")), {"u": 1.0})
+    b = Component("b", FmuFile(c_fmu(f"integrator{options}")))
+    outcome = run(System("s", (a, b), ("a.y -> b.u",), Simulation(STOP, STEP, "jacobi")))
+    assert isinstance(outcome.certificate, Certificate)
+    (error,) = outcome.certificate.errors
+    assert str(error.source) == "b.y"
+    assert error.error == pytest.approx(STEP * STOP / 2 / (STOP**2 / 2 - STOP * STEP / 2), rel=1e-9)
