@@ -12,6 +12,11 @@ from collections.abc import Iterable
 from m4e_fmi.cosim.instance import Instance
 
 
+def telling(instances: Iterable[Instance]) -> tuple[Instance, ...]:
+    """Those that can tell of events and of the end: FMI 3.0 has words for it."""
+    return tuple(instance for instance in instances if instance.description.version == "3.0")
+
+
 def has_events(instances: Iterable[Instance]) -> bool:
     """Whether any of them may have events that others should know of."""
     return any(instance.description.has_events for instance in instances)

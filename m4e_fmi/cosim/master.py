@@ -20,7 +20,7 @@ from m4e_fmi.cosim.certificate import Certificate, certificate
 from m4e_fmi.cosim.companion import Companion
 from m4e_fmi.cosim.connect import Wiring
 from m4e_fmi.cosim.energy import BondEnergy, EnergyBalance
-from m4e_fmi.cosim.events import ended, event_notes
+from m4e_fmi.cosim.events import ended, event_notes, telling
 from m4e_fmi.cosim.instance import EndedError, Instance
 from m4e_fmi.cosim.memory import Memory, recall, remember
 from m4e_fmi.cosim.network import Network, Point
@@ -134,6 +134,7 @@ class Master:
         if isinstance(self._algorithm, Undoing) and self._shortens:
             for instance in self.network.instances.values():
                 instance.stop_at_events()
+        self._telling = telling(self.network.instances.values())
         self._energy = EnergyBalance(self.network, self._wiring.bonds)
         self._witness: Witness | Companion | None = None
         self._unwatched = ""
@@ -224,7 +225,7 @@ class Master:
     @property
     def done(self) -> bool:
         """Whether the stop time is reached, or an FMU has asked for the end."""
-        return self._course.now >= self._stop or bool(ended(self.network.instances.values()))
+        return self._course.now >= self._stop or bool(ended(self._telling))
 
     @property
     def order(self) -> int:

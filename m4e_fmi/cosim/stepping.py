@@ -11,7 +11,7 @@ from m4e_fmi.cosim.algorithms.scheduled import Scheduled, looped
 from m4e_fmi.cosim.announced import NEVER, Announced, in_nanoseconds
 from m4e_fmi.cosim.energy import BLOCK as ENERGY_BLOCK
 from m4e_fmi.cosim.energy import EnergyBalance
-from m4e_fmi.cosim.events import ended, event_count
+from m4e_fmi.cosim.events import ended, event_count, telling
 from m4e_fmi.cosim.instance import DiscardedError, EventWithinError
 from m4e_fmi.cosim.network import Network
 from m4e_fmi.cosim.operations import Operation
@@ -70,6 +70,7 @@ class Course:
         every = round((simulation.output_interval or simulation.step_size) * SECOND)
         self._every = every if simulation.output_interval or control is None else 1
         self._announced = Announced(network)
+        self._telling = telling(network.instances.values())
         self._note = Schedule(witness.operations if witness else ())
         self._most = 1
         self.now = self._row = self._start
@@ -155,10 +156,10 @@ class Course:
 
     def _single(self, size: int) -> None:
         """Make a step of `size` [ns], or what FMUs and control allow."""
-        before = event_count(self._network.instances.values())
+        before = event_count(self._telling)
         size = self._step(size)
         self.now += size
-        jumped = event_count(self._network.instances.values()) > before or self.now == self._jump
+        jumped = event_count(self._telling) > before or self.now == self._jump
         if jumped:
             self._network.forget()
         self._network.advance(self.now / SECOND)
@@ -167,7 +168,7 @@ class Course:
         if self._witness:
             self._note.run(self._network.time)
             self._witness.after(1, size, 0, jumped=jumped)
-        last = self.now == self._stop or ended(self._network.instances.values())
+        last = self.now == self._stop or ended(self._telling)
         if last or self.now >= self._row + self._every:
             self._record()
 
