@@ -27,7 +27,6 @@ Floats = NDArray[np.float64]
 DONE, EVENT, NOT_FINITE, SMALL_STEP, MANY_STEPS, MANY_EVENTS, BAD_ARGUMENT, NO_MEMORY = (
     0, 1, -1, -2, -3, -4, -5, -6,
 )  # fmt: skip
-UNLIMITED = 2**64 - 1
 
 
 @dataclass(frozen=True)

@@ -42,7 +42,7 @@ def description_findings(path: Path, folder: Path) -> tuple[tuple[Finding, ...],
     found += _experiment(subject)
     found += _library(subject)
     reasons = [f.message for f in found if f.id in ("library.missing", "library.exports")]
-    return tuple(found), next(iter(reasons), "")
+    return tuple(finding.of(version) for finding in found), next(iter(reasons), "")
 
 
 def _experiment(subject: Subject) -> Iterator[Finding]:

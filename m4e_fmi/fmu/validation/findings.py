@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -32,6 +32,14 @@ class Finding:
     def from_dict(cls, told: dict[str, Any]) -> Finding:
         """What `dataclasses.asdict` made, and JSON carried."""
         return cls(**{**told, "words": tuple(told["words"])})
+
+    def of(self, version: str) -> Finding:
+        """The same of an FMU of this version: FMI 3.0 has 2.0's rules, by other names."""
+        if not version.startswith("3"):
+            return self
+        basis = self.basis.replace("FMI 2.0.4", "FMI 3.0, as FMI 2.0.4")
+        message, basis = (text.replace("fmi2", "fmi3") for text in (self.message, basis))
+        return replace(self, message=message, basis=basis)
 
 
 @dataclass(frozen=True)

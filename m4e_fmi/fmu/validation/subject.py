@@ -15,7 +15,6 @@ from m4e_fmi.fmu.elements import flattened, owner
 from m4e_fmi.fmu.opening import MODEL_DESCRIPTION
 
 DEFAULT_STEP = 0.01  # s, where the FMU names none
-TEXT_TYPES = {"String"}
 
 
 @dataclass(frozen=True)

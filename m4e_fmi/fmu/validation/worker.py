@@ -61,6 +61,7 @@ def work_on(group: str, folder: Path, fmu: str) -> None:
     os.dup2(os.open(stderr_file(folder, group), os.O_WRONLY | os.O_CREAT), 2)
     check: Check = import_module(f"{PACKAGE}.{MODULES[group]}").check
     subject = Subject.read(Path(fmu))
+    version = subject.raw.fmiVersion
     facts = Facts()
     if (folder / FACTS).exists():
         known = json.loads((folder / FACTS).read_text())
@@ -70,7 +71,8 @@ def work_on(group: str, folder: Path, fmu: str) -> None:
     with findings_file(folder, group).open("w", encoding="utf-8") as file:
 
         def tell(finding: Finding | str) -> None:
-            told = {"skipped": finding} if isinstance(finding, str) else asdict(finding)
+            skipped = isinstance(finding, str)
+            told = {"skipped": finding} if skipped else asdict(finding.of(version))
             file.write(json.dumps(told) + "\n")
             file.flush()
 
