@@ -30,7 +30,7 @@ from m4e_fmi.cosim.results import ResultsWriter
 from m4e_fmi.cosim.run import Prepared
 
 H = 0.01
-RUNS = 3
+RUNS = 7
 SHORT, LONG = 1000, 11_000  # steps
 COMPONENTS, LINKS, SETUP = 200, 600, "set-up"
 TESTS = Path(__file__).parents[1]
