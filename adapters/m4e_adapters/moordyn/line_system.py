@@ -107,6 +107,7 @@ class LineSystem:
         self._motion = {"position": position, "velocity": velocity, "age": 0.0, "given": velocity}
         self._motion |= {"time": 0.0, "last": START_STEP}
         self._evaluate(velocity)
+        self._measure()
         self.warnings = [*self._residual_warning(report), *self._strain_warnings()]
 
     def advance(self, t, h, position, velocity):
@@ -160,7 +161,10 @@ class LineSystem:
     def restore(self, saved):
         """Take back what `save` returned, here or in another instance of the same lines."""
         if self._system is None:
-            self._create(saved["motion"]["position"], moordyn.Init_NoIC)
+            position = saved["motion"]["position"]
+            self._create(position, moordyn.Init_NoIC)
+            self._step(position, [(0.0, 0.0) for _ in position], 0.0, START_STEP)
+            self._measure()
         # MoorDyn reads beyond the end of bytes that are too few
         if len(saved["system"]) != self._size:
             raise MooringError("the saved state is not one of these lines")
@@ -209,8 +213,12 @@ class LineSystem:
         moordyn.SetVerbosity(self._system, moordyn.LEVEL_NONE)
         lines = [moordyn.GetLine(self._system, k + 1) for k in range(len(self._names))]
         self._ends = [(line, moordyn.GetLineN(line)) for line in lines]
-        self._size = len(moordyn.Serialize(self._system))
         return report
+
+    def _measure(self):
+        """Note the size of a state. Before its first step MoorDyn would write a time that it has
+        not set: of an infinite number it never comes to the end."""
+        self._size = len(moordyn.Serialize(self._system))
 
     def _vector(self, pairs, y=None):
         ys = self._y if y is None else [y] * len(self._y)
