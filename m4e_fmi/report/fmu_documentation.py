@@ -27,7 +27,7 @@ from m4e_fmi.simulate.simulation import FIXED
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-MOST_NUMBERS = 20_000
+MOST_NUMBERS = 3_000
 """In the reference series, whose rows are farther apart where there are many columns."""
 ICON_DOTS = 128  # per inch
 
