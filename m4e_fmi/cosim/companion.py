@@ -1,19 +1,20 @@
 """What tells the coupling error where FMUs cannot go back: a second set of instances beside it.
 
-It begins at the start time as the run does, and makes its steps twice as long (`witness` tells what
-the difference says). So it costs half of the run again, but follows all of it: nothing has to be
-concluded from a part.
+It begins at the start time as the run does, and makes steps twice as long (or half as long: see
+`witness`, which tells what the difference says). So it costs half of the run again (or twice), but
+follows all of it: nothing has to be concluded from a part.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from m4e_fmi.cosim.algorithms import Algorithm
 from m4e_fmi.cosim.energy import BLOCK, EnergyBalance
-from m4e_fmi.cosim.network import Network
+from m4e_fmi.cosim.network import TWICE, Change, Network
 from m4e_fmi.cosim.operations import Operation, gather
 from m4e_fmi.cosim.stepping import Course
 from m4e_fmi.cosim.system import SECOND, Simulation
@@ -62,7 +63,8 @@ class Recorder:
 class Companion:
     """Follows a run of `network` with `other`, a network of the same system at its start.
 
-    `algorithm` steps `other`; `simulation` is that of the run.
+    `make` gives the algorithm that steps `other`; `simulation` is that of the run. Steps have this
+    `length` over the run's, TWICE or HALF.
     """
 
     room, open = FAR, True
@@ -71,19 +73,24 @@ class Companion:
         self,
         network: Network,
         other: Network,
-        algorithm: Algorithm,
+        make: Callable[[Network], Algorithm],
         simulation: Simulation,
         sources: np.ndarray,
+        *,
+        length: float,
     ) -> None:
-        self._network = network
+        self._network, self._copy = network, other
         self._run, self._other = Recorder(network, sources), Recorder(other, sources)
-        size = min(2 * simulation.step_size, simulation.stop_time - simulation.start_time)
-        twice = replace(simulation, step_size=size, output_interval=None)
+        algorithm = other.made(make, length)
+        size = min(length * simulation.step_size, simulation.stop_time - simulation.start_time)
+        longer = replace(simulation, step_size=size, output_interval=None)
         no_bonds = EnergyBalance(other, ())
         self._course = Course(
-            other, algorithm, no_bonds, twice, witness=self._other, most_time=np.inf
+            other, algorithm, no_bonds, longer, witness=self._other, most_time=np.inf
         )
-        self._size, self._stop = round(size * SECOND), round(simulation.stop_time * SECOND)
+        self._size, stop = round(size * SECOND), round(simulation.stop_time * SECOND)
+        self._rest = stop if all(rate.shortens for rate in other.rates.values()) else None
+        self._twice, self._order = length == TWICE, algorithm.order
         self._steps = 0
         values = network.values[sources]
         self._difference = np.zeros(len(values))
@@ -111,10 +118,18 @@ class Companion:
             if self._run.count >= BLOCK:
                 self._follow()
 
+    def changed(self, changes: Sequence[Change]) -> None:
+        """Some values were set at the present point of the run, and exchanged."""
+        if self._twice:
+            self.stop("values were set between steps, which longer ones cannot follow")
+        if not self.failure:
+            self._follow()
+            self._copy.change(changes)
+
     def finish(self) -> None:
         """At the end of the run."""
-        if self._steps < 2:
-            self.stop("the run has but one step")
+        if self._steps < 1 + self._twice:
+            self.stop("the run has but one step" if self._steps else "the run has no steps")
         if not self.failure:
             self._follow()
 
@@ -122,13 +137,14 @@ class Companion:
         """Make the steps up to where the run is, as far as they are whole; compare."""
         course, now = self._course, round(self._network.time * SECOND)
         try:
-            while now - course.now >= self._size or course.now < now == self._stop:
+            while now - course.now >= self._size or course.now < now == self._rest:
                 course.advance(max(1, (now - course.now) // self._size))
         except RunError as error:
-            self.stop(f"steps of twice the length fail ({error.message})")
+            name = "twice" if self._twice else "half"
+            self.stop(f"steps of {name} the length fail ({error.message})")
             return
         (times, values), (others, again) = (r.take(course.now) for r in (self._run, self._other))
-        known = np.concatenate((self._extremes, values))
+        known = np.concatenate((self._extremes, values if self._twice else again))
         self._extremes = np.array([known.min(axis=0), known.max(axis=0)])
         _, mine, theirs = np.intersect1d(times, others, assume_unique=True, return_indices=True)
         largest = np.abs(self._extremes).max(axis=0)
@@ -137,7 +153,7 @@ class Companion:
 
     def difference(self) -> np.ndarray:
         """What the two sets have differed by at most, for each source."""
-        return self._difference
+        return self._difference * (1.0 if self._twice else 2.0**self._order)
 
     def ranges(self) -> np.ndarray:
         """How far the values of each source have been apart."""

@@ -24,7 +24,7 @@ from m4e_fmi.cosim.connect import Bond
 from m4e_fmi.cosim.network import Network
 from m4e_fmi.cosim.operations import Operation, gather
 
-BLOCK = 256
+BLOCK = 1024
 """Steps that are noted before they are evaluated."""
 
 

@@ -48,7 +48,6 @@ class Execution:
         self._master, self._descriptions = master, descriptions
         links = (*wiring.links, *wiring.initial_links)
         self._sources = {link.target: link.source for link in links}
-        self._changed = False
         self._open = True
         self._outcome: Outcome | None = None
         self.point = CommunicationPoint(self, master.network.time)
@@ -102,7 +101,6 @@ class Execution:
         """
         self._check_open()
         self._master.restore(state)
-        self._changed = False
         return self._arrived()
 
     def __getitem__(self, name: str) -> float:
@@ -128,8 +126,7 @@ class Execution:
             raise InputError.single(f"value {given!r} of {port} is wrong", str(error)) from None
         if isinstance(value, float) and not math.isfinite(value):
             raise InputError.single(f"value {value} of {port} is no number", "give a finite one")
-        self._master.network.instances[port.component].set_values({port.variable: value})
-        self._changed = True
+        self._master.set(port.component, {port.variable: value})
 
     @property
     def settable(self) -> list[str]:
@@ -164,9 +161,7 @@ class Execution:
     def _refresh(self) -> None:
         """Bring outputs into agreement with what was set."""
         self._check_open()
-        if self._changed:
-            self._master.changed()
-            self._changed = False
+        self._master.refresh()
 
     def _arrived(self) -> CommunicationPoint:
         self.point = CommunicationPoint(self, self._master.network.time)

@@ -23,15 +23,15 @@ from m4e_fmi.cosim.energy import BondEnergy, EnergyBalance
 from m4e_fmi.cosim.events import ended, event_notes, telling
 from m4e_fmi.cosim.instance import EndedError, Instance
 from m4e_fmi.cosim.memory import Memory, recall, remember
-from m4e_fmi.cosim.network import Network, Point
+from m4e_fmi.cosim.network import HALF, TWICE, Change, Network, Point
 from m4e_fmi.cosim.pacing import Rates
 from m4e_fmi.cosim.results import Mark, ResultsWriter
-from m4e_fmi.cosim.start_values import start_values
+from m4e_fmi.cosim.start_values import Value, start_values
 from m4e_fmi.cosim.step_control import StepControl
 from m4e_fmi.cosim.stepping import Course
 from m4e_fmi.cosim.structure import Structure
 from m4e_fmi.cosim.system import SECOND, System
-from m4e_fmi.cosim.witness import Witness
+from m4e_fmi.cosim.witness import Seen, Witness
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.reading import Description
 
@@ -53,13 +53,14 @@ class State:
     """The state of a whole system at a communication point of a run, until that ends.
 
     It holds the states of the FMUs, the exchanged values, what the algorithm knows of the past,
-    the energy balance, the integer time, and the row of the results.
+    the energy balance, the integer time, the row of the results, and what is known of the errors.
     """
 
     master: Master = field(repr=False)
     point: Point = field(repr=False)
     memory: Memory = field(repr=False)
     row: Mark | None = field(repr=False)
+    seen: Seen | None = field(repr=False)
 
     @property
     def time(self) -> float:
@@ -81,14 +82,19 @@ class Master:
         rates: Rates,
         *,
         certify: bool = True,
+        changeable: bool = False,
     ) -> None:
-        """With `certify`, steps are made twice, from which `certificate` follows."""
+        """With `certify`, steps are made twice, from which `certificate` follows.
+
+        A run is `changeable` if values may be set between its steps.
+        """
         self._system = system
         self._descriptions = descriptions
         self._wiring = wiring
         self._structure = structure
         self._rates = rates
-        self._certify = certify
+        self._certify, self._changeable = certify, changeable
+        self._changes: list[Change] = []
         self._open = ExitStack()
         self._free: list[int] = []
         self._places = count(LAST_PLACE + 1)
@@ -158,16 +164,30 @@ class Master:
         """Whether all components can go back, and make a shorter step then."""
         return not self._rigid() and all(rate.shortens for rate in self._rates.values())
 
+    def _lengths(self) -> list[float] | str:
+        """Lengths of steps, over the run's, that can tell its error; or why there are none."""
+        rates = self._rates.items()
+        odd = [f"{n} {r}" for n, r in rates if r.is_sampled and r.every % 2]
+        whole = [f"{n} {r}" for n, r in rates if not r.halves]
+        if self._rigid() and round(self._system.simulation.step_size * SECOND) % 2:
+            whole.append("FMUs that cannot go back, and steps of an odd number of nanoseconds")
+        if odd and whole:
+            return (
+                f"steps of twice the length do not meet all points of a component ({odd[0]}), and "
+                f"there are none of half the length ({whole[0]})"
+            )
+        return [length for length, no in ((TWICE, odd), (HALF, whole)) if not no]
+
     def _watch(self, stack: ExitStack) -> None:
-        odd = [f"{n} {r}" for n, r in self._rates.items() if r.is_sampled and r.every % 2]
-        if odd:
-            self._unwatched = f"{odd[0]}: steps of twice the length do not meet its points"
+        lengths = self._lengths()
+        if isinstance(lengths, str):
+            self._unwatched = lengths
             return
         places = [self.network.index(port) for _, port in self.network.judged]
         sources = np.array(places, dtype=np.intp)
         rigid = self._rigid()
         if not rigid:
-            self._witness = Witness(self.network, self._make, sources)
+            self._witness = Witness(self.network, self._make, sources, lengths, order=self.order)
             return
         try:
             loaded = binaries(self._descriptions, stack, self._loaded)
@@ -179,7 +199,8 @@ class Master:
             )
             return
         settings = self._system.simulation
-        self._witness = Companion(self.network, other, self._make(other), settings, sources)
+        length = lengths[-1] if self._changeable else lengths[0]
+        self._witness = Companion(self.network, other, self._make, settings, sources, length=length)
 
     def certificate(self) -> Certificate | str:
         """The coupling errors of the run that has ended, or why they are not known."""
@@ -290,12 +311,20 @@ class Master:
             if interrupted():
                 raise KeyboardInterrupt
 
-    def changed(self) -> None:
-        """Something was set in an FMU: make the present point consistent again."""
+    def set(self, component: str, values: Mapping[str, Value]) -> None:
+        """Set variables of a component at the present point; `refresh` is to follow."""
+        self.network.instances[component].set_values(values)
+        self._changes.append((component, values))
+
+    def refresh(self) -> None:
+        """Make the present point consistent with what was set there, if anything was."""
+        if not self._changes:
+            return
         self.network.refresh()
         self._energy.jump()
-        if self._witness and self.steps:
-            self._witness.stop("values were set between steps, which a second course cannot follow")
+        if self._witness:
+            self._witness.changed(self._changes)
+        self._changes = []
 
     def save(self) -> State:
         """The present state of everything; RunError naming FMUs that cannot save theirs."""
@@ -309,7 +338,8 @@ class Master:
         place = self._free.pop() if self._free else next(self._places)
         point = self.network.snapshot(place)
         row = self._results.mark() if self._results else None
-        state = State(self, point, remember(self), row)
+        seen = self._witness.seen() if isinstance(self._witness, Witness) else None
+        state = State(self, point, remember(self), row, seen)
         finalize(state, self._free.append, place)
         return state
 
@@ -321,8 +351,9 @@ class Master:
             self._results.back(state.row)
         self.network.restore(state.point)
         recall(self, state.memory)
-        if self._witness:
-            self._witness.stop("the run went back to a saved state")
+        if isinstance(self._witness, Witness) and state.seen:
+            self._witness.back(state.seen)
+        self._changes = []
 
     def _observe(self, observers: Sequence[Observer]) -> None:
         for observer in observers:

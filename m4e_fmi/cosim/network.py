@@ -16,8 +16,9 @@ An algorithm steps every component from `now`; `advance` then makes the new poin
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -27,11 +28,18 @@ from m4e_fmi.cosim.memory import Memory, recall, remember
 from m4e_fmi.cosim.newton import AlgebraicLoop
 from m4e_fmi.cosim.operations import Combine, DoStep, Due, Get, Operation, Set, gather, setting
 from m4e_fmi.cosim.pacing import Rates
+from m4e_fmi.cosim.rates import Rate
 from m4e_fmi.cosim.schedule import Schedule
+from m4e_fmi.cosim.start_values import Value
 from m4e_fmi.cosim.structure import Loop, Structure, Transfer, derivative_chain
 from m4e_fmi.cosim.system import SECOND
 
+Made = TypeVar("Made")
 Action = Callable[[], None]
+Change = tuple[str, Mapping[str, Value]]
+"""A component, and values of variables of it by name."""
+TWICE, HALF = 2.0, 0.5
+"""How much longer than the simulation's the steps are that tell its error."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +89,7 @@ class Network:
                 instance.scale_input(link.target.variable, link.factor, link.offset)
         self.rates = rates
         self._origin = round(time * SECOND)
-        self.coarse = 1
+        self.coarse = 1.0
         self.time = time
         self.last = self.size = 0.0
         self.sweep = structure.sweep
@@ -123,8 +131,19 @@ class Network:
             return [DoStep(instance)]
         if rate.is_sampled:
             return [DoStep(instance, own=rate.step, due=self.due(component))]
-        count = rate.pieces * self.coarse
+        pieces, steps = self.pieces(rate)
+        count = pieces * steps
         return [DoStep(instance, k / count, 1 / count, rate.step) for k in range(count)]
+
+    def pieces(self, rate: Rate) -> tuple[int, int]:
+        """The pieces in which a component with this rate makes the macro step, and steps of each.
+
+        Those are its own, but where half of the simulation's step is made at once and has no whole
+        number of them: then they are half as long.
+        """
+        if self.coarse == HALF:
+            return rate.pieces if rate.pieces % 2 else rate.pieces // 2, 1
+        return rate.pieces, int(self.coarse)
 
     def index(self, output: Port) -> int:
         """Place of an output in a block of `values`."""
@@ -161,6 +180,20 @@ class Network:
         """Make `time` [s], which all instances have reached by a step, the present point."""
         self.time, self.last = time, self.size
         self._run_exchange()
+
+    def change(self, changes: Iterable[Change]) -> None:
+        """Set these at the present point, and exchange again."""
+        for component, values in changes:
+            self.instances[component].set_values(values)
+        self.refresh()
+
+    def made(self, make: Callable[[Network], Made], length: float) -> Made:
+        """What `make` makes of this network for steps of this `length` over the simulation's."""
+        self.coarse = length
+        try:
+            return make(self)
+        finally:
+            self.coarse = 1.0
 
     def forget(self) -> None:
         """Something has jumped in the step being made: the points before it tell nothing more."""

@@ -39,6 +39,11 @@ class Rate:
         """Whether the steps of the system may be shorter than usual."""
         return self.is_sampled or not self.constant
 
+    @property
+    def halves(self) -> bool:
+        """Whether a step of half the system's can be made."""
+        return self.shortens or self.pieces % 2 == 0
+
     def __str__(self) -> str:
         only = " (the only size of step that its FMU makes)" if self.constant else ""
         how = f"steps by {self.step:g} s{only}"

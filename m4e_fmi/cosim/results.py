@@ -140,13 +140,13 @@ class ResultsWriter:
     def record(self, time: float) -> None:
         """Read all outputs, at `time` [s], into the next row."""
         self.schedule.run(time, row=self._rows)
-        self.keep([time])
+        self.keep(np.array([time]))
 
-    def keep(self, times: Sequence[float]) -> None:
-        """So many further rows are filled, read at `times` [s]."""
+    def keep(self, times: np.ndarray) -> None:
+        """Further rows are filled, read at `times` [s] (n,), one at least."""
         last = self._rows + len(times)
         self._times[self._rows : last] = times
-        self.last = times[-1] if times else self.last
+        self.last = float(times[-1])
         self._rows = last
         if self._rows == self._block or clock.monotonic() - self._flushed > FLUSH:
             self.flush()

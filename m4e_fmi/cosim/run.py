@@ -155,12 +155,11 @@ def start(
     """A run that the block of ``with start(system) as run`` steps, from the start time.
 
     Arguments are those of `run`. The block may end before the stop time; `Execution.outcome` then
-    tells of the run up to there. The certificate needs steps that can be made again, so there is
-    none once values were set between steps, or the run has gone back.
+    tells of the run up to there, its certificate too: of the course that led there.
     """
     if isinstance(system, System):
         system = prepare(system, build_directory=build_directory, tell=tell)
-    with _begun(system, results=results, variables=variables) as begun:
+    with _begun(system, results=results, variables=variables, changeable=True) as begun:
         master, writer = begun.master, begun.results
         execution = Execution(master, system.descriptions, system.wiring)
         master.begin(writer, singly=True)
@@ -199,13 +198,18 @@ class _Begun:
 
 @contextmanager
 def _begun(
-    system: Prepared, *, results: str | Path | None, variables: Sequence[str], certify: bool = True
+    system: Prepared,
+    *,
+    results: str | Path | None,
+    variables: Sequence[str],
+    certify: bool = True,
+    changeable: bool = False,
 ) -> Iterator[_Begun]:
     begun = clock.perf_counter()
     if results is not None:
         check_export(results)
     parts = (system.system, system.descriptions, system.wiring, system.structure, system.rates)
-    with Master(*parts, certify=certify) as master:
+    with Master(*parts, certify=certify, changeable=changeable) as master:
         path = None
         if results is None:
             found = _Begun(master)

@@ -6,6 +6,8 @@ import time as clock
 from functools import cached_property
 from typing import Protocol, cast
 
+import numpy as np
+
 from m4e_fmi.cosim.algorithms import Algorithm, Returning, Undoing
 from m4e_fmi.cosim.algorithms.scheduled import Scheduled, looped
 from m4e_fmi.cosim.announced import NEVER, Announced, in_nanoseconds
@@ -125,10 +127,10 @@ class Course:
             self.steps += made
             self._energy.note(made, size / SECOND)
             if self._results and state.written > row:
-                ends = range(1, state.written - row + 1)
-                points = [start + k * state.every * size for k in ends]
-                self._row = points[-1]
-                self._results.keep([point / SECOND for point in points])
+                ends = np.arange(1, state.written - row + 1)
+                points = start + state.every * size * ends
+                self._row = int(points[-1])
+                self._results.keep(points / SECOND)
             if self._witness:
                 self._witness.after(made, size, noted)
         if self.now == self._stop and self._row != self.now:

@@ -13,6 +13,13 @@ the first steps again, and a sixteenth of later ones. Jumps that FMUs announce a
 courses; steps between them whose number is odd leave one that is not longer, for which the
 differences are scaled up.
 
+Where steps of twice the length cannot be (they fail, most of them would end at jumps, values were
+set between the run's steps, a component's own points are not met) a window is made again at H/2:
+
+    error of y = |y − z| 2^p / (2^p − 1)
+
+Values are set there as in the run. This costs twice the steps of the window again.
+
 Beyond its window an error may go on growing. How it does, the longest window tells: if E doubles
 with the time (as the phase of an undamped oscillation), the octave's error is E S/τ, with S its
 length and τ that of the window, and octaves add up; if it does not grow (where oscillations are
@@ -20,12 +27,15 @@ damped and forced), the octave's error is E, and the largest counts. In between,
 γ = log₂ of what E grows by in the second half of the window,
 
     error = (Σ E^(1/γ) S/τ)^γ     over all octaves.
+
+A run that goes back to a saved state takes what was seen since then back, too.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from bisect import bisect
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import groupby, pairwise
 from typing import TYPE_CHECKING
@@ -34,7 +44,7 @@ import numpy as np
 
 from m4e_fmi.cosim.algorithms.scheduled import Scheduled, looped
 from m4e_fmi.cosim.energy import BLOCK
-from m4e_fmi.cosim.network import Network, Point
+from m4e_fmi.cosim.network import TWICE, Change, Network, Point
 from m4e_fmi.cosim.operations import Operation, gather
 from m4e_fmi.cosim.schedule import Loop
 from m4e_fmi.cosim.system import SECOND
@@ -56,32 +66,53 @@ ROUNDING = 1e-14
 
 
 @dataclass
+class _Told:
+    """What the two courses of a window tell of each source: `errors` (2, sources), the largest
+    differences in its first half and in all of it; `extremes`, the smallest and largest values.
+
+    The window is of `span` [ns], 0 if nothing is told yet.
+    """
+
+    errors: np.ndarray
+    extremes: np.ndarray
+    span: int = 0
+
+
+@dataclass
 class _Window:
     """Steps that are made again: `times` [ns] and source values of the run while it is open.
 
-    Then `errors` (2, sources) are the largest differences in its first half and in all of it,
-    `extremes` the smallest and largest values; `span` and `octave` the times [ns] of the window and
-    of all steps for which it stands. `jumps` are the points to which a jump has led.
+    `jumps` are the points to which a jump has led, `changes` what was set at some of the `times`.
     """
 
     start: Point
     times: list[int]
     values: list[np.ndarray]
-    errors: np.ndarray
-    extremes: np.ndarray
+    told: _Told
     jumps: list[int] = field(default_factory=list)
-    span: int = 0
-    octave: int = 0
+    changes: dict[int, list[Change]] = field(default_factory=dict)
+
+    def copy(self) -> _Window:
+        """The same, which stays as it is while this goes on, but for what is told in the end."""
+        changes = {time: changes.copy() for time, changes in self.changes.items()}
+        times, values, jumps = self.times.copy(), self.values.copy(), self.jumps.copy()
+        return replace(self, times=times, values=values, jumps=jumps, changes=changes)
 
     def coarse(self) -> list[int]:
-        """The points of the other course: every second one, and both ends of a jump."""
+        """Times [ns] of steps of twice the length: every second one, and both ends of a jump."""
         last = len(self.times) - 1
         edges = [0, *(k for jump in self.jumps for k in (jump - 1, jump)), last]
         chosen = [k for start, end in pairwise(edges) for k in (*range(start, end, 2), end)]
         kept = list(dict.fromkeys(chosen))
         if len(kept) > 1 and kept[-1] - kept[-2] == 1 and last not in self.jumps:
             kept.pop()  # a single step at the end tells nothing
-        return kept
+        return [self.times[k] for k in kept]
+
+    def fine(self) -> list[int]:
+        """Times [ns] of steps of half the length, but over jumps."""
+        jumps = {self.times[k] for k in self.jumps}
+        middles = [a + (b - a) // 2 for a, b in pairwise(self.times) if b not in jumps]
+        return sorted({*self.times, *middles})
 
 
 def off(values: np.ndarray, others: np.ndarray, largest: np.ndarray) -> np.ndarray:
@@ -90,17 +121,40 @@ def off(values: np.ndarray, others: np.ndarray, largest: np.ndarray) -> np.ndarr
     return np.where(difference <= ROUNDING * largest, 0.0, difference)
 
 
-class Witness:
-    """Follows a run of `network` by an algorithm that `make` makes anew for the other course.
+@dataclass(frozen=True)
+class Seen:
+    """What a witness knows at a point of the run; `open` is the open window as it is there."""
 
-    While it is `open`, the `operations` are to be performed after each step of the run.
+    steps: int
+    begins: int
+    ends: int
+    windows: tuple[_Window, ...]
+    open: _Window | None
+
+
+class _UntoldError(Exception):
+    """A course of steps of some length cannot tell the errors of a window; why not."""
+
+
+class Witness:
+    """Follows a run of `network` by an algorithm of this `order`, which `make` makes anew.
+
+    While it is `open`, the `operations` are to be performed after each step of the run. `lengths`
+    are those of the other course's steps over the run's, TWICE and HALF, to be tried in this order.
     """
 
     def __init__(
-        self, network: Network, make: Callable[[Network], Algorithm], sources: np.ndarray
+        self,
+        network: Network,
+        make: Callable[[Network], Algorithm],
+        sources: np.ndarray,
+        lengths: Sequence[float],
+        *,
+        order: int,
     ) -> None:
         self._network = network
-        self._other = _Other(network, make, sources)
+        self._others = {c: _Other(network, make, sources, length=c) for c in lengths}
+        self._order = order
         self._sources = sources
         self._values = np.zeros((BLOCK, len(sources)))
         self.operations: tuple[Operation, ...] = (gather(self._values, network.values, sources),)
@@ -108,6 +162,7 @@ class Witness:
         self._begins, self._ends = 0, FIRST
         self._window: _Window | None = None
         self._windows: list[_Window] = []
+        self._start = round(network.time * SECOND)
         self.failure = ""
         """Why nothing can be told, if so."""
 
@@ -118,16 +173,38 @@ class Witness:
 
     def before(self) -> None:
         """Before a step of the run: keeps the point where a window begins."""
-        if self._steps == self._begins and not self.failure:
+        if self._steps == self._begins and not self.open and not self.failure:
             now = self._network.snapshot(START)
             values = self._network.values[self._sources][None]
-            nothing, same = np.zeros((2, values.shape[1])), np.repeat(values, 2, axis=0)
-            self._window = _Window(now, [round(now.time * SECOND)], [values], nothing, same)
+            told = _Told(np.zeros((2, values.shape[1])), np.repeat(values, 2, axis=0))
+            self._window = _Window(now, [round(now.time * SECOND)], [values], told)
             self._windows.append(self._window)
 
-    def stop(self, why: str) -> None:
-        """The other course cannot follow the run any more: nothing can be told."""
-        self._window, self.failure = None, self.failure or why
+    def changed(self, changes: Sequence[Change]) -> None:
+        """Some values were set at the present point, and exchanged."""
+        if self._window:
+            self._window.changes.setdefault(self._window.times[-1], []).extend(changes)
+
+    def seen(self) -> Seen:
+        """What it knows at the present point, to which the run may go `back`."""
+        closed = tuple(window for window in self._windows if window is not self._window)
+        kept = self._window.copy() if self._window else None
+        return Seen(self._steps, self._begins, self._ends, closed, kept)
+
+    def back(self, seen: Seen) -> None:
+        """The run has gone back to where it had `seen` so much."""
+        latest = self._windows[-1].start if self._windows else None
+        self._steps, self._begins, self._ends = seen.steps, seen.begins, seen.ends
+        self._windows, self._window = list(seen.windows), None
+        if seen.open is None:
+            return
+        again = seen.open.copy()
+        self._windows.append(again)
+        if again.start is latest:  # the FMUs still have the states at its start
+            self._window = again
+        else:  # what it has told, further on, stands for it
+            self._begins = self._steps
+            self._ends = self._steps + max(FIRST, self._steps // SHARE)
 
     @property
     def room(self) -> int:
@@ -154,102 +231,127 @@ class Witness:
             self._close()
 
     def _close(self) -> None:
-        """Make the steps of the open window again, twice as long."""
+        """Make the steps of the open window again, of another length."""
         window, self._window = self._window, None
         self._begins = max(2 * self._begins, FIRST)
         self._ends = self._begins + self._begins // SHARE
-        if window is None or len(window.times) < 3:
+        if window is None or len(window.times) < 2:
             return
         values = np.concatenate(window.values)
-        window.extremes = np.array([values.min(axis=0), values.max(axis=0)])
-        network = self._network
-        end = network.snapshot(END)
-        network.restore(window.start)
-        try:
-            times = [window.times[k] for k in window.coarse()]
-            again = self._other.course(times, {window.times[k] for k in window.jumps})
-        except RunError as error:
-            self.failure = f"steps of twice the length fail ({error.message})"
+        end, why = self._network.snapshot(END), []
+        for length in tuple(self._others):
+            try:
+                self._judge(window, values, length)
+                break
+            except _UntoldError as error:
+                why.append(str(error))
         else:
-            self._compare(window, again, values)
-        network.restore(end)
+            self.failure = ", and ".join(why)
+        self._network.restore(end)
         window.values.clear()
 
-    def _compare(self, window: _Window, again: np.ndarray, values: np.ndarray) -> None:
-        """Note the largest differences of the two courses, of which one is at `coarse` only."""
-        coarse, times = window.coarse(), window.times
-        errors = off(again, values[coarse], np.abs(values).max(axis=0))
-        half = len(errors) // 2
-        span = times[coarse[-1]] - times[0]
-        doubled = sum(times[b] - times[a] for a, b in pairwise(coarse) if b - a == 2)
-        if doubled < span / 2:
-            self.failure = "most steps end at jumps, so that they cannot be made twice as long"
-            return
-        window.errors = np.array([errors[: half + 1].max(axis=0), errors.max(axis=0)]) * (
-            span / doubled
-        )
-        window.span = span
+    def _judge(self, window: _Window, values: np.ndarray, length: float) -> None:
+        """Note the largest differences to a course with steps of this `length`, or _UntoldError."""
+        twice = length == TWICE
+        if twice and window.changes:
+            raise _UntoldError("values were set between steps")
+        times = window.coarse() if twice else window.fine()
+        span = times[-1] - times[0]
+        alike = set(pairwise(times)) & set(pairwise(window.times))
+        other = span - sum(b - a for a, b in alike)
+        if not span:
+            raise _UntoldError("the run has but one step")
+        if other < span / 2:
+            raise _UntoldError("most steps end at jumps")
+        self._network.restore(window.start)
+        jumps = {window.times[k] for k in window.jumps}
+        try:
+            again = self._others[length].course(times, jumps, window.changes)
+        except RunError as error:
+            del self._others[length]
+            name = "twice" if twice else "half"
+            raise _UntoldError(f"steps of {name} the length fail ({error.message})") from error
+        _, mine, theirs = np.intersect1d(window.times, times, return_indices=True)
+        errors = off(again[theirs], values[mine], np.abs(values).max(axis=0))
+        first = errors[: len(errors) // 2 + 1].max(axis=0)
+        scale = span / other * (1.0 if twice else 2.0**self._order)
+        told, better = window.told, values if twice else again
+        told.errors = scale * np.array([first, errors.max(axis=0)])
+        told.extremes = np.array([better.min(axis=0), better.max(axis=0)])
+        told.span = span
 
     def finish(self) -> None:
         """At the end of the run: judge the window that is open."""
         self._close()
-        if not self.failure and not any(window.span for window in self._windows):
-            self.failure = "the run has but one step"
+        if not self.failure and not any(window.told.span for window in self._windows):
+            self.failure = "the run has no steps"
 
     def difference(self) -> np.ndarray:
         """What the two courses would differ by at most, for each source, had both gone all the way.
 
         To be called after `finish`, without a `failure`.
         """
-        windows = [window for window in self._windows if window.span]
-        begins = [window.times[0] for window in windows[1:]]
+        windows = [window for window in self._windows if window.told.span]
+        told = [window.told for window in windows]
         last = round(self._network.time * SECOND)
-        for window, end in zip(windows, [*begins, last], strict=True):
-            window.octave = end - window.times[0]
-        longest = max(windows, key=lambda window: window.span)
-        first, whole = longest.errors
+        edges = [self._start, *(window.times[0] for window in windows[1:]), last]
+        octaves = [end - begin for begin, end in pairwise(edges)]
+        first, whole = max(told, key=lambda one: one.span).errors
         grown = np.divide(whole, first, out=np.ones_like(whole), where=first > 0.0)
         exponent = np.clip(np.log2(np.maximum(grown, 1.0)), LEAST, MOST)
-        largest = np.max([window.errors[1] for window in windows], axis=0)
+        largest = np.max([one.errors[1] for one in told], axis=0)
         scale = np.where(largest > 0.0, largest, 1.0)
         total = sum(
-            (w.errors[1] / scale) ** (1 / exponent) * max(w.octave / w.span, 1.0) for w in windows
+            (one.errors[1] / scale) ** (1 / exponent) * max(octave / one.span, 1.0)
+            for one, octave in zip(told, octaves, strict=True)
         )
         return scale * np.where(largest > 0.0, total, 0.0) ** exponent
 
     def ranges(self) -> np.ndarray:
         """How far the values of each source have been apart in the windows."""
-        extremes = np.array([window.extremes for window in self._windows])
+        extremes = np.array([window.told.extremes for window in self._windows])
         return extremes[:, 1].max(axis=0) - extremes[:, 0].min(axis=0)
 
 
 class _Other:
-    """The second course, made where the run has just been."""
+    """The second course, made where the run has just been, with steps of another `length`."""
 
     def __init__(
-        self, network: Network, make: Callable[[Network], Algorithm], sources: np.ndarray
+        self,
+        network: Network,
+        make: Callable[[Network], Algorithm],
+        sources: np.ndarray,
+        *,
+        length: float,
     ) -> None:
         self._network, self._make, self._sources = network, make, sources
+        self._length = length
         self._values = np.zeros((BLOCK, len(sources)))
 
     @cached_property
     def _algorithm(self) -> Algorithm:
-        self._network.coarse = 2
-        try:
-            return self._make(self._network)
-        finally:
-            self._network.coarse = 1
+        return self._network.made(self._make, self._length)
 
     @cached_property
     def _loop(self) -> Loop | None:
         noted = gather(self._values, self._network.values, self._sources)
         return looped(self._algorithm, self._network, [noted])
 
-    def course(self, times: list[int], jumps: set[int]) -> np.ndarray:
-        """Values of the sources at these times [ns], a step from each to the next; some `jumps`."""
+    def course(
+        self, times: Sequence[int], jumps: set[int], changes: Mapping[int, Sequence[Change]]
+    ) -> np.ndarray:
+        """Values of the sources at these times [ns], a step from each to the next.
+
+        Some are `jumps`, at some `changes` are made.
+        """
         now, found = times[0], [self._network.values[self._sources][None]]
-        for size, steps in groupby(np.diff(times).tolist()):
+        sizes, changing = np.diff(times).tolist(), sorted(changes)
+        for (size, _), steps in groupby(
+            range(len(sizes)), lambda k: (sizes[k], bisect(changing, times[k]))
+        ):
             left = len(list(steps))
+            if now in changes:
+                self._network.change(changes[now])
             while left:
                 found.append(self._steps(now, size, left, jumps))
                 now += len(found[-1]) * size

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 from scipy.linalg import expm
 
-from m4e_fmi.cosim import Component, FmuFile, Network, Simulation, System, run
+from m4e_fmi.cosim import Component, FmuFile, Network, Outcome, Simulation, System, run, start
 
 
 @dataclass(frozen=True)
@@ -39,18 +39,53 @@ class RandomSystem:
 
         outcome = run(self.system, observers=[observe])
         step = expm(self.matrix * self.system.simulation.step_size)
+        return self._compared(found, [step] * (len(found) - 1)), _stated(outcome)
+
+    def true_and_stated_when_set(
+        self, dampings: Mapping[int, float], *, detour: int = 0
+    ) -> tuple[float, float]:
+        """The same of a run in which the first mass is given other dampings after so many steps.
+
+        After each `detour` steps, if not 0, the run goes on as far with another damping, and back.
+        """
+        first = self.system.components[0].start
+        mass, usual, damping = (float(str(first[n])) for n in ("mass", "damping", "damping"))
+        row = len(self.start) // 2
+        found, ways = [], []
+        with start(self.system) as execution:
+            for k, point in enumerate(execution):
+                found.append([point[name] for name in self.names])
+                if k in dampings:
+                    damping = execution["c0.damping"] = dampings[k]
+                if detour and k % detour == detour - 1:
+                    state = execution.save()
+                    execution["c0.damping"] = 10 * usual + mass
+                    for _ in range(detour):
+                        if not execution.done:
+                            execution.step()
+                    execution.restore(state)
+                matrix = self.matrix.copy()
+                matrix[row, row] -= (damping - usual) / mass
+                ways.append(expm(matrix * self.system.simulation.step_size))
+        return self._compared(found, ways[:-1]), _stated(execution.outcome)
+
+    def _compared(self, found: Sequence[Sequence[float]], ways: Sequence[np.ndarray]) -> float:
+        """The largest error over range; each of `ways` leads the states over a step."""
         states = [self.start]
-        for _ in found[1:]:
-            states.append(step @ states[-1])
+        for way in ways:
+            states.append(way @ states[-1])
         exact = np.array(states) @ self.sources.T
         ranges = {
             unit: max(np.ptp(exact, axis=0)[[u == unit for u in self.units]])
             for unit in set(self.units)
         }
         error = np.abs(np.array(found) - exact).max(axis=0)
-        true = max(error / [ranges[unit] for unit in self.units])
-        certificate = outcome.certificate
-        return true, np.nan if isinstance(certificate, str) else certificate.errors[0].error
+        return max(error / [ranges[unit] for unit in self.units])
+
+
+def _stated(outcome: Outcome) -> float:
+    certificate = outcome.certificate
+    return np.nan if isinstance(certificate, str) else certificate.errors[0].error
 
 
 def random_system(

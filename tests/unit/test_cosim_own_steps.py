@@ -13,7 +13,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from m4e_fmi.cosim import Component, FmuFile, Simulation, System, Timing, load, prepare, run
+from m4e_fmi.cosim import (
+    Certificate,
+    Component,
+    FmuFile,
+    Simulation,
+    System,
+    Timing,
+    load,
+    prepare,
+    run,
+)
 from m4e_fmi.cosim.algorithms.course import PARABOLA, Way
 from m4e_fmi.cosim.rates import Rate, rate, seconds
 from m4e_fmi.errors import InputError, RunError
@@ -237,10 +247,25 @@ def test_a_check_halves_the_steps_within_a_step(c_fmu: Fmus) -> None:
     assert run(pair(c_fmu, "0.1 s"), check=True).checked
 
 
-def test_a_course_at_twice_the_step_needs_points_there(c_fmu: Fmus) -> None:
-    outcome = run(pair(c_fmu, "0.15 s"))
+@pytest.mark.parametrize("options", ["", "+constant"])
+def test_where_longer_steps_miss_points_shorter_ones_tell(c_fmu: Fmus, options: str) -> None:
+    outcome = run(pair(c_fmu, "0.15 s", options=options), check=True)
+    assert isinstance(outcome.certificate, Certificate)
+    assert outcome.checked is not None
+    # both compare with a course at half the step
+    assert outcome.certificate.errors[0].error == pytest.approx(
+        outcome.checked.errors[0].error, rel=1e-9
+    )
+
+
+def test_where_no_other_steps_fit_the_run_says_so(c_fmu: Fmus) -> None:
+    system = pair(c_fmu, "0.15 s")
+    rigid = Component("c", FmuFile(c_fmu("partner+state+constant")))
+    outcome = run(replace(system, components=(*system.components, rigid)))
     assert outcome.certificate == (
-        "b steps by 0.15 s, once in 3 steps: steps of twice the length do not meet its points"
+        "steps of twice the length do not meet all points of a component (b steps by 0.15 s, once "
+        "in 3 steps), and there are none of half the length (c steps by 0.05 s (the only size of "
+        "step that its FMU makes))"
     )
 
 

@@ -8,7 +8,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from m4e_fmi.cosim import Component, FmuFile, Network, Outcome, Simulation, System, run, start
+from m4e_fmi.cosim import (
+    Certificate,
+    Component,
+    FmuFile,
+    Network,
+    Outcome,
+    Simulation,
+    System,
+    run,
+    start,
+)
 
 Fmus = Callable[[str], Path]
 G, E = 10.0, 0.5
@@ -77,6 +87,8 @@ def test_all_stop_at_impacts(
     assert "ball asked for the end of the simulation at t = 1.2857" in outcome.notes[-1]
     if tolerance is None:
         assert outcome.rejected == (0 if announces else 5)
+    assert isinstance(outcome.certificate, Certificate)
+    assert outcome.certificate.errors[0].error < 1e-8
 
 
 @pytest.mark.verifies(

@@ -78,8 +78,7 @@ class Part:
         self._feeds = network.feeds_through(name, ports)
         self.holds = bool(self._names) and not self._follows
         rate = network.rates.get(name)
-        self.pieces = rate.pieces if rate else self._fewest()
-        self._steps = network.coarse if rate else 1  # of each piece
+        self.pieces, self._steps = network.pieces(rate) if rate else (self._fewest(), 1)
         self._own = rate.step if rate else 0.0
         self._sized: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
         self._sizes = 0.0, 0.0
