@@ -261,7 +261,10 @@ class Instance:
         if function == "fmi2DoStep":
             step = f"the step from t = {self.time:.9g} s to {self.time + size:.9g} s failed"
             what = f"{step} ({what})"
-            remedy = f"try a step_size below {size:g} s, or other parameters and start values"
+            remedy = (
+                f"try a step_size below {size:g} s, or other parameters and start values; if the "
+                "FMU makes steps of one size only, give the component that as its own step_size"
+            )
         elif self._initialised:
             what += f" at t = {self.time:.9g} s"
         else:

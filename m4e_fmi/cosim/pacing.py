@@ -3,16 +3,47 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from fractions import Fraction
 
 from m4e_fmi.cosim.connect import Port
-from m4e_fmi.cosim.rates import Rate, rate, seconds
-from m4e_fmi.cosim.system import SECOND, Component, System
+from m4e_fmi.cosim.rates import Rate, common_step, fits, rate, seconds
+from m4e_fmi.cosim.system import SECOND, TICK, Component, System
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.fmu.reading import Description
 
 Rates = Mapping[str, Rate]
 """Component → its rate; those that algorithms may step as they like are not in it."""
+
+
+def refined(system: System, descriptions: Mapping[str, Description]) -> tuple[System, str]:
+    """The system with the longest step, its own or a part of it, that meets all components' points.
+
+    If that is a shorter one, the text tells; the rows of the results stay where they are, and FMUs
+    that make steps of one size keep to the step that was given. Steps that fit to none are left to
+    `pace` to tell.
+    """
+    simulation, macro = system.simulation, system.simulation.step
+    given = {c.name: c.step_size or descriptions[c.name].internal_step for c in system.components}
+    own = {name: seconds(step) for name, step in given.items() if step}
+    step, problems = common_step(macro, own, TICK)
+    if problems or step == macro:
+        return system, ""
+    usual = simulation.step_size
+    odd = " and ".join(name for name, h in own.items() if not fits(h, macro))
+    note = (
+        f"the system steps by {float(step):g} s, {macro / step} times in each {usual:g} s, to meet "
+        f"all points of {odd}"
+    )
+    interval = simulation.output_interval or usual
+    finer = replace(simulation, step_size=float(step), output_interval=interval)
+    components = tuple(
+        replace(c, step_size=usual)
+        if descriptions[c.name].constant_step and c.name not in own
+        else c
+        for c in system.components
+    )
+    return replace(system, components=components, simulation=finer), note
 
 
 def pace(

@@ -3,16 +3,21 @@
 A component may have a step of its own, h, beside the macro step H of the system. Either H = n h: it
 makes n steps in each macro step; or h = m H: it makes one in every m-th. Its points are then points
 of the system, or lie between them at equal distances, and never drift away from them: they are
-counted, and a number in floating point only where the FMU is called.
+counted, and a number in floating point only where the FMU is called. Where h = p/q H is neither,
+the system steps by the longest part of H that meets all points (`common_step`).
 """
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
 from m4e_fmi.units import parse_unit
 
+FINEST = 10
+"""Times that a system may step, to meet the points of all, in a step that was given for it."""
 DIGITS = 5e-6
 """Relative error of a step that is written down: 0.000333333 s is a third of 1 ms."""
 
@@ -70,15 +75,49 @@ def seconds(given: float | str) -> Fraction:
     return found * Fraction(str(scale.factor))
 
 
+def common_step(
+    macro: Fraction, steps: Mapping[str, Fraction], tick: Fraction
+) -> tuple[Fraction, dict[str, tuple[str, str]]]:
+    """The longest step [s], `macro` or a part of it, to which all own `steps` of components fit.
+
+    It is a multiple of `tick` [s]. The own steps that leave no such, or none of reasonable length,
+    are told with message and remedy each.
+    """
+    problems: dict[str, tuple[str, str]] = {}
+    found, before = macro, Fraction(0)
+    while found != before:
+        before = found
+        for name, step in steps.items():
+            if name in problems or fits(step, found):
+                continue
+            finer = _divisor(step, found)
+            if macro / finer > FINEST or (finer / tick).denominator > 1:
+                problems[name] = _misfit(step, macro)
+            else:
+                found = finer
+    return found, problems
+
+
+def _divisor(a: Fraction, b: Fraction) -> Fraction:
+    """The largest number of which both are multiples."""
+    whole = math.gcd(a.numerator * b.denominator, b.numerator * a.denominator)
+    return Fraction(whole, a.denominator * b.denominator)
+
+
+def fits(step: Fraction, macro: Fraction) -> bool:
+    """Whether one of the two goes a whole number of times into the other."""
+    ratio = max(step, macro) / min(step, macro)
+    return abs(ratio - round(ratio)) <= DIGITS * ratio
+
+
 def rate(step: Fraction, macro: Fraction, *, constant: bool = False) -> Rate:
     """The rate of a component that steps by `step` in a system that steps by `macro` [s].
 
     ValueError, whose arguments are message and remedy, if neither is a multiple of the other.
     """
-    larger, smaller = max(step, macro), min(step, macro)
-    count = round(larger / smaller)
-    if abs(larger / smaller - count) > DIGITS * count:
+    if not fits(step, macro):
         raise ValueError(*_misfit(step, macro))
+    count = round(max(step, macro) / min(step, macro))
     if step > macro and count > 1:
         return Rate(float(count * macro), every=count, constant=constant)
     return Rate(float(macro / count), pieces=count, constant=constant)

@@ -17,7 +17,7 @@ from m4e_fmi.cosim.energy import BondEnergy
 from m4e_fmi.cosim.execution import Execution
 from m4e_fmi.cosim.master import Master, Observer, Progress
 from m4e_fmi.cosim.overview import overview
-from m4e_fmi.cosim.pacing import Rates, pace
+from m4e_fmi.cosim.pacing import Rates, pace, refined
 from m4e_fmi.cosim.results import ResultsWriter
 from m4e_fmi.cosim.structure import Structure, analyse
 from m4e_fmi.cosim.system import SOLVES_LOOPS, Component, Simulation, System
@@ -30,13 +30,17 @@ from m4e_fmi.results import Results, check_export, export, load, stream_of
 
 @dataclass(frozen=True)
 class Prepared:
-    """A system with its FMUs built, its connections resolved, its loops and own steps known."""
+    """A system with its FMUs built, its connections resolved, its loops and own steps known.
+
+    Its step is such that it meets the points of all components: `notes` tell if it was shortened.
+    """
 
     system: System
     descriptions: dict[str, Description] = field(repr=False)
     wiring: Wiring = field(repr=False)
     structure: Structure = field(repr=False)
     rates: Rates = field(repr=False)
+    notes: tuple[str, ...] = ()
 
     @property
     def timings(self) -> dict[Link, Timing]:
@@ -106,8 +110,10 @@ def prepare(
     wiring = connect(system, descriptions)
     solves_loops = not refuse_loops or system.simulation.algorithm in SOLVES_LOOPS
     structure = analyse(descriptions, wiring, solves_loops=solves_loops)
-    rates = pace(system, descriptions, structure.loops)
-    return Prepared(system, descriptions, wiring, structure, rates)
+    paced, note = refined(system, descriptions)
+    rates = pace(paced, descriptions, structure.loops)
+    notes = (note,) if note else ()
+    return Prepared(paced, descriptions, wiring, structure, rates, notes)
 
 
 def run(
@@ -232,7 +238,7 @@ def _begun(
             steps=master.steps,
             wall_time=clock.perf_counter() - begun,
             energy=master.energy,
-            notes=master.notes,
+            notes=(*system.notes, *master.notes),
             order=master.order,
             rejected=master.rejected,
             certificate=master.certificate() if certify else "",
@@ -293,22 +299,22 @@ def _checked(
 
 
 def _finer(prepared: Prepared) -> Prepared:
-    """The same at half the step, which components that make several steps in each halve too.
+    """The same at half the step; components with a step of their own keep it, if it fits there.
 
-    Those that step more rarely keep their step: it is what they are, and not how they are computed.
-    InputError for an FMU that makes steps of one size only.
+    If an odd number of them makes the step, they are halved too: InputError for an FMU that makes
+    steps of one size only.
     """
     system = prepared.system
     settings, tolerance = system.simulation, system.simulation.coupling_tolerance
     parts: list[Component] = []
     for part in system.components:
         rate = prepared.rates.get(part.name)
-        if rate and not rate.shortens:
+        if rate and not rate.halves:
             raise InputError.single(
                 f"--check runs at half the step, which {part.name} cannot: it {rate}",
                 "leave it out: what each run tells of its error needs no other step",
             )
-        if rate and part.step_size is not None and not rate.is_sampled:
+        if rate and part.step_size is not None and not rate.is_sampled and rate.pieces % 2:
             part = replace(part, step_size=rate.step / 2)
         parts.append(part)
     simulation = replace(

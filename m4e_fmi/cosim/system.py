@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from importlib.metadata import entry_points
@@ -12,7 +12,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from m4e_fmi.cosim.rates import rate, seconds
+from m4e_fmi.cosim.rates import common_step, seconds
 from m4e_fmi.document import Document, Location, Section
 from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.units import Quantity, Unit
@@ -25,6 +25,8 @@ PACKAGE = ".ssp"
 """Suffix of an SSP package; any other file with a system is YAML."""
 SECOND = 1_000_000_000
 """Nanoseconds, in which the master counts time."""
+TICK = Fraction(1, SECOND)
+"""One of them [s]."""
 
 Start = Mapping[str, float | int | bool | str | Quantity]
 
@@ -62,10 +64,11 @@ class Component:
     `start` holds start values by variable name: in the FMU's unit, or with one of their own (a
     Quantity, or a text as ``"5 mm"``). `units` are those of variables whose FMU gives none.
 
-    `step_size` is the time by which this FMU is stepped: a number of seconds or a text with unit
-    (``"1/3 ms"``). If that of the simulation is n times as long, the component makes n equal steps
-    in each macro step; if it is m times that of the simulation, it makes one in every m-th. None
-    leaves it to the algorithm.
+    `step_size` is the time by which this FMU is stepped: a number of seconds or a text with
+    unit (``"1/3 ms"``). If that of the simulation is n times as long, the component makes n
+    equal steps in each macro step; if it is m times that of the simulation, it makes one in
+    every m-th; else the system makes shorter macro steps that meet its points. None leaves it
+    to the algorithm.
     """
 
     name: str
@@ -168,7 +171,8 @@ class System:
 
         if Path(path).suffix.lower() != PACKAGE:
             raise InputError.single(f"a system is saved as {PACKAGE}", f"write {path}{PACKAGE}")
-        return write_ssp(prepare(self, build_directory=build_directory), path)
+        prepared = prepare(self, build_directory=build_directory)
+        return write_ssp(replace(prepared, system=self), path)
 
     def changed(self, *, start: Start | None = None, **simulation: Any) -> System:
         """The same system with other start values and simulation settings.
@@ -244,17 +248,22 @@ def simulation_problems(
 
 
 def step_problems(
-    components: Iterable[Component], simulation: Simulation
+    components: Sequence[Component], simulation: Simulation
 ) -> list[tuple[Location, str, str]]:
     """(location, message, remedy) for all that is wrong with the components' own steps."""
-    found: list[tuple[Location, str, str]] = []
+    found: dict[str, tuple[str, str]] = {}
+    steps: dict[str, Fraction] = {}
     for component in components:
         if component.step_size is None:
             continue
-        at = ("components", component.name, "step_size")
         try:
-            rate(seconds(component.step_size), simulation.step)
+            steps[component.name] = seconds(component.step_size)
         except ValueError as error:
-            message, remedy = error.args
-            found.append((at, f"component {component.name!r}: {message}", remedy))
-    return found
+            found[component.name] = error.args
+    found |= common_step(simulation.step, steps, TICK)[1]
+    return [
+        (("components", c.name, "step_size"), f"component {c.name!r}: {message}", remedy)
+        for c in components
+        if c.name in found
+        for message, remedy in [found[c.name]]
+    ]

@@ -25,7 +25,8 @@ from m4e_fmi.cosim import (
     run,
 )
 from m4e_fmi.cosim.algorithms.course import PARABOLA, Way
-from m4e_fmi.cosim.rates import Rate, rate, seconds
+from m4e_fmi.cosim.rates import Rate, common_step, rate, seconds
+from m4e_fmi.cosim.system import TICK
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.fmu import read_description
 
@@ -93,12 +94,61 @@ def test_what_does_not_fit_names_the_nearest_that_does(
     assert remedy in caught.value.args[1]
 
 
+@pytest.mark.parametrize(
+    ("steps", "found"),
+    [
+        ((50, 10, 150), 50),
+        ((20,), 10),
+        ((75,), 25),
+        ((125, 10), 5),  # 10 ms went into 50 ms, but not into 25 ms
+        ((75, 40), 5),
+    ],
+)
+def test_common_steps(steps: tuple[int, ...], found: int) -> None:
+    own = {str(step): step * MS for step in steps}
+    assert common_step(50 * MS, own, TICK) == (found * MS, {})
+
+
+def test_steps_that_have_none_in_common_are_told_one_by_one() -> None:
+    own = {"a": 20 * MS, "b": 33 * MS, "c": MS * 43 / 100}
+    found, problems = common_step(50 * MS, own, TICK)
+    assert found == 10 * MS
+    assert set(problems) == {"b", "c"}
+    assert problems["b"][0] == "step_size 0.033 s goes 1.51515 times into the system's 0.05 s"
+
+
+@pytest.mark.parametrize("algorithm", ["jacobi", "gauss_seidel", "corrector", "implicit"])
+def test_any_ratio_of_steps(c_fmu: Fmus, tmp_path: Path, algorithm: str) -> None:
+    own, ends = "75 ms", []
+    for step in (0.05, 0.025):
+        file = tmp_path / f"{step}.nc"
+        system = pair(c_fmu, own, algorithm=algorithm, step_size=step, output_interval=0.05)
+        outcome = run(system, results=file)
+        assert outcome.steps == 40
+        ends.append(load(file)["a.body.m.x"].values)
+    assert len(ends[0]) == 21  # the rows of the step that was given
+    np.testing.assert_array_equal(ends[0], ends[1])
+    outcome = run(pair(c_fmu, own, algorithm=algorithm))
+    assert outcome.notes[0] == (
+        "the system steps by 0.025 s, 2 times in each 0.05 s, to meet all points of b"
+    )
+    assert outcome.notes[0] in str(outcome.prepared)
+
+
+def test_an_fmu_of_constant_step_keeps_the_one_that_was_given(c_fmu: Fmus) -> None:
+    system = pair(c_fmu, "75 ms")
+    part = Component("c", FmuFile(c_fmu("partner+state+constant")))
+    prepared = prepare(replace(system, components=(*system.components, part)))
+    assert prepared.system.simulation.step_size == 0.025
+    assert prepared.rates["c"] == Rate(0.05, every=2, constant=True)
+
+
 def test_a_step_that_does_not_fit_is_told_with_its_place(c_fmu: Fmus, tmp_path: Path) -> None:
     path = tmp_path / "system.yaml"
     path.write_text(
         "name: s\n"
         "components:\n"
-        f"  a: {{fmu: '{c_fmu('mass')}', step_size: 20 ms}}\n"
+        f"  a: {{fmu: '{c_fmu('mass')}', step_size: 33 ms}}\n"
         f"  b: {{fmu: '{c_fmu('mass')}', step_size: 5 m}}\n"
         "simulation: {stop_time: 1, step_size: 0.05, algorithm: jakobi}\n"
     )
@@ -111,10 +161,10 @@ def test_a_step_that_does_not_fit_is_told_with_its_place(c_fmu: Fmus, tmp_path: 
         System.load(path)
     first, second = caught.value.problems
     assert f"{path}:3:" in str(first)
-    assert "component 'a': step_size 0.02 s goes 2.5 times" in first.message
+    assert "component 'a': step_size 0.033 s goes 1.51515 times" in first.message
     assert f"{path}:4:" in str(second)
     assert "step_size '5 m' is no time" in second.message
-    path.write_text(path.read_text().replace("20 ms", "10 ms").replace("5 m}", "1/3 ms}"))
+    path.write_text(path.read_text().replace("33 ms", "10 ms").replace("5 m}", "1/3 ms}"))
     system = System.load(path.rename(tmp_path / "good.yaml")).changed(step_size=0.01)
     assert [part.step_size for part in system.components] == ["10 ms", "1/3 ms"]
     with pytest.raises(InputError, match=r"component 'b': step_size 0.000333333 s goes 30.03"):
@@ -194,8 +244,13 @@ def test_a_step_inside_an_fmu(c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch) -> N
     assert prepare(pair(c_fmu, "50 ms")).rates == {"b": Rate(0.05)}
     with pytest.raises(InputError, match=r"no multiple of 0.01 s, by which its FMU goes"):
         prepare(pair(c_fmu, "1/60 s"))
-    with pytest.raises(InputError, match=r"goes by steps of 0.01 s .*: .* goes 2.5 times"):
-        prepare(pair(c_fmu, step_size=0.025))
+    with pytest.raises(InputError, match=r"goes by steps of 0.01 s .*: .* goes 3.7 times"):
+        prepare(pair(c_fmu, step_size=0.037))
+    found = prepare(pair(c_fmu, step_size=0.025))
+    assert found.rates == {"b": Rate(0.01, every=2)}
+    assert found.notes == (
+        "the system steps by 0.005 s, 5 times in each 0.025 s, to meet all points of b",
+    )
 
 
 @pytest.mark.parametrize("algorithm", ["jacobi", "gauss_seidel", "corrector", "implicit"])
@@ -206,8 +261,9 @@ def test_an_fmu_is_stepped_by_its_own_step_to_the_last_bit(
     """The FMU refuses all but 0.01 s, of which H = 0.05 s is no exact multiple; a course at 2 H."""
     system = pair(c_fmu, "10 ms", options=f"{options}+hundredth", algorithm=algorithm)
     assert run(system).certificate.errors  # type: ignore[union-attr]
-    with pytest.raises(RunError, match=r"I make steps of 0.01 s"):
+    with pytest.raises(RunError, match=r"I make steps of 0.01 s") as caught:
         run(pair(c_fmu, options=f"{options}+hundredth", algorithm=algorithm))
+    assert "makes steps of one size only, give the component that as its own" in str(caught.value)
 
 
 @pytest.mark.parametrize("algorithm", ["jacobi", "gauss_seidel", "corrector", "implicit"])
@@ -245,6 +301,8 @@ def test_a_check_halves_the_steps_within_a_step(c_fmu: Fmus) -> None:
     with pytest.raises(InputError, match="half the step, which b cannot"):
         run(pair(c_fmu, options="+constant"), check=True)
     assert run(pair(c_fmu, "0.1 s"), check=True).checked
+    # two steps in each become one
+    assert run(pair(c_fmu, "25 ms", options="+constant"), check=True).checked
 
 
 @pytest.mark.parametrize("options", ["", "+constant"])
