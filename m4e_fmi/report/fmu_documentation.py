@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import io
 import math
+import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -102,10 +103,11 @@ def _interval(description: ModelDescription, *, columns: int) -> float:
 
 
 def _svg(figure: Figure) -> str:
+    """A drawing whose places [pt] have two decimals, which halves it."""
     text = io.StringIO()
     _save(figure, text, format="svg", bbox_inches="tight", pad_inches=0.15)
     drawing = text.getvalue()
-    return drawing[drawing.index("<svg") :]
+    return re.sub(r"(\d\.\d\d)\d+", r"\1", drawing[drawing.index("<svg") :])
 
 
 def _save(figure: Figure, target: Any, **settings: Any) -> None:
