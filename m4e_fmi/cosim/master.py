@@ -8,9 +8,7 @@ import time as clock
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field
-from itertools import count
 from typing import cast
-from weakref import finalize
 
 import numpy as np
 
@@ -44,8 +42,6 @@ PROGRESS_INTERVAL = 0.1
 """Wall seconds between calls of a progress callable."""
 SECOND_SET = "_again"
 """What the names of the instances end with that go beside the run."""
-LAST_PLACE = 3
-"""Where FMUs keep states while steps are made: by algorithms (0), `witness` (1, 2), `doubling`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,8 +92,6 @@ class Master:
         self._certify, self._changeable = certify, changeable
         self._changes: list[Change] = []
         self._open = ExitStack()
-        self._free: list[int] = []
-        self._places = count(LAST_PLACE + 1)
         self._stop = round(system.simulation.stop_time * SECOND)
 
     def __enter__(self) -> Master:
@@ -335,13 +329,10 @@ class Master:
                 "(canGetAndSetFMUstate)",
                 "use FMUs that can, or run again from the start",
             )
-        place = self._free.pop() if self._free else next(self._places)
-        point = self.network.snapshot(place)
+        point = self.network.keep()
         row = self._results.mark() if self._results else None
         seen = self._witness.seen() if isinstance(self._witness, Witness) else None
-        state = State(self, point, remember(self), row, seen)
-        finalize(state, self._free.append, place)
-        return state
+        return State(self, point, remember(self), row, seen)
 
     def restore(self, state: State) -> None:
         """Return to a state of this run; RunError if there is no way back to it."""

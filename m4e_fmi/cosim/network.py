@@ -18,7 +18,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import count
 from typing import TypeVar
+from weakref import finalize
 
 import numpy as np
 
@@ -38,6 +40,9 @@ Made = TypeVar("Made")
 Action = Callable[[], None]
 Change = tuple[str, Mapping[str, Value]]
 """A component, and values of variables of it by name."""
+OWN_PLACES = 2
+"""Where FMUs keep states while steps are made: by algorithms (0), `doubling` (1); points that are
+kept have places from here on."""
 TWICE, HALF = 2.0, 0.5
 """How much longer than the simulation's the steps are that tell its error."""
 
@@ -87,6 +92,8 @@ class Network:
             if not link.is_plain:
                 instance = self.instances[link.target.component]
                 instance.scale_input(link.target.variable, link.factor, link.offset)
+        self._free: list[int] = []
+        self._places = count(OWN_PLACES)
         self.rates = rates
         self._origin = round(time * SECOND)
         self.coarse = 1.0
@@ -100,10 +107,10 @@ class Network:
         by_target = {link.target: link for link in wiring.links}
         self.links: list[Link] = [by_target[target] for target in self.targets]
         self.judged = tuple(_judged(self.links, structure.ends))
-        count = len(self.outputs)
-        self.values = np.zeros(5 * count)
+        size = len(self.outputs)
+        self.values = np.zeros(5 * size)
         self.now, self.before, self.stepped, self.middle, self.earlier = (
-            k * count for k in range(5)
+            k * size for k in range(5)
         )
         self.inputs = np.zeros(len(self.targets))
         self._index = {port: k for k, port in enumerate(self.outputs)}
@@ -230,6 +237,13 @@ class Network:
         loops = tuple(remember(part) for part in self._exchange)
         copies = self.values.copy(), self.inputs.copy()
         return Point(place, self.time, self.last, *copies, loops)
+
+    def keep(self) -> Point:
+        """The present point, in a place of its own, which is free again when nothing holds it."""
+        place = self._free.pop() if self._free else next(self._places)
+        point = self.snapshot(place)
+        finalize(point, self._free.append, place)
+        return point
 
     def restore(self, point: Point) -> None:
         """Return to a point; an FMU that answered Fatal meanwhile cannot, which is a RunError."""

@@ -33,11 +33,10 @@ A run that goes back to a saved state takes what was seen since then back, too.
 
 from __future__ import annotations
 
-from bisect import bisect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import groupby, pairwise
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -55,8 +54,6 @@ if TYPE_CHECKING:
 
 FIRST, SHARE = 256, 8
 """Steps of the first window; octaves over windows after it."""
-START, END = 1, 2
-"""Where the FMUs keep the states at the ends of a window."""
 FAR = 2**62
 """More steps than a run has."""
 LEAST, MOST = 0.05, 1.0
@@ -80,13 +77,13 @@ class _Told:
 
 @dataclass
 class _Window:
-    """Steps that are made again: `times` [ns] and source values of the run while it is open.
+    """Steps that are made again: `times` [ns] and source values of the run, piece by piece.
 
-    `jumps` are the points to which a jump has led, `changes` what was set at some of the `times`.
+    `jumps` are the times to which a jump has led, `changes` what was set at some times.
     """
 
     start: Point
-    times: list[int]
+    times: list[np.ndarray]
     values: list[np.ndarray]
     told: _Told
     jumps: list[int] = field(default_factory=list)
@@ -98,21 +95,40 @@ class _Window:
         times, values, jumps = self.times.copy(), self.values.copy(), self.jumps.copy()
         return replace(self, times=times, values=values, jumps=jumps, changes=changes)
 
-    def coarse(self) -> list[int]:
-        """Times [ns] of steps of twice the length: every second one, and both ends of a jump."""
-        last = len(self.times) - 1
-        edges = [0, *(k for jump in self.jumps for k in (jump - 1, jump)), last]
-        chosen = [k for start, end in pairwise(edges) for k in (*range(start, end, 2), end)]
-        kept = list(dict.fromkeys(chosen))
-        if len(kept) > 1 and kept[-1] - kept[-2] == 1 and last not in self.jumps:
-            kept.pop()  # a single step at the end tells nothing
-        return [self.times[k] for k in kept]
+    @property
+    def began(self) -> int:
+        """The time [ns] of its start."""
+        return int(self.times[0][0])
 
-    def fine(self) -> list[int]:
-        """Times [ns] of steps of half the length, but over jumps."""
-        jumps = {self.times[k] for k in self.jumps}
-        middles = [a + (b - a) // 2 for a, b in pairwise(self.times) if b not in jumps]
-        return sorted({*self.times, *middles})
+
+def _coarse(times: np.ndarray, jumps: Sequence[int]) -> np.ndarray:
+    """Times of steps of twice the length: every second one, and both ends of a jump."""
+    last = len(times) - 1
+    after = np.searchsorted(times, jumps)
+    edges = np.concatenate([[0], np.column_stack((after - 1, after)).ravel(), [last]])
+    kept = np.unique(np.concatenate([edges, *(np.arange(a, b, 2) for a, b in pairwise(edges))]))
+    if len(kept) > 1 and kept[-1] - kept[-2] == 1 and last not in after:
+        kept = kept[:-1]  # a single step at the end tells nothing
+    return times[kept]
+
+
+def _fine(times: np.ndarray, jumps: Sequence[int]) -> np.ndarray:
+    """Times of steps of half the length, but over jumps."""
+    smooth = ~np.isin(times[1:], jumps)
+    middles = times[:-1] + np.diff(times) // 2
+    return np.unique(np.concatenate([times, middles[smooth]]))
+
+
+def _other_steps(times: np.ndarray, run: np.ndarray) -> int:
+    """How long [ns] the steps take that lead along `times`, and that the run has not made."""
+    place = np.searchsorted(run, times)
+    met = run[np.minimum(place, len(run) - 1)] == times
+    same = met[:-1] & met[1:] & (np.diff(place) == 1)
+    return int(np.diff(times)[~same].sum())
+
+
+def _nanoseconds(time: float) -> int:
+    return round(time * SECOND)
 
 
 def off(values: np.ndarray, others: np.ndarray, largest: np.ndarray) -> np.ndarray:
@@ -162,7 +178,7 @@ class Witness:
         self._begins, self._ends = 0, FIRST
         self._window: _Window | None = None
         self._windows: list[_Window] = []
-        self._start = round(network.time * SECOND)
+        self._start = _nanoseconds(network.time)
         self.failure = ""
         """Why nothing can be told, if so."""
 
@@ -174,16 +190,17 @@ class Witness:
     def before(self) -> None:
         """Before a step of the run: keeps the point where a window begins."""
         if self._steps == self._begins and not self.open and not self.failure:
-            now = self._network.snapshot(START)
-            values = self._network.values[self._sources][None]
+            start = self._network.keep()
+            now, values = _nanoseconds(start.time), self._network.values[self._sources][None]
             told = _Told(np.zeros((2, values.shape[1])), np.repeat(values, 2, axis=0))
-            self._window = _Window(now, [round(now.time * SECOND)], [values], told)
+            self._window = _Window(start, [np.array([now])], [values], told)
             self._windows.append(self._window)
 
     def changed(self, changes: Sequence[Change]) -> None:
         """Some values were set at the present point, and exchanged."""
         if self._window:
-            self._window.changes.setdefault(self._window.times[-1], []).extend(changes)
+            now = _nanoseconds(self._network.time)
+            self._window.changes.setdefault(now, []).extend(changes)
 
     def seen(self) -> Seen:
         """What it knows at the present point, to which the run may go `back`."""
@@ -193,18 +210,9 @@ class Witness:
 
     def back(self, seen: Seen) -> None:
         """The run has gone back to where it had `seen` so much."""
-        latest = self._windows[-1].start if self._windows else None
         self._steps, self._begins, self._ends = seen.steps, seen.begins, seen.ends
-        self._windows, self._window = list(seen.windows), None
-        if seen.open is None:
-            return
-        again = seen.open.copy()
-        self._windows.append(again)
-        if again.start is latest:  # the FMUs still have the states at its start
-            self._window = again
-        else:  # what it has told, further on, stands for it
-            self._begins = self._steps
-            self._ends = self._steps + max(FIRST, self._steps // SHARE)
+        self._window = seen.open.copy() if seen.open else None
+        self._windows = [*seen.windows, *([self._window] if self._window else [])]
 
     @property
     def room(self) -> int:
@@ -222,10 +230,10 @@ class Witness:
         window = self._window
         if window is None:
             return
-        last = window.times[-1]
-        window.times += [last + k * size for k in range(1, steps + 1)]
+        last = int(window.times[-1][-1])
+        window.times.append(last + size * np.arange(1, steps + 1))
         if jumped:
-            window.jumps.append(len(window.times) - 1)
+            window.jumps.append(last + size * steps)
         window.values.append(self._values[row : row + steps].copy())
         if self._steps == self._ends:
             self._close()
@@ -237,11 +245,11 @@ class Witness:
         self._ends = self._begins + self._begins // SHARE
         if window is None or len(window.times) < 2:
             return
-        values = np.concatenate(window.values)
-        end, why = self._network.snapshot(END), []
+        times, values = np.concatenate(window.times), np.concatenate(window.values)
+        end, why = self._network.keep(), []
         for length in tuple(self._others):
             try:
-                self._judge(window, values, length)
+                self._judge(window, times, values, length)
                 break
             except _UntoldError as error:
                 why.append(str(error))
@@ -250,28 +258,25 @@ class Witness:
         self._network.restore(end)
         window.values.clear()
 
-    def _judge(self, window: _Window, values: np.ndarray, length: float) -> None:
+    def _judge(self, window: _Window, run: np.ndarray, values: np.ndarray, length: float) -> None:
         """Note the largest differences to a course with steps of this `length`, or _UntoldError."""
         twice = length == TWICE
         if twice and window.changes:
             raise _UntoldError("values were set between steps")
-        times = window.coarse() if twice else window.fine()
-        span = times[-1] - times[0]
-        alike = set(pairwise(times)) & set(pairwise(window.times))
-        other = span - sum(b - a for a, b in alike)
+        times = (_coarse if twice else _fine)(run, window.jumps)
+        span, other = int(times[-1] - times[0]), _other_steps(times, run)
         if not span:
             raise _UntoldError("the run has but one step")
         if other < span / 2:
             raise _UntoldError("most steps end at jumps")
         self._network.restore(window.start)
-        jumps = {window.times[k] for k in window.jumps}
         try:
-            again = self._others[length].course(times, jumps, window.changes)
+            again = self._others[length].course(times, window.jumps, window.changes)
         except RunError as error:
             del self._others[length]
             name = "twice" if twice else "half"
             raise _UntoldError(f"steps of {name} the length fail ({error.message})") from error
-        _, mine, theirs = np.intersect1d(window.times, times, return_indices=True)
+        _, mine, theirs = np.intersect1d(run, times, assume_unique=True, return_indices=True)
         errors = off(again[theirs], values[mine], np.abs(values).max(axis=0))
         first = errors[: len(errors) // 2 + 1].max(axis=0)
         scale = span / other * (1.0 if twice else 2.0**self._order)
@@ -293,8 +298,8 @@ class Witness:
         """
         windows = [window for window in self._windows if window.told.span]
         told = [window.told for window in windows]
-        last = round(self._network.time * SECOND)
-        edges = [self._start, *(window.times[0] for window in windows[1:]), last]
+        last = _nanoseconds(self._network.time)
+        edges = [self._start, *(window.began for window in windows[1:]), last]
         octaves = [end - begin for begin, end in pairwise(edges)]
         first, whole = max(told, key=lambda one: one.span).errors
         grown = np.divide(whole, first, out=np.ones_like(whole), where=first > 0.0)
@@ -338,18 +343,18 @@ class _Other:
         return looped(self._algorithm, self._network, [noted])
 
     def course(
-        self, times: Sequence[int], jumps: set[int], changes: Mapping[int, Sequence[Change]]
+        self, times: np.ndarray, jumps: Sequence[int], changes: Mapping[int, Sequence[Change]]
     ) -> np.ndarray:
         """Values of the sources at these times [ns], a step from each to the next.
 
         Some are `jumps`, at some `changes` are made.
         """
-        now, found = times[0], [self._network.values[self._sources][None]]
-        sizes, changing = np.diff(times).tolist(), sorted(changes)
-        for (size, _), steps in groupby(
-            range(len(sizes)), lambda k: (sizes[k], bisect(changing, times[k]))
-        ):
-            left = len(list(steps))
+        sizes = np.diff(times)
+        found = [self._network.values[self._sources][None]]
+        other = np.flatnonzero(np.diff(sizes)) + 1
+        changing = np.searchsorted(times, sorted(changes))
+        for first, last in pairwise(sorted({0, *other.tolist(), *changing.tolist(), len(sizes)})):
+            now, size, left = int(times[first]), int(sizes[first]), last - first
             if now in changes:
                 self._network.change(changes[now])
             while left:
@@ -358,7 +363,7 @@ class _Other:
                 left -= len(found[-1])
         return np.concatenate(found)
 
-    def _steps(self, now: int, size: int, most: int, jumps: set[int]) -> np.ndarray:
+    def _steps(self, now: int, size: int, most: int, jumps: Sequence[int]) -> np.ndarray:
         """Values after each of some steps of `size` from `now` [ns], one at least."""
         network, algorithm = self._network, self._algorithm
         loop = None if jumps else self._loop

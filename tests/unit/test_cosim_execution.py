@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from m4e_fmi.cosim import Component, FmuFile, Simulation, System, load, start
+from m4e_fmi.cosim import Certificate, Component, FmuFile, Simulation, System, load, start
 from m4e_fmi.errors import InputError, RunError
 
 Fmus = Callable[[str], Path]
@@ -89,6 +89,33 @@ def test_a_run_that_was_left_at_once_has_no_certificate(c_fmu: Fmus) -> None:
     with start(oscillator(c_fmu, options="")) as run:
         run["body.damping"] = 0.1
     assert run.outcome.certificate == "the run has no steps"
+
+
+def test_branches_leave_no_trace_in_the_certificate(c_fmu: Fmus) -> None:
+    system = oscillator(c_fmu).changed(stop_time=60.0, algorithm="gauss_seidel")
+    found = []
+    for branches in (False, True):
+        with start(system) as run:
+            if branches:
+                first = run.save()
+                for _ in range(10):
+                    run.step()
+                early = run.save()
+                run.restore(first)
+                run["body.damping"] = 1.0
+                for _ in range(400):  # past the first two windows
+                    run.step()
+                late = run.save()
+                run.restore(early)
+                for _ in range(20):
+                    run.step()
+                run.restore(late)
+                run.restore(early)
+            for _ in run:
+                pass
+        found.append(run.outcome.certificate)
+    assert found[0] == found[1]
+    assert isinstance(found[0], Certificate)
 
 
 @pytest.mark.parametrize("flush", [False, True])

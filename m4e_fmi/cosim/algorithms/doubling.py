@@ -15,7 +15,7 @@ from m4e_fmi.cosim.network import Network
 if TYPE_CHECKING:
     from m4e_fmi.cosim.algorithms import Algorithm
 
-PLACE = 3
+PLACE = 1
 """Where the FMUs keep their states at the start of a step."""
 
 
