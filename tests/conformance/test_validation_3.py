@@ -13,13 +13,13 @@ from pathlib import Path
 
 import pytest
 from support.chains import hanging_chain
+from support.defects import planted
 from support.plane import plane
 
 from m4e_fmi.fmu import build_fmu, validate_fmu
 from m4e_fmi.fmu.validation import GROUPS
 from m4e_fmi.multibody import model_program
 
-XML = "modelDescription.xml"
 TANGENT = "resources/tangent.m4e"
 CHECKSUM = 12
 """Where the checksum of what follows it stands in a program's binary form."""
@@ -76,18 +76,6 @@ FAULTS: dict[str, tuple[str, str, str, set[str]]] = {
 def chain(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("chain") / "chain.fmu"
     return build_fmu(model_program(hanging_chain(2)), path, native=True, fmi="3")
-
-
-def planted(path: Path, changed: Path, old: bytes, new: bytes, member: str = XML) -> Path:
-    """The FMU at `path`, saved as `changed`, with other bytes in one of its files."""
-    with zipfile.ZipFile(path) as source, zipfile.ZipFile(changed, "w") as target:
-        for name in source.namelist():
-            content = source.read(name)
-            if name == member:
-                assert old in content
-                content = content.replace(old, new)
-            target.writestr(name, content)
-    return changed
 
 
 def test_the_double_pendulum_has_no_finding(chain: Path) -> None:

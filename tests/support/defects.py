@@ -11,6 +11,7 @@ import fmpy
 
 HERE = Path(__file__).parent / "c_fmus"
 NAME = "oscillator"
+XML = "modelDescription.xml"
 
 
 @dataclass(frozen=True)
@@ -221,6 +222,18 @@ def build(folder: Path, defect: Defect | None = None) -> Path:
         text = text.replace(*defect.change)
     path = folder / f"{NAME}.fmu"
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr("modelDescription.xml", text)
+        archive.writestr(XML, text)
         archive.write(library, f"binaries/{fmpy.platform}/{library.name}")
     return path
+
+
+def planted(path: Path, changed: Path, old: bytes, new: bytes, member: str = XML) -> Path:
+    """The FMU at `path`, saved as `changed`, with other bytes in one of its files."""
+    with zipfile.ZipFile(path) as source, zipfile.ZipFile(changed, "w") as target:
+        for name in source.namelist():
+            content = source.read(name)
+            if name == member:
+                assert old in content
+                content = content.replace(old, new)
+            target.writestr(name, content)
+    return changed

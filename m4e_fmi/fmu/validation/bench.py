@@ -30,7 +30,10 @@ class Facts:
 
 @dataclass
 class Bench:
-    """One group's process: `folder` is for files that the next group reads."""
+    """One group's process: `folder` is for files that the next group reads.
+
+    `pace` is by how much inputs and communication steps are smaller than the FMU's own: see `pace`.
+    """
 
     subject: Subject
     library: Library
@@ -38,6 +41,12 @@ class Bench:
     folder: Path
     rng: np.random.Generator = field(default_factory=lambda: np.random.default_rng(SEED))
     began: float = field(default_factory=time.monotonic)
+    pace: float = 1.0
+
+    @property
+    def step_size(self) -> float:
+        """The communication step to go by [s]."""
+        return self.pace * self.subject.step_size
 
     @property
     def late(self) -> bool:
@@ -61,7 +70,7 @@ class Bench:
 
     def random(self, variables: list[Any], count: int = 1) -> np.ndarray:
         """`count` vectors of values around the start values, within the limits."""
-        size = self.facts.amplitude * np.array([scale(v) for v in variables])
+        size = self.pace * self.facts.amplitude * np.array([scale(v) for v in variables])
         middle = np.array([start(v) for v in variables])
         values = middle + size * self.rng.uniform(-1, 1, (count, len(variables)))
         for k, variable in enumerate(variables):

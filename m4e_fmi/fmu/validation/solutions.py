@@ -12,6 +12,7 @@ from m4e_fmi.fmu.elements import array_name
 from m4e_fmi.fmu.validation.bench import Bench
 from m4e_fmi.fmu.validation.differences import SAFETY
 from m4e_fmi.fmu.validation.findings import Finding, some
+from m4e_fmi.fmu.validation.pace import paced
 from m4e_fmi.fmu.validation.probe import TOLERANCE, RefusedError
 
 STEPS = 8
@@ -30,6 +31,7 @@ def check(bench: Bench) -> Iterator[Finding | str]:
     if not subject.steps or not subject.outputs:
         yield "there is no output of co-simulation"
         return
+    bench = paced(bench)
     inputs = bench.random_inputs()[0]
     whole = _stepped(bench, inputs, np.ones(STEPS))
     error = SMALL * np.max(np.abs(whole), axis=0)
@@ -45,12 +47,12 @@ def check(bench: Bench) -> Iterator[Finding | str]:
 
 
 def _stepped(bench: Bench, inputs: np.ndarray, sizes: Sequence[float] | np.ndarray) -> np.ndarray:
-    """Outputs at the start and after each step; sizes in steps of the default experiment."""
+    """Outputs at the start and after each step; sizes in steps of the bench."""
     with bench.probe() as probe:
         probe.begin(initial_inputs=inputs)
         seen = [probe.read(bench.subject.outputs)]
         for size in sizes:
-            probe.advance(size * bench.subject.step_size)
+            probe.advance(size * bench.step_size)
             seen.append(probe.read(bench.subject.outputs))
         return np.array(seen)
 
@@ -135,8 +137,8 @@ def _integrated(bench: Bench, inputs: np.ndarray, tolerance: float) -> np.ndarra
             fmi_type="ModelExchange",
             solver="CVode",
             start_time=subject.start_time,
-            stop_time=subject.start_time + STEPS * subject.step_size,
-            output_interval=subject.step_size,
+            stop_time=subject.start_time + STEPS * bench.step_size,
+            output_interval=bench.step_size,
             relative_tolerance=tolerance,
             start_values=values,
             output=outputs,
