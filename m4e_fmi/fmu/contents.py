@@ -6,10 +6,8 @@ import zipfile
 from pathlib import Path
 from typing import Any
 
-import fmpy
-
-from m4e_fmi.errors import InputError
 from m4e_fmi.fmu.opening import check_archive
+from m4e_fmi.fmu.reading import raw_description
 
 _KINDS = {
     "modelExchange": "model exchange",
@@ -41,13 +39,8 @@ def fmu_contents(path: str | Path) -> dict[str, Any]:
     declares none. InputError if the file is no FMU or cannot be understood.
     """
     path = Path(path)
-    names, _ = check_archive(path)
-    try:
-        raw = fmpy.read_model_description(path, validate=False)
-    except Exception as error:
-        why = str(error).split("\n")[0]
-        remedy = "`m4e-fmi validate` tells more"
-        raise InputError.single(f"cannot be understood: {why}", remedy, str(path)) from error
+    names, text = check_archive(path)
+    raw = raw_description(path, text)
     parts = [name.split("/") for name in sorted(names)]
     kinds = {text: getattr(raw, key) for key, text in _KINDS.items()}
     return {

@@ -26,6 +26,10 @@ def check_archive(path: Path) -> tuple[set[str], bytes]:
 
     InputError if it is no readable archive with a model description, or should not be unpacked.
     """
+    if path.is_dir():
+        raise refusal(
+            path, "is a folder, not an FMU", "name the .fmu file; unpacked ones are not read"
+        )
     if not path.is_file():
         near = [p.name for p in path.parent.glob("*.fmu")] if path.parent.is_dir() else []
         raise refusal(path, "no such file", suggestion(path.name, near, "FMUs here"))

@@ -9,8 +9,11 @@ from pathlib import Path
 from typing import Any
 
 import fmpy
+from fmpy.model_description import ValidationError
 
+from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.fmu.elements import SCALARS, flattened, owner
+from m4e_fmi.fmu.flaws import flaws
 from m4e_fmi.fmu.fmi1 import translate
 from m4e_fmi.fmu.opening import MODEL_DESCRIPTION, check_archive, refusal
 from m4e_fmi.units import BASE_UNITS, Unit, parse_unit
@@ -103,12 +106,8 @@ def read_description(path: str | Path, structure: Mapping[str, int] | None = Non
     """
     path = Path(path)
     names, text = check_archive(path)
-    try:
-        raw: Any = fmpy.read_model_description(path, validate=False)
-        tool = translate(raw, text) if raw.fmiVersion == "1.0" else ""
-    except Exception as error:
-        why = str(error).split("\n")[0]
-        raise refusal(path, f"{MODEL_DESCRIPTION} cannot be understood: {why}", _REBUILD) from error
+    raw = raw_description(path, text)
+    tool = translate(raw, text) if raw.fmiVersion == "1.0" else ""
     _check_kind(path, raw, names, tool)
     if not raw.fmiVersion.startswith("3."):
         return _translated(path, raw, {})
@@ -131,7 +130,31 @@ def resized(description: Description, start: Mapping[str, Any]) -> Description:
     return read_description(description.path, structure) if structure else description
 
 
-_REBUILD = "export the FMU again; `fmpy validate` on the file tells more"
+def raw_description(path: Path, text: bytes) -> Any:
+    """FMPy's reading of the FMU at `path`, whose model description is `text`.
+
+    InputError with the lines of all that cannot be understood.
+    """
+    cannot = f"{MODEL_DESCRIPTION} cannot be understood"
+    if found := flaws(text):
+        raise InputError(
+            Problem(f"{cannot}: line {flaw.line}: {flaw.message}", _REBUILD, str(path))
+            for flaw in found
+        )
+    try:
+        return fmpy.read_model_description(path, validate=False)
+    except Exception as error:
+        raise refusal(path, f"{cannot}: {told_by_fmpy(error)}", _REBUILD) from error
+
+
+def told_by_fmpy(error: Exception) -> str:
+    """What an error of FMPy's says: in words, or where FMPy has none, its kind and text."""
+    own = type(error) is Exception or isinstance(error, ValidationError)
+    text = str(error) if own else f"FMPy stops with {type(error).__name__}: {error}"
+    return text.split("\n")[0]
+
+
+_REBUILD = "export the FMU again; `m4e-fmi validate` on the file tells more"
 
 
 def _check_kind(path: Path, raw: Any, names: set[str], tool: str) -> None:

@@ -51,6 +51,71 @@ def test_a_planted_fault_is_found(name: str, tmp_path: Path):
     assert report.ok == ("error" not in {f.severity for f in report.findings})
 
 
+UNREADABLE = {
+    "a number in words": ('start="5.0"', 'start="five"', "'five' is not a valid value"),
+    "a comma": ('start="5.0"', 'start="5,0"', "'5,0' is not a valid value"),
+    "no number": ('start="5.0"', 'start=""', "'' is not a valid value"),
+    "a limit": ('start="5.0"', 'min="x" start="5.0"', "'x' is not a valid value"),
+    "a step": ('stepSize="0.01"', 'stepSize="a"', "'a' is not a valid value"),
+    "a dependency": (
+        'index="9" dependencies="5 7" ',
+        'index="9" dependencies="5 999" ',
+        "dependencies has 999, the index of no variable",
+    ),
+    "an unknown": (
+        'index="13" dependencies="5 12" ',
+        'index="0" dependencies="5 12" ',
+        "index has 0, the index of no variable",
+    ),
+    "a tag": ("</fmiModelDescription>", "", "no XML: "),
+    "html": (defects.description(), "<html/>", "the root element is html"),
+}
+"""Text in the description, what it becomes, what an error says of it."""
+
+
+@pytest.mark.parametrize("name", UNREADABLE)
+def test_what_cannot_be_read_is_told_with_its_line(name: str, sound: Path, tmp_path: Path):
+    old, new, expected = UNREADABLE[name]
+    path = planted(sound, tmp_path / "faulty.fmu", old.encode(), new.encode())
+    report = validate_fmu(path)
+    errors = report.of_severity("error")
+    assert {error.id for error in errors} == {"description.invalid"}
+    (told,) = [error.message for error in errors if expected in error.message]
+    line = defects.description().partition(old)[0].count("\n") + 1
+    assert f"(line {line}" in told
+    skipped = {group.skipped for group in report.groups[1:]}
+    assert skipped == {"the model description cannot be understood"}
+
+
+def test_what_the_schema_finds_is_not_lost(sound: Path, tmp_path: Path):
+    """A dependency on nothing, in the same file as an attribute that FMI does not have."""
+    old, new = b'index="9" dependencies="5 7" ', b'index="9" dependencies="5 99" '
+    path = planted(sound, tmp_path / "one.fmu", old, new)
+    path = planted(path, tmp_path / "both.fmu", b'modelName="', b'\ncolour="red" modelName="')
+    one, other = validate_fmu(path, only=("description",)).of_severity("error")
+    assert "attribute 'colour' is not allowed" in one.message
+    assert "dependencies has 99, the index of no variable" in other.message
+
+
+def test_units_without_definitions_are_told(sound: Path, tmp_path: Path):
+    """Where variables have display units, too, FMPy's validator stops with a KeyError."""
+    units = defects.description().partition("<UnitDefinitions>")[2]
+    units = "<UnitDefinitions>" + units.partition("</UnitDefinitions>")[0] + "</UnitDefinitions>"
+    path = planted(sound, tmp_path / "no_units.fmu", units.encode(), b"")
+    path = planted(path, tmp_path / "faulty.fmu", b'unit="kg"', b'unit="kg" displayUnit="t"')
+    report = validate_fmu(path, only=("description",))
+    told = [error.message for error in report.of_severity("error")]
+    assert told[0] == "the unit kg is not defined (line 2)"
+    assert len(told) == 10  # units in all
+
+
+def test_an_fmu_for_nothing_says_so(sound: Path, tmp_path: Path):
+    path = planted(sound, tmp_path / "one.fmu", b"<ModelExchange ", b"<Nothing ")
+    path = planted(path, tmp_path / "faulty.fmu", b"<CoSimulation ", b"<Nothing ")
+    last = validate_fmu(path).of_severity("error")[-1]
+    assert last.message.startswith("it is for none of ModelExchange, CoSimulation")
+
+
 def test_the_unit_of_a_type_is_that_of_its_variables(tmp_path: Path):
     """An alias of x whose unit is that of its type, and der(v), whose unit is, too."""
     types = "<TypeDefinitions>"
@@ -110,7 +175,7 @@ def test_our_own_fmus_have_no_finding(model: Callable, native: bool, tmp_path: P
 
 
 def test_a_fast_mechanism_has_no_finding_and_its_fault_is_found(tmp_path: Path):
-    """A link of 8 mm and 5 g: a moment of 1 N m turns it ten times and more within 0.01 s."""
+    """A link of 8 mm and 5 g: a moment of 1 N m turns it 44 times within the first 0.01 s."""
     file = tmp_path / "link.model.yaml"
     file.write_text(
         "name: link\n"
@@ -132,6 +197,13 @@ def test_groups_are_chosen_by_name(sound: Path):
     assert [group.name for group in report.groups] == ["phases"]
     with pytest.raises(InputError, match="no group 'pahses'"):
         validate_fmu(sound, only=("pahses",))
+    with pytest.raises(InputError, match="no group is left"):
+        validate_fmu(sound, only=("values",), skip=("values",))
+
+
+def test_a_folder_is_no_fmu(tmp_path: Path):
+    with pytest.raises(InputError, match="is a folder, not an FMU"):
+        validate_fmu(tmp_path)
 
 
 def test_the_command(sound: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]):

@@ -91,7 +91,8 @@ def test_no_model_description(c_fmu: Fmus, tmp_path: Path) -> None:
         (b'fmiVersion="2.0"', b'fmiVersion="4.0"', "Unsupported FMI version: 4.0"),
         (b"<CoSimulation", b"<ModelExchange", "model-exchange"),
         (b"</ModelStructure>", b"", "cannot be understood"),
-        (b'derivative="5"', b'derivative="99"', "cannot be understood"),
+        (b'derivative="5"', b'derivative="99"', "derivative has 99, the index of no variable"),
+        (b"<CoSimulation", b'<CoSimulation maxOutputDerivativeOrder="x"', "is no number"),
     ],
 )
 def test_bad_model_description(

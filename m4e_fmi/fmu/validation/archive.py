@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import fmpy
 from fmpy import fmi2, fmi3
+from fmpy.model_description import ValidationError
 
+from m4e_fmi.fmu.flaws import Flaw, flaws, undefined_units
+from m4e_fmi.fmu.opening import MODEL_DESCRIPTION
+from m4e_fmi.fmu.reading import told_by_fmpy
 from m4e_fmi.fmu.validation.elf import SharedLibrary, read_elf
 from m4e_fmi.fmu.validation.findings import Finding, some
 from m4e_fmi.fmu.validation.subject import Subject
@@ -22,27 +27,48 @@ LIBRARIES = {
 """What a function's name begins with, and FMPy's classes that have all of them as methods."""
 
 
-def description_findings(path: Path, folder: Path) -> tuple[tuple[Finding, ...], str]:
-    """Findings on the FMU at `path`, unpacked in `folder`; why it cannot be run, "" if it can."""
-    from fmpy.validation import validate_fmu
-
-    basis = "FMI's XML schema and the rules of FMPy's validator"
+def description_findings(folder: Path) -> tuple[tuple[Finding, ...], str]:
+    """Findings on the FMU unpacked in `folder`; why it cannot be run, "" if it can."""
+    text = (folder / MODEL_DESCRIPTION).read_bytes()
+    flawed = flaws(text)
     found = [
-        Finding("description.invalid", "error", str(p), basis) for p in validate_fmu(str(path))
+        Finding("description.invalid", "error", told, "FMI's XML schema and FMPy's rules")
+        for told in _told(folder, text, flawed)
     ]
-    try:
-        subject = Subject.read(folder)
-    except Exception:  # noqa: BLE001  whatever FMPy raises on what it cannot read
+    subject = None
+    with suppress(Exception):  # whatever FMPy raises on what it cannot read, which `_told` has told
+        subject = None if flawed else Subject.read(folder)
+    if subject is None:
         return tuple(found), "the model description cannot be understood"
     version = subject.raw.fmiVersion
     if version not in LIBRARIES:
         return tuple(found), f"made for FMI 2.0 and 3.0, this is {version}"
+    if not subject.ways:
+        return tuple(found), "it is for scheduled execution only, which is not looked at"
     found += check_variables(subject)
     found += check_units(subject)
     found += _experiment(subject)
     found += _library(subject)
     reasons = [f.message for f in found if f.id in ("library.missing", "library.exports")]
     return tuple(finding.of(version) for finding in found), next(iter(reasons), "")
+
+
+def _told(folder: Path, text: bytes, flawed: list[Flaw]) -> list[str]:
+    """What FMPy's validator says, and the flaws of which it does not say anything."""
+    problems: list[str] = []
+    stopped = ""
+    try:
+        fmpy.read_model_description(
+            str(folder), validate=True, validate_variable_names=True, validate_model_structure=True
+        )
+    except ValidationError as error:
+        problems = list(error.problems)
+    except Exception as error:  # noqa: BLE001  FMPy raises whatever it stumbles over
+        stopped = told_by_fmpy(error)
+        flawed = flawed or undefined_units(text)
+    new = [flaw for flaw in flawed if not (flaw.known and problems)]
+    problems += [f"{flaw.message} (line {flaw.line})" for flaw in new]
+    return problems or [stopped] * bool(stopped)
 
 
 def _experiment(subject: Subject) -> Iterator[Finding]:

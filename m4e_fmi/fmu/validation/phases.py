@@ -38,21 +38,22 @@ Action = Callable[[Probe], int]
 
 
 def check(bench: Bench) -> Iterator[Finding | str]:
-    refused: list[str] = []
-    accepted: list[str] = []
-    readable: list[str] = []
-    left_out: list[str] = []
+    refused: dict[str, None] = {}
+    accepted: dict[str, None] = {}
+    readable: dict[str, None] = {}
+    left_out: dict[str, None] = {}
     for exchange in bench.subject.ways:
         for state in STATES[exchange]:
             for name, (allowed, action) in _functions(bench, exchange=exchange).items():
+                call = {f"{name} {state}": None}  # which may be there in both ways
                 if bench.late:
-                    left_out.append(f"{name} {state}")
+                    left_out |= call
                     continue
                 status, heard = _outcome(bench, state, action, exchange=exchange)
                 if state in allowed and status > WARNING:
-                    refused.append(f"{name} {state}")
+                    refused |= call
                 elif state not in allowed and max(status, heard) <= WARNING:
-                    (readable if "Get" in name else accepted).append(f"{name} {state}")
+                    (readable if "Get" in name else accepted).update(call)
     if left_out:
         message = f"the FMU is slow: {len(left_out)} calls were left out, {some(left_out)}"
         yield Finding("phases.left_out", "note", message)

@@ -41,20 +41,22 @@ def validate_fmu(
     FMU code runs in processes of its own, one per group of checks: a crash, or a call that does not
     return within `call_limit` [s], is a finding that names the call. `only` and `skip` choose among
     GROUPS. `tell` is called with the name of each group before it starts. InputError if the file
-    is no FMU at all, or a group is unknown.
+    is no FMU at all, a group is unknown, or none is left.
     """
     path = Path(path)
     for name in (*only, *skip):
         if name not in GROUPS:
             raise InputError.single(f"there is no group {name!r}", f"groups: {', '.join(GROUPS)}")
     wanted = [name for name in GROUPS if (not only or name in only) and name not in skip]
+    if not wanted:
+        raise InputError.single("no group is left to check", "what is chosen is also left out")
     check_archive(path)
     tell = tell or (lambda _: None)
     unpacked = Unpacked(path)
     try:
         tell("description")
         began = time.monotonic()
-        findings, reason = description_findings(path, unpacked.folder)
+        findings, reason = description_findings(unpacked.folder)
         groups = [Group("description", findings, seconds=time.monotonic() - began)]
         running = [name for name in wanted if name != "description"]
         if reason:
