@@ -54,6 +54,18 @@ FAULTS: dict[str, tuple[str, str, str, set[str]]] = {
         'declaredType="SI.Length" unit="m" derivative="11"',
         {"units.derivative"},
     ),
+    "another start value of a state": (
+        "start",
+        'start="0.0" derivative="7"',
+        'start="0.5" derivative="7"',
+        {"start.values"},
+    ),
+    "another start value of an element": (
+        "start",
+        'start="0.0 0.0"',
+        'start="0.0 0.5"',
+        {"start.values"},
+    ),
     "another token": (
         "start",
         'instantiationToken="{',

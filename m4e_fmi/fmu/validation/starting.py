@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -12,9 +13,13 @@ from m4e_fmi.fmu.validation.bench import Bench, Facts
 from m4e_fmi.fmu.validation.findings import Finding, some
 from m4e_fmi.fmu.validation.probe import ERROR, INSTANTIATE, FatalError, Probe, RefusedError
 from m4e_fmi.fmu.validation.simulated import check_simulated
+from m4e_fmi.fmu.validation.subject import scale, start
 
 STEPS = 10
 AMPLITUDES = (1.0, 0.1, 0.01, 1e-4, 0.0)
+WRITTEN = 5e-6
+"""Relative error of a number written with six digits, as C's %g does."""
+EPS = float(np.finfo(float).eps)
 WRONG_GUID = "{00000000-not-the-guid-of-this-fmu}"
 
 
@@ -33,13 +38,20 @@ def check(bench: Bench) -> Iterator[Finding | Facts]:
         message = f"GetVersion and GetTypesPlatform answer {version}"
         yield Finding("start.version", "error", message, "FMI 2.0.4, section 2.1.2 and 2.1.4")
     facts = Facts()
+    others: dict[str, None] = {}
     for exchange in bench.subject.ways:
         try:
             facts = _first_steps(bench, facts, exchange=exchange)
         except RefusedError as error:
             yield refused("start", error, exchange=exchange)
             return
+        with suppress(RefusedError):  # which `phases` tells
+            others |= dict.fromkeys(_other_starts(bench, exchange=exchange))
         yield from _finite(bench, exchange=exchange)
+    if others:
+        message = f"a new instance has other values than declared: {some(others)}"
+        basis = "a start value is that of the FMU until another is set: FMI 2.0.4, section 2.2.7"
+        yield Finding("start.values", "error", message, basis)
     yield from _guid(bench)
     for exchange in bench.subject.ways:
         works: list[str] = []
@@ -93,6 +105,23 @@ def _through(bench: Bench, probe: Probe) -> None:
             probe.advance(bench.subject.step_size)
         probe.read(bench.subject.outputs)
     probe.terminate()
+
+
+def _other_starts(bench: Bench, *, exchange: bool) -> list[str]:
+    """What a new instance has, before anything is set, where it is not the start value declared.
+
+    Read in initialization mode, where FMI allows it; there `exact` ones are as they were before.
+    """
+    declared = [v for v in bench.subject.readable if v.initial == "exact" and v.start is not None]
+    with bench.probe(exchange=exchange) as probe:
+        probe.setup()
+        probe.enter_initialization()
+        values = probe.read(declared)
+    return [
+        f"{v.name} has {value:.9g}, start is {start(v):.9g}"
+        for v, value in zip(declared, values, strict=True)
+        if not abs(value - start(v)) <= max(WRITTEN * abs(start(v)), EPS * scale(v))
+    ]
 
 
 def _finite(bench: Bench, *, exchange: bool) -> Iterator[Finding]:
