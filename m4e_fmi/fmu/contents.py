@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import xml.etree.ElementTree as ET
 import zipfile
 from pathlib import Path
 from typing import Any
 
+from m4e_fmi.fmu.elements import add_directional
 from m4e_fmi.fmu.opening import check_archive
 from m4e_fmi.fmu.reading import raw_description
 
@@ -14,6 +16,12 @@ _KINDS = {
     "coSimulation": "co-simulation",
     "scheduledExecution": "scheduled execution",
 }
+_FMI_3 = {
+    "canGetAndSetFMUstate": "canGetAndSetFMUState",
+    "canSerializeFMUstate": "canSerializeFMUState",
+    "providesDirectionalDerivative": "providesDirectionalDerivatives",
+}
+"""What FMPy calls as FMI 2.0 does, and FMI 3.0's own name."""
 _IDENTITY = ("fmiVersion", "modelName", "description", "generationTool", "generationDateAndTime")
 _EXPERIMENT = ("startTime", "stopTime", "stepSize", "tolerance")
 _OF_A_VARIABLE = (
@@ -34,13 +42,17 @@ _OF_A_VARIABLE = (
 def fmu_contents(path: str | Path) -> dict[str, Any]:
     """Identity, platforms, size [bytes], experiment, capabilities, variables and structure.
 
-    `kinds` has the capabilities of each kind that are not at their default; `structure` the
-    dependencies of outputs, derivatives and initial unknowns with their kinds, None where the FMU
-    declares none. InputError if the file is no FMU or cannot be understood.
+    `kinds` has the capabilities of each kind that are not at their default, by the names of the
+    FMU's version; `structure` the dependencies of outputs, derivatives and initial unknowns with
+    their kinds, None where the FMU declares none. InputError if the file is no FMU or cannot be
+    understood.
     """
     path = Path(path)
     names, text = check_archive(path)
     raw = raw_description(path, text)
+    fmi_3 = raw.fmiVersion.startswith("3.")
+    if fmi_3:
+        add_directional(raw, ET.fromstring(text))
     parts = [name.split("/") for name in sorted(names)]
     kinds = {text: getattr(raw, key) for key, text in _KINDS.items()}
     return {
@@ -51,7 +63,11 @@ def fmu_contents(path: str | Path) -> dict[str, Any]:
         "size": path.stat().st_size,
         "unpacked": sum(info.file_size for info in zipfile.ZipFile(path).infolist()),
         "experiment": _experiment(raw.defaultExperiment),
-        "kinds": {text: _capabilities(kind) for text, kind in kinds.items() if kind is not None},
+        "kinds": {
+            text: _capabilities(kind, _FMI_3 if fmi_3 else {})
+            for text, kind in kinds.items()
+            if kind is not None
+        },
         "variables": [_variable(v) for v in raw.modelVariables],
         "structure": {
             key: [_unknown(u) for u in getattr(raw, key)]
@@ -65,10 +81,12 @@ def _experiment(raw: Any) -> dict[str, float]:
     return {key: float(value) for key, value in told if value}
 
 
-def _capabilities(kind: Any) -> dict[str, Any]:
+def _capabilities(kind: Any, names: dict[str, str]) -> dict[str, Any]:
     default = type(kind)()
     told = {key: getattr(kind, key) for key in dir(kind) if not key.startswith("_")}
-    return {key: value for key, value in told.items() if value != getattr(default, key)}
+    return {
+        names.get(key, key): value for key, value in told.items() if value != getattr(default, key)
+    }
 
 
 def _variable(raw: Any) -> dict[str, Any]:

@@ -72,14 +72,21 @@ def flattened(
         name: [e for unknown in getattr(raw, name) for e in _entries(unknown, elements)]
         for name in ("outputs", "derivatives", "initialUnknowns")
     }
-    for name, kind in (("CoSimulation", raw.coSimulation), ("ModelExchange", raw.modelExchange)):
-        if kind is not None:
-            told = root.find(name)
-            assert told is not None
-            provided = told.get("providesDirectionalDerivatives") in ("true", "1")
-            kind.providesDirectionalDerivative = provided
+    add_directional(raw, root)
     variables = [e for v in raw.modelVariables for e in found[v.name]]
     return evolve(raw, modelVariables=variables, **lists)
+
+
+def add_directional(raw: Any, root: ET.Element) -> None:
+    """Complete FMPy's FMI 3.0 description by providesDirectionalDerivatives, which it leaves out.
+
+    Under the name of FMI 2.0. `root` is the XML it was read from.
+    """
+    for name, kind in (("CoSimulation", raw.coSimulation), ("ModelExchange", raw.modelExchange)):
+        told = root.find(name)
+        if kind is not None and told is not None:
+            provided = told.get("providesDirectionalDerivatives") in ("true", "1")
+            kind.providesDirectionalDerivative = provided
 
 
 def _annotated(root: ET.Element) -> dict[str, list[tuple[str, str]]]:

@@ -16,7 +16,9 @@ from support.chains import hanging_chain
 from support.defects import planted
 from support.plane import plane
 
-from m4e_fmi.fmu import build_fmu, validate_fmu
+from m4e_fmi.cli import main
+from m4e_fmi.fmu import build_fmu, fmu_contents, validate_fmu
+from m4e_fmi.fmu.terminals import TERMINALS
 from m4e_fmi.fmu.validation import GROUPS
 from m4e_fmi.multibody import model_program
 
@@ -66,6 +68,18 @@ FAULTS: dict[str, tuple[str, str, str, set[str]]] = {
         'start="0.0 0.5"',
         {"start.values"},
     ),
+    "another nominal value": (
+        "derivatives",
+        'nominal="10.0" start="0.0" derivative="7"',
+        'nominal="7.0" start="0.0" derivative="7"',
+        {"derivatives.nominal"},
+    ),
+    "events that instances cannot have": (
+        "start",
+        'hasEventMode="false"',
+        'hasEventMode="true"',
+        {"capabilities.missing"},
+    ),
     "another token": (
         "start",
         'instantiationToken="{',
@@ -101,6 +115,37 @@ def test_arrays_and_a_matrix_have_no_finding(tmp_path: Path) -> None:
     report = validate_fmu(build_fmu(plane(), tmp_path / "plane.fmu", native=True, fmi="3"))
     assert report.of_severity("error", "warning") == ()
     assert all(group.passed for group in report.groups)
+
+
+def test_a_call_that_both_ways_allow_is_listed_once(chain: Path) -> None:
+    report = validate_fmu(chain, only=("phases",))
+    (note,) = [f.message for f in report.findings if f.id == "phases.readable"]
+    assert note.count("GetFloat64 before initialization") == 1
+
+
+def test_info_lists_directional_derivatives(
+    chain: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    kinds = fmu_contents(chain)["kinds"]
+    assert all(kind["providesDirectionalDerivatives"] for kind in kinds.values())
+    assert main(["info", str(chain)]) == 0
+    assert capsys.readouterr().out.count("providesDirectionalDerivatives") == len(kinds) == 2
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "finding", "message"),
+    [
+        (b'"body.b0.force"', b'"nothing"', "terminals.variables", "not there: nothing (line 5)"),
+        (b"</fmiTerminalsAndIcons>", b"", "terminals.invalid", "is no XML"),
+    ],
+)
+def test_terminals_of_nothing_are_found(
+    chain: Path, tmp_path: Path, old: bytes, new: bytes, finding: str, message: str
+) -> None:
+    path = planted(chain, tmp_path / "faulty.fmu", old, new, TERMINALS)
+    (error,) = validate_fmu(path, only=("description",)).of_severity("error", "warning")
+    assert error.id == finding
+    assert message in error.message
 
 
 @pytest.mark.parametrize("name", FAULTS)

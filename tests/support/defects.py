@@ -100,6 +100,9 @@ DEFECTS: dict[str, Defect] = {
     ),
     "a unit that is not defined": _inert('unit="W"', 'unit="kW"', "description.invalid"),
     "a stale GUID": _text('guid="oscillator"', 'guid="pendulum"', "start.refused"),
+    "another nominal value of a state": _text(
+        'start="0.4"', 'nominal="7.0" start="0.4"', "derivatives.nominal"
+    ),
     "another start of a parameter": _text('start="5.0"', 'start="5.1"', "start.values"),
     "another start of a state": _text('start="0.4"', 'start="-0.4"', "start.values"),
     "start below min": _inert('start="5.0"', 'min="6.0" start="5.0"', "variables.start"),

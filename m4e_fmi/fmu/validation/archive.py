@@ -17,6 +17,7 @@ from m4e_fmi.fmu.reading import told_by_fmpy
 from m4e_fmi.fmu.validation.elf import SharedLibrary, read_elf
 from m4e_fmi.fmu.validation.findings import Finding, some
 from m4e_fmi.fmu.validation.subject import Subject
+from m4e_fmi.fmu.validation.terminals import check_terminals
 from m4e_fmi.fmu.validation.units import check_units
 from m4e_fmi.fmu.validation.variables import check_variables
 
@@ -48,6 +49,7 @@ def description_findings(folder: Path) -> tuple[tuple[Finding, ...], str]:
     found += check_variables(subject)
     found += check_units(subject)
     found += _experiment(subject)
+    found += check_terminals(subject)
     found += _library(subject)
     reasons = [f.message for f in found if f.id in ("library.missing", "library.exports")]
     return tuple(finding.of(version) for finding in found), next(iter(reasons), "")

@@ -11,6 +11,7 @@ from m4e_fmi.fmu.validation.differences import CENTRE, SAFETY, SAMPLES, Estimate
 from m4e_fmi.fmu.validation.findings import Finding, some
 from m4e_fmi.fmu.validation.pace import paced
 from m4e_fmi.fmu.validation.probe import TOLERANCE, RefusedError
+from m4e_fmi.fmu.validation.subject import WRITTEN, nominal
 
 WINDOWS = 4
 """Stretches of a simulation, each with its own constant inputs, that are looked at."""
@@ -28,6 +29,7 @@ def check(bench: Bench) -> Iterator[Finding | str]:
     subject = bench.subject
     if subject.exchanges and subject.states:
         yield from _order_of_states(bench)
+        yield from _nominals(bench)
     bench = paced(bench)
     pairs = [v for v in subject.readable if v.derivative is not None and v.causality != "input"]
     orders = subject.steps and "maxOutputDerivativeOrder" in bench.facts.works
@@ -58,6 +60,26 @@ def _order_of_states(bench: Bench) -> Iterator[Finding]:
         message = f"states or rates are not where ModelStructure has them: {some(wrong)}"
         basis = "FMI 2.0.4, section 2.2.8: the order of the derivatives is that of the states"
         yield Finding("derivatives.order", "error", message, basis)
+
+
+def _nominals(bench: Bench) -> Iterator[Finding]:
+    """Nominal values of the states that the FMU tells, against those that are declared."""
+    states = bench.subject.states
+    try:
+        with bench.probe(exchange=True) as probe:
+            told = probe.begin().nominal_vector()
+    except RefusedError:
+        return  # nothing to compare
+    wrong = [
+        f"{v.name} is told {value:g}" + ("" if declared is None else f", declared {declared:g}")
+        for v, value, declared in zip(states, told, map(nominal, states), strict=True)
+        if not 0 < value < np.inf
+        or (declared is not None and abs(value - declared) > WRITTEN * abs(declared))
+    ]
+    if wrong:
+        message = f"nominal values of states are not above 0, or not as declared: {some(wrong)}"
+        basis = "FMI 2.0.4, section 3.2.2, fmi2GetNominalsOfContinuousStates"
+        yield Finding("derivatives.nominal", "warning", message, basis)
 
 
 def _along_a_run(bench: Bench, pairs: list, outputs: list) -> Iterator[Finding]:

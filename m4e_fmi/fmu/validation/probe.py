@@ -82,7 +82,7 @@ class Library:
         return probe
 
     def attempt(self, **how: Any) -> Probe:
-        """The same, but its `component` may be none."""
+        """The same, but its `component` may be none. Of FMI 3.0, with event mode if `events`."""
         from m4e_fmi.fmu.validation.probe_3 import Probe3
 
         return (Probe3 if self.subject.fmi_3 else Probe)(self, **how)
@@ -102,11 +102,18 @@ class Probe:
     _RENAMED: ClassVar[dict[str, str]] = {}
 
     def __init__(
-        self, library: Library, *, exchange: bool, name: str, guid: str | None = None
+        self,
+        library: Library,
+        *,
+        exchange: bool,
+        name: str,
+        guid: str | None = None,
+        events: bool = False,
     ) -> None:
         self.library = library
         self.exchange = exchange
         self.time = 0.0
+        self._events = events
         self._dll = library.functions(exchange=exchange)
         self._told: list[tuple[int, str]] = []
         library.journal.write(f"instantiation({name[:40]!r}, guid={guid!r:.60})")
@@ -283,6 +290,9 @@ class Probe:
 
     def rate_vector(self) -> np.ndarray:
         return self._vector("GetDerivatives")
+
+    def nominal_vector(self) -> np.ndarray:
+        return self._vector("GetNominalsOfContinuousStates")
 
     def _vector(self, function: str) -> np.ndarray:
         count = len(self.library.subject.states)

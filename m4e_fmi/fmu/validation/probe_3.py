@@ -19,7 +19,7 @@ from m4e_fmi.fmu.validation.probe import OK, REALS, TOLERANCE, WARNING, Probe, R
 
 
 class Probe3(Probe):
-    """One instance of an FMI 3.0 FMU, without event mode in co-simulation."""
+    """One instance of an FMI 3.0 FMU, without event mode in co-simulation unless asked for."""
 
     _PREFIX = "fmi3"
     BYTE = ctypes.c_uint8
@@ -46,7 +46,8 @@ class Probe3(Probe):
         if self.exchange:
             return self._dll.fmi3InstantiateModelExchange(*first, None, log)
         none = fmi3.fmi3IntermediateUpdateCallback()
-        return self._dll.fmi3InstantiateCoSimulation(*first, False, False, None, 0, None, log, none)
+        how = (self._events, False, None, 0, None, log, none)
+        return self._dll.fmi3InstantiateCoSimulation(*first, *how)
 
     # ---- the book ----
 

@@ -13,12 +13,10 @@ from m4e_fmi.fmu.validation.bench import Bench, Facts
 from m4e_fmi.fmu.validation.findings import Finding, some
 from m4e_fmi.fmu.validation.probe import ERROR, INSTANTIATE, FatalError, Probe, RefusedError
 from m4e_fmi.fmu.validation.simulated import check_simulated
-from m4e_fmi.fmu.validation.subject import scale, start
+from m4e_fmi.fmu.validation.subject import WRITTEN, scale, start
 
 STEPS = 10
 AMPLITUDES = (1.0, 0.1, 0.01, 1e-4, 0.0)
-WRITTEN = 5e-6
-"""Relative error of a number written with six digits, as C's %g does."""
 EPS = float(np.finfo(float).eps)
 WRONG_GUID = "{00000000-not-the-guid-of-this-fmu}"
 
@@ -57,6 +55,7 @@ def check(bench: Bench) -> Iterator[Finding | Facts]:
         works: list[str] = []
         yield from _capabilities(bench, works, exchange=exchange)
         facts = replace(facts, works=(*facts.works, *works))
+    yield from _event_mode(bench)
     yield facts
 
 
@@ -181,6 +180,20 @@ def _capabilities(bench: Bench, works: list[str], *, exchange: bool) -> Iterator
             message = f"{name} is declared, but the functions it stands for are refused"
             basis = "FMI 2.0.4, section 3.3.1 and 4.3.1"
             yield Finding("capabilities.missing", "error", message, basis, words)
+
+
+def _event_mode(bench: Bench) -> Iterator[Finding]:
+    """Of FMI 3.0: whether there are instances with event mode in co-simulation, if declared."""
+    stepping = bench.subject.raw.coSimulation
+    if stepping is None or not stepping.hasEventMode:
+        return
+    probe = bench.library.attempt(exchange=False, name="validation", events=True)
+    if probe.component:
+        probe.free()
+        return
+    message = "hasEventMode is declared, but an instance with event mode is refused"
+    basis = "FMI 3.0.2, section 4.3.2, eventModeUsed"
+    yield Finding("capabilities.missing", "error", message, basis, probe.words())
 
 
 def _possible(

@@ -16,6 +16,9 @@ from m4e_fmi.fmu.opening import MODEL_DESCRIPTION
 
 DEFAULT_STEP = 0.01  # s, where the FMU names none
 
+WRITTEN = 5e-6
+"""Relative error of a number written with six digits, as C's %g does."""
+
 
 @dataclass(frozen=True)
 class Subject:
@@ -138,10 +141,15 @@ class Subject:
 
 def scale(variable: Any) -> float:
     """The size of the values that a Real is made for."""
-    nominal = variable.nominal or (variable.declaredType.nominal if variable.declaredType else None)
-    if nominal and float(nominal) > 0:
-        return float(nominal)
-    return abs(start(variable)) or 1.0
+    size = nominal(variable)
+    return size if size is not None and size > 0 else abs(start(variable)) or 1.0
+
+
+def nominal(variable: Any) -> float | None:
+    """The nominal value of a Real, from itself or its declared type."""
+    of_type = variable.declaredType
+    text = variable.nominal or (of_type.nominal if of_type is not None else None)
+    return float(text) if text else None
 
 
 def start(variable: Any) -> float:
