@@ -23,11 +23,12 @@ from m4e_fmi.report import (
     model_figure,
     plot_modes,
     plot_phase,
+    plot_simulation,
     symbols,
 )
 from m4e_fmi.report.film import film
 from m4e_fmi.report.motion import LARGEST_TURN, SWING, _moved
-from m4e_fmi.report.panels import moving, panels
+from m4e_fmi.report.panels import MOST_LINES, by_unit, coinciding, fitting, moving, panels
 from m4e_fmi.report.parts import placed, ranks, tie_lines
 from m4e_fmi.report.scene import Anchor, scene
 from m4e_fmi.results import Series
@@ -284,6 +285,47 @@ class TestTimeHistories:
         assert [list(panel.series) for panel in moving(shown)] == [["body.m.z"]]
         nothing = panels({one.name: one for one in still})
         assert moving(nothing) == nothing
+
+    def test_a_panel_shows_what_varies_most_and_how_many_there_are(
+        self, spiderfloat: Model, tmp_path: Path
+    ) -> None:
+        """Of 14 coordinates 8: no arm's x, which moves millimetres, and one of each mirrored z."""
+        done = simulate(spiderfloat, stop_time=10.0)
+        plot_simulation(done, tmp_path / "all.svg")
+        text = (tmp_path / "all.svg").read_text(encoding="utf-8")
+        assert "<!-- 8 of 14 shown, those that vary most -->" in text
+        for name in ("float.z", "left_buoy.x", "right_buoy.x", "right_buoy.z"):
+            assert f"<!-- body.{name} -->" in text
+        for name in ("right_arm.x", "left_buoy.z"):
+            assert f"<!-- body.{name} -->" not in text
+        everything = [f"body.{body}.{axis}" for body in scene(spiderfloat).bodies for axis in "xz"]
+        plot_simulation(done, tmp_path / "all.svg", variables=everything)
+        text = (tmp_path / "all.svg").read_text(encoding="utf-8")
+        assert all(f"<!-- {name} -->" in text for name in everything)
+        with pytest.raises(InputError, match=r"no variable 'body\.float\.y'\n.*did you mean"):
+            plot_simulation(done, tmp_path / "all.svg", variables=["body.float.y"])
+
+    def test_equal_curves_are_shown_once_where_not_all_fit(self) -> None:
+        time = np.linspace(0, 1, 50)
+        names = [f"{k}.{copy}" for k in range(5) for copy in "ab"]
+        series = {n: Series(n, "m", n, (1 + int(n[0])) * time) for n in names}
+        (panel,) = by_unit(series)
+        shown = fitting(panel)
+        assert {name[0] for name in shown.series} == set("01234")
+        assert (len(shown.series), shown.left_out) == (MOST_LINES, len(names) - MOST_LINES)
+        assert fitting(shown) is shown
+
+    def test_curves_in_one_place_are_all_seen(self) -> None:
+        """Each of n is dashed for its share: the k-th covers the first n - k of n parts."""
+        curve = np.linspace(0, 1, 50)
+        assert coinciding([curve, curve + 0.001, 2 * curve, curve]) == [
+            (0, 3),
+            (1, 3),
+            (0, 1),
+            (2, 3),
+        ]
+        empty = np.array([])
+        assert coinciding([empty, empty]) == [(0, 2), (1, 2)]
 
     def test_a_legend_reads_from_left_to_right(self) -> None:
         """It fills its columns: of four entries in three columns the second is below the first."""
