@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 HALO = 2.4  # points of white around a name
-DISTANCES = (7.0, 13.0, 21.0)  # points from the place to the name
+DISTANCES = (7.0, 13.0, 21.0, 25.0)  # points from the place to the name
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ def covering(low: np.ndarray, high: np.ndarray, obstacles: np.ndarray, taken: li
     """How much a box covers: names (`taken`, their corners) count most, points of lines less."""
     covered = ((obstacles > low - 2) & (obstacles < high + 2)).all(axis=1).sum()
     overlaps = sum(bool((low < b + 1).all() and (high > a - 1).all()) for a, b in taken)
-    return 0.8 * min(float(covered), 12) + 25 * overlaps
+    return 1.2 * min(float(covered), 12) + 25 * overlaps
 
 
 def _is_nearer_to_another(middle: np.ndarray, own: np.ndarray, places: np.ndarray) -> bool:
