@@ -25,9 +25,11 @@ from m4e_fmi.report import (
     model_figure,
     plot_modes,
     plot_phase,
+    plot_run,
     plot_simulation,
     symbols,
     system_figure,
+    write_simulation,
 )
 from m4e_fmi.report.film import film
 from m4e_fmi.report.motion import LARGEST_TURN, SWING, _moved
@@ -326,6 +328,16 @@ class TestTimeHistories:
         assert all(f"<!-- {name} -->" in text for name in everything)
         with pytest.raises(InputError, match=r"no variable 'body\.float\.y'\n.*did you mean"):
             plot_simulation(done, tmp_path / "all.svg", variables=["body.float.y"])
+
+    def test_variables_of_a_results_file_are_drawn_by_name(
+        self, tmp_path: Path, simulation: Simulation
+    ) -> None:
+        (file,) = write_simulation(simulation, tmp_path / "cart.nc")
+        plot_run(file, tmp_path / "u.svg", variables=["cart.joint.rail.u", "cart.joint.elbow.u"])
+        text = (tmp_path / "u.svg").read_text(encoding="utf-8")
+        assert all(
+            f"<!-- {what} -->" in text for what in ("[m/s]", "[rad/s]", "cart.joint.elbow.u")
+        )
 
     def test_equal_curves_are_shown_once_where_not_all_fit(self) -> None:
         time = np.linspace(0, 1, 50)
