@@ -250,7 +250,8 @@ class Instance:
         """Raise what this status of `function` means; `size` is that of a failed step [s]."""
         self._broken = True
         what = f"{self._fmu.name(function)} answered {_ANSWERS.get(status, status)}"
-        remedy = "the FMU's own message above tells why"
+        words = self._own_words(status)
+        remedy = "the FMU tells why" if words else "look at what its inputs and parameters are"
         if function == "fmi2DoStep":
             step = f"the step from t = {self.time:.9g} s to {self.time + size:.9g} s failed"
             what = f"{step} ({what})"
@@ -263,7 +264,6 @@ class Instance:
         else:
             what += " during initialisation"
             remedy = "check its parameters and start values"
-        words = self._own_words(status)
         if FATAL <= status < EARLY:
             self._fmu.component = None
         message = f"{self._origin}: {what}{words}"

@@ -15,6 +15,7 @@ from m4e_fmi.cosim.components import fmu_files, with_units
 from m4e_fmi.cosim.connect import Link, Wiring, connect
 from m4e_fmi.cosim.energy import BondEnergy
 from m4e_fmi.cosim.execution import Execution
+from m4e_fmi.cosim.forgotten import forgotten
 from m4e_fmi.cosim.master import Master, Observer, Progress
 from m4e_fmi.cosim.overview import overview
 from m4e_fmi.cosim.pacing import Rates, pace, refined
@@ -112,7 +113,7 @@ def prepare(
     structure = analyse(descriptions, wiring, solves_loops=solves_loops)
     paced, note = refined(system, descriptions)
     rates = pace(paced, descriptions, structure.loops)
-    notes = (note,) if note else ()
+    notes = (*forgotten(system, descriptions, wiring), *([note] if note else []))
     return Prepared(paced, descriptions, wiring, structure, rates, notes)
 
 
