@@ -32,6 +32,10 @@ MOST_NUMBERS = 3_000
 """In the reference series, whose rows are farther apart where there are many columns."""
 ICON_DOTS = 128  # per inch
 
+_TAG = re.compile(r"<[^<>]*>")
+_PLACES = re.compile(r' (?:[dxy]|points|transform)="[^"]*"')
+_LONG_NUMBER = re.compile(r"-?\d+\.\d{3,}")
+
 
 def fmu_documentation(model: Model, program: Program, options: Options) -> dict[str, bytes]:
     """Name in the archive → content: a picture, and below ``documentation/`` the page
@@ -103,11 +107,18 @@ def _interval(description: ModelDescription, *, columns: int) -> float:
 
 
 def _svg(figure: Figure) -> str:
-    """A drawing whose places [pt] have two decimals, which halves it."""
+    """A drawing whose places [pt] have two decimals, which halves it. Texts are left alone."""
     text = io.StringIO()
     _save(figure, text, format="svg", bbox_inches="tight", pad_inches=0.15)
     drawing = text.getvalue()
-    return re.sub(r"(\d\.\d\d)\d+", r"\1", drawing[drawing.index("<svg") :])
+    return _TAG.sub(_rounded_places, drawing[drawing.index("<svg") :])
+
+
+def _rounded_places(tag: re.Match[str]) -> str:
+    def rounded(number: re.Match[str]) -> str:
+        return f"{float(number[0]):.2f}".rstrip("0").rstrip(".")
+
+    return _PLACES.sub(lambda places: _LONG_NUMBER.sub(rounded, places[0]), tag[0])
 
 
 def _save(figure: Figure, target: Any, **settings: Any) -> None:
