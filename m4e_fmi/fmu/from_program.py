@@ -28,12 +28,7 @@ def with_rates(program: Program) -> Program:
     """`program` with the rate of every state as an output: local ``der(x)`` where none is it."""
     shown = _rates_shown(program)
     missing = [
-        (
-            Variable(
-                f"der({v.name})", rate_unit(v.unit), f"Rate of {v.name}", 0.0, v.name, local=True
-            ),
-            k,
-        )
+        (Variable(f"der({v.name})", rate_unit(v.unit), "", 0.0, v.name, local=True), k)
         for v, k in zip(program.states, program.rates, strict=True)
         if v.name not in shown
     ]
@@ -172,7 +167,7 @@ def _variable(
     return FmuVariable(
         name=v.name,
         unit=v.unit,
-        description=v.description,
+        description=v.description or (f"Rate of {v.derivative_of}" if v.derivative_of else ""),
         causality=causality,
         variability=variability,
         initial=initial,

@@ -283,7 +283,7 @@ def test_a_run_with_a_parameter_set_and_chosen_variables(here, capsys):
     (here / "heavy.yaml").write_text("values: {body.M: 8e4}\n")
     system = str(FLEXIBLE / "system.yaml")
     short = ["--stop-time", "0.1", "--step-size", "0.005", "--output-file", "out.csv"]
-    chosen = ["--variables", "body.M", "body.point.*", "--parameters", "heavy.yaml"]
+    chosen = ["--variables", "body.M", "--variables", "body.point.*", "--parameters", "heavy.yaml"]
     assert main(["run", system, *short, *chosen]) == 0
     assert "wrote out.csv" in capsys.readouterr().out
     header, first, *_ = (here / "out.csv").read_text().splitlines()
@@ -345,14 +345,15 @@ class TestLinearize:
 
     def test_json(self, here, capsys) -> None:
         arguments = ["--inputs", "joint.elbow.effort", "--outputs", "point.tip.x", "--json"]
+        arguments += ["--inputs", "joint.shoulder.effort"]
         file = ["--output-file", "linear/pendulum.json"]
         assert main(["linearize", str(PENDULUM), *arguments, *file]) == 0
         printed = json.loads(capsys.readouterr().out)
         assert printed == json.loads((here / "linear" / "pendulum.json").read_text())
         assert [v["name"] for v in printed["outputs"]] == ["point.tip.x"]
         shapes = {name: np.shape(printed[name]) for name in "ABCD"}
-        assert shapes == {"A": (4, 4), "B": (4, 1), "C": (1, 4), "D": (1, 1)}
-        assert np.shape(printed["mechanical"]["F"]) == (2, 1)
+        assert shapes == {"A": (4, 4), "B": (4, 2), "C": (1, 4), "D": (1, 2)}
+        assert np.shape(printed["mechanical"]["F"]) == (2, 2)
         assert len(printed["modes"]) == 3
         assert printed["stable"] is True
 
@@ -369,13 +370,14 @@ class TestLinearize:
 
 def test_build_with_options(here):
     options = ["--native", "--no-documentation", "--inputs", "point.*", "--outputs", "body.upper.*"]
+    options += ["--inputs", "*.elbow.effort", "--outputs", "energy.*"]
     options += ["--rename", "m=mass", "--rename", "body.upper.*=boom.*", "--stop-time", "3"]
     assert main(["build", str(PENDULUM), *options]) == 0
     description = read_description(here / "build" / "double_pendulum.fmu")
     inputs = {v.name for v in description.of_causality("input")}
     outputs = {v.name for v in description.of_causality("output")}
-    assert inputs == {"point.tip.force_x", "point.tip.force_z"}
-    assert {name.split(".")[0] for name in outputs} == {"boom"}
+    assert inputs == {"point.tip.force_x", "point.tip.force_z", "joint.elbow.effort"}
+    assert {name.split(".")[0] for name in outputs} == {"boom", "energy"}
     assert "mass" in description.variables
 
 
@@ -386,6 +388,8 @@ def test_build_with_options(here):
         (["--outputs", "energy.totl"], "did you mean 'energy.total'?"),
         (["--rename", "m"], "expected OLD=NEW"),
         (["--rename", "m=J"], "two variables would be called 'J'"),
+        (["--rename", "m=m2", "--rename", "m=m3"], "--rename gives 'm' two names: 'm2', 'm3'"),
+        (["--rename", "m=time"], "'time' is a reserved name"),
         (["--method", "euler"], "there is no method 'euler'"),
         (["--step-size", "0"], "the step size must be positive"),
     ],

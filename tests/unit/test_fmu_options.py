@@ -8,7 +8,7 @@ import pytest
 from support.driven import driven
 
 from m4e_fmi.errors import InputError
-from m4e_fmi.fmu.from_program import with_rates
+from m4e_fmi.fmu.from_program import describe, with_rates
 from m4e_fmi.fmu.options import Options
 from m4e_fmi.fmu.program_files import model_file
 from m4e_fmi.fmu.selection import renamed, with_outputs
@@ -95,6 +95,17 @@ class TestRenamed:
         assert program.states[1].derivative_of == "lever.tip.x"
         assert "der(lever.tip.x)" in names(program)
 
+    def test_one_variable_gets_one_name(self) -> None:
+        twice = {"arm.*": "lever.*", "arm.x": "place"}
+        program = renamed(driven(), {"x": "arm.x"})
+        with pytest.raises(InputError, match=r"'arm.x' would get two names: 'lever.x', 'place'"):
+            renamed(program, twice)
+
+    def test_the_description_of_a_rate_follows(self) -> None:
+        description = describe(renamed(with_rates(driven()), {"x": "place"}))
+        rate = next(v for v in description.variables if v.name == "der(place)")
+        assert rate.description == "Rate of place"
+
     def test_same_nodes(self) -> None:
         program = with_rates(driven())
         entries = rate_entries(program)
@@ -108,7 +119,7 @@ class TestRenamed:
             ({"energie": "e"}, "did you mean 'energy'"),
             ({"arms.*": "lever.*"}, "no variable 'arms"),
             ({"energy": "x"}, "two variables would be called 'x'"),
-            ({"energy": "time"}, "cannot name a variable"),
+            ({"energy": "time"}, "'time' is a reserved name"),
             ({"energy": "total energy"}, "cannot name a variable"),
             ({"energy": "2nd"}, "cannot name a variable"),
             ({"energy": "a..b"}, "cannot name a variable"),
