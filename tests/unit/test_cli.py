@@ -392,6 +392,8 @@ def test_build_with_options(here):
         (["--rename", "m=time"], "'time' is a reserved name"),
         (["--method", "euler"], "there is no method 'euler'"),
         (["--step-size", "0"], "the step size must be positive"),
+        (["--step-size", "20"], "the step size 20 s is longer than the default experiment"),
+        (["--step-size", "0.1", "--stop-time", "0.001"], "it stops at 0.001 s"),
     ],
 )
 def test_build_with_options_that_are_wrong(here, capsys, options, message):
