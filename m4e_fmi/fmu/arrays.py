@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import product
 from math import prod
 
 from m4e_fmi.fmu.description import FmuVariable, ModelDescription
@@ -36,6 +37,27 @@ class Grouped:
         """The member that says what all agree in."""
         return self.members[0]
 
+    @property
+    def elements(self) -> tuple[str, ...]:
+        """What the elements are called: ``a[1,1]``, ``a[1,2]``, ...; the name, if it is one."""
+        if not self.shape:
+            return (self.name,)
+        indices = product(*(range(1, n + 1) for n in self.shape))
+        return tuple(f"{self.name}[{','.join(map(str, index))}]" for index in indices)
+
+    @property
+    def unit(self) -> str | None:
+        """The unit of all elements; None where they differ."""
+        return self.first.unit if len({m.unit for m in self.members}) == 1 else None
+
+    @property
+    def description(self) -> str:
+        """The different descriptions of the elements, and their units where they differ."""
+        texts = list(dict.fromkeys(m.description for m in self.members))
+        if self.unit is None:
+            texts.append(f"units of the elements: {', '.join(m.unit for m in self.members)}")
+        return "; ".join(texts)
+
 
 @dataclass(frozen=True)
 class Place:
@@ -52,6 +74,11 @@ def places(variables: Sequence[Grouped]) -> dict[str, Place]:
         for reference, variable in enumerate(variables)
         for element, member in enumerate(variable.members, start=1)
     }
+
+
+def ungrouped(description: ModelDescription) -> tuple[Grouped, ...]:
+    """Variables of FMI 2.0, in the form of those of FMI 3.0: each is a scalar."""
+    return tuple(Grouped(v.name, (), (v,)) for v in description.variables)
 
 
 def grouped(description: ModelDescription) -> tuple[Grouped, ...]:

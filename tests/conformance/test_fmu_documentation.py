@@ -17,13 +17,14 @@ from pathlib import Path
 import fmpy
 import numpy as np
 import pytest
+from fmpy.util import read_csv
 from fmpy.validation import validate_fmu
 from matplotlib import rc_context
 from PIL import Image
 from support.driven import driven
 
 from m4e_fmi.fmu import Options, build_fmu
-from m4e_fmi.model import Model, load_model
+from m4e_fmi.model import Body, Joint, Model, load_model
 from m4e_fmi.multibody import model_program
 from m4e_fmi.report import fmu_documentation
 from m4e_fmi.report.schematic import model_figure
@@ -41,6 +42,15 @@ def model() -> Model:
 def fmu(request: pytest.FixtureRequest, model: Model, tmp_path_factory: pytest.TempPathFactory):
     program = model_program(model)
     options = {"native": request.param, "rename": RENAME, "stop_time": 2.0, "tolerance": 1e-10}
+    documentation = fmu_documentation(model, program, Options(**options))
+    path = tmp_path_factory.mktemp("documented") / "pendulum.fmu"
+    return build_fmu(program, path, documentation=documentation, **options)
+
+
+@pytest.fixture(scope="module")
+def fmu3(model: Model, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    program = model_program(model)
+    options = {"native": True, "fmi": "3", "stop_time": 2.0, "tolerance": 1e-10}
     documentation = fmu_documentation(model, program, Options(**options))
     path = tmp_path_factory.mktemp("documented") / "pendulum.fmu"
     return build_fmu(program, path, documentation=documentation, **options)
@@ -208,14 +218,42 @@ def test_the_same_bytes_in_another_process(tmp_path: Path) -> None:
     assert len(digests) == 1
 
 
-def test_fmi_3_has_its_icon_elsewhere(model: Model, tmp_path: Path) -> None:
-    program, options = model_program(model), {"native": True, "fmi": "3"}
-    documentation = fmu_documentation(model, program, Options(**options))
-    path = build_fmu(program, tmp_path / "a.fmu", documentation=documentation, **options)
-    assert validate_fmu(str(path)) == []
-    names = contents(path).keys()
-    assert "terminalsAndIcons/icon.png" in names
-    assert "model.png" not in names
+class TestFmi3:
+    def test_the_icon_is_elsewhere(self, fmu3: Path) -> None:
+        assert validate_fmu(str(fmu3)) == []
+        names = contents(fmu3).keys()
+        assert "terminalsAndIcons/icon.png" in names
+        assert "model.png" not in names
+
+    def test_the_page_has_the_variables_of_this_fmu(self, fmu3: Path) -> None:
+        """Arrays, not their elements by the names of FMI 2.0; elements only of states."""
+        text = contents(fmu3)["documentation/index.html"].decode()
+        found = set(re.findall(r'<td class="name"><code>(.*?)</code>', text))
+        description = fmpy.read_model_description(str(fmu3))
+        assert found == {v.name for v in description.modelVariables}
+        assert "body.upper.x" not in Page(text).codes
+        assert "<code>body.upper.position</code>[2]" in text
+
+    def test_states_that_are_elements(self) -> None:
+        """Of a free body, whose coordinates are the elements of its position."""
+        sea = {"sea": Joint("floating", "hull")}
+        free = Model("free", bodies={"hull": Body(mass=1.0, inertia=1.0)}, joints=sea)
+        program = model_program(free)
+        files = fmu_documentation(free, program, Options(native=True, fmi="3"))
+        assert "body.hull.position[2]" in files["documentation/index.html"].decode()
+
+    def test_the_reference_series_is_read_by_fmpy(self, fmu3: Path, tmp_path: Path) -> None:
+        """With a column for each array, as in FMPy's own results; tolerances as above."""
+        path = tmp_path / "ref.csv"
+        path.write_bytes(contents(fmu3)["documentation/double_pendulum_ref.csv"])
+        table = read_csv(path)
+        assert table.dtype["body.upper.position"].shape == (2,)
+        times = table["time"]
+        found = fmpy.simulate_fmu(str(fmu3), stop_time=2.0, output_interval=times[1] - times[0])
+        assert table.dtype.names == found.dtype.names
+        for name in table.dtype.names or ():
+            scale = max(1.0, np.abs(table[name]).max())
+            np.testing.assert_allclose(found[name], table[name], rtol=0, atol=1e-8 * scale)
 
 
 def test_a_default_experiment_that_fails_is_told(tmp_path: Path) -> None:

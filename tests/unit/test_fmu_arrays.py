@@ -60,6 +60,18 @@ def test_indices() -> None:
     ]
 
 
+def test_what_an_array_is_called_and_says() -> None:
+    matrix = [output(f"a[{i},{j}]", unit=f"m{i}") for i in (1, 2) for j in (1, 2)]
+    found = arrays(output("b.x"), output("b.z"), *matrix, output("c"))
+    assert found["b.position"].elements == ("b.position[1]", "b.position[2]")
+    assert found["b.position"].unit == "m"
+    assert found["b.position"].description == "b.x; b.z"
+    assert found["a"].elements == ("a[1,1]", "a[1,2]", "a[2,1]", "a[2,2]")
+    assert found["a"].unit is None
+    assert found["a"].description.endswith("units of the elements: m1, m1, m2, m2")
+    assert found["c"].elements == ("c",)
+
+
 @pytest.mark.parametrize(
     "other",
     [

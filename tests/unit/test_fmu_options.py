@@ -8,7 +8,7 @@ import pytest
 from support.driven import driven
 
 from m4e_fmi.errors import InputError
-from m4e_fmi.fmu.from_program import describe, with_rates
+from m4e_fmi.fmu.from_program import with_rates
 from m4e_fmi.fmu.options import Options
 from m4e_fmi.fmu.program_files import model_file
 from m4e_fmi.fmu.selection import renamed, with_outputs
@@ -101,10 +101,12 @@ class TestRenamed:
         with pytest.raises(InputError, match=r"'arm.x' would get two names: 'lever.x', 'place'"):
             renamed(program, twice)
 
-    def test_the_description_of_a_rate_follows(self) -> None:
-        description = describe(renamed(with_rates(driven()), {"x": "place"}))
-        rate = next(v for v in description.variables if v.name == "der(place)")
-        assert rate.description == "Rate of place"
+    def test_descriptions_of_rates_have_no_old_names(self) -> None:
+        program = renamed(with_rates(driven()), {"x": "place"})
+        state = next(v for v in program.states if v.name == "place")
+        rate = next(v for v in program.outputs if v.name == "der(place)")
+        assert state.description
+        assert rate.description == f"Rate: {state.description}"
 
     def test_same_nodes(self) -> None:
         program = with_rates(driven())
