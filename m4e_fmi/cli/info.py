@@ -28,7 +28,7 @@ def add(commands: argparse._SubParsersAction) -> None:
 
 
 def _run(options: argparse.Namespace) -> None:
-    from m4e_fmi.report import draw_system, fmu_text
+    from m4e_fmi.report import check_picture_path, draw_system, fmu_text
 
     if options.source.suffix == ".fmu" and options.json:
         import json
@@ -41,6 +41,8 @@ def _run(options: argparse.Namespace) -> None:
     elif is_system(options.source):
         from m4e_fmi.cosim import prepare
 
+        if options.output_file:
+            check_picture_path(options.output_file)
         system = load_system(options.source).changed(algorithm=options.algorithm)
         folder = options.build_folder
         prepared = prepare(system, build_directory=folder, tell=say, refuse_loops=False)

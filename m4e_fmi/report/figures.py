@@ -9,16 +9,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from m4e_fmi.report.panels import Panel, moving, panels
+from m4e_fmi.report.pictures import save
 from m4e_fmi.report.style import COLOURS
 from m4e_fmi.results import Series, load
-from m4e_fmi.writing import written
 
 if TYPE_CHECKING:
     from m4e_fmi.simulate import Simulation
 
 ZOOM = 60.0  # s shown in the right column
 LEGEND_COLUMNS = 3
-DOTS_PER_INCH = 130
 
 
 def plot_run(results: str | Path, picture: Path) -> Path:
@@ -70,9 +69,7 @@ def _draw(title: str, time: np.ndarray, shown: list[Panel], picture: Path) -> Pa
     if len(time):
         axes[0][0].set_xlim(time[0], time[-1])
     axes[0][0].set_title(title, fontsize=11, loc="left", fontweight="bold")
-    with written(picture) as part:
-        figure.savefig(part, dpi=DOTS_PER_INCH)
-    return picture
+    return save(figure, picture)
 
 
 def _by_rows(lines: Sequence[Any]) -> list[Any]:

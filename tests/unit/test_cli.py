@@ -134,6 +134,36 @@ def test_corrupt_fmu(here, capsys):
     assert "broken.fmu" in refused(capsys, "validate", "broken.fmu")
 
 
+@pytest.mark.parametrize("command", [("simulate", PENDULUM), ("run", FLEXIBLE / "system.yaml")])
+@pytest.mark.parametrize("name", ["keep.png", "r.xlsx", "r.json", "r.txt", "r.cvs", "r"])
+def test_results_in_a_form_that_there_is_not(here, capsys, command, name):
+    """Nothing runs, nothing is written: a file of that name stays as it is."""
+    (here / name).write_text("mine")
+    text = refused(capsys, *command, "--output-file", name)
+    assert f"error: {name}: results cannot be written as" in text
+    assert "use .nc, .csv or .parquet" in text
+    assert [path.name for path in here.iterdir()] == [name]
+    assert (here / name).read_text() == "mine"
+
+
+@pytest.mark.parametrize(
+    "command", [("draw", PENDULUM), ("info", FLEXIBLE / "system.yaml")], ids=["draw", "info"]
+)
+def test_picture_in_a_form_that_there_is_not(here, capsys, command):
+    text = refused(capsys, *command, "--output-file", "d.bmp")
+    assert text == (
+        "error: d.bmp: a picture cannot be written as '.bmp'\n      use .png, .svg or .pdf\n"
+    )
+    assert not list(here.iterdir())
+
+
+@pytest.mark.usefixtures("here")
+@pytest.mark.parametrize(("option", "value"), [("--stop-time", "-1"), ("--stop-time", "nan")])
+def test_wrong_times_are_told_without_a_bar_of_progress(capsys, option, value):
+    text = refused(capsys, "simulate", PENDULUM, option, value)
+    assert text == f"error: the stop time must be positive, got {float(value)}\n"
+
+
 @pytest.mark.usefixtures("here")
 def test_start_value_that_is_no_number(capsys):
     text = refused(capsys, "simulate", PENDULUM, "--start-value", "m", "heavy")
