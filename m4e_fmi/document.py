@@ -21,6 +21,7 @@ from ruamel.yaml.constructor import DuplicateKeyError
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
 from m4e_fmi.errors import InputError, Problem, suggestion
+from m4e_fmi.file_kinds import YAML_FILE, check_suffix
 
 Location = tuple[str | int, ...]
 
@@ -60,6 +61,7 @@ class Document:
     def load(cls, path: str | Path) -> Document:
         """Read a YAML 1.2 file; InputError if it is missing, unreadable or no YAML mapping."""
         path = Path(path)
+        check_suffix(path, YAML_FILE)
         try:
             text = path.read_text(encoding="utf-8-sig")
         except FileNotFoundError:
@@ -68,7 +70,12 @@ class Document:
             raise InputError.single(
                 "no such file", suggestion(path.name, names), str(path)
             ) from None
-        except (OSError, UnicodeDecodeError) as error:
+        except UnicodeDecodeError as error:
+            message = f"cannot be read: byte {error.start + 1} is no text in UTF-8"
+            raise InputError.single(
+                message, "models, systems and parameter sets are text", str(path)
+            ) from None
+        except OSError as error:
             raise InputError.single(f"cannot be read: {error}", "", str(path)) from None
         return cls.parse(text, path)
 

@@ -78,10 +78,9 @@ def is_system(path: Path) -> bool:
     """Whether a file describes a system rather than a model: a package, or YAML that has parts."""
     from m4e_fmi.cosim.system import PACKAGE
     from m4e_fmi.document import Document
+    from m4e_fmi.file_kinds import SYSTEM, kind_of
 
-    if path.suffix.lower() == PACKAGE:
-        return True
-    return "components" in Document.load(path).data
+    return path.suffix.lower() == PACKAGE or kind_of(Document.load(path).data) == SYSTEM
 
 
 def load_system(path: Path) -> System:

@@ -120,6 +120,59 @@ def test_mesh_that_is_not_watertight(here, capsys):
     assert "watertight" in text
 
 
+@pytest.fixture
+def other_files(here: Path) -> Path:
+    """Files of other kinds; what they hold does not matter, no command gets as far as that."""
+    for name in ("x.fmu", "x.ssp", "x.nc"):
+        (here / name).write_bytes(b"\x89 no text")
+    copied(here, PENDULUM)
+    copied(here, FLEXIBLE / "system.yaml")
+    return here
+
+
+TAKES_MODELS = ("draw", "simulate", "equations", "linearize")
+
+
+@pytest.mark.usefixtures("other_files")
+@pytest.mark.parametrize(
+    ("command", "file", "told", "remedy"),
+    [
+        *((c, "system.yaml", "a system, not a model", "`m4e-fmi run` runs") for c in TAKES_MODELS),
+        ("run", PENDULUM.name, "a model, not a system", "`m4e-fmi simulate` simulates"),
+        ("validate", PENDULUM.name, "a model, not an FMU", "`m4e-fmi build` builds its FMU, which"),
+        ("validate", "system.yaml", "a system, not an FMU", "`m4e-fmi build` builds its FMUs"),
+        ("validate", "x.ssp", "a package of a system, not an FMU", "`m4e-fmi info` shows"),
+        ("validate", "x.nc", "a file of results, not an FMU", "m4e_fmi.results.load"),
+        *(
+            (c, "x.fmu", "an FMU, not a YAML file", "`m4e-fmi validate` checks")
+            for c in (*TAKES_MODELS, "build", "run")
+        ),
+        *((c, "x.ssp", "a package of a system, not a", "`m4e-fmi run` runs") for c in TAKES_MODELS),
+        *(
+            (c, "x.nc", "a file of results, not a YAML file", "m4e_fmi.results.load")
+            for c in (*TAKES_MODELS, "build", "run", "info")
+        ),
+    ],
+)
+def test_a_file_of_another_kind_is_one_error_that_names_the_command(
+    capsys, command, file, told, remedy
+):
+    first, *others = refused(capsys, command, file).splitlines()
+    assert first.startswith(f"error: {file}: this is {told}")
+    assert len(others) == 1
+    assert remedy in others[0]
+
+
+def test_files_that_are_no_text(here, capsys):
+    (here / "p.png").write_bytes(b"\x89PNG")
+    assert "p.png: cannot be read: byte 1 is no text" in refused(capsys, "info", "p.png")
+
+
+def test_a_model_as_a_component_that_is_a_system(here, capsys):
+    copied(here, FLEXIBLE / "system.yaml", ("mass.model.yaml", "system.yaml"))
+    assert "this is a system, not a model" in refused(capsys, "build", "system.yaml")
+
+
 def test_corrupt_fmu(here, capsys):
     (here / "broken.fmu").write_bytes(b"PK\x03\x04 and no more")
     (here / "system.yaml").write_text(
