@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 import subprocess
 import sys
@@ -12,6 +13,7 @@ import numpy as np
 import pytest
 from fmpy.validation import validate_fmu
 
+from m4e_fmi import results
 from m4e_fmi.cli import main
 from m4e_fmi.fmu import read_description
 
@@ -219,8 +221,46 @@ def test_wrong_times_are_told_without_a_bar_of_progress(capsys, option, value):
 
 @pytest.mark.usefixtures("here")
 def test_start_value_that_is_no_number(capsys):
-    text = refused(capsys, "simulate", PENDULUM, "--start-value", "m", "heavy")
-    assert "'heavy' is not a number" in text
+    heavy = ("--start-value", "m", "heavy")
+    text = refused(capsys, "simulate", PENDULUM, *heavy, "--start-value", "L", "3 kg")
+    assert "start value 'heavy' of m is wrong\n      'heavy' is not a number" in text
+    assert "start value '3 kg' of L is wrong\n      it is in m: kg is not m" in text
+    text = refused(capsys, "linearize", PENDULUM, "--start-value", "L", "250cm")
+    assert "a unit may follow after a space, as in '5 mm'" in text
+
+
+SWING = """name: swing
+parameters: {L: {value: 220, unit: cm}}
+bodies: {child: {mass: 30, inertia: 1}}
+joints: {branch: {type: revolute, child: child, joint_to_child: [0, -L]}}
+"""
+SWINGS = """name: swings
+components:
+  a: {model: swing.model.yaml}
+  b: {model: swing.model.yaml, start: {L: 2.5}}
+simulation: {stop_time: 0.1, step_size: 0.05}
+"""
+
+
+def test_a_bare_start_value_is_si_and_one_with_a_unit_is_converted(here, capsys):
+    """In a simulation, a linearization and a run, whatever the unit in the model file."""
+    (here / "swing.model.yaml").write_text(SWING)
+    (here / "system.yaml").write_text(SWINGS)
+    heights = []
+    for length, angle in (("2.5", "60 deg"), ("250 cm", str(math.pi / 3))):
+        chosen = ["--start-value", "L", length, "--start-value", "joint.branch.q", angle]
+        short = ["--stop-time", "0.1", "--no-plot", "--output-file", "s.nc"]
+        assert main(["simulate", "swing.model.yaml", *short, *chosen]) == 0
+        heights.append(results.load("s.nc")["swing.body.child.z"].values)
+        assert main(["linearize", "swing.model.yaml", "--at", "start", *chosen]) == 0
+        assert re.search(r"branch\.q +1\.04719755 rad", capsys.readouterr().out)
+    # -2.5 m · cos 60°, but for the rounding of the angle
+    assert heights[0][0] == pytest.approx(-1.25, rel=1e-15)
+    assert np.array_equal(*heights)
+    wanted = ["--variables", "a.L", "b.L", "--start-value", "a.L", "250 cm"]
+    assert main(["run", "system.yaml", "--output-file", "r.nc", *wanted]) == 0
+    run = results.load("r.nc")
+    assert {*run["a.L"].values, *run["b.L"].values} == {2.5}
 
 
 @pytest.mark.usefixtures("here")
