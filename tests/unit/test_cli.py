@@ -483,7 +483,9 @@ class TestLinearize:
         path = copied(here, FLEXIBLE / "mass.model.yaml")
         assert main(["linearize", str(path)]) == 1
         text = capsys.readouterr().err
-        assert "nothing holds it there; the rate of body.mass.vz is -9.80665 m/s2" in text
+        assert "no equilibrium was found: nothing holds it there" in text
+        assert "the rate of body.mass.vz is -9.80665 m/s2" in text
+        assert "loads of other FMUs (water, moorings) are not in the model" in text
 
     def test_unknown_output(self, capsys) -> None:
         text = refused(capsys, "linearize", PENDULUM, "--outputs", "point.tip.alpha")
