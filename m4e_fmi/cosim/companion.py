@@ -124,7 +124,11 @@ class Companion:
             self.stop("values were set between steps, which longer ones cannot follow")
         if not self.failure:
             self._follow()
-            self._copy.change(changes)
+        if not self.failure:
+            try:
+                self._copy.change(changes)
+            except RunError as error:
+                self.stop(f"a second set of FMUs fails ({error.message})")
 
     def finish(self) -> None:
         """At the end of the run."""

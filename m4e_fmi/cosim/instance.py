@@ -18,7 +18,6 @@ from m4e_fmi.cosim.binary import Binary
 from m4e_fmi.cosim.standards import (
     DISCARD,
     EARLY,
-    ENDED,
     ERROR,
     FATAL,
     RESTLESS,
@@ -49,10 +48,6 @@ class DiscardedError(RunError):
 
 class EventWithinError(DiscardedError):
     """An FMU has an event within the step, at `reached`."""
-
-
-class EndedError(RunError):
-    """An FMU had asked for the end of the simulation before this step."""
 
 
 class Instance:
@@ -253,11 +248,10 @@ class Instance:
 
     def fail(self, status: Status, function: str, size: float = 0.0) -> NoReturn:
         """Raise what this status of `function` means; `size` is that of a failed step [s]."""
-        if status == ENDED:
-            raise EndedError(f"{self._origin} asked to end at t = {self.events.ended:.9g} s")
         self._broken = True
         what = f"{self._fmu.name(function)} answered {_ANSWERS.get(status, status)}"
-        remedy = "the FMU's own message above tells why"
+        words = self._own_words(status)
+        remedy = "the FMU tells why" if words else "look at what its inputs and parameters are"
         if function == "fmi2DoStep":
             step = f"the step from t = {self.time:.9g} s to {self.time + size:.9g} s failed"
             what = f"{step} ({what})"
@@ -270,7 +264,6 @@ class Instance:
         else:
             what += " during initialisation"
             remedy = "check its parameters and start values"
-        words = self._own_words(status)
         if FATAL <= status < EARLY:
             self._fmu.component = None
         message = f"{self._origin}: {what}{words}"

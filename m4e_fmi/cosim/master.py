@@ -6,7 +6,7 @@ import signal
 import threading
 import time as clock
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from typing import cast
 
@@ -19,7 +19,7 @@ from m4e_fmi.cosim.companion import Companion
 from m4e_fmi.cosim.connect import Wiring
 from m4e_fmi.cosim.energy import BondEnergy, EnergyBalance
 from m4e_fmi.cosim.events import ended, event_notes, telling
-from m4e_fmi.cosim.instance import EndedError, Instance
+from m4e_fmi.cosim.instance import Instance
 from m4e_fmi.cosim.memory import Memory, recall, remember
 from m4e_fmi.cosim.network import HALF, TWICE, Change, Network, Point
 from m4e_fmi.cosim.pacing import Rates
@@ -123,7 +123,8 @@ class Master:
             instances[name] = instance
         known = (self._wiring, self._structure, self._rates)
         network = Network(instances, *known, time=simulation.start_time)
-        network.initialise()
+        with _quiet():
+            network.initialise()
         return network
 
     def _prepare(self, stack: ExitStack) -> None:
@@ -162,7 +163,7 @@ class Master:
         """Lengths of steps, over the run's, that can tell its error; or why there are none."""
         rates = self._rates.items()
         odd = [f"{n} {r}" for n, r in rates if r.is_sampled and r.every % 2]
-        whole = [f"{n} {r}" for n, r in rates if not r.halves]
+        whole = [f"{n} {r}" for n, r in rates if not r.shortens]
         if self._rigid() and round(self._system.simulation.step_size * SECOND) % 2:
             whole.append("FMUs that cannot go back, and steps of an odd number of nanoseconds")
         if odd and whole:
@@ -193,7 +194,8 @@ class Master:
             )
             return
         settings = self._system.simulation
-        length = lengths[-1] if self._changeable else lengths[0]
+        single = settings.stop_time - settings.start_time <= settings.step_size
+        length = lengths[-1] if self._changeable or single else lengths[0]
         self._witness = Companion(self.network, other, self._make, settings, sources, length=length)
 
     def certificate(self) -> Certificate | str:
@@ -273,8 +275,7 @@ class Master:
         self._observe(observers)
         with _stepping() as interrupted:
             while not self.done:
-                with suppress(EndedError):
-                    self._course.advance()
+                self._course.advance()
                 self._observe(observers)
                 tell(self._course.now / SECOND)
                 if interrupted():
@@ -367,13 +368,15 @@ def _ticker(progress: Progress | None) -> Callable[[float], None]:
     return tick
 
 
+def _quiet() -> np.errstate:
+    """An overflow is found, and told with its place, where values are read from the FMUs."""
+    return np.errstate(over="ignore", invalid="ignore")
+
+
 @contextmanager
 def _stepping() -> Iterator[Callable[[], bool]]:
-    """Around steps: tells whether they are to be interrupted.
-
-    An overflow is found, and told with its place, where values are read from the FMUs.
-    """
-    with _interruption() as interrupted, np.errstate(over="ignore", invalid="ignore"):
+    """Around steps: tells whether they are to be interrupted."""
+    with _interruption() as interrupted, _quiet():
         yield interrupted
 
 

@@ -10,6 +10,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from m4e_fmi.cosim.instance import Instance
 from m4e_fmi.cosim.operations import (
     Combine,
     DoStep,
@@ -21,6 +22,7 @@ from m4e_fmi.cosim.operations import (
     SetDerivatives,
 )
 from m4e_fmi.cosim.standards import RawCall
+from m4e_fmi.cosim.standards.access3 import RawComponent
 
 NOT_A_NUMBER = -1
 GET, SET, SET_DERIVATIVES, DO_STEP, SAVE, RESTORE, COMBINE = range(7)
@@ -67,6 +69,8 @@ class State(ctypes.Structure):
         ("written", c_uint64),
         ("failed", c_uint64),
         ("in_row", c_int32),
+        ("ends", c_void_p),
+        ("end_count", c_uint64),
     ]
 
 
@@ -164,8 +168,19 @@ def _address(array: np.ndarray) -> int:
     return array.ctypes.data
 
 
+def ends(instances: Sequence[Instance]) -> ctypes.Array[c_void_p]:
+    """Where these, of FMI 3.0, have the time when they asked for the end of the simulation."""
+    offset = RawComponent.ended.offset  # pyright: ignore[reportAttributeAccessIssue]
+    events = [instance.events for instance in instances]
+    assert all(isinstance(one, RawComponent) for one in events)
+    places = [ctypes.addressof(one) + offset for one in events if isinstance(one, RawComponent)]
+    return (c_void_p * len(places))(*places)
+
+
 def run(step: NativeExecutor, row: NativeExecutor, state: State, steps: int) -> int:
-    """So many steps, fewer if an operation fails: its status. `state` tells how far it came."""
+    """So many steps, fewer if an operation fails, its status then, or if a component has asked for
+    the end. `state` tells how far it came.
+    """
     state.step, state.step_count = ctypes.addressof(step.array), step.count
     state.row, state.row_count = ctypes.addressof(row.array), row.count
     return step.loop(state, steps)

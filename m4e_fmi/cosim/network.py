@@ -145,12 +145,9 @@ class Network:
     def pieces(self, rate: Rate) -> tuple[int, int]:
         """The pieces in which a component with this rate makes the macro step, and steps of each.
 
-        Those are its own, but where half of the simulation's step is made at once and has no whole
-        number of them: then they are half as long.
+        Those are its own; where half of the simulation's step is made at once, half as long.
         """
-        if self.coarse == HALF:
-            return rate.pieces if rate.pieces % 2 else rate.pieces // 2, 1
-        return rate.pieces, int(self.coarse)
+        return rate.pieces, int(max(self.coarse, 1.0))
 
     def index(self, output: Port) -> int:
         """Place of an output in a block of `values`."""

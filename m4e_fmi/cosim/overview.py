@@ -20,7 +20,7 @@ def overview(prepared: Prepared) -> str:
     if prepared.rates:
         lines.append("components with a step of their own:")
         lines += [f"  {name}  {own}" for name, own in prepared.rates.items()]
-        lines += [f"  {note}" for note in prepared.notes]
+    lines += prepared.notes
     lines += ["connections:", *_connections(prepared)]
     cycles = component_cycles(prepared.descriptions, wiring.links)
     if cycles:

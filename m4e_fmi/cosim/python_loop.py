@@ -6,7 +6,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from m4e_fmi.cosim.instance import WARNING, Call
+from m4e_fmi.cosim.events import ended
+from m4e_fmi.cosim.instance import WARNING, Call, Instance
 from m4e_fmi.cosim.native_loop import NOT_A_NUMBER, State
 from m4e_fmi.cosim.operations import (
     Combine,
@@ -39,9 +40,19 @@ class PythonExecutor:
         return 0, 0
 
 
-def run(step: PythonExecutor, row: PythonExecutor, state: State, steps: int) -> int:
-    """`m4e_loop` of the runtime's loop.h: so many steps; the status."""
+def run(
+    step: PythonExecutor,
+    row: PythonExecutor,
+    state: State,
+    steps: int,
+    telling: Sequence[Instance],
+) -> int:
+    """`m4e_loop` of the runtime's loop.h: so many steps, until one of `telling` has asked for the
+    end; the status.
+    """
     for _ in range(steps):
+        if ended(telling):
+            return 0
         time, size = state.now / SECOND, state.size / SECOND
         status, state.failed = step.perform(time, size, state.noted)
         state.in_row = 0

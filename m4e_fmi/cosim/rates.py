@@ -10,6 +10,7 @@ the system steps by the longest part of H that meets all points (`common_step`).
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
@@ -18,6 +19,8 @@ from m4e_fmi.units import parse_unit
 
 FINEST = 10
 """Times that a system may step, to meet the points of all, in a step that was given for it."""
+HUGE = re.compile(r"e[+-]?\d{3}", re.IGNORECASE)
+"""In a number that is no step, and takes forever as a fraction."""
 DIGITS = 5e-6
 """Relative error of a step that is written down: 0.000333333 s is a third of 1 ms."""
 
@@ -44,11 +47,6 @@ class Rate:
         """Whether the steps of the system may be shorter than usual."""
         return self.is_sampled or not self.constant
 
-    @property
-    def halves(self) -> bool:
-        """Whether a step of half the system's can be made."""
-        return self.shortens or self.pieces % 2 == 0
-
     def __str__(self) -> str:
         only = " (the only size of step that its FMU makes)" if self.constant else ""
         how = f"steps by {self.step:g} s{only}"
@@ -65,6 +63,8 @@ def seconds(given: float | str) -> Fraction:
     remedy = "give a number of seconds, or a text as '10 ms' or '1/3 ms'"
     number, _, unit = str(given).strip().partition(" ")
     try:
+        if HUGE.search(number):
+            raise ValueError
         found, scale = Fraction(number), parse_unit(unit.strip() or "s")
     except (ValueError, ZeroDivisionError):
         raise ValueError(f"step_size {given!r} is no time", remedy) from None
@@ -92,7 +92,9 @@ def common_step(
                 continue
             finer = _divisor(step, found)
             if macro / finer > FINEST or (finer / tick).denominator > 1:
-                problems[name] = _misfit(step, macro)
+                problems[name] = (
+                    _misfit(step, macro) if not fits(step, macro) else _clash(step, steps)
+                )
             else:
                 found = finer
     return found, problems
@@ -121,6 +123,12 @@ def rate(step: Fraction, macro: Fraction, *, constant: bool = False) -> Rate:
     if step > macro and count > 1:
         return Rate(float(count * macro), every=count, constant=constant)
     return Rate(float(macro / count), pieces=count, constant=constant)
+
+
+def _clash(step: Fraction, steps: Mapping[str, Fraction]) -> tuple[str, str]:
+    other = next(name for name, one in steps.items() if not fits(step, one))
+    message = f"step_size {float(step):g} s and {float(steps[other]):g} s of {other!r} do not meet"
+    return message, "take steps of which one is a multiple of the other"
 
 
 def _misfit(step: Fraction, macro: Fraction) -> tuple[str, str]:

@@ -15,6 +15,7 @@ from m4e_fmi.cosim.components import fmu_files, with_units
 from m4e_fmi.cosim.connect import Link, Wiring, connect
 from m4e_fmi.cosim.energy import BondEnergy
 from m4e_fmi.cosim.execution import Execution
+from m4e_fmi.cosim.forgotten import forgotten
 from m4e_fmi.cosim.master import Master, Observer, Progress
 from m4e_fmi.cosim.overview import overview
 from m4e_fmi.cosim.pacing import Rates, pace, refined
@@ -112,7 +113,7 @@ def prepare(
     structure = analyse(descriptions, wiring, solves_loops=solves_loops)
     paced, note = refined(system, descriptions)
     rates = pace(paced, descriptions, structure.loops)
-    notes = (note,) if note else ()
+    notes = (*forgotten(system, descriptions, wiring), *([note] if note else []))
     return Prepared(paced, descriptions, wiring, structure, rates, notes)
 
 
@@ -299,22 +300,22 @@ def _checked(
 
 
 def _finer(prepared: Prepared) -> Prepared:
-    """The same at half the step; components with a step of their own keep it, if it fits there.
+    """The same at half the step, which components that make several steps in each halve too.
 
-    If an odd number of them makes the step, they are halved too: InputError for an FMU that makes
-    steps of one size only.
+    Those that step more rarely keep their step: it is what they are, and not how they are computed.
+    InputError for an FMU that makes steps of one size only.
     """
     system = prepared.system
     settings, tolerance = system.simulation, system.simulation.coupling_tolerance
     parts: list[Component] = []
     for part in system.components:
         rate = prepared.rates.get(part.name)
-        if rate and not rate.halves:
+        if rate and not rate.shortens:
             raise InputError.single(
                 f"--check runs at half the step, which {part.name} cannot: it {rate}",
                 "leave it out: what each run tells of its error needs no other step",
             )
-        if rate and part.step_size is not None and not rate.is_sampled and rate.pieces % 2:
+        if rate and part.step_size is not None and not rate.is_sampled:
             part = replace(part, step_size=rate.step / 2)
         parts.append(part)
     simulation = replace(

@@ -5,10 +5,12 @@ Both give the same bits. A `Loop` repeats a schedule, macro step by macro step.
 
 from __future__ import annotations
 
+import ctypes
 from collections.abc import Sequence
 from typing import NoReturn
 
 from m4e_fmi.cosim import native_loop, python_loop
+from m4e_fmi.cosim.instance import Instance
 from m4e_fmi.cosim.native_loop import NOT_A_NUMBER, NativeExecutor, State
 from m4e_fmi.cosim.operations import (
     Combine,
@@ -90,16 +92,25 @@ class Loop:
 
     `state` has the present time `now`, the step `size` [ns], the next places of blocks that each
     step (`noted`) and each row (`written`) fill, and the steps `since` the last of the rows, which
-    are `every` so many steps.
+    are `every` so many steps. One of the instances `telling` may ask for the end.
     """
 
-    def __init__(self, step: Schedule, row: Schedule | None, *, every: int) -> None:
+    def __init__(
+        self, step: Schedule, row: Schedule | None, *, every: int, telling: Sequence[Instance]
+    ) -> None:
         self.step = step
         self.row = row or Schedule(())
         self.state = State(every=every if row else NEVER)
+        self._telling = telling
+        if isinstance(step.executor, NativeExecutor):
+            self._ends = native_loop.ends(telling)
+            self.state.ends, self.state.end_count = ctypes.addressof(self._ends), len(telling)
 
     def advance(self, steps: int) -> None:
-        """Make so many macro steps; RunError as `Schedule.run`, `state` telling how far it came."""
+        """Make so many macro steps, up to the end that a component asks for.
+
+        RunError as `Schedule.run`, `state` telling how far it came.
+        """
         state, step, row = self.state, self.step.executor, self.row.executor
         before = state.now
         if isinstance(step, NativeExecutor) and isinstance(row, NativeExecutor):
@@ -107,7 +118,7 @@ class Loop:
         else:
             assert isinstance(step, PythonExecutor)
             assert isinstance(row, PythonExecutor)
-            status = python_loop.run(step, row, state, steps)
+            status = python_loop.run(step, row, state, steps, self._telling)
         now, size = state.now / SECOND, state.size / SECOND
         if state.now > before:
             self.step.arrive(now)

@@ -133,7 +133,8 @@ class Course:
                 self._results.keep(points / SECOND)
             if self._witness:
                 self._witness.after(made, size, noted)
-        if self.now == self._stop and self._row != self.now:
+        last = self.now == self._stop or ended(self._telling)
+        if last and self._row != self.now:
             self._record()
         self._adapt(clock.perf_counter() - began)
 

@@ -25,6 +25,8 @@ PACKAGE = ".ssp"
 """Suffix of an SSP package; any other file with a system is YAML."""
 SECOND = 1_000_000_000
 """Nanoseconds, in which the master counts time."""
+LONGEST = 4e9
+"""Seconds that fit twice into 63 bits of them, more than a hundred years."""
 TICK = Fraction(1, SECOND)
 """One of them [s]."""
 
@@ -223,6 +225,9 @@ def simulation_problems(
     if not (math.isfinite(span) and span > 0):
         text = f"stop_time {simulation.stop_time:g} s is not after the start"
         found.append(("stop_time", text, f"start_time is {simulation.start_time:g} s"))
+    elif max(abs(simulation.start_time), abs(simulation.stop_time)) > LONGEST:
+        text = f"stop_time {simulation.stop_time:g} s: times are counted up to {LONGEST:g} s"
+        found.append(("stop_time", text, "shorten the run"))
     if not (math.isfinite(step) and step * SECOND >= 1):
         found.append(("step_size", f"step_size {step:g} s: expected 1e-9 s or more", ""))
     elif span > 0 and step > span:

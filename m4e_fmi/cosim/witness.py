@@ -43,7 +43,8 @@ import numpy as np
 
 from m4e_fmi.cosim.algorithms.scheduled import Scheduled, looped
 from m4e_fmi.cosim.energy import BLOCK
-from m4e_fmi.cosim.network import TWICE, Change, Network, Point
+from m4e_fmi.cosim.events import ended
+from m4e_fmi.cosim.network import HALF, TWICE, Change, Network, Point
 from m4e_fmi.cosim.operations import Operation, gather
 from m4e_fmi.cosim.schedule import Loop
 from m4e_fmi.cosim.system import SECOND
@@ -90,10 +91,11 @@ class _Window:
     changes: dict[int, list[Change]] = field(default_factory=dict)
 
     def copy(self) -> _Window:
-        """The same, which stays as it is while this goes on, but for what is told in the end."""
+        """The same, which stays as it is while this goes on."""
         changes = {time: changes.copy() for time, changes in self.changes.items()}
         times, values, jumps = self.times.copy(), self.values.copy(), self.jumps.copy()
-        return replace(self, times=times, values=values, jumps=jumps, changes=changes)
+        told = replace(self.told)
+        return replace(self, times=times, values=values, told=told, jumps=jumps, changes=changes)
 
     @property
     def began(self) -> int:
@@ -228,7 +230,7 @@ class Witness:
         """
         self._steps += steps
         window = self._window
-        if window is None:
+        if window is None or not steps:
             return
         last = int(window.times[-1][-1])
         window.times.append(last + size * np.arange(1, steps + 1))
@@ -246,6 +248,8 @@ class Witness:
         if window is None or len(window.times) < 2:
             return
         times, values = np.concatenate(window.times), np.concatenate(window.values)
+        if len(times) == 2 and HALF not in self._others:
+            return  # a single step tells nothing
         end, why = self._network.keep(), []
         for length in tuple(self._others):
             try:
@@ -255,7 +259,14 @@ class Witness:
                 why.append(str(error))
         else:
             self.failure = ", and ".join(why)
-        self._network.restore(end)
+        try:
+            self._network.restore(end)
+        except RunError as error:
+            raise RunError(
+                f"the coupling error is told by steps of another length: {', and '.join(why)}; "
+                f"there is no way back from that ({error.message})",
+                "an FMU should discard a step that it cannot make, and not answer Fatal",
+            ) from error
         window.values.clear()
 
     def _judge(self, window: _Window, run: np.ndarray, values: np.ndarray, length: float) -> None:
@@ -265,12 +276,12 @@ class Witness:
             raise _UntoldError("values were set between steps")
         times = (_coarse if twice else _fine)(run, window.jumps)
         span, other = int(times[-1] - times[0]), _other_steps(times, run)
-        if not span:
-            raise _UntoldError("the run has but one step")
-        if other < span / 2:
-            raise _UntoldError("most steps end at jumps")
-        self._network.restore(window.start)
+        if other < span / 2 or not span:
+            if twice:
+                raise _UntoldError("most steps end at jumps")
+            return  # there is nothing but jumps
         try:
+            self._network.restore(window.start)
             again = self._others[length].course(times, window.jumps, window.changes)
         except RunError as error:
             del self._others[length]
@@ -287,9 +298,12 @@ class Witness:
 
     def finish(self) -> None:
         """At the end of the run: judge the window that is open."""
-        self._close()
+        try:
+            self._close()
+        except RunError as error:
+            self.failure = error.message
         if not self.failure and not any(window.told.span for window in self._windows):
-            self.failure = "the run has no steps"
+            self.failure = "the run has but one step" if self._steps else "the run has no steps"
 
     def difference(self) -> np.ndarray:
         """What the two courses would differ by at most, for each source, had both gone all the way.
@@ -372,6 +386,8 @@ class _Other:
             loop.state.now, loop.state.size, loop.state.noted = now, size, 0
             loop.advance(made)
             network.time = loop.state.now / SECOND
+            if loop.state.now < now + made * size:
+                raise RunError(ended(network.instances.values()))
             return self._values[:made].copy()
         algorithm.step(now / SECOND, size / SECOND)
         if now + size in jumps:

@@ -14,6 +14,10 @@ if TYPE_CHECKING:
     from m4e_fmi.simulate import Simulation
 
 
+LARGE = 0.1
+"""Coupling error over the range with which a run tells nothing but that it is wrong."""
+
+
 def run_summary(outcome: Outcome) -> str:
     """Power, extremes, steps, time and energy balance of a run that wrote results."""
     loaded = outcome.results()
@@ -45,6 +49,8 @@ def _certified(outcome: Outcome) -> list[str]:
         lines = [f"  coupling error not known: {outcome.certificate}"]
         if outcome.checked is None:
             lines[0] += "; --check runs once more, at half the step"
+    elif outcome.certificate.errors and outcome.certificate.errors[0].error > LARGE:
+        lines.append("  warning: that is no result; take a smaller step_size, or another algorithm")
     if outcome.checked is not None:
         lines.append(f"  checked at half the step: {outcome.checked}")
     return lines

@@ -10,6 +10,7 @@ from support.described import described
 
 from m4e_fmi.cosim import Component, FmuFile, Port, Simulation, System, prepare
 from m4e_fmi.cosim.connect import Wiring, connect
+from m4e_fmi.cosim.forgotten import forgotten
 from m4e_fmi.errors import InputError
 from m4e_fmi.fmu.reading import Description
 
@@ -82,6 +83,23 @@ def test_an_array_is_carried_into_parameters_once() -> None:
         "buoy.added_mass[1,1]",
         "buoy.added_mass[1,2]",
     }
+
+
+@pytest.mark.parametrize(
+    ("connections", "missing"),
+    [((), True), (("hydro.added_mass -> buoy.added_mass",), False)],
+)
+def test_what_is_calculated_and_not_carried_over_is_told(
+    connections: tuple[str, ...], *, missing: bool
+) -> None:
+    parts = tuple(Component(name, FmuFile(Path(name))) for name in BOTH)
+    system = System("s", parts, connections, SIMULATION)
+    found = forgotten(system, BOTH, connect(system, BOTH))
+    text = (
+        "hydro.added_mass is calculated, but not carried over: "
+        "'hydro.added_mass -> buoy.added_mass'"
+    )
+    assert found == ([text] if missing else [])
 
 
 def test_a_variable_without_unit_fits_any() -> None:

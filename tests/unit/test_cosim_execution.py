@@ -93,7 +93,7 @@ def test_a_run_that_was_left_at_once_has_no_certificate(c_fmu: Fmus) -> None:
 
 def test_branches_leave_no_trace_in_the_certificate(c_fmu: Fmus) -> None:
     system = oscillator(c_fmu).changed(stop_time=60.0, algorithm="gauss_seidel")
-    found = []
+    found: list[object] = []
     for branches in (False, True):
         with start(system) as run:
             if branches:
@@ -116,6 +116,42 @@ def test_branches_leave_no_trace_in_the_certificate(c_fmu: Fmus) -> None:
         found.append(run.outcome.certificate)
     assert found[0] == found[1]
     assert isinstance(found[0], Certificate)
+
+
+def test_the_certificate_is_of_the_course_that_led_here(c_fmu: Fmus) -> None:
+    system = oscillator(c_fmu).changed(stop_time=30.0, algorithm="gauss_seidel")
+    with start(system) as run:
+        for _ in range(100):
+            run.step()
+        early = run.save()
+        for _ in range(50):
+            run.step()
+        later = run.save()
+        run.restore(early)
+        run["body.damping"] = 30.0  # far too much for such a step
+        for _ in range(180):  # past the window
+            run.step()
+        run.restore(later)
+        for _ in run:
+            pass
+    with start(system) as straight:
+        for _ in straight:
+            pass
+    assert run.outcome.certificate == straight.outcome.certificate
+
+
+def test_a_step_that_failed_leaves_an_outcome(c_fmu: Fmus) -> None:
+    for options in ("", "+state"):
+        pump = Component("pump", FmuFile(c_fmu(f"rogue{options}")), {"what": 3.0, "when": 0.5})
+        parts = (*oscillator(c_fmu, options).components, pump)
+        system = System("s", parts, ("body.m <-> spring.end",), Simulation(2, 0.1))
+        with start(system) as run:
+            for _ in range(4):
+                run.step()
+            with pytest.raises(RunError, match="the pump ran dry"):
+                run.step()
+        assert run.outcome.steps == 4
+        assert run.outcome.certificate
 
 
 @pytest.mark.parametrize("flush", [False, True])

@@ -28,6 +28,7 @@ from m4e_fmi.cosim import (
 )
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.fmu.unpack import Unpacked
+from m4e_fmi.report.summaries import run_summary
 
 Fmus = Callable[[str], Path]
 Starts = Mapping[str, Mapping[str, float]]
@@ -360,3 +361,14 @@ def test_a_killed_run_keeps_its_results(c_fmu: Fmus, tmp_path: Path) -> None:
     assert len(results.time) >= 256
     written = results["body.body.m.x"].values
     np.testing.assert_allclose(written, results.time, rtol=1e-9)  # x = t, integrated exactly
+
+
+@pytest.mark.parametrize(("step", "warned"), [(0.01, False), (0.4, True)])
+def test_a_coupling_that_is_all_wrong_is_warned_of(
+    c_fmu: Fmus, tmp_path: Path, step: float, *, warned: bool
+) -> None:
+    a = Component("a", FmuFile(c_fmu("mass+state")), {"body.m.x": 1.0})
+    b = Component("b", FmuFile(c_fmu("partner+state")), {"coupling": 10.0})
+    settings = Simulation(10.0, step, "gauss_seidel" if step < 0.1 else "jacobi")
+    outcome = run(System("s", (a, b), ("a.m <-> b.end",), settings), results=tmp_path / "r.nc")
+    assert ("warning: that is no result" in run_summary(outcome)) == warned

@@ -20,8 +20,10 @@ from m4e_fmi.cosim import (
     System,
     prepare,
     run,
+    start,
 )
 from m4e_fmi.cosim.master import Master
+from m4e_fmi.errors import RunError
 
 Fmus = Callable[[str], Path]
 
@@ -224,6 +226,79 @@ def test_where_longer_steps_fail_the_run_goes_on(c_fmu: Fmus, state: str) -> Non
         assert isinstance(outcome.certificate, Certificate)
     else:
         assert str(outcome.certificate).startswith("steps of twice the length fail (a")
+
+
+@pytest.mark.parametrize("state", ["", "+state"])
+def test_where_longer_steps_are_fatal_the_results_are_there(c_fmu: Fmus, state: str) -> None:
+    a = Component("a", FmuFile(c_fmu(f"rogue{state}")), {"what": 6.0, "when": 0.15})
+    b = Component("b", FmuFile(c_fmu(f"stage{state}")))
+    system = System("s", (a, b), ("a.y -> b.u",), Simulation(4.0, 0.1, "gauss_seidel"))
+    outcome = run(system)
+    assert outcome.steps == 40
+    assert "steps of twice the length fail (a" in str(outcome.certificate)
+    if state:  # within the run it cannot be made good
+        with pytest.raises(RunError, match="should discard a step that it cannot make"):
+            run(system.changed(stop_time=30.0))
+
+
+def test_a_second_set_that_failed_is_not_called_again(c_fmu: Fmus) -> None:
+    a = Component("a", FmuFile(c_fmu("mass")), {"body.m.x": 1.0})
+    b = Component("b", FmuFile(c_fmu("partner+hundredth")))
+    settings = Simulation(1.0, 0.01, "gauss_seidel")
+    with start(System("s", (a, b), ("a.m <-> b.end",), settings)) as run:
+        for _ in run:
+            run["a.damping"] = run["b.damping"] = 0.2
+    assert run.outcome.steps == 100
+    assert str(run.outcome.certificate).startswith("steps of half the length fail (b_again ")
+
+
+@pytest.mark.parametrize("observed", [False, True])
+@pytest.mark.parametrize("when", [0.02, 0.47, 0.92])
+def test_a_step_that_is_cut_short_within_a_window(
+    c_fmu: Fmus, when: float, *, observed: bool
+) -> None:
+    a = Component("a", FmuFile(c_fmu("mass+state")), {"stiffness": 1.0, "body.m.x": 1.0})
+    b = Component("b", FmuFile(c_fmu("partner+state")))
+    c = Component("c", FmuFile(c_fmu("rogue+state")), {"what": 1.0, "when": when})
+    times: list[float] = []
+    observers = [lambda t, _: times.append(t)] if observed else []
+    system = System("s", (a, b, c), ("a.m <-> b.end",), Simulation(1.0, 0.05))
+    outcome = run(system, observers=observers)
+    assert (outcome.steps, outcome.rejected) == (21, 1)
+    assert isinstance(outcome.certificate, Certificate)
+    assert not observed or any(abs(t - when) < 1e-9 for t in times)
+
+
+@pytest.mark.parametrize("steps", [1, 2, 255, 256, 257, 258, 288, 289, 513])
+def test_every_number_of_steps_is_judged(c_fmu: Fmus, steps: int) -> None:
+    a = Component("a", FmuFile(c_fmu("mass+state")), {"stiffness": 1.0, "body.m.x": 1.0})
+    for options in ("+state", "+state+constant", ""):
+        b = Component("b", FmuFile(c_fmu(f"partner{options}")))
+        system = System("s", (a, b), ("a.m <-> b.end",), Simulation(steps * 0.05, 0.05))
+        certificate = run(system).certificate
+        if steps == 1 and "constant" in options:
+            assert certificate == "the run has but one step"
+        else:
+            assert isinstance(certificate, Certificate)
+
+
+@pytest.mark.parametrize("algorithm", ["corrector", "gauss_seidel", "implicit"])
+@pytest.mark.parametrize("own", ["25 ms", "12.5 ms"])
+def test_own_steps_are_halved_too(c_fmu: Fmus, algorithm: str, own: str) -> None:
+    """All ways of telling the error agree: twice the step, half of it, and a second run."""
+    a = Component("a", FmuFile(c_fmu("mass+state")), {"body.m.x": 1.0}, step_size=own)
+    b = Component("b", FmuFile(c_fmu("partner+state")), step_size=own)
+    system = System("s", (a, b), ("a.m <-> b.end",), Simulation(4.0, 0.05, algorithm))
+    outcome = run(system, check=True)
+    with start(system) as stepped:
+        for _ in stepped:
+            stepped["a.damping"] = 0.0
+    stated = [outcome.certificate, outcome.checked, stepped.outcome.certificate]
+    errors = [one.errors[0].error for one in stated if isinstance(one, Certificate)]
+    # of the range of the course at H, and of that at H/2
+    assert errors[1] == pytest.approx(errors[2], rel=1e-2)
+    # `corrector` is better than the order that it promises: 2H says up to twice as much
+    assert 0.4 < errors[1] / errors[0] < 1.5
 
 
 def test_the_line_names_the_worst_and_what_half_the_step_gives(c_fmu: Fmus) -> None:

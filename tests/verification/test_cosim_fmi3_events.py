@@ -16,6 +16,7 @@ from m4e_fmi.cosim import (
     Outcome,
     Simulation,
     System,
+    load,
     run,
     start,
 )
@@ -56,6 +57,28 @@ def bounce(
     system = System("s", parts, ("ball.h -> sum.u, units ignored",), settings)
     outcome = run(system, observers=[observe])
     return np.array(found), outcome
+
+
+@pytest.mark.parametrize("algorithm", ["jacobi", "gauss_seidel", "corrector", "implicit"])
+@pytest.mark.parametrize("step", [0.1, 0.0052, 1.2858 / 256])
+def test_the_end_is_where_the_ball_asks_for_it(
+    c_fmu: Fmus, tmp_path: Path, algorithm: str, step: float
+) -> None:
+    """The last of the steps may be that with which a window of the certificate closes."""
+    parts = (
+        Component("ball", FmuFile(c_fmu("3:ball+events+state")), {"last": 5.0}),
+        Component("sum", FmuFile(c_fmu("integrator+state"))),
+    )
+    links = ("ball.h -> sum.u, units ignored",)
+    system = System("s", parts, links, Simulation(5.0, step, algorithm))
+    outcome = run(system, results=tmp_path / "r.nc")
+    results = load(tmp_path / "r.nc")
+    assert results.time[-1] == pytest.approx(IMPACTS[-1], abs=step + NANOSECOND)
+    assert results["ball.hits"].values[-1] == 5.0
+    assert isinstance(outcome.certificate, Certificate)
+    with start(system) as stepped:
+        times = [point.time for point in stepped]
+    assert len(set(times)) == len(times) == outcome.steps + 1
 
 
 @pytest.mark.verifies(

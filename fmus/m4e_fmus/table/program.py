@@ -38,7 +38,7 @@ def _output(signal: str, config: Config, times: Sequence[float]) -> Variable:
     section = config.signals[signal]
     text = section.description or f"{section.column or signal} of the table"
     if config.beyond == "error":
-        text += f", known from {times[0]:g} s to {times[-1]:g} s"
+        text += f", known from {times[0]:g} s to {times[-1]:g} s (beyond: error)"
     return Variable(signal, section.unit, text)
 
 

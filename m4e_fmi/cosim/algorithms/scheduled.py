@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from m4e_fmi.cosim.events import has_events
+from m4e_fmi.cosim.events import has_events, telling
 from m4e_fmi.cosim.network import Network
 from m4e_fmi.cosim.operations import Operation
 from m4e_fmi.cosim.schedule import Loop, Schedule
@@ -69,4 +69,5 @@ def looped(
         return None
     if has_events(network.instances.values()):
         return None
-    return Loop(Schedule([*algorithm.operations, *exchange, *noted]), rows, every=every)
+    step = Schedule([*algorithm.operations, *exchange, *noted])
+    return Loop(step, rows, every=every, telling=telling(network.instances.values()))

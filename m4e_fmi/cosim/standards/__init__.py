@@ -12,7 +12,6 @@ from m4e_fmi.cosim.standards.fmi3 import Fmi3
 from m4e_fmi.cosim.standards.standard import (
     DISCARD,
     EARLY,
-    ENDED,
     ERROR,
     FATAL,
     RESTLESS,
@@ -30,7 +29,6 @@ STANDARDS: dict[str, type[Standard]] = {"1.0": Fmi1, "2.0": Fmi2, "3.0": Fmi3}
 __all__ = [
     "DISCARD",
     "EARLY",
-    "ENDED",
     "ERROR",
     "FATAL",
     "RESTLESS",

@@ -52,7 +52,17 @@ class RawComponent(ctypes.Structure):
 class RawState(ctypes.Structure):
     """`m4e_state_3`."""
 
-    _fields_ = [("state", c_void_p), ("next_event", c_double), ("reached", c_double)]
+    _fields_ = [
+        ("state", c_void_p),
+        ("next_event", c_double),
+        ("reached", c_double),
+        ("ended", c_double),
+        ("interruptions", c_uint64),
+    ]
+
+
+EVENT_FIELDS = ("next_event", "reached", "ended", "interruptions")
+"""What a state has of its component."""
 
 
 class RawPart(ctypes.Structure):

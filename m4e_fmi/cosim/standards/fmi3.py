@@ -17,10 +17,9 @@ from typing import Any
 import numpy as np
 from fmpy.fmi1 import FMICallException
 
-from m4e_fmi.cosim.standards.access3 import Access, Part, RawComponent, RawState
+from m4e_fmi.cosim.standards.access3 import EVENT_FIELDS, Access, Part, RawComponent, RawState
 from m4e_fmi.cosim.standards.standard import (
     EARLY,
-    ENDED,
     RESTLESS,
     WARNING,
     Call,
@@ -212,9 +211,8 @@ class Fmi3(Standard):
     def _step(self, do_step: _DoStep, time: float, size: float, final: int) -> Status:
         """The whole step, or up to an event in it; as m4e_do_step_3."""
         c, stop, now = self._raw, time + size, time
-        if now >= c.ended:
-            return ENDED
-        c.ended = math.inf  # it may have been returned to an earlier time
+        if c.ended < math.inf:
+            return 0
         still = 0
         while still < MOST_EVENTS:
             timed = c.has_events and now < c.next_event < stop
@@ -294,7 +292,8 @@ class Fmi3(Standard):
         place = ctypes.cast(ctypes.addressof(state), ctypes.POINTER(ctypes.c_void_p))
 
         def save() -> Status:
-            state.next_event, state.reached = self._raw.next_event, self._raw.reached
+            for name in EVENT_FIELDS:
+                setattr(state, name, getattr(self._raw, name))
             return get(self.component, place)
 
         return save
@@ -303,8 +302,8 @@ class Fmi3(Standard):
         state, set_ = _state(slot), self.function("fmi2SetFMUstate")
 
         def restore() -> Status:
-            self._raw.next_event, self._raw.reached = state.next_event, state.reached
-            self._raw.ended = math.inf
+            for name in EVENT_FIELDS:
+                setattr(self._raw, name, getattr(state, name))
             return set_(self.component, state.state)
 
         return restore

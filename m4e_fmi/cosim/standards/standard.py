@@ -16,7 +16,7 @@ from m4e_fmi.fmu.messages import Messages
 from m4e_fmi.fmu.reading import Description, Variable
 
 WARNING, DISCARD, ERROR, FATAL = 1, 2, 3, 4
-EARLY, ENDED, RESTLESS = 16, 17, 18
+EARLY, RESTLESS = 16, 17
 """Further answers to a step, of the runtime's component_3.h: an event within it, the simulation was
 to end before it, events without end."""
 

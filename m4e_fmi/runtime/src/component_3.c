@@ -109,8 +109,7 @@ int m4e_do_step_3(void *component, double t, double h, int no_return) {
     m4e_component_3 *c = component;
     const double stop = t + h;
     double now = t;
-    if (now >= c->ended) return M4E_ENDED;
-    c->ended = INFINITY; /* it may have been returned to an earlier time */
+    if (c->ended < INFINITY) return 0;
     for (int still = 0; still < MOST_EVENTS;) {
         bool event = false, end = false, early = false;
         const double aim = c->has_events && c->next_event > now && c->next_event < stop
@@ -145,6 +144,8 @@ int m4e_save_3(void *component, void **state) {
     m4e_state_3 *s = *state;
     s->next_event = c->next_event;
     s->reached = c->reached;
+    s->ended = c->ended;
+    s->interruptions = c->interruptions;
     return ((get_state *)c->get_state)(c->instance, &s->state);
 }
 
@@ -153,6 +154,7 @@ int m4e_restore_3(void *component, void *state) {
     const m4e_state_3 *s = state;
     c->next_event = s->next_event;
     c->reached = s->reached;
-    c->ended = INFINITY;
+    c->ended = s->ended;
+    c->interruptions = s->interruptions;
     return ((set_state *)c->set_state)(c->instance, s->state);
 }

@@ -10,7 +10,6 @@
 
 enum { /* beside the statuses of FMI */
     M4E_EARLY = 16, /* an event within the step: it goes up to `reached`, for now */
-    M4E_ENDED,      /* the simulation was to end before this step */
     M4E_RESTLESS    /* events without end */
 };
 
@@ -24,7 +23,8 @@ typedef struct {
     int32_t goes_on;    /* after an event within a step, to its end */
     double next_event;  /* s; infinite if none is known */
     double reached;     /* s, the last successful time */
-    double ended;       /* s, when it asked for the end of the simulation; infinite if it did not */
+    double ended;       /* s, when it asked for the end of the simulation; infinite if it did not:
+                           steps after that do nothing */
     uint64_t interruptions; /* events within steps, after which it went on */
     uint64_t handled;       /* times in event mode */
 } m4e_component_3;
@@ -32,7 +32,8 @@ typedef struct {
 /* The FMU's state, and what is known of its events then. */
 typedef struct {
     void *state;
-    double next_event, reached;
+    double next_event, reached, ended;
+    uint64_t interruptions;
 } m4e_state_3;
 
 /* Variables of one type, whole arrays: buffer[places[i]] is values[members[i]]. */

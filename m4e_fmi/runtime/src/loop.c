@@ -77,8 +77,14 @@ int m4e_perform(const m4e_operation *operations, size_t count, double t, double 
     return 0;
 }
 
+static int is_over(const m4e_loop_state *s) {
+    for (uint64_t k = 0; k < s->end_count; ++k)
+        if (*s->ends[k] < INFINITY) return 1;
+    return 0;
+}
+
 int m4e_loop(m4e_loop_state *s, uint64_t steps) {
-    for (; steps > 0; --steps) {
+    for (; steps > 0 && !is_over(s); --steps) {
         const double t = (double)s->now / SECOND, h = (double)s->size / SECOND;
         int status = m4e_perform(s->step, s->step_count, t, h, s->noted, &s->failed);
         s->in_row = 0;

@@ -48,9 +48,12 @@ typedef struct {
     uint64_t noted, written; /* rows of blocks that are filled, by `step` and by `row` */
     uint64_t failed;         /* the operation that ended the loop */
     int32_t in_row;          /* it is one of `row` */
+    const double *const *ends; /* when components asked for the end; infinite if they did not */
+    uint64_t end_count;
 } m4e_loop_state;
 
-/* So many steps, fewer if an operation fails: its status. The state tells how far it came. */
+/* So many steps, fewer if an operation fails, its status then, or if a component has asked for the
+   end. The state tells how far it came. */
 M4E_API int m4e_loop(m4e_loop_state *state, uint64_t steps);
 
 #endif
