@@ -52,7 +52,7 @@ extensions = [
 exclude_patterns = ["doc_tools", "generated/pages"]
 suppress_warnings = ["ref.python"]  # two packages have a Simulation; both are linked
 
-myst_enable_extensions = ["dollarmath", "amsmath", "colon_fence", "deflist"]
+myst_enable_extensions = ["dollarmath", "amsmath", "colon_fence", "deflist", "html_image"]
 myst_heading_anchors = 3
 default_role = "code"
 

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from m4e_fmi.report.panels import Panel, moving, panels
+from m4e_fmi.errors import InputError, Problem, suggestion
+from m4e_fmi.report.panels import Panel, by_unit, coinciding, fitting, moving, panels
 from m4e_fmi.report.pictures import save
-from m4e_fmi.report.style import COLOURS
+from m4e_fmi.report.style import BODY_COLOURS, GREY
 from m4e_fmi.results import Series, load
 
 if TYPE_CHECKING:
@@ -18,23 +19,50 @@ if TYPE_CHECKING:
 
 ZOOM = 60.0  # s shown in the right column
 LEGEND_COLUMNS = 3
+LEGEND_ROW = 0.11  # of a panel's height
+DASH = 8  # widths of a line
 
 
-def plot_run(results: str | Path, picture: Path) -> Path:
-    """Draw a run's results file to `picture` (PNG): the whole run, and its last minute."""
+def plot_run(results: str | Path, picture: Path, *, variables: Sequence[str] = ()) -> Path:
+    """Draw a results file to `picture` (PNG): the whole run, and its last minute.
+
+    What people look at first, or the `variables` named, as ``component.variable``. InputError for
+    a name that is not there.
+    """
     loaded = load(results)
-    shown = moving(panels(loaded.series))
+    shown = _shown(loaded.series, variables)
     return _draw(loaded.attributes.get("title", ""), loaded.time, shown, picture)
 
 
-def plot_simulation(simulation: Simulation, picture: Path) -> Path:
-    """Draw a simulation's states and outputs to `picture` (PNG)."""
+def plot_simulation(
+    simulation: Simulation, picture: Path, *, variables: Sequence[str] = ()
+) -> Path:
+    """Draw a simulation to `picture` (PNG).
+
+    What people look at first of its states and outputs, or the `variables` named. InputError for a
+    name that is not there.
+    """
     series = {
         name: Series(name, variable.unit, variable.description, simulation.values[name])
         for name, variable in simulation.variables.items()
-        if not variable.local
+        if variables or not variable.local
     }
-    return _draw(simulation.program.name, simulation.time, moving(panels(series)), picture)
+    shown = _shown(series, variables)
+    return _draw(simulation.program.name, simulation.time, shown, picture)
+
+
+def _shown(series: dict[str, Series], variables: Sequence[str]) -> list[Panel]:
+    """The panels of the `variables` named; if none is, the usual ones with what fits in them."""
+    if not variables:
+        return [fitting(panel) for panel in moving(panels(series))]
+    problems = [
+        Problem(f"there is no variable {name!r}", suggestion(name, series, "variables"))
+        for name in variables
+        if name not in series
+    ]
+    if problems:
+        raise InputError(problems)
+    return by_unit({name: series[name] for name in variables})
 
 
 def _draw(title: str, time: np.ndarray, shown: list[Panel], picture: Path) -> Path:
@@ -57,10 +85,15 @@ def _draw(title: str, time: np.ndarray, shown: list[Panel], picture: Path) -> Pa
         row[0].set_ylabel(f"{panel.title}\n[{panel.unit}]" if panel.title else f"[{panel.unit}]")
         row[0].legend(
             handles=_by_rows(row[0].get_lines()), loc="upper left", ncols=LEGEND_COLUMNS,
-            fontsize=7, frameon=False, borderaxespad=0.1,
+            fontsize=7, frameon=False, borderaxespad=0.1, handlelength=3,
         )  # fmt: skip
         low, high = row[0].get_ylim()
-        row[0].set_ylim(low, high + 0.22 * (high - low))  # room for the legend
+        rows = -(-len(panel.series) // LEGEND_COLUMNS)
+        row[0].set_ylim(low, high + LEGEND_ROW * rows * (high - low))  # room for the legend
+        if panel.left_out:
+            count = len(panel.series)
+            note = f"{count} of {count + panel.left_out} shown, those that vary most"
+            row[0].set_title(note, fontsize=8, loc="right", color=GREY)
     for axis in axes[-1]:
         axis.set_xlabel("time [s]")
     if zoomed:
@@ -78,9 +111,14 @@ def _by_rows(lines: Sequence[Any]) -> list[Any]:
 
 
 def _fill(axis: Any, time: np.ndarray, panel: Panel) -> None:
-    for colour, (name, series) in zip(COLOURS, panel.series.items(), strict=False):
-        offset = series.values[0] if panel.from_start and len(series.values) else 0.0
-        axis.plot(time, panel.scale * (series.values - offset), color=colour, lw=0.9, label=name)
+    """Draw the curves; those in one place dashed upon one another, so that each is seen."""
+    curves = panel.curves
+    places = coinciding(list(curves.values()))
+    for k, (name, curve) in enumerate(curves.items()):
+        colour = BODY_COLOURS[k % len(BODY_COLOURS)]
+        below, there = places[k]
+        dashes = (DASH * (there - below), DASH * below)
+        axis.plot(time, curve, color=colour, lw=0.9, label=name, ls=(0, dashes) if below else "-")
     axis.grid(color="#d8dde2", lw=0.5)
     axis.tick_params(labelsize=8)
     axis.margins(x=0)

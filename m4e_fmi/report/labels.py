@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 HALO = 2.4  # points of white around a name
-DISTANCES = (7.0, 13.0, 21.0)  # points from the place to the name
+DISTANCES = (7.0, 13.0, 21.0, 25.0)  # points from the place to the name
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class Labels:
                     way = np.array([np.cos(angle), np.sin(angle)])
                     middle = centre + pixels * distance * way + half * way
                     low, high = middle - half, middle + half
-                    cost = 0.8 * far + _cost(low, high, obstacles, taken)
+                    cost = 0.8 * far + covering(low, high, obstacles, taken)
                     cost += 50 * (low < inside.min).any() + 50 * (high > inside.max).any()
                     cost += 4 * _is_nearer_to_another(middle, centre, places)
                     if cost < least - 1e-9:
@@ -75,11 +75,11 @@ class Labels:
             )
 
 
-def _cost(low: np.ndarray, high: np.ndarray, obstacles: np.ndarray, taken: list[Any]) -> float:
-    """How much a box covers: names count most, outlines less."""
+def covering(low: np.ndarray, high: np.ndarray, obstacles: np.ndarray, taken: list[Any]) -> float:
+    """How much a box covers: names (`taken`, their corners) count most, points of lines less."""
     covered = ((obstacles > low - 2) & (obstacles < high + 2)).all(axis=1).sum()
     overlaps = sum(bool((low < b + 1).all() and (high > a - 1).all()) for a, b in taken)
-    return 0.8 * min(float(covered), 12) + 25 * overlaps
+    return 1.2 * min(float(covered), 12) + 25 * overlaps
 
 
 def _is_nearer_to_another(middle: np.ndarray, own: np.ndarray, places: np.ndarray) -> bool:

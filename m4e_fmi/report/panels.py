@@ -7,20 +7,36 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
+from m4e_fmi.report.style import BODY_COLOURS
 from m4e_fmi.results import Series
 
-MOST_LINES = 6
+MOST_LINES = len(BODY_COLOURS)
+SAME = 0.005  # of a panel's height: a line's width, so that one hides the other
 
 
 @dataclass(frozen=True)
 class Panel:
-    """Series shown together: `unit` is what the axis shows, SI values times `scale`."""
+    """Series shown together: `unit` is what the axis shows, SI values times `scale`.
+
+    `left_out` is how many others belong here and are not shown.
+    """
 
     title: str
     unit: str
     scale: float
     series: dict[str, Series] = field(default_factory=dict)
     from_start: bool = False
+    left_out: int = 0
+
+    @property
+    def curves(self) -> dict[str, np.ndarray]:
+        """What is drawn over time, by the names of the series, in `unit`."""
+        return {
+            name: self.scale * (one.values - (one.values[:1] if self.from_start else 0.0))
+            for name, one in self.series.items()
+        }
 
 
 @dataclass(frozen=True)
@@ -45,7 +61,15 @@ _RULES = (
 def panels(series: dict[str, Series]) -> list[Panel]:
     """The panels for `series` (full name → series): the usual ones, else one per unit."""
     usual = [panel for rule in _RULES if (panel := _matching(rule, series)).series]
-    return usual if len(usual) > 1 else _by_unit(series)
+    return usual if len(usual) > 1 else by_unit(series)
+
+
+def by_unit(series: dict[str, Series]) -> list[Panel]:
+    """One panel for each unit, with all `series` (full name → series) of that unit."""
+    return [
+        Panel("", unit, 1.0, {name: one for name, one in series.items() if one.unit == unit})
+        for unit in dict.fromkeys(one.unit for one in series.values())
+    ]
 
 
 def moving(shown: list[Panel]) -> list[Panel]:
@@ -57,8 +81,50 @@ def moving(shown: list[Panel]) -> list[Panel]:
     return [panel for panel in changing if panel.series] or shown
 
 
+def fitting(panel: Panel) -> Panel:
+    """The panel with at most MOST_LINES series: those that vary most, of equal ones one first."""
+    if len(panel.series) <= MOST_LINES:
+        return panel
+    curves = panel.curves
+    ranges = {name: _height([curve]) for name, curve in curves.items()}
+    close = SAME * _height(curves.values())
+    kept: list[str] = []
+    copies: list[str] = []
+    for name in sorted(ranges, key=lambda n: -ranges[n]):
+        if len(kept) == MOST_LINES:
+            break
+        covers = any(_apart(curves[name], curves[other]) <= close for other in kept)
+        (copies if covers else kept).append(name)
+    kept += copies[: MOST_LINES - len(kept)]
+    series = {name: one for name, one in panel.series.items() if name in kept}
+    return replace(panel, series=series, left_out=len(panel.series) - len(series))
+
+
+def coinciding(curves: list[np.ndarray]) -> list[tuple[int, int]]:
+    """For each curve how many earlier ones it hides, and how many there are in one place."""
+    close = SAME * _height(curves)
+    found = []
+    for k, curve in enumerate(curves):
+        there = [j for j, other in enumerate(curves) if _apart(curve, other) <= close]
+        found.append((sum(j < k for j in there), len(there)))
+    return found
+
+
 def _changes(series: Series) -> bool:
     return bool((series.values != series.values[:1]).any())
+
+
+def _height(curves: Iterable[np.ndarray]) -> float:
+    """From the lowest to the highest value."""
+    lows_and_highs = [(c.min(), c.max()) for c in curves if len(c)]
+    if not lows_and_highs:
+        return 0.0
+    lows, highs = zip(*lows_and_highs, strict=True)
+    return float(max(highs) - min(lows))
+
+
+def _apart(one: np.ndarray, other: np.ndarray) -> float:
+    return float(np.abs(one - other).max(initial=0.0))
 
 
 def _matching(rule: _Rule, series: dict[str, Series]) -> Panel:
@@ -67,16 +133,4 @@ def _matching(rule: _Rule, series: dict[str, Series]) -> Panel:
         for name, one in series.items()
         if one.unit == rule.si_unit and re.search(rule.pattern, one.name)
     }
-    return Panel(rule.title, rule.unit, rule.scale, _first(found.items()), rule.from_start)
-
-
-def _by_unit(series: dict[str, Series]) -> list[Panel]:
-    units = dict.fromkeys(one.unit for one in series.values())
-    return [
-        Panel("", unit, 1.0, _first((n, one) for n, one in series.items() if one.unit == unit))
-        for unit in units
-    ][:MOST_LINES]
-
-
-def _first(items: Iterable[tuple[str, Series]]) -> dict[str, Series]:
-    return dict(list(items)[:MOST_LINES])
+    return Panel(rule.title, rule.unit, rule.scale, found, rule.from_start)

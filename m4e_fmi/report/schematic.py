@@ -120,8 +120,8 @@ class Drawing:
 
     def everything(self) -> None:
         self.mechanism()
+        self._pushes()  # before points, because fewer places are near an arrow's tip
         self._points()
-        self._pushes()
         self._axes_and_gravity()
 
     def mechanism(self) -> None:
@@ -205,10 +205,12 @@ class Drawing:
                 self._line(line, FORCE, 1.6, zorder=9)
                 self._arrow(line[-2], line[-1], FORCE)
                 self.labels.add(push.name, line[20], FORCE)
+                self.labels.avoid(line)
                 continue
             tip = at + 0.11 * self.diagonal * np.array(push.direction)
             self._arrow(at, tip, FORCE)
             self.labels.add(push.name, tip, FORCE)
+            self.labels.avoid(np.array([at, tip]))
 
     def _arrow(self, start: Any, end: Any, colour: str, width: float = 1.8) -> None:
         style = {"arrowstyle": "-|>,head_width=0.22,head_length=0.45", "color": colour,

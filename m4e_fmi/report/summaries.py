@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from m4e_fmi.report.panels import panels
+from m4e_fmi.report.panels import fitting, panels
 from m4e_fmi.results import Results
 
 if TYPE_CHECKING:
@@ -66,9 +66,8 @@ def _sizes(outcome: Outcome) -> str:
 
 def _extremes(results: Results) -> list[str]:
     """Mean power first, then smallest, mean and largest value of what a figure would show."""
-    shown = [
-        (panel, name, one) for panel in panels(results.series) for name, one in panel.series.items()
-    ]
+    found = [fitting(panel) for panel in panels(results.series)]
+    shown = [(panel, name, one) for panel in found for name, one in panel.series.items()]
     lines = [
         f"mean power {panel.scale * np.mean(one.values):.3f} {panel.unit} ({name})"
         for panel, name, one in shown
@@ -79,6 +78,11 @@ def _extremes(results: Results) -> list[str]:
         values = panel.scale * one.values
         low, mean, high = np.min(values), np.mean(values), np.max(values)
         lines.append(f"  {name:<36} {low:10.3f} {mean:10.3f} {high:10.3f} {panel.unit}")
+    lines += [
+        f"  {panel.left_out} more in {panel.unit}, which vary less, are in the results"
+        for panel in found
+        if panel.left_out
+    ]
     return lines
 
 

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from m4e_fmi.report.labels import covering
 from m4e_fmi.report.pictures import save
 from m4e_fmi.report.style import COLOURS, GREY, INK, PAPER, pale
 
@@ -19,11 +23,26 @@ SPACE = (4.0, 2.2)  # inches between neighbours
 BOX = (1.5, 0.62)  # inches
 MOST_NAMES = 4  # variables named at an arrow
 BEND = 0.16
+BEND_BESIDE = 0.42  # of an arrow beside another from and to the same components
+BEND_OWN = -1.46  # in addition, of an arrow from a component to itself
+POINTS = 200  # of an arc
+ALONG = (0.5, 0.42, 0.58, 0.34, 0.66, 0.26, 0.74)  # where a name may stand beside its arrow
+GRID = np.linspace(-0.5, 0.5, 9)
 LOOP = COLOURS[4]
 OF_TIMING = {
     "KNOWN": INK, "SOLVED": INK, "CORRECTED": INK, "PREDICTED": COLOURS[0],
     "TAKEN": COLOURS[2], "HELD": COLOURS[2], "EXTRAPOLATED": COLOURS[3], "LATE": COLOURS[1],
 }  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Name:
+    """What is written at an arrow; `side` is 1 where it bends to the right of its way, or -1."""
+
+    text: str
+    colour: str
+    arc: np.ndarray
+    side: float
 
 
 def draw_system(prepared: Prepared, picture: Path) -> Path:
@@ -47,10 +66,14 @@ def system_figure(prepared: Prepared) -> Figure:
     axis.set_ylim(low[1], low[1] + size[1])
     arrows = _arrows(prepared)
     looped = {port.component for loop in prepared.structure.loops for port in loop}
-    for (source, target), links in arrows.items():
-        _arrow(axis, prepared, places[source], places[target], links)
+    names = []
+    for (source, target, once), links in arrows.items():
+        beside = once and (source, target, False) in arrows
+        ends = (places[source], places[target])
+        names.append(_arrow(axis, prepared, ends, links, BEND_BESIDE if beside else BEND))
     for name, place in places.items():
         _box(axis, prepared, name, place, looped=name in looped)
+    _write_names(axis, names, places.values())
     _legend(axis, prepared, bool(looped))
     axis.set_title(prepared.system.name, fontsize=12, fontweight="bold", color=INK, pad=12)
     return figure
@@ -62,7 +85,7 @@ def _places(prepared: Prepared) -> dict[str, np.ndarray]:
 
     graph: nx.Graph = nx.Graph()
     graph.add_nodes_from(prepared.structure.sweep)
-    graph.add_edges_from((a, b) for a, b in _arrows(prepared) if a != b)
+    graph.add_edges_from((a, b) for a, b, _ in _arrows(prepared) if a != b)
     found: dict[str, np.ndarray] = {}
     left = 0.0
     for part in sorted(nx.connected_components(graph), key=len, reverse=True):
@@ -96,11 +119,12 @@ def _spread(points: np.ndarray) -> float:
     return factor
 
 
-def _arrows(prepared: Prepared) -> dict[tuple[str, str], list[Link]]:
-    """All links by the components that they lead from and to."""
-    found: dict[tuple[str, str], list[Link]] = {}
-    for link in (*prepared.wiring.initial_links, *prepared.wiring.links):
-        found.setdefault((link.source.component, link.target.component), []).append(link)
+def _arrows(prepared: Prepared) -> dict[tuple[str, str, bool], list[Link]]:
+    """All links by the components that they lead from and to, and whether they act only once."""
+    found: dict[tuple[str, str, bool], list[Link]] = {}
+    for once, links in ((False, prepared.wiring.links), (True, prepared.wiring.initial_links)):
+        for link in links:
+            found.setdefault((link.source.component, link.target.component, once), []).append(link)
     return found
 
 
@@ -127,62 +151,78 @@ def _box(axis: Any, prepared: Prepared, name: str, place: np.ndarray, *, looped:
 
 
 def _arrow(
-    axis: Any, prepared: Prepared, start: np.ndarray, end: np.ndarray, links: list[Link]
-) -> None:
+    axis: Any,
+    prepared: Prepared,
+    ends: tuple[np.ndarray, np.ndarray],
+    links: list[Link],
+    rad: float,
+) -> _Name:
     """One arrow for all that flows from a component to another, in the colour of the latest."""
-    from matplotlib.patches import FancyArrowPatch
-
     timings = prepared.timings
     in_loop = _in_loop(prepared)
     latest = max((_rank(timings[k]) for k in links if k in timings), default=-1)
     names = list(OF_TIMING)
     colour = GREY if latest < 0 else OF_TIMING[names[latest]]
     knotted = any((k.source, k.target) in in_loop for k in links)
-    own = bool(np.allclose(start, end))
-    first, last = (
-        (start + np.array([-0.3, 0.3]), end + np.array([0.3, 0.3])) if own else (start, end)
-    )
-    arrow = FancyArrowPatch(
-        tuple(first), tuple(last), connectionstyle=f"arc3,rad={-1.3 if own else BEND}",
-        arrowstyle="-|>,head_width=3,head_length=6", color=LOOP if knotted else colour,
-        lw=2.4 if knotted else 1.2, ls="--" if latest < 0 else "-", shrinkA=0, shrinkB=0,
-        zorder=3 if knotted else 2,
-    )  # fmt: skip
-    axis.add_patch(arrow)
-    middle = (first + last) / 2
+    colour = LOOP if knotted else colour
+    first, last = ends
+    if np.allclose(first, last):
+        first, last = first + np.array([-0.3, 0.3]), last + np.array([0.3, 0.3])
+        rad += BEND_OWN
+    arc = _arc(first, last, rad)
+    axis.plot(*arc.T, color=colour, lw=2.4 if knotted else 1.2, ls="--" if latest < 0 else "-",
+              zorder=3 if knotted else 2)  # fmt: skip
+    _head(axis, arc, colour)
+    return _Name(_label(links), colour, arc, np.sign(rad))
+
+
+def _arc(first: np.ndarray, last: np.ndarray, rad: float) -> np.ndarray:
+    """Points of a parabola (n, 2), whose control point stands off by `rad` times its length."""
     way = last - first
-    side = np.array([way[1], -way[0]]) / max(float(np.hypot(*way)), 1e-9)
-    bend = (-1.3 if own else BEND) * float(np.hypot(*way)) / 2
-    outwards = np.sign(bend) * side
-    at = middle + bend * side + 0.07 * outwards
-    axis.text(
-        *at, _label(links), ha=_aligned(outwards[0], "left", "right"),
-        va=_aligned(outwards[1], "bottom", "top"), fontsize=6.5,
-        color=LOOP if knotted else colour, zorder=6,
-        bbox={"fc": PAPER, "ec": "none", "pad": 0.8, "alpha": 0.85},
-    )  # fmt: skip
-    _head(axis, first, last, bend, side, LOOP if knotted else colour)
+    control = (first + last) / 2 + rad * np.array([way[1], -way[0]])
+    s = np.linspace(0, 1, POINTS)[:, None]
+    return (1 - s) ** 2 * first + 2 * s * (1 - s) * control + s**2 * last
 
 
-def _aligned(way: float, up: str, down: str) -> str:
-    """Alignment of a text that stands off in a direction."""
-    return "center" if abs(way) < 0.3 else up if way > 0 else down
-
-
-def _head(
-    axis: Any, first: np.ndarray, last: np.ndarray, bend: float, side: np.ndarray, colour: str
-) -> None:
+def _head(axis: Any, arc: np.ndarray, colour: str) -> None:
     """An arrow's head where the arc meets the box of its target."""
-    control = (first + last) / 2 + 2 * bend * side
-    s = np.linspace(0, 1, 200)[:, None]
-    arc = (1 - s) ** 2 * first + 2 * s * (1 - s) * control + s**2 * last
-    outside = (np.abs(arc - last) > np.array(BOX) / 2 + 0.02).any(axis=1)
+    outside = (np.abs(arc - arc[-1]) > np.array(BOX) / 2 + 0.02).any(axis=1)
     if not outside.any():
         return
     tip = int(np.flatnonzero(outside)[-1])
     style = {"arrowstyle": "-|>,head_width=0.22,head_length=0.5", "color": colour, "lw": 1.0,
              "shrinkA": 0, "shrinkB": 0}  # fmt: skip
     axis.annotate("", arc[tip], arc[max(tip - 8, 0)], arrowprops=style, zorder=5)
+
+
+def _write_names(axis: Any, names: list[_Name], places: Iterable[np.ndarray]) -> None:
+    """Write each name beside its arrow, where it covers as little as possible."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    dots = axis.figure.dpi  # per inch, the unit of the axis
+    renderer = FigureCanvasAgg(axis.figure).get_renderer()
+    inside = [place + np.array(BOX) * (a, b) for place in places for a in GRID for b in GRID]
+    obstacles = dots * np.vstack([*(name.arc[::5] for name in names), inside])
+    taken: list[Any] = []
+    for name in names:
+        text = axis.text(
+            0, 0, name.text, color=name.colour, ha="center", va="center", multialignment="left",
+            fontsize=6.5, zorder=6, bbox={"fc": PAPER, "ec": "none", "pad": 0.8, "alpha": 0.85},
+        )  # fmt: skip
+        extent = text.get_window_extent(renderer)
+        half = np.array([extent.width, extent.height]) / 2 / dots
+        found = []
+        for along, outwards in product(ALONG, (1, -1)):
+            at = int(along * POINTS)
+            way = name.arc[at + 1] - name.arc[at - 1]
+            side = outwards * name.side * np.array([way[1], -way[0]]) / np.hypot(*way)
+            middle = name.arc[at] + 0.07 * side + half * np.sign(side) * (np.abs(side) > 0.3)
+            corners = (dots * (middle - half), dots * (middle + half))
+            cost = covering(*corners, obstacles, taken) + abs(along - 0.5) + (outwards < 0)
+            found.append((cost, len(found), middle, corners))
+        _, _, best, corners = min(found)
+        text.set_position(best)
+        taken.append(corners)
 
 
 def _in_loop(prepared: Prepared) -> set[tuple[Any, Any]]:

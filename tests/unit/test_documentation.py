@@ -2,19 +2,43 @@
 
 from __future__ import annotations
 
+import shutil
 import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 from doc_tools.api_text import escaped
 from doc_tools.run_page import PageError, run_page
 from doc_tools.script_page import script_text, write_script_page
+from PIL import Image
+
+from m4e_fmi.model import load_model
+from m4e_fmi.report import draw_model
 
 DOCS = Path(__file__).parents[2] / "docs"
 
 
-def test_it_is_built_without_a_warning(tmp_path: Path) -> None:
+def check_picture(drawn: Path, config: pytest.Config) -> None:
+    """The picture of this name in docs/, which readers of the Markdown see, is what is `drawn`."""
+    kept = DOCS / drawn.name
+    if config.getoption("--update"):
+        shutil.copy(drawn, kept)
+    new, old = (np.asarray(Image.open(path).convert("RGB"), float) for path in (drawn, kept))
+    # of 255: room for another machine's rounding of edges; two names that moved made 3.5
+    same = new.shape == old.shape and np.sqrt(np.mean((new - old) ** 2)) < 1
+    assert same, f"{kept} is stale: pytest --update tests/unit/test_documentation.py"
+
+
+def test_the_drawing_in_the_pages_is_what_is_drawn(
+    tmp_path: Path, pytestconfig: pytest.Config
+) -> None:
+    model = load_model(DOCS.parent / "examples/paper_cases/spiderfloat.model.yaml")
+    check_picture(draw_model(model, tmp_path / "spiderfloat.png"), pytestconfig)
+
+
+def test_it_is_built_without_a_warning(tmp_path: Path, pytestconfig: pytest.Config) -> None:
     """All pages are linked, all links lead somewhere; pages and examples that run do."""
     command = [
         sys.executable,
@@ -36,6 +60,8 @@ def test_it_is_built_without_a_warning(tmp_path: Path) -> None:
     assert "right slider at t = 10 s" in example
     assert 'src="../../spiderfloat.html"' in example
     assert (html / "spiderfloat.html").is_file()
+    for name in ("double_pendulum_model.png", "tip.png"):
+        check_picture(DOCS / "generated/pages/tutorial/build" / name, pytestconfig)
 
 
 MODEL = """\

