@@ -9,11 +9,12 @@ from __future__ import annotations
 import copy
 import types
 import typing
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError
 from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
@@ -21,6 +22,7 @@ from ruamel.yaml.constructor import DuplicateKeyError
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
 from m4e_fmi.errors import InputError, Problem, suggestion
+from m4e_fmi.file_kinds import YAML_FILE, check_suffix
 
 Location = tuple[str | int, ...]
 
@@ -35,6 +37,7 @@ _MOST_PRUNINGS = 20
 _YAML_WORDS = {
     "dict_type": "'key: value' lines",
     "model_type": "'key: value' lines",
+    "model_attributes_type": "'key: value' lines",
     "tuple_type": "a list",
     "list_type": "a list",
 }
@@ -60,6 +63,7 @@ class Document:
     def load(cls, path: str | Path) -> Document:
         """Read a YAML 1.2 file; InputError if it is missing, unreadable or no YAML mapping."""
         path = Path(path)
+        check_suffix(path, YAML_FILE)
         try:
             text = path.read_text(encoding="utf-8-sig")
         except FileNotFoundError:
@@ -68,7 +72,12 @@ class Document:
             raise InputError.single(
                 "no such file", suggestion(path.name, names), str(path)
             ) from None
-        except (OSError, UnicodeDecodeError) as error:
+        except UnicodeDecodeError as error:
+            message = f"cannot be read: byte {error.start + 1} is no text in UTF-8"
+            raise InputError.single(
+                message, "models, systems and parameter sets are text", str(path)
+            ) from None
+        except OSError as error:
             raise InputError.single(f"cannot be read: {error}", "", str(path)) from None
         return cls.parse(text, path)
 
@@ -197,13 +206,16 @@ class Document:
             return self.problem((*location, "@value"), message, remedy)
         if kind == "union_tag_invalid":
             tag = context["discriminator"].strip("'")
-            known = context["expected_tags"].replace("'", "").split(", ")
+            known = _most_alike(_types_at(section, relative), item["input"])
             remedy = suggestion(str(context["tag"]), known)
             return self.problem((*location, tag), f"unknown {tag} {context['tag']!r}", remedy)
         if kind == "union_tag_not_found":
             tag = context["discriminator"].strip("'")
             return self.problem(location, f"missing key {tag!r}", f"add '{tag}: …' here")
-        return self.problem((*location, "@value"), _pydantic_text(item))
+        remedy = ""
+        if kind == "model_type":
+            remedy = _example(str(relative[-1]), _types_at(section, relative), item["input"])
+        return self.problem((*location, "@value"), _pydantic_text(item), remedy)
 
 
 def _remove(data: Any, location: Location) -> None:
@@ -277,26 +289,60 @@ def _yaml_problem(
 
 def _keys_at(annotation: Any, location: Location) -> set[str]:
     """Names of the keys that may stand at `location` below something of type `annotation`."""
+    return {key for kind in _types_at(annotation, location) for key in _fields(kind)}
+
+
+def _types_at(annotation: Any, location: Location) -> list[Any]:
+    """Types of what may stand at `location` below something of type `annotation`.
+
+    Members of a union are listed one by one. In a location the tag of the chosen one comes first.
+    """
     if hasattr(annotation, "__value__"):  # a `type X = …` alias
-        return _keys_at(annotation.__value__, location)
+        return _types_at(annotation.__value__, location)
     origin = typing.get_origin(annotation)
     arguments = typing.get_args(annotation)
     if origin is typing.Annotated:
-        return _keys_at(arguments[0], location)
+        return _types_at(arguments[0], location)
     if origin in (typing.Union, types.UnionType):
-        # pydantic puts the chosen member's tag into the location: try with and without it
-        keys: set[str] = set()
-        for member in arguments:
-            keys |= _keys_at(member, location)
-            if location:
-                keys |= _keys_at(member, location[1:])
-        return keys
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        fields = {f.alias or name: f for name, f in annotation.model_fields.items()}
-        if not location:
-            return set(fields)
-        found = fields.get(str(location[0]))
-        return _keys_at(found.annotation, location[1:]) if found else set()
-    if origin in (dict, list, tuple) and location:
-        return _keys_at(arguments[-1 if origin is dict else 0], location[1:])
-    return set()
+        chosen = [member for member in arguments if location and location[0] in _tags(member)]
+        if chosen:
+            return _types_at(chosen[0], location[1:])
+        # of members without tags pydantic puts the name of the type there, of some nothing
+        rests = [location, location[1:]] if location else [location]
+        return [kind for member in arguments for rest in rests for kind in _types_at(member, rest)]
+    if not location:
+        return [annotation]
+    if _fields(annotation):
+        found = _fields(annotation).get(str(location[0]))
+        return _types_at(found.annotation, location[1:]) if found else []
+    if origin in (dict, list, tuple):
+        return _types_at(arguments[-1 if origin is dict else 0], location[1:])
+    return []
+
+
+def _fields(kind: Any) -> dict[str, FieldInfo]:
+    """The fields of a section by their keys; none of anything else."""
+    if not (isinstance(kind, type) and issubclass(kind, BaseModel)):
+        return {}
+    return {field.alias or name: field for name, field in kind.model_fields.items()}
+
+
+def _tags(kind: Any) -> set[str]:
+    """The words by which a section is chosen from a union."""
+    literals = (f.annotation for f in _fields(kind).values() if f.is_required())
+    return {tag for a in literals if typing.get_origin(a) is Literal for tag in typing.get_args(a)}
+
+
+def _most_alike(kinds: Iterable[Any], given: Mapping[str, Any]) -> set[str]:
+    """Tags of those sections that have most of the keys `given`."""
+    shared = [(len(_fields(kind).keys() & given.keys()), kind) for kind in kinds]
+    most = max((count for count, _ in shared), default=0)
+    return {tag for count, kind in shared if count == most for tag in _tags(kind)}
+
+
+def _example(key: str, kinds: Iterable[Any], given: Any) -> str:
+    """How to write the section under `key` where there is a `given` value instead."""
+    needed = [name for kind in kinds for name, f in _fields(kind).items() if f.is_required()]
+    first = given if isinstance(given, int | float) else "…"
+    values = [first, *("…" for _ in needed[1:])]
+    return f"write {key}: {{{', '.join(map('{}: {}'.format, needed, values))}}}" if needed else ""

@@ -65,9 +65,11 @@ class RunError(M4eError):
 def suggestion(word: str, known: Iterable[str], noun: str = "") -> str:
     """A remedy for an unknown `word`: the nearest known one, or a list of what there is."""
     names: Sequence[str] = sorted(known)
-    near = difflib.get_close_matches(word, names, n=1, cutoff=0.6)
+    near = difflib.get_close_matches(word, names, n=3, cutoff=0.6)
     if near:
-        return f"did you mean {near[0]!r}?"
+        likeness = [difflib.SequenceMatcher(None, name, word).ratio() for name in near]
+        nearest = sorted(n for n, ratio in zip(near, likeness, strict=True) if ratio == likeness[0])
+        return f"did you mean {' or '.join(map(repr, nearest))}?"
     if not names:
         return f"there are no {noun} yet" if noun else ""
     shown = ", ".join(names[:12]) + (", …" if len(names) > 12 else "")

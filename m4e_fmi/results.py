@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from m4e_fmi.errors import InputError
-from m4e_fmi.writing import written
+from m4e_fmi.writing import check_suffix, written
 
 NETCDF, CSV, PARQUET = ".nc", ".csv", ".parquet"
 
@@ -78,7 +78,8 @@ def stream_of(path: str | Path) -> Path:
 
 
 def check_export(path: str | Path) -> None:
-    """InputError if results cannot be written in the form that the suffix of `path` names."""
+    """InputError unless the suffix of `path` names a form in which results can be written."""
+    check_suffix(path, (NETCDF, CSV, PARQUET), "results")
     if Path(path).suffix.lower() == PARQUET and find_spec("pyarrow") is None:
         remedy = "install it with: pip install 'm4e_fmi[parquet]'; or write .nc or .csv"
         raise InputError.single("Parquet needs the package pyarrow", remedy, str(path))

@@ -85,7 +85,7 @@ class Quantity:
     def in_unit(self, unit: Unit, offset: float = 0.0) -> float:
         """The number in `unit`; ValueError if that is of another dimension."""
         if not self.unit.same_dimension(unit):
-            raise ValueError(f"{self} is not in {unit.text}")
+            raise ValueError(f"it is in {unit.text}: {self.unit.si_text} is not {unit.si_text}")
         shift = (self.offset - offset) / unit.factor
         return self.value * (self.unit.factor / unit.factor) + shift
 
@@ -93,7 +93,22 @@ class Quantity:
 def parse_quantity(text: str) -> Quantity:
     """The quantity that `text` is, as ``"5 mm"``; ValueError if it is none."""
     number, _, unit = text.strip().partition(" ")
-    return Quantity(float(number), parse_unit(unit.strip() or "1"))
+    try:
+        value = float(number)
+    except ValueError:
+        message = f"{number!r} is not a number; a unit may follow after a space, as in '5 mm'"
+        raise ValueError(message) from None
+    return Quantity(value, parse_unit(unit.strip() or "1"))
+
+
+def number_in(unit: str, given: float | str) -> float:
+    """`given` as a number in `unit`, which it is unless it is a text with a unit of its own.
+
+    ValueError says what is wrong with the text.
+    """
+    if isinstance(given, str | bool):
+        return parse_quantity(str(given)).in_unit(parse_unit(unit))
+    return float(given)
 
 
 @cache

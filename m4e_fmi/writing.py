@@ -5,12 +5,12 @@ from __future__ import annotations
 import errno
 import os
 import uuid
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from m4e_fmi.errors import RunError
+from m4e_fmi.errors import InputError, RunError
 
 PROBE = 2**18
 """Bytes: more than what is left of a disk on which a block of results did not fit, usually."""
@@ -20,6 +20,16 @@ _REMEDIES = {
     **dict.fromkeys(_FULL, "free disk space, or write elsewhere"),
     **dict.fromkeys(_FORBIDDEN, "choose a folder that you may write to"),
 }
+
+
+def check_suffix(path: str | Path, suffixes: Sequence[str], what: str) -> None:
+    """InputError unless `path` ends in one of `suffixes`, small or large; `what` goes there."""
+    suffix = Path(path).suffix
+    if suffix.lower() not in suffixes:
+        *others, last = suffixes
+        form = repr(suffix) if suffix else "a file without a suffix"
+        remedy = f"use {', '.join(others)} or {last}"
+        raise InputError.single(f"{what} cannot be written as {form}", remedy, str(path))
 
 
 @contextmanager

@@ -54,7 +54,8 @@ TINY = float(np.finfo(float).tiny)
 RANK = 1e-12
 """Singular values of the scaled Jacobian below this, relative to the largest, are zero."""
 REMEDY = (
-    "start nearer to the equilibrium, for instance at the end of a simulation with more damping"
+    "start nearer to the equilibrium, for instance at the end of a simulation with more damping; "
+    "loads of other FMUs (water, moorings) are not in the model"
 )
 
 

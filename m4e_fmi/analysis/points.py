@@ -63,8 +63,8 @@ class OperatingPoint:
         return replace(self, states=states)
 
 
-At = OperatingPoint | Mapping[str, float] | None
-"""Where: values by name; what is not named has its start value."""
+At = OperatingPoint | Mapping[str, float | str] | None
+"""Where: values by name, as for `simulate`; what is not named has its start value."""
 
 
 def operating_point(

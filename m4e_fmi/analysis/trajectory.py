@@ -41,7 +41,7 @@ def trajectory_sensitivity(
     by: Sequence[str],
     stop_time: float,
     output_interval: float = 0.01,
-    start_values: Mapping[str, float] | None = None,
+    start_values: Mapping[str, float | str] | None = None,
     tolerance: float = 1e-8,
     method: str = "dop853",
 ) -> TrajectorySensitivity:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from m4e_fmi.cli.options import (
     print_files,
     say,
 )
-from m4e_fmi.errors import InputError
+from m4e_fmi.errors import InputError, Problem
 
 ARGUMENTS = {
     "fmi": "2",
@@ -40,7 +41,11 @@ def add(commands: argparse._SubParsersAction) -> None:
     )
     for flag in ("--inputs", "--outputs"):
         of_model.add_argument(
-            flag, nargs="+", metavar="PATTERN", help="only these, as 'body.*'; default all"
+            flag,
+            nargs="+",
+            action="extend",
+            metavar="PATTERN",
+            help="only these, as 'body.*'; default all",
         )
     of_model.add_argument(
         "--rename", action="append", metavar="OLD=NEW", help="call a variable NEW; may be repeated"
@@ -76,7 +81,7 @@ def _run(options: argparse.Namespace) -> None:
 
     chosen: dict[str, Any] = {name: getattr(options, name) for name in ARGUMENTS}
     chosen["native"] = bool(options.native)
-    chosen["rename"] = dict(_renaming(text) for text in options.rename)
+    chosen["rename"] = _renamings(options.rename)
     model = load_model(options.source)
     program = model_program(model)
     if options.inputs is not None:
@@ -108,8 +113,16 @@ def _build_system(options: argparse.Namespace) -> None:
         print_files([system.save(package, build_directory=options.build_folder)])
 
 
-def _renaming(text: str) -> tuple[str, str]:
-    old, equals, new = text.partition("=")
-    if not equals:
-        raise InputError.single(f"--rename {text}: expected OLD=NEW", "as --rename m=mass")
-    return old.strip(), new.strip()
+def _renamings(texts: Sequence[str]) -> dict[str, str]:
+    """Old names → new ones, of OLD=NEW; InputError with all that is wrong."""
+    found: dict[str, str] = {}
+    problems = []
+    for text in texts:
+        old, equals, new = (part.strip() for part in text.partition("="))
+        if not equals:
+            problems.append(Problem(f"--rename {text}: expected OLD=NEW", "as --rename m=mass"))
+        elif found.setdefault(old, new) != new:
+            problems.append(Problem(f"--rename gives {old!r} two names: {found[old]!r}, {new!r}"))
+    if problems:
+        raise InputError(problems)
+    return found

@@ -28,19 +28,22 @@ def add(commands: argparse._SubParsersAction) -> None:
 
 
 def _run(options: argparse.Namespace) -> None:
-    from m4e_fmi.report import draw_system, fmu_text
+    from m4e_fmi.report import check_picture_path, draw_system, fmu_text
 
-    if options.source.suffix == ".fmu" and options.json:
+    is_fmu = options.source.suffix.lower() == ".fmu"
+    if is_fmu and options.json:
         import json
 
         from m4e_fmi.fmu import fmu_contents
 
         print(json.dumps(fmu_contents(options.source), indent=2))
-    elif options.source.suffix == ".fmu":
+    elif is_fmu:
         print(fmu_text(options.source))
     elif is_system(options.source):
         from m4e_fmi.cosim import prepare
 
+        if options.output_file:
+            check_picture_path(options.output_file)
         system = load_system(options.source).changed(algorithm=options.algorithm)
         folder = options.build_folder
         prepared = prepare(system, build_directory=folder, tell=say, refuse_loops=False)

@@ -31,7 +31,7 @@ def add(commands: argparse._SubParsersAction) -> None:
         ("--inputs", "inputs or parameters of B and D; default none"),
         ("--outputs", "outputs or states of C and D; default all states"),
     ):
-        command.add_argument(flag, nargs="+", metavar="NAME", help=text)
+        command.add_argument(flag, nargs="+", action="extend", metavar="NAME", help=text)
     add_start_values(command, "NAME")
     command.add_argument("--json", action="store_true", help="print everything as JSON")
     command.add_argument(

@@ -9,8 +9,6 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from m4e_fmi.errors import InputError
-
 if TYPE_CHECKING:
     from m4e_fmi.cosim import System
 
@@ -26,7 +24,9 @@ def add_start_values(command: argparse.ArgumentParser, name: str) -> None:
         action="append",
         default=[],
         metavar=(name, "VALUE"),
-        help="set a parameter, input or state at the start; may be given again",
+        help="set a parameter, input or state at the start, as `start:` of a system file does: a "
+        "number in the variable's own unit (of a model SI), or with a unit, as '250 cm'; may be "
+        "given again",
     )
 
 
@@ -54,15 +54,18 @@ def add_native(command: argparse.ArgumentParser, text: str) -> None:
     command.add_argument("--native", action=argparse.BooleanOptionalAction, help=text)
 
 
-def start_values(options: argparse.Namespace) -> dict[str, float]:
-    values = {}
-    for name, text in options.start_value:
+def start_values(options: argparse.Namespace) -> dict[str, float | str]:
+    """What --start-value gives by name, each as `start` in a system file would have it."""
+    return {name: _scalar(text) for name, text in options.start_value}
+
+
+def _scalar(text: str) -> float | str:
+    for kind in (int, float):
         try:
-            values[name] = float(text)
+            return kind(text)
         except ValueError:
-            message = f"--start-value {name} {text}: {text!r} is not a number"
-            raise InputError.single(message) from None
-    return values
+            pass
+    return {"true": True, "false": False}.get(text, text)
 
 
 def output_file(options: argparse.Namespace, name: str) -> Path:
@@ -78,10 +81,9 @@ def is_system(path: Path) -> bool:
     """Whether a file describes a system rather than a model: a package, or YAML that has parts."""
     from m4e_fmi.cosim.system import PACKAGE
     from m4e_fmi.document import Document
+    from m4e_fmi.file_kinds import SYSTEM, kind_of
 
-    if path.suffix.lower() == PACKAGE:
-        return True
-    return "components" in Document.load(path).data
+    return path.suffix.lower() == PACKAGE or kind_of(Document.load(path).data) == SYSTEM
 
 
 def load_system(path: Path) -> System:

@@ -38,7 +38,8 @@ def add(commands: argparse._SubParsersAction) -> None:
     command.add_argument(
         "--variables",
         nargs="+",
-        default=(),
+        action="extend",
+        default=[],
         metavar="NAME",
         help="what the results hold, as 'buoy.*'; default: all outputs but arrays",
     )

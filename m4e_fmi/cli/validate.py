@@ -35,6 +35,8 @@ def _run(options: argparse.Namespace) -> int:
         if terminal:
             print(f"\r\033[K{text}", end="", file=sys.stderr, flush=True)
 
+    for path in options.fmus:
+        _check_kind(path)
     reports = []
     for path in options.fmus:
         name = path.name
@@ -51,3 +53,13 @@ def _run(options: argparse.Namespace) -> int:
     if options.json:
         print(json.dumps([report.as_dict() for report in reports], indent=2))
     return 0 if all(report.ok for report in reports) else EXIT_FAILED
+
+
+def _check_kind(path: Path) -> None:
+    """InputError for a model, a system and other files that are no FMU."""
+    from m4e_fmi.document import Document
+    from m4e_fmi.file_kinds import FMU, check_keys, check_suffix
+
+    check_suffix(path, FMU)
+    if path.suffix.lower() in (".yaml", ".yml", ".json"):
+        check_keys(path, Document.load(path).data, FMU)

@@ -68,7 +68,7 @@ def is_settable(variable: Variable) -> bool:
 def value_of(variable: Variable, given: Value | Quantity) -> Value:
     """A given value in the variable's type and unit; ValueError(remedy) if it has none."""
     if variable.type == "Real" and isinstance(given, str):
-        given = _quantity(given)
+        given = parse_quantity(given)
     if isinstance(given, Quantity):
         return _number(variable, given)
     if variable.type == "Enumeration" and isinstance(given, str):
@@ -98,20 +98,9 @@ def _check_range(variable: Variable, given: Value) -> None:
             raise ValueError("it is of type Binary: write its bytes as '0a1bff'") from None
 
 
-def _quantity(text: str) -> Quantity:
-    try:
-        return parse_quantity(text)
-    except ValueError as error:
-        raise ValueError(f"it is of type Real; a unit may follow, as in '5 mm' ({error})") from None
-
-
 def _number(variable: Variable, given: Quantity) -> float:
     if variable.type != "Real":
         raise ValueError(f"it is of type {variable.type}, which has no unit")
     if variable.dimension is None:
         return given.value
-    if not given.unit.same_dimension(variable.dimension):
-        raise ValueError(
-            f"it is in {variable.unit}: {given.unit.si_text} is not {variable.dimension.si_text}"
-        )
     return given.in_unit(variable.dimension, variable.offset)

@@ -24,6 +24,7 @@ from m4e_fmi.cosim.system import (
 )
 from m4e_fmi.document import Document, Location, Section
 from m4e_fmi.errors import InputError, Problem, suggestion
+from m4e_fmi.file_kinds import SYSTEM, check_keys
 
 _NAME = re.compile(r"[A-Za-z_]\w*$")
 
@@ -59,6 +60,7 @@ COMMON = tuple(_ComponentSection.model_fields)
 
 def read_system(document: Document) -> System:
     """The system that a document describes; InputError with all problems found in it."""
+    check_keys(document.path, document.data, SYSTEM)
     problems: list[Problem] = []
     section: _SystemSection | None = None
     try:
@@ -157,7 +159,8 @@ def _read_kind(document: Document, at: Location, kind: Any) -> Kind:
     known = kinds()
     if kind not in known:
         remedy = suggestion(str(kind), known, "kinds")
-        raise InputError([document.problem((*at, "kind"), f"unknown kind {str(kind)!r}", remedy)])
+        message = f"unknown kind {str(kind)!r}: no installed package brings it (docs/adapters.md)"
+        raise InputError([document.problem((*at, "kind"), message, remedy)])
     try:
         module = kind_module(kind)
     except ImportError as error:

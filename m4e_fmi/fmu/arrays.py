@@ -8,9 +8,10 @@ Vectors are the components of one quantity of a body, point or joint: `body.buoy
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
+from math import prod
 
 from m4e_fmi.fmu.description import FmuVariable, ModelDescription
 from m4e_fmi.program import TIME
@@ -36,6 +37,27 @@ class Grouped:
         """The member that says what all agree in."""
         return self.members[0]
 
+    @property
+    def elements(self) -> tuple[str, ...]:
+        """What the elements are called: ``a[1,1]``, ``a[1,2]``, ...; the name, if it is one."""
+        if not self.shape:
+            return (self.name,)
+        indices = product(*(range(1, n + 1) for n in self.shape))
+        return tuple(f"{self.name}[{','.join(map(str, index))}]" for index in indices)
+
+    @property
+    def unit(self) -> str | None:
+        """The unit of all elements; None where they differ."""
+        return self.first.unit if len({m.unit for m in self.members}) == 1 else None
+
+    @property
+    def description(self) -> str:
+        """The different descriptions of the elements, and their units where they differ."""
+        texts = list(dict.fromkeys(m.description for m in self.members))
+        if self.unit is None:
+            texts.append(f"units of the elements: {', '.join(m.unit for m in self.members)}")
+        return "; ".join(texts)
+
 
 @dataclass(frozen=True)
 class Place:
@@ -54,12 +76,18 @@ def places(variables: Sequence[Grouped]) -> dict[str, Place]:
     }
 
 
+def ungrouped(description: ModelDescription) -> tuple[Grouped, ...]:
+    """Variables of FMI 2.0, in the form of those of FMI 3.0: each is a scalar."""
+    return tuple(Grouped(v.name, (), (v,)) for v in description.variables)
+
+
 def grouped(description: ModelDescription) -> tuple[Grouped, ...]:
     """Variables of FMI 3.0: time, then all of the description's, each at the place of its first.
 
     Scalars become elements if they agree in type, causality, variability, display unit, limits and
-    in whether they have a start value; vectors in their unit, too. Where they are derivatives they
-    are those of the elements of another array, and the rates of an array of states are an array.
+    in whether they have a start value; vectors in their unit, too. A variable and what it is the
+    derivative of have equal dimensions: where elements are derivatives, they are those of the
+    elements of another array, and no scalar is the derivative of an element.
     """
     variables = {v.name: v for v in description.variables}
     found = {
@@ -68,11 +96,10 @@ def grouped(description: ModelDescription) -> tuple[Grouped, ...]:
         if name not in variables
     }
     found = {name: group for name, group in found.items() if _uniform(group)}
-    states = {variables[rate].derivative_of or "": rate for rate in description.derivatives}
-    while unfit := [name for name, group in found.items() if not _derived(group, found, states)]:
+    while unfit := _unfit(found, description.variables):
         for name in unfit:
             del found[name]
-    group_of = {m.name: group for group in found.values() for m in group.members}
+    group_of = _group_of(found)
     result = {TIME: Grouped(TIME, (), (_TIME,))}
     for v in description.variables:
         group = group_of.get(v.name, Grouped(v.name, (), (v,)))
@@ -103,9 +130,9 @@ def _candidates(names: Sequence[str]) -> dict[str, tuple[tuple[int, ...], list[s
     }
     for name, parts in indexed.items():
         shape = tuple(map(max, zip(*parts, strict=True))) if len(set(map(len, parts))) == 1 else ()
-        places = list(product(*(range(1, n + 1) for n in shape)))
-        if sorted(parts) == places and len(places) > 1:
-            arrays[name] = shape, [parts[place] for place in places]
+        from_one = all(min(place, default=0) > 0 for place in parts)
+        if from_one and len(parts) == prod(shape) > 1:
+            arrays[name] = shape, [parts[place] for place in sorted(parts)]
     return arrays
 
 
@@ -126,9 +153,20 @@ def _uniform(group: Grouped) -> bool:
     return len(agreed) == 1 and len(started) == 1 and one_unit
 
 
-def _derived(group: Grouped, found: Mapping[str, Grouped], rates: Mapping[str, str]) -> bool:
-    """Whether what the elements are derivatives of, and their own rates, are arrays as well."""
-    arrays = {tuple(m.name for m in other.members) for other in found.values()}
-    parents = tuple(v.derivative_of for v in group.members)
-    own = tuple(rates.get(v.name) for v in group.members)
-    return all(not any(names) or names in arrays for names in (parents, own))
+def _group_of(found: Mapping[str, Grouped]) -> dict[str, Grouped]:
+    """Name of each scalar that is an element → the array."""
+    return {m.name: group for group in found.values() for m in group.members}
+
+
+def _unfit(found: Mapping[str, Grouped], variables: Collection[FmuVariable]) -> list[str]:
+    """Names of the arrays that are derivatives of what is none, or have scalars as derivatives."""
+    members = _group_of(found)
+    arrays = {tuple(m.name for m in group.members) for group in found.values()}
+    of_scalars = {v.derivative_of for v in variables if v.name not in members}
+
+    def fit(group: Grouped) -> bool:
+        bases = tuple(v.derivative_of for v in group.members)
+        sound = not any(bases) or bases in arrays
+        return sound and not any(m.name in of_scalars for m in group.members)
+
+    return [name for name, group in found.items() if not fit(group)]

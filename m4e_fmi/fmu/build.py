@@ -57,10 +57,10 @@ def build_fmu(
 
     Variables and value references of a program are the same for both kinds, and so are results, to
     the bit. The same source gives the same bytes. InputError if an option is not one, if the name
-    cannot be a model identifier, a pattern matches nothing, a new name is taken or not allowed, a
-    Python module has a syntax error, or something else than a program should be what only programs
-    can be; RunError if there is no library for native FMUs; ValueError if the description
-    contradicts itself.
+    cannot be a model identifier, the step size is longer than the experiment, a pattern matches
+    nothing, a new name is taken or not allowed, a Python module has a syntax error, or something
+    else than a program should be what only programs can be; RunError if there is no library for
+    native FMUs; ValueError if the description contradicts itself.
     """
     options = Options(
         native=native,
@@ -125,8 +125,13 @@ def _asked(description: ModelDescription, options: Options) -> ModelDescription:
         type="String",
     )
     asked = {key: getattr(options, key) for key in ("tolerance", "stop_time", "step_size")}
-    return replace(
+    result = replace(
         description,
         variables=(*description.variables, last_error),
         **{key: value for key, value in asked.items() if value is not None},
     )
+    if result.step_size > result.stop_time:
+        message = f"the step size {result.step_size:g} s is longer than the default experiment"
+        remedy = f"it stops at {result.stop_time:g} s: take a shorter step, or a later stop time"
+        raise InputError.single(message, remedy)
+    return result

@@ -28,12 +28,7 @@ def with_rates(program: Program) -> Program:
     """`program` with the rate of every state as an output: local ``der(x)`` where none is it."""
     shown = _rates_shown(program)
     missing = [
-        (
-            Variable(
-                f"der({v.name})", rate_unit(v.unit), f"Rate of {v.name}", 0.0, v.name, local=True
-            ),
-            k,
-        )
+        (Variable(f"der({v.name})", rate_unit(v.unit), _of_rate(v), 0.0, v.name, local=True), k)
         for v, k in zip(program.states, program.rates, strict=True)
         if v.name not in shown
     ]
@@ -42,6 +37,11 @@ def with_rates(program: Program) -> Program:
         outputs=(*program.outputs, *(v for v, _ in missing)),
         results=(*program.results, *(k for _, k in missing)),
     )
+
+
+def _of_rate(state: Variable) -> str:
+    """A description without the state's name, which may be changed later."""
+    return f"Rate: {state.description}".removesuffix(": ")
 
 
 def rate_unit(unit: str) -> str:

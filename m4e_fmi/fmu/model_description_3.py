@@ -96,7 +96,7 @@ def _add_variable(parent: Element, variable: Grouped, place: Mapping[str, Place]
         "Float64" if first.type == "Real" else first.type,
         name=variable.name,
         valueReference=str(place[first.name].reference),
-        description=legal(_described(variable)),
+        description=legal(variable.description),
         causality=first.causality,
         variability=first.variability,
     )
@@ -116,20 +116,12 @@ def _add_numbers(element: Element, variable: Grouped, place: Mapping[str, Place]
     first = variable.first
     if first.variability == "continuous" and first.causality != "independent":
         element.set("intermediateUpdate", "true")
-    if len({v.unit for v in variable.members}) == 1:
+    if variable.unit is not None:
         add_quantity(element, first)
     if first.start is not None:
         element.set("start", " ".join(str(v.start) for v in variable.members))
     if first.derivative_of:
         element.set("derivative", str(place[first.derivative_of].reference))
-
-
-def _described(variable: Grouped) -> str:
-    texts = list(dict.fromkeys(v.description for v in variable.members))
-    units = [v.unit for v in variable.members]
-    if len(set(units)) > 1:
-        texts.append(f"units of the elements: {', '.join(units)}")
-    return "; ".join(texts)
 
 
 def _add_structure(

@@ -91,11 +91,19 @@ def _checked(program: Program, names: Mapping[str, str]) -> dict[str, str]:
             found = {name: new[:-1] + name[len(stem) :] for name in known if name.startswith(stem)}
         else:
             found = {old: new} if old in known else {}
+        two = sorted(name for name in found.keys() & table.keys() if found[name] != table[name])
+        problems += [
+            Problem(f"{name!r} would get two names: {table[name]!r}, {found[name]!r}")
+            for name in two
+        ]
         table |= found
         if not found:
             remedy = suggestion(old, known, "variables")
             problems.append(Problem(f"{program.name} has no variable {old!r} to rename", remedy))
-        if not all(STRUCTURED_NAME.fullmatch(name) and name != TIME for name in found.values()):
+        if TIME in found.values():
+            remedy = "it is the independent variable of every FMU"
+            problems.append(Problem(f"{TIME!r} is a reserved name", remedy))
+        if not all(STRUCTURED_NAME.fullmatch(name) for name in found.values()):
             remedy = "write letters, digits and _, parts separated by dots, as in arm.tip[2].x"
             problems.append(Problem(f"{new!r} cannot name a variable of an FMU", remedy))
     after = [table.get(name, name) for name in known]

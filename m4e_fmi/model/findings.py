@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from m4e_fmi.document import Location
 from m4e_fmi.errors import suggestion
 from m4e_fmi.model.expression import CONSTANTS, ExpressionError, as_expression
+from m4e_fmi.units import parse_quantity
 
 if TYPE_CHECKING:
     from m4e_fmi.model.model import Model
@@ -97,12 +98,23 @@ def expressions(at: Location, value: Any, known: Known) -> Iterator[Finding]:
         expression = as_expression(value)
     except ExpressionError as error:
         where = f" (column {error.column} of {value!r})" if error.column else ""
-        yield Finding(at, f"{error}{where}", "allowed: numbers, names, + - * / **, functions")
+        yield Finding(at, f"{error}{where}", _instead(value))
         return
     for name in sorted(expression.names()):
         complaint = known.complaint(name)
         if complaint:
             yield Finding(at, *complaint)
+
+
+def _instead(value: Any) -> str:
+    """What to write in place of `value`, which is no expression."""
+    try:
+        given = parse_quantity(value)
+    except (ValueError, AttributeError):  # the latter of what is no text
+        return "allowed: numbers without a unit, names, + - * / **, functions"
+    number = f"{given.value * given.unit.factor:.12g}"
+    parameter = f"{{value: {given.value:g}, unit: {given.unit.text}}}"
+    return f"write {number}, which is SI, or the name of a parameter that is {parameter}"
 
 
 def reference(at: Location, name: str, known: Iterable[str], noun: str) -> Iterator[Finding]:

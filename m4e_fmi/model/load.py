@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from m4e_fmi.document import Document
+from m4e_fmi.file_kinds import MODEL, check_keys
 from m4e_fmi.model.m4e import are_lists, model_of_lists
 from m4e_fmi.model.model import Model
 from m4e_fmi.model.yaml import model_of
@@ -19,15 +18,11 @@ def load_model(path: str | Path) -> Model:
     YAML or JSON.
     """
     document = Document.load(path)
-    if _is_chrono(document.data):
+    check_keys(document.path, document.data, MODEL)
+    if "model" in document.data:
         from m4e_fmi.model.chrono import model_of_chrono
 
         return model_of_chrono(document)
     if are_lists(document.data):
         return model_of_lists(document)
     return model_of(document)
-
-
-def _is_chrono(data: Mapping[str, Any]) -> bool:
-    """Whether a file's plain data are a Chrono model, or a simulation of one."""
-    return "model" in data and "components" not in data

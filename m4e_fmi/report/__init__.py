@@ -12,6 +12,7 @@ from m4e_fmi.report.fmu_documentation import fmu_documentation
 from m4e_fmi.report.fmu_text import fmu_text
 from m4e_fmi.report.linear_text import linear_json, linear_text
 from m4e_fmi.report.motion import plot_modes, plot_phase
+from m4e_fmi.report.pictures import check_picture_path
 from m4e_fmi.report.progress import progress_bar
 from m4e_fmi.report.schematic import draw_model, model_figure
 from m4e_fmi.report.summaries import run_summary, simulation_summary
@@ -22,6 +23,7 @@ from m4e_fmi.report.validation_text import validation_text
 __all__ = [
     "animate",
     "check_animation_path",
+    "check_picture_path",
     "draw_model",
     "draw_system",
     "fmu_documentation",

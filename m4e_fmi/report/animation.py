@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from m4e_fmi.errors import InputError
 from m4e_fmi.model import Model
 from m4e_fmi.report.film import Film, film
 from m4e_fmi.report.parts import (
@@ -28,7 +27,7 @@ from m4e_fmi.report.parts import (
 )
 from m4e_fmi.report.style import BODY_COLOURS, GREY, INK, PAPER, pale
 from m4e_fmi.simulate import Simulation
-from m4e_fmi.writing import written
+from m4e_fmi.writing import check_suffix, written
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -62,9 +61,7 @@ def animate(model: Model, simulation: Simulation, path: Path) -> Path:
 
 def check_animation_path(path: Path) -> None:
     """InputError unless an animation can be written to a file of this name."""
-    if path.suffix.lower() not in SUFFIXES:
-        message = f"an animation cannot be written as {path.suffix or 'a file without a suffix'!r}"
-        raise InputError.single(message, f"use {' or '.join(SUFFIXES)}", str(path))
+    check_suffix(path, SUFFIXES, "an animation")
 
 
 def html_page(shown: Film) -> str:

@@ -10,9 +10,9 @@ import numpy as np
 
 from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.report.panels import Panel, by_unit, coinciding, fitting, moving, panels
+from m4e_fmi.report.pictures import save
 from m4e_fmi.report.style import BODY_COLOURS, GREY
 from m4e_fmi.results import Series, load
-from m4e_fmi.writing import written
 
 if TYPE_CHECKING:
     from m4e_fmi.simulate import Simulation
@@ -21,7 +21,6 @@ ZOOM = 60.0  # s shown in the right column
 LEGEND_COLUMNS = 3
 LEGEND_ROW = 0.11  # of a panel's height
 DASH = 8  # widths of a line
-DOTS_PER_INCH = 130
 
 
 def plot_run(results: str | Path, picture: Path, *, variables: Sequence[str] = ()) -> Path:
@@ -103,9 +102,7 @@ def _draw(title: str, time: np.ndarray, shown: list[Panel], picture: Path) -> Pa
     if len(time):
         axes[0][0].set_xlim(time[0], time[-1])
     axes[0][0].set_title(title, fontsize=11, loc="left", fontweight="bold")
-    with written(picture) as part:
-        figure.savefig(part, dpi=DOTS_PER_INCH)
-    return picture
+    return save(figure, picture)
 
 
 def _by_rows(lines: Sequence[Any]) -> list[Any]:

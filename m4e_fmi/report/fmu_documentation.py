@@ -1,7 +1,8 @@
 """What an FMU of a model carries for people: a page, a picture, the series of its default run.
 
 The series is laid out as the FMI Cross-Check does it (``<identifier>_ref.csv`` and ``_ref.opt``),
-which FMPy compares with; there is no file of inputs, because these keep their start values.
+which FMPy compares with; an array is one column, with spaces between its elements, as FMPy and the
+Reference FMUs have it. There is no file of inputs, because these keep their start values.
 The same model gives the same bytes, with the same matplotlib.
 """
 
@@ -10,12 +11,13 @@ from __future__ import annotations
 import io
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu import ModelDescription, Options, described, renamed, shown
 from m4e_fmi.fmu.archive import model_identifier
+from m4e_fmi.fmu.arrays import Grouped, grouped, ungrouped
 from m4e_fmi.fmu.options import ICON
 from m4e_fmi.model import Model
 from m4e_fmi.multibody import Equations
@@ -32,6 +34,10 @@ MOST_NUMBERS = 3_000
 """In the reference series, whose rows are farther apart where there are many columns."""
 ICON_DOTS = 128  # per inch
 
+_TAG = re.compile(r"<[^<>]*>")
+_PLACES = re.compile(r' (?:[dxy]|points|transform)="[^"]*"')
+_LONG_NUMBER = re.compile(r"-?\d+\.\d{3,}")
+
 
 def fmu_documentation(model: Model, program: Program, options: Options) -> dict[str, bytes]:
     """Name in the archive → content: a picture, and below ``documentation/`` the page
@@ -43,13 +49,18 @@ def fmu_documentation(model: Model, program: Program, options: Options) -> dict[
     visible = shown(program, options)
     description = described(visible, options)
     named = renamed(visible, options.rename)
-    series, others = _series(named, description, options)
+    variables = grouped(description) if options.fmi == "3" else ungrouped(description)
+    elements = {m.name: e for v in variables for m, e in zip(v.members, v.elements, strict=True)}
+    series, others = _series(named, description, variables, options)
     page = fmu_page(
         description,
+        variables,
         options,
         drawing=_svg(model_figure(model, program=program)),
         equations=Equations(model),
-        states={v.name: w.name for v, w in zip(visible.states, named.states, strict=True)},
+        states={
+            v.name: elements[w.name] for v, w in zip(visible.states, named.states, strict=True)
+        },
         others=others,
     )
     icon = io.BytesIO()
@@ -62,11 +73,14 @@ def fmu_documentation(model: Model, program: Program, options: Options) -> dict[
 
 
 def _series(
-    program: Program, description: ModelDescription, options: Options
+    program: Program,
+    description: ModelDescription,
+    variables: Sequence[Grouped],
+    options: Options,
 ) -> tuple[Mapping[str, bytes], list[str]]:
     """Files of the default experiment by name, and what the page says of them."""
-    names = [v.name for v in description.variables if v.causality == "output"]
-    interval = _interval(description, columns=len(names) + 1)
+    outputs = [v for v in variables if v.first.causality == "output"]
+    interval = _interval(description, columns=1 + sum(len(v.members) for v in outputs))
     try:
         found = simulate(
             program,
@@ -78,9 +92,10 @@ def _series(
         )
     except RunError as error:
         return {}, [f"no reference series, because the default experiment fails: {error.message}"]
-    columns = [found.time, *(found[name] for name in names)]
-    lines = [",".join(f'"{name}"' for name in ["time", *names])]
-    lines += [",".join(f"{value:.10g}" for value in row) for row in zip(*columns, strict=True)]
+    columns = [[found.time], *([found[m.name] for m in v.members] for v in outputs)]
+    cells = [[_cell(values) for values in zip(*column, strict=True)] for column in columns]
+    lines = [",".join(f'"{name}"' for name in ["time", *(v.name for v in outputs)])]
+    lines += [",".join(row) for row in zip(*cells, strict=True)]
     settings = {
         "StartTime": 0.0,
         "StopTime": description.stop_time,
@@ -96,6 +111,10 @@ def _series(
     return files, [f"{text}, every {interval:g} s"]
 
 
+def _cell(values: Sequence[float]) -> str:
+    return " ".join(f"{value:.10g}" for value in values)
+
+
 def _interval(description: ModelDescription, *, columns: int) -> float:
     """A multiple of the step size that gives at most MOST_NUMBERS."""
     rows = description.stop_time / description.step_size
@@ -103,11 +122,18 @@ def _interval(description: ModelDescription, *, columns: int) -> float:
 
 
 def _svg(figure: Figure) -> str:
-    """A drawing whose places [pt] have two decimals, which halves it."""
+    """A drawing whose places [pt] have two decimals, which halves it. Texts are left alone."""
     text = io.StringIO()
     _save(figure, text, format="svg", bbox_inches="tight", pad_inches=0.15)
     drawing = text.getvalue()
-    return re.sub(r"(\d\.\d\d)\d+", r"\1", drawing[drawing.index("<svg") :])
+    return _TAG.sub(_rounded_places, drawing[drawing.index("<svg") :])
+
+
+def _rounded_places(tag: re.Match[str]) -> str:
+    def rounded(number: re.Match[str]) -> str:
+        return f"{float(number[0]):.2f}".rstrip("0").rstrip(".")
+
+    return _PLACES.sub(lambda places: _LONG_NUMBER.sub(rounded, places[0]), tag[0])
 
 
 def _save(figure: Figure, target: Any, **settings: Any) -> None:

@@ -7,7 +7,8 @@ from html import escape
 from importlib.resources import files
 
 import m4e_fmi
-from m4e_fmi.fmu import FmuVariable, ModelDescription
+from m4e_fmi.fmu import ModelDescription
+from m4e_fmi.fmu.arrays import Grouped
 from m4e_fmi.fmu.options import Options
 from m4e_fmi.fmu.quantities import QUANTITIES, display_factor
 from m4e_fmi.multibody import Equations
@@ -29,12 +30,14 @@ CAUSALITIES = {
     "output": "Outputs",
     "parameter": "Parameters",
     "calculatedParameter": "Calculated parameters",
+    "independent": "Time",
     "local": "Others",
 }
 
 
 def fmu_page(
     description: ModelDescription,
+    variables: Sequence[Grouped],
     options: Options,
     *,
     drawing: str,
@@ -42,7 +45,7 @@ def fmu_page(
     states: Mapping[str, str],
     others: Sequence[str],
 ) -> str:
-    """The page: what the FMU is, the `drawing` (SVG), connectors, variables, equations.
+    """The page: what the FMU is, the `drawing` (SVG), connectors, `variables`, equations.
 
     `states` says what the states of the model's program are called; `others` are lines about
     further files.
@@ -51,9 +54,9 @@ def fmu_page(
         _facts(description, options, others),
         f'<figure class="card">{drawing}</figure>',
         "<h2>How to connect it</h2>",
-        _connectors(description.variables),
+        _connectors(variables),
         "<h2>Variables</h2>",
-        *_variables(description.variables),
+        *_variables(variables),
         "<h2>Equations of motion</h2>",
         *_equations(equations, states),
     ]
@@ -89,14 +92,14 @@ def _facts(description: ModelDescription, options: Options, others: Sequence[str
     return f'<dl class="card">{listed}{more}</dl><br>'
 
 
-def _connectors(variables: Iterable[FmuVariable]) -> str:
+def _connectors(variables: Iterable[Grouped]) -> str:
     """Groups of variables that have inputs, with what belongs to them."""
     groups: dict[str, dict[str, list[str]]] = {}
     for v in variables:
         group, _, member = v.name.rpartition(".")
-        if v.causality in ("input", "output") and group:
+        if v.first.causality in ("input", "output") and group:
             parts = groups.setdefault(group, {"input": [], "output": []})
-            parts[v.causality].append(member)
+            parts[v.first.causality].append(member)
     rows = [
         (f"<code>{escape(group)}</code>", _listed(parts["input"]), _listed(parts["output"]))
         for group, parts in groups.items()
@@ -115,9 +118,9 @@ def _listed(names: Iterable[str]) -> str:
     return ", ".join(f"<code>{escape(name)}</code>" for name in names)
 
 
-def _variables(variables: Sequence[FmuVariable]) -> Iterable[str]:
+def _variables(variables: Sequence[Grouped]) -> Iterable[str]:
     for causality, title in CAUSALITIES.items():
-        chosen = [v for v in variables if v.causality == causality]
+        chosen = [v for v in variables if v.first.causality == causality]
         if not chosen:
             continue
         table = _table(
@@ -130,24 +133,37 @@ def _variables(variables: Sequence[FmuVariable]) -> Iterable[str]:
             yield f"<h3>{title}</h3>{table}"
 
 
-def _row(v: FmuVariable) -> tuple[str, ...]:
+def _row(variable: Grouped) -> tuple[str, ...]:
+    v = variable.first
     shown = v.display_unit or (QUANTITIES[v.unit].shown if v.unit in QUANTITIES else None)
     start = ""
     if isinstance(v.start, float | int):
-        start = f"#{v.start:.6g}"
+        start = f"#{_starts(variable)}"
         if v.display_unit:
-            start += f"<br>{v.start * display_factor(v.unit, v.display_unit):.6g} {v.display_unit}"
+            factor = display_factor(v.unit, v.display_unit)
+            start += f"<br>{_starts(variable, factor)} {v.display_unit}"
     limits = [f"≥ {v.minimum:g}"] if v.minimum > float("-inf") else []
     limits += [f"≤ {v.maximum:g}"] if v.maximum < float("inf") else []
     limits += ["tunable"] if v.causality == "parameter" and v.variability == "tunable" else []
-    unit = escape(v.unit) + (f" ({escape(shown)})" if shown else "")
+    unit = escape(variable.unit or "")
+    if unit and shown:
+        unit += f" ({escape(shown)})"
+    size = str(list(variable.shape)) if variable.shape else ""
     return (
-        f"!<code>{escape(v.name)}</code>",
-        escape(v.description),
+        f"!<code>{escape(variable.name)}</code>{size}",
+        escape(variable.description),
         unit,
         start,
         ", ".join(limits),
     )
+
+
+def _starts(variable: Grouped, factor: float = 1.0) -> str:
+    """Start values, times `factor`: a matrix row by row."""
+    texts = [f"{float(m.start or 0) * factor:.6g}" for m in variable.members]
+    width = variable.shape[-1] if variable.shape else 1
+    rows = [texts[k : k + width] for k in range(0, len(texts), width)]
+    return "<br>".join(map(", ".join, rows))
 
 
 def _table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

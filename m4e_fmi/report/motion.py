@@ -13,12 +13,11 @@ from m4e_fmi.errors import InputError, suggestion
 from m4e_fmi.model import Model
 from m4e_fmi.multibody import model_program
 from m4e_fmi.program import Program, Variable
-from m4e_fmi.report.figures import DOTS_PER_INCH
 from m4e_fmi.report.parts import colour_of, ground_lines, placed, ranks, tie_lines
+from m4e_fmi.report.pictures import save
 from m4e_fmi.report.scene import Scene, scene, start_values
 from m4e_fmi.report.style import BODY_COLOURS, GREY, GRID, INK, PAPER, pale
 from m4e_fmi.simulate import Simulation
-from m4e_fmi.writing import written
 
 if TYPE_CHECKING:
     from m4e_fmi.analysis.points import At
@@ -173,6 +172,4 @@ def _grid(count: int, width: float, height: float) -> tuple[Any, list[Any]]:
 
 def _saved(figure: Any, title: str, picture: Path) -> Path:
     figure.suptitle(title, x=0.01, ha="left", fontsize=11, fontweight="bold", color=INK)
-    with written(picture) as part:
-        figure.savefig(part, dpi=DOTS_PER_INCH, bbox_inches="tight", pad_inches=0.1)
-    return picture
+    return save(figure, picture, margin=0.1)

@@ -16,25 +16,24 @@ _INTERVAL_IN_LOG = 10.0
 def progress_bar(stop_time: float, *, start: float = 0.0) -> Iterator[Callable[[float], None]]:
     """A callable to be told the simulated time [s]; shows it and the real-time factor.
 
-    The real-time factor is simulated over elapsed time: above 1, faster than reality.
+    The real-time factor is simulated over elapsed time: above 1, faster than reality. Nothing is
+    shown before the first call: whatever finds an error before that tells it alone.
     """
     from tqdm import tqdm
 
     interactive = sys.stderr.isatty()
-    bar = tqdm(
-        total=stop_time - start,
-        bar_format=_FORMAT,
-        mininterval=_INTERVAL_ON_TERMINAL if interactive else _INTERVAL_IN_LOG,
-        leave=interactive,
-    )
-    bar.set_postfix_str("starting", refresh=False)
-    began = time.perf_counter()
-    shown = began
+    interval = _INTERVAL_ON_TERMINAL if interactive else _INTERVAL_IN_LOG
+    bar: tqdm | None = None
+    began = shown = time.perf_counter()
 
     def show(t: float) -> None:
-        nonlocal shown
+        nonlocal bar, shown
+        if bar is None:
+            bar = tqdm(
+                total=stop_time - start, bar_format=_FORMAT, mininterval=interval, leave=interactive
+            )
         now = time.perf_counter()
-        if now - shown < bar.mininterval and t < stop_time:
+        if now - shown < interval and t < stop_time:
             return
         shown = now
         done = t - start
@@ -44,4 +43,5 @@ def progress_bar(stop_time: float, *, start: float = 0.0) -> Iterator[Callable[[
     try:
         yield show
     finally:
-        bar.close()
+        if bar is not None:
+            bar.close()

@@ -14,12 +14,11 @@ import numpy as np
 from m4e_fmi.model import Model
 from m4e_fmi.program import Program
 from m4e_fmi.report import symbols
-from m4e_fmi.report.figures import DOTS_PER_INCH
 from m4e_fmi.report.labels import Labels
 from m4e_fmi.report.parts import colour_of, ground_lines, guides, placed, ranks, tie_lines
+from m4e_fmi.report.pictures import save
 from m4e_fmi.report.scene import Scene, scene, turned
 from m4e_fmi.report.style import BODY_COLOURS, FORCE, GREY, GRID, INK, PAPER, pale
-from m4e_fmi.writing import written
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -35,10 +34,7 @@ def draw_model(model: Model, picture: Path, *, program: Program | None = None) -
 
     The start pose is that of `program`, the model's own if none is given.
     """
-    figure = model_figure(model, program=program)
-    with written(picture) as part:
-        figure.savefig(part, dpi=DOTS_PER_INCH, bbox_inches="tight", pad_inches=0.15)
-    return picture
+    return save(model_figure(model, program=program), picture, margin=0.15)
 
 
 def model_figure(model: Model, *, program: Program | None = None) -> Figure:

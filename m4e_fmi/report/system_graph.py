@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from m4e_fmi.report.figures import DOTS_PER_INCH
 from m4e_fmi.report.labels import covering
+from m4e_fmi.report.pictures import save
 from m4e_fmi.report.style import COLOURS, GREY, INK, PAPER, pale
-from m4e_fmi.writing import written
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -48,10 +47,7 @@ class _Name:
 
 def draw_system(prepared: Prepared, picture: Path) -> Path:
     """Draw a prepared system to `picture` (PNG, SVG or PDF, by its suffix)."""
-    figure = system_figure(prepared)
-    with written(picture) as part:
-        figure.savefig(part, dpi=DOTS_PER_INCH, bbox_inches="tight", pad_inches=0.15)
-    return picture
+    return save(system_figure(prepared), picture, margin=0.15)
 
 
 def system_figure(prepared: Prepared) -> Figure:

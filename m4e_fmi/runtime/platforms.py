@@ -30,24 +30,27 @@ START_UP = "mingw-w64.txt"
 class Platform:
     """A processor and a system, by FMI 3's `name`; `fmi2` is the name of FMI 2's folder.
 
-    `target` is the compiler's word for it.
+    `target` is the compiler's word for it, `flags` are those it needs besides.
     """
 
     name: str
     fmi2: str
     suffix: str
     target: str = ""
+    flags: tuple[str, ...] = ()
 
 
+SMALLER = ("-fno-asynchronous-unwind-tables", "-fno-unwind-tables")
+"""No tables for exceptions, which C has not: a tenth of a library. Those for Windows need them."""
 PLATFORMS = {
     p.name: p
     for p in (
-        Platform("x86_64-linux", "linux64", ".so", "x86_64-linux-gnu.2.17"),
+        Platform("x86_64-linux", "linux64", ".so", "x86_64-linux-gnu.2.17", SMALLER),
         # FMI 2 has no folder for it; importers on such a machine look into this one
-        Platform("aarch64-linux", "linux64", ".so", "aarch64-linux-gnu.2.17"),
+        Platform("aarch64-linux", "linux64", ".so", "aarch64-linux-gnu.2.17", SMALLER),
         Platform("x86_64-windows", "win64", ".dll", "x86_64-windows-gnu"),
-        Platform("x86_64-darwin", "darwin64", ".dylib", "x86_64-macos.10.13"),
-        Platform("aarch64-darwin", "darwin64", ".dylib", "aarch64-macos.11.0"),
+        Platform("x86_64-darwin", "darwin64", ".dylib", "x86_64-macos.10.13", SMALLER),
+        Platform("aarch64-darwin", "darwin64", ".dylib", "aarch64-macos.11.0", SMALLER),
     )
 }
 
@@ -99,7 +102,7 @@ def packaged_platforms() -> list[Platform]:
 @functools.cache
 def source_digest() -> str:
     """Hash of the C sources and of the flags they are compiled with."""
-    flags = (compiler.FLAGS, *(library.flags for library in LIBRARIES.values()))
+    flags = (compiler.FLAGS, SMALLER, *(library.flags for library in LIBRARIES.values()))
     digest = hashlib.sha256(repr(flags).encode())
     for folder in (compiler.SOURCES, compiler.SHELL_SOURCES):
         for path in sorted(folder.glob("*.[ch]")):
@@ -117,7 +120,8 @@ def compile_libraries(platforms: Iterable[Platform], folder: Path) -> None:
         command = [*zig, one.target] if one.target else None
         for name, library in LIBRARIES.items():
             target = folder / library_file(name, one)
-            compiler.compile_shared(library.sources(), target, flags=library.flags, command=command)
+            flags = (*library.flags, *one.flags)
+            compiler.compile_shared(library.sources(), target, flags=flags, command=command)
         if one.suffix == ".dll" and command:
             shutil.copyfile(_ziglang() / "lib/libc/mingw/COPYING", folder / one.name / START_UP)
         (folder / one.name / DIGEST).write_text(source_digest(), "ascii")

@@ -26,6 +26,7 @@ from m4e_fmi.simulate.solvers import (
     solve_python,
     solve_scipy,
 )
+from m4e_fmi.units import number_in
 
 Progress = Callable[[float], None]
 PYTHON = "python"
@@ -76,7 +77,7 @@ def simulate(
     *,
     stop_time: float,
     output_interval: float = 0.01,
-    start_values: Mapping[str, float] | None = None,
+    start_values: Mapping[str, float | str] | None = None,
     tolerance: float = 1e-8,
     method: str = RUNTIME_METHODS[0],
     step_size: float | None = None,
@@ -85,12 +86,12 @@ def simulate(
 ) -> Simulation:
     """Integrate from t = 0 to `stop_time` [s]; outputs at every `output_interval` and at the end.
 
-    `start_values` sets parameters, inputs and states by name (SI); inputs of a model that are not
-    set are zero, and left out of its program. `tolerance` is relative and
-    absolute, per step. `method` is one of the runtime's, dop853, rk45, rodas (stiff) or rk4 (fixed
-    steps), `python` (no compiled library, and what others are replaced by where there is none), or
-    SciPy's by name, such as `scipy.RK45`. Output times are met exactly, and steps end at the kinks
-    of a model's tables.
+    `start_values` sets parameters, inputs and states by name: numbers in SI, or texts with a unit,
+    as ``"5 mm"``; inputs of a model that are not set are zero, and left out of its program.
+    `tolerance` is relative and absolute, per step. `method` is one of the runtime's, dop853, rk45,
+    rodas (stiff) or rk4 (fixed steps), `python` (no compiled library, and what others are replaced
+    by where there is none), or SciPy's by name, such as `scipy.RK45`. Output times are met exactly,
+    and steps end at the kinks of a model's tables.
 
     rk4 has no error control and no tolerance: from one output time to the next it takes the fewest
     equal steps that are not longer than `step_size` [s]; one step by default.
@@ -219,20 +220,21 @@ def output_times(stop_time: float, interval: float) -> list[float]:
     return [*times[:-1], stop_time]
 
 
-def started(program: Program, values: Mapping[str, float]) -> Program:
-    """`program` with other start values; InputError names what is unknown, not finite, or outside
-    its limits."""
-    bad = [name for name, value in values.items() if not np.isfinite(value)]
+def started(program: Program, values: Mapping[str, float | str]) -> Program:
+    """`program` with other start values: numbers, or texts with a unit, as ``"5 mm"``.
+
+    InputError names what is unknown, not finite, of another dimension or outside its limits.
+    """
+    variables = {v.name: v for v in (*program.parameters, *program.inputs, *program.states)}
+    unknown = [name for name in values if name not in variables]
+    if unknown:
+        message = f"{program.name} has no parameter, input or state {', '.join(unknown)}"
+        raise InputError.single(message, suggestion(unknown[0], variables))
+    numbers = _numbers(variables, values)
+    bad = [f"{name} = {value}" for name, value in numbers.items() if not np.isfinite(value)]
     if bad:
-        listed = ", ".join(f"{name} = {values[name]}" for name in bad)
-        raise InputError.single(f"start values must be finite numbers: {listed}")
-    try:
-        result = program.with_start(dict(values))
-    except KeyError as error:
-        groups = (program.parameters, program.inputs, program.states)
-        names = [v.name for group in groups for v in group]
-        first = next(name for name in values if name not in names)
-        raise InputError.single(str(error.args[0]), suggestion(first, names)) from None
+        raise InputError.single(f"start values must be finite numbers: {', '.join(bad)}")
+    result = program.with_start(numbers)
     outside = [
         Problem(f"{v.name} = {v.start:g} is outside its range from {v.minimum:g} to {v.maximum:g}")
         for v in (*result.parameters, *result.inputs, *result.states)
@@ -241,3 +243,19 @@ def started(program: Program, values: Mapping[str, float]) -> Program:
     if outside:
         raise InputError(outside)
     return result
+
+
+def _numbers(
+    variables: Mapping[str, Variable], values: Mapping[str, float | str]
+) -> dict[str, float]:
+    """The values in the units of their variables; InputError with all that are not in them."""
+    numbers: dict[str, float] = {}
+    wrong = []
+    for name, value in values.items():
+        try:
+            numbers[name] = number_in(variables[name].unit, value)
+        except ValueError as error:
+            wrong.append(Problem(f"start value {value!r} of {name} is wrong", str(error)))
+    if wrong:
+        raise InputError(wrong)
+    return numbers

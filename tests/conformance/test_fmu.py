@@ -677,14 +677,40 @@ class TestState:
         instance.step(0.0, 0.1)
         assert instance["x"] == pytest.approx(0.1, abs=1e-9)
 
-    def test_a_state_of_another_fmu_or_none_is_an_error_and_no_crash(self, load: Load) -> None:
-        donor = load("autonomous").initialise()
-        foreign = donor.fmu.serializeFMUstate(donor.fmu.getFMUstate())
-        for saved in (foreign, b"not a state"):
-            instance = load("tunable").initialise()
-            instance.fmu.setFMUstate(instance.fmu.deSerializeFMUstate(saved))
-            assert "a state was set that is not of this FMU" in instance.last_error
-            discarded(lambda fmu=instance: fmu.step(0.0, 0.1))
+    def refuses(self, instance: Instance, state: Any) -> None:
+        """Whether setting the state is an error, which the FMU's own state mends."""
+        own = instance.fmu.getFMUstate()
+        instance.fmu.setFMUstate(state)
+        assert "a state was set that is damaged or not of this FMU" in instance.last_error
+        discarded(lambda: instance.step(0.0, 0.1))
+        assert all(map(math.isnan, instance.get(instance.reals()).values()))
+        instance.fmu.setFMUstate(own)
+        assert instance.last_error == ""
+
+    def test_damaged_states_are_refused(self, load: Load) -> None:
+        """Every change of one bit, and JSON of another form."""
+        instance = load("tunable").initialise()
+        content = instance.fmu.serializeFMUstate(instance.fmu.getFMUstate())
+        damaged = [bytearray(content) for _ in content]
+        for place, text in enumerate(damaged):
+            text[place] ^= 1
+        others = [b"", b"[]", b"{}", b"not a state", b'{"values": 3}', content[:-1], content + b" "]
+        for text in (*damaged, *others):
+            self.refuses(instance, instance.fmu.deSerializeFMUstate(bytes(text)))
+        instance.step(0.0, 0.1)
+        assert not math.isnan(instance["y"])
+
+    def test_states_of_other_fmus_are_refused(self, load: Load, tmp_path: Path) -> None:
+        """Also of one that has the same variables and another default tolerance."""
+        other = build_fmu(PROGRAMS["tunable"](), tmp_path / "other.fmu", tolerance=1e-5)
+        instance = load("tunable").initialise()
+        for donor in (load("autonomous").initialise(), load(other).initialise()):
+            state = donor.fmu.getFMUstate()
+            self.refuses(instance, state)
+            saved = donor.fmu.serializeFMUstate(state)
+            self.refuses(instance, instance.fmu.deSerializeFMUstate(saved))
+        instance.step(0.0, 0.1)
+        assert not math.isnan(instance["y"])
 
 
 class TestErrors:

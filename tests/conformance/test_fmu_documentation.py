@@ -9,6 +9,7 @@ import os
 import re
 import subprocess
 import sys
+import xml.etree.ElementTree as ET
 import zipfile
 from html.parser import HTMLParser
 from pathlib import Path
@@ -16,14 +17,17 @@ from pathlib import Path
 import fmpy
 import numpy as np
 import pytest
+from fmpy.util import read_csv
 from fmpy.validation import validate_fmu
+from matplotlib import rc_context
 from PIL import Image
 from support.driven import driven
 
 from m4e_fmi.fmu import Options, build_fmu
-from m4e_fmi.model import Model, load_model
+from m4e_fmi.model import Body, Joint, Model, load_model
 from m4e_fmi.multibody import model_program
 from m4e_fmi.report import fmu_documentation
+from m4e_fmi.report.schematic import model_figure
 
 PENDULUM = Path(__file__).parents[2] / "examples/double_pendulum/double_pendulum.model.yaml"
 RENAME = {"joint.elbow.*": "knee.*", "m": "mass"}
@@ -38,6 +42,15 @@ def model() -> Model:
 def fmu(request: pytest.FixtureRequest, model: Model, tmp_path_factory: pytest.TempPathFactory):
     program = model_program(model)
     options = {"native": request.param, "rename": RENAME, "stop_time": 2.0, "tolerance": 1e-10}
+    documentation = fmu_documentation(model, program, Options(**options))
+    path = tmp_path_factory.mktemp("documented") / "pendulum.fmu"
+    return build_fmu(program, path, documentation=documentation, **options)
+
+
+@pytest.fixture(scope="module")
+def fmu3(model: Model, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    program = model_program(model)
+    options = {"native": True, "fmi": "3", "stop_time": 2.0, "tolerance": 1e-10}
     documentation = fmu_documentation(model, program, Options(**options))
     path = tmp_path_factory.mktemp("documented") / "pendulum.fmu"
     return build_fmu(program, path, documentation=documentation, **options)
@@ -135,6 +148,40 @@ def test_the_icon_is_a_square_picture_with_something_on_it(fmu: Path) -> None:
     assert 0.05 * 256**2 < covered < 0.95 * 256**2
 
 
+def test_the_drawing_is_rounded_in_its_places_only(tmp_path: Path) -> None:
+    """Links of 8 mm, whose axes have thousandths: the texts are matplotlib's, the places are its
+    to half of the last digit that is kept, 0.005 pt."""
+    text = PENDULUM.read_text(encoding="utf-8").replace("L: {value: 1,", "L: {value: 0.008,")
+    path = tmp_path / "small.model.yaml"
+    path.write_text(text, encoding="utf-8")
+    small = load_model(path)
+    program, plain = model_program(small), io.StringIO()
+    page = fmu_documentation(small, program, Options())["documentation/index.html"].decode()
+    drawing = page[page.index("<svg") : page.index("</svg>") + len("</svg>")]
+    with rc_context({"svg.fonttype": "none"}):
+        figure = model_figure(small, program=program)
+        nothing = dict.fromkeys(("Date", "Creator", "Format", "Type"))
+        figure.savefig(plain, format="svg", bbox_inches="tight", pad_inches=0.15, metadata=nothing)
+    given, found = (ET.fromstring(svg) for svg in (plain.getvalue(), drawing))
+    texts = [[t.strip() for t in svg.itertext() if t.strip()] for svg in (given, found)]
+    assert any(re.search(r"0\.00\d", t) for t in texts[1])
+    assert texts[1] == texts[0]
+    for attribute in ("d", "x", "y", "transform"):
+        lists = [
+            [
+                number
+                for element in svg.iter()
+                if element.tag.partition("}")[2] in ("path", "use", "text", "rect")
+                for number in re.findall(r"-?\d+(?:\.\d+)?", element.get(attribute, ""))
+            ]
+            for svg in (given, found)
+        ]
+        assert lists[1]
+        assert max(len(n.partition(".")[2]) for n in lists[1]) <= 2
+        before, after = (np.array(numbers, float) for numbers in lists)
+        np.testing.assert_allclose(after, before, rtol=0, atol=0.005 + 1e-9)
+
+
 def test_the_reference_series_is_what_the_fmu_gives(fmu: Path) -> None:
     """FMPy's run of the default experiment, whose steps are others; the tolerance is 1e-10 per
     step, of some 20 in 2 s, and digits after the tenth are not written."""
@@ -171,14 +218,42 @@ def test_the_same_bytes_in_another_process(tmp_path: Path) -> None:
     assert len(digests) == 1
 
 
-def test_fmi_3_has_its_icon_elsewhere(model: Model, tmp_path: Path) -> None:
-    program, options = model_program(model), {"native": True, "fmi": "3"}
-    documentation = fmu_documentation(model, program, Options(**options))
-    path = build_fmu(program, tmp_path / "a.fmu", documentation=documentation, **options)
-    assert validate_fmu(str(path)) == []
-    names = contents(path).keys()
-    assert "terminalsAndIcons/icon.png" in names
-    assert "model.png" not in names
+class TestFmi3:
+    def test_the_icon_is_elsewhere(self, fmu3: Path) -> None:
+        assert validate_fmu(str(fmu3)) == []
+        names = contents(fmu3).keys()
+        assert "terminalsAndIcons/icon.png" in names
+        assert "model.png" not in names
+
+    def test_the_page_has_the_variables_of_this_fmu(self, fmu3: Path) -> None:
+        """Arrays, not their elements by the names of FMI 2.0; elements only of states."""
+        text = contents(fmu3)["documentation/index.html"].decode()
+        found = set(re.findall(r'<td class="name"><code>(.*?)</code>', text))
+        description = fmpy.read_model_description(str(fmu3))
+        assert found == {v.name for v in description.modelVariables}
+        assert "body.upper.x" not in Page(text).codes
+        assert "<code>body.upper.position</code>[2]" in text
+
+    def test_states_that_are_elements(self) -> None:
+        """Of a free body, whose coordinates are the elements of its position."""
+        sea = {"sea": Joint("floating", "hull")}
+        free = Model("free", bodies={"hull": Body(mass=1.0, inertia=1.0)}, joints=sea)
+        program = model_program(free)
+        files = fmu_documentation(free, program, Options(native=True, fmi="3"))
+        assert "body.hull.position[2]" in files["documentation/index.html"].decode()
+
+    def test_the_reference_series_is_read_by_fmpy(self, fmu3: Path, tmp_path: Path) -> None:
+        """With a column for each array, as in FMPy's own results; tolerances as above."""
+        path = tmp_path / "ref.csv"
+        path.write_bytes(contents(fmu3)["documentation/double_pendulum_ref.csv"])
+        table = read_csv(path)
+        assert table.dtype["body.upper.position"].shape == (2,)
+        times = table["time"]
+        found = fmpy.simulate_fmu(str(fmu3), stop_time=2.0, output_interval=times[1] - times[0])
+        assert table.dtype.names == found.dtype.names
+        for name in table.dtype.names or ():
+            scale = max(1.0, np.abs(table[name]).max())
+            np.testing.assert_allclose(found[name], table[name], rtol=0, atol=1e-8 * scale)
 
 
 def test_a_default_experiment_that_fails_is_told(tmp_path: Path) -> None:

@@ -153,6 +153,14 @@ class TestDescription:
         assert first["height"] == {"x": "constant", "lift": "constant"}
         assert first["pull"] == {"x": "dependent", "stiffness": "dependent"}
 
+    @pytest.mark.parametrize("appended", [" ", " 1"])
+    def test_a_longer_guid_is_refused(self, load: Load, appended: str) -> None:
+        """Also by what follows the GUID in the FMU's own file."""
+        fmu = load().fmu
+        fmu.guid += appended
+        with pytest.raises(Exception, match="nstantiate"):
+            fmu.instantiate()
+
     def test_another_guid_is_refused(self, load: Load) -> None:
         fmu = load().fmu
         fmu.guid = "{00000000-0000-0000-0000-000000000000}"

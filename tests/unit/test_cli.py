@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 import subprocess
 import sys
@@ -12,6 +13,7 @@ import numpy as np
 import pytest
 from fmpy.validation import validate_fmu
 
+from m4e_fmi import results
 from m4e_fmi.cli import main
 from m4e_fmi.fmu import read_description
 
@@ -120,6 +122,59 @@ def test_mesh_that_is_not_watertight(here, capsys):
     assert "watertight" in text
 
 
+@pytest.fixture
+def other_files(here: Path) -> Path:
+    """Files of other kinds; what they hold does not matter, no command gets as far as that."""
+    for name in ("x.fmu", "x.ssp", "x.nc"):
+        (here / name).write_bytes(b"\x89 no text")
+    copied(here, PENDULUM)
+    copied(here, FLEXIBLE / "system.yaml")
+    return here
+
+
+TAKES_MODELS = ("draw", "simulate", "equations", "linearize")
+
+
+@pytest.mark.usefixtures("other_files")
+@pytest.mark.parametrize(
+    ("command", "file", "told", "remedy"),
+    [
+        *((c, "system.yaml", "a system, not a model", "`m4e-fmi run` runs") for c in TAKES_MODELS),
+        ("run", PENDULUM.name, "a model, not a system", "`m4e-fmi simulate` simulates"),
+        ("validate", PENDULUM.name, "a model, not an FMU", "`m4e-fmi build` builds its FMU, which"),
+        ("validate", "system.yaml", "a system, not an FMU", "`m4e-fmi build` builds its FMUs"),
+        ("validate", "x.ssp", "a package of a system, not an FMU", "`m4e-fmi info` shows"),
+        ("validate", "x.nc", "a file of results, not an FMU", "m4e_fmi.results.load"),
+        *(
+            (c, "x.fmu", "an FMU, not a YAML file", "`m4e-fmi validate` checks")
+            for c in (*TAKES_MODELS, "build", "run")
+        ),
+        *((c, "x.ssp", "a package of a system, not a", "`m4e-fmi run` runs") for c in TAKES_MODELS),
+        *(
+            (c, "x.nc", "a file of results, not a YAML file", "m4e_fmi.results.load")
+            for c in (*TAKES_MODELS, "build", "run", "info")
+        ),
+    ],
+)
+def test_a_file_of_another_kind_is_one_error_that_names_the_command(
+    capsys, command, file, told, remedy
+):
+    first, *others = refused(capsys, command, file).splitlines()
+    assert first.startswith(f"error: {file}: this is {told}")
+    assert len(others) == 1
+    assert remedy in others[0]
+
+
+def test_files_that_are_no_text(here, capsys):
+    (here / "p.png").write_bytes(b"\x89PNG")
+    assert "p.png: cannot be read: byte 1 is no text" in refused(capsys, "info", "p.png")
+
+
+def test_a_model_as_a_component_that_is_a_system(here, capsys):
+    copied(here, FLEXIBLE / "system.yaml", ("mass.model.yaml", "system.yaml"))
+    assert "this is a system, not a model" in refused(capsys, "build", "system.yaml")
+
+
 def test_corrupt_fmu(here, capsys):
     (here / "broken.fmu").write_bytes(b"PK\x03\x04 and no more")
     (here / "system.yaml").write_text(
@@ -134,10 +189,78 @@ def test_corrupt_fmu(here, capsys):
     assert "broken.fmu" in refused(capsys, "validate", "broken.fmu")
 
 
+@pytest.mark.parametrize("command", [("simulate", PENDULUM), ("run", FLEXIBLE / "system.yaml")])
+@pytest.mark.parametrize("name", ["keep.png", "r.xlsx", "r.json", "r.txt", "r.cvs", "r"])
+def test_results_in_a_form_that_there_is_not(here, capsys, command, name):
+    """Nothing runs, nothing is written: a file of that name stays as it is."""
+    (here / name).write_text("mine")
+    text = refused(capsys, *command, "--output-file", name)
+    assert f"error: {name}: results cannot be written as" in text
+    assert "use .nc, .csv or .parquet" in text
+    assert [path.name for path in here.iterdir()] == [name]
+    assert (here / name).read_text() == "mine"
+
+
+@pytest.mark.parametrize(
+    "command", [("draw", PENDULUM), ("info", FLEXIBLE / "system.yaml")], ids=["draw", "info"]
+)
+def test_picture_in_a_form_that_there_is_not(here, capsys, command):
+    text = refused(capsys, *command, "--output-file", "d.bmp")
+    assert text == (
+        "error: d.bmp: a picture cannot be written as '.bmp'\n      use .png, .svg or .pdf\n"
+    )
+    assert not list(here.iterdir())
+
+
+@pytest.mark.usefixtures("here")
+@pytest.mark.parametrize(("option", "value"), [("--stop-time", "-1"), ("--stop-time", "nan")])
+def test_wrong_times_are_told_without_a_bar_of_progress(capsys, option, value):
+    text = refused(capsys, "simulate", PENDULUM, option, value)
+    assert text == f"error: the stop time must be positive, got {float(value)}\n"
+
+
 @pytest.mark.usefixtures("here")
 def test_start_value_that_is_no_number(capsys):
-    text = refused(capsys, "simulate", PENDULUM, "--start-value", "m", "heavy")
-    assert "'heavy' is not a number" in text
+    heavy = ("--start-value", "m", "heavy")
+    text = refused(capsys, "simulate", PENDULUM, *heavy, "--start-value", "L", "3 kg")
+    assert "start value 'heavy' of m is wrong\n      'heavy' is not a number" in text
+    assert "start value '3 kg' of L is wrong\n      it is in m: kg is not m" in text
+    text = refused(capsys, "linearize", PENDULUM, "--start-value", "L", "250cm")
+    assert "a unit may follow after a space, as in '5 mm'" in text
+
+
+SWING = """name: swing
+parameters: {L: {value: 220, unit: cm}}
+bodies: {child: {mass: 30, inertia: 1}}
+joints: {branch: {type: revolute, child: child, joint_to_child: [0, -L]}}
+"""
+SWINGS = """name: swings
+components:
+  a: {model: swing.model.yaml}
+  b: {model: swing.model.yaml, start: {L: 2.5}}
+simulation: {stop_time: 0.1, step_size: 0.05}
+"""
+
+
+def test_a_bare_start_value_is_si_and_one_with_a_unit_is_converted(here, capsys):
+    """In a simulation, a linearization and a run, whatever the unit in the model file."""
+    (here / "swing.model.yaml").write_text(SWING)
+    (here / "system.yaml").write_text(SWINGS)
+    heights = []
+    for length, angle in (("2.5", "60 deg"), ("250 cm", str(math.pi / 3))):
+        chosen = ["--start-value", "L", length, "--start-value", "joint.branch.q", angle]
+        short = ["--stop-time", "0.1", "--no-plot", "--output-file", "s.nc"]
+        assert main(["simulate", "swing.model.yaml", *short, *chosen]) == 0
+        heights.append(results.load("s.nc")["swing.body.child.z"].values)
+        assert main(["linearize", "swing.model.yaml", "--at", "start", *chosen]) == 0
+        assert re.search(r"branch\.q +1\.04719755 rad", capsys.readouterr().out)
+    # -2.5 m · cos 60°, but for the rounding of the angle
+    assert heights[0][0] == pytest.approx(-1.25, rel=1e-15)
+    assert np.array_equal(*heights)
+    wanted = ["--variables", "a.L", "b.L", "--start-value", "a.L", "250 cm"]
+    assert main(["run", "system.yaml", "--output-file", "r.nc", *wanted]) == 0
+    run = results.load("r.nc")
+    assert {*run["a.L"].values, *run["b.L"].values} == {2.5}
 
 
 @pytest.mark.usefixtures("here")
@@ -283,7 +406,7 @@ def test_a_run_with_a_parameter_set_and_chosen_variables(here, capsys):
     (here / "heavy.yaml").write_text("values: {body.M: 8e4}\n")
     system = str(FLEXIBLE / "system.yaml")
     short = ["--stop-time", "0.1", "--step-size", "0.005", "--output-file", "out.csv"]
-    chosen = ["--variables", "body.M", "body.point.*", "--parameters", "heavy.yaml"]
+    chosen = ["--variables", "body.M", "--variables", "body.point.*", "--parameters", "heavy.yaml"]
     assert main(["run", system, *short, *chosen]) == 0
     assert "wrote out.csv" in capsys.readouterr().out
     header, first, *_ = (here / "out.csv").read_text().splitlines()
@@ -345,14 +468,15 @@ class TestLinearize:
 
     def test_json(self, here, capsys) -> None:
         arguments = ["--inputs", "joint.elbow.effort", "--outputs", "point.tip.x", "--json"]
+        arguments += ["--inputs", "joint.shoulder.effort"]
         file = ["--output-file", "linear/pendulum.json"]
         assert main(["linearize", str(PENDULUM), *arguments, *file]) == 0
         printed = json.loads(capsys.readouterr().out)
         assert printed == json.loads((here / "linear" / "pendulum.json").read_text())
         assert [v["name"] for v in printed["outputs"]] == ["point.tip.x"]
         shapes = {name: np.shape(printed[name]) for name in "ABCD"}
-        assert shapes == {"A": (4, 4), "B": (4, 1), "C": (1, 4), "D": (1, 1)}
-        assert np.shape(printed["mechanical"]["F"]) == (2, 1)
+        assert shapes == {"A": (4, 4), "B": (4, 2), "C": (1, 4), "D": (1, 2)}
+        assert np.shape(printed["mechanical"]["F"]) == (2, 2)
         assert len(printed["modes"]) == 3
         assert printed["stable"] is True
 
@@ -360,7 +484,9 @@ class TestLinearize:
         path = copied(here, FLEXIBLE / "mass.model.yaml")
         assert main(["linearize", str(path)]) == 1
         text = capsys.readouterr().err
-        assert "nothing holds it there; the rate of body.mass.vz is -9.80665 m/s2" in text
+        assert "no equilibrium was found: nothing holds it there" in text
+        assert "the rate of body.mass.vz is -9.80665 m/s2" in text
+        assert "loads of other FMUs (water, moorings) are not in the model" in text
 
     def test_unknown_output(self, capsys) -> None:
         text = refused(capsys, "linearize", PENDULUM, "--outputs", "point.tip.alpha")
@@ -369,13 +495,14 @@ class TestLinearize:
 
 def test_build_with_options(here):
     options = ["--native", "--no-documentation", "--inputs", "point.*", "--outputs", "body.upper.*"]
+    options += ["--inputs", "*.elbow.effort", "--outputs", "energy.*"]
     options += ["--rename", "m=mass", "--rename", "body.upper.*=boom.*", "--stop-time", "3"]
     assert main(["build", str(PENDULUM), *options]) == 0
     description = read_description(here / "build" / "double_pendulum.fmu")
     inputs = {v.name for v in description.of_causality("input")}
     outputs = {v.name for v in description.of_causality("output")}
-    assert inputs == {"point.tip.force_x", "point.tip.force_z"}
-    assert {name.split(".")[0] for name in outputs} == {"boom"}
+    assert inputs == {"point.tip.force_x", "point.tip.force_z", "joint.elbow.effort"}
+    assert {name.split(".")[0] for name in outputs} == {"boom", "energy"}
     assert "mass" in description.variables
 
 
@@ -386,8 +513,12 @@ def test_build_with_options(here):
         (["--outputs", "energy.totl"], "did you mean 'energy.total'?"),
         (["--rename", "m"], "expected OLD=NEW"),
         (["--rename", "m=J"], "two variables would be called 'J'"),
+        (["--rename", "m=m2", "--rename", "m=m3"], "--rename gives 'm' two names: 'm2', 'm3'"),
+        (["--rename", "m=time"], "'time' is a reserved name"),
         (["--method", "euler"], "there is no method 'euler'"),
         (["--step-size", "0"], "the step size must be positive"),
+        (["--step-size", "20"], "the step size 20 s is longer than the default experiment"),
+        (["--step-size", "0.1", "--stop-time", "0.001"], "it stops at 0.001 s"),
     ],
 )
 def test_build_with_options_that_are_wrong(here, capsys, options, message):

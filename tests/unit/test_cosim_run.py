@@ -287,6 +287,13 @@ def test_parquet_without_its_package(
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     with pytest.raises(InputError, match="needs the package pyarrow"):
         run(oscillator(c_fmu, Simulation(1, 0.1)), results=tmp_path / "r.parquet")
+
+
+@pytest.mark.parametrize("name", ["r.png", "r.xlsx", "r"])
+def test_results_in_an_unknown_form(c_fmu, tmp_path: Path, name: str) -> None:
+    with pytest.raises(InputError, match=r"use \.nc, \.csv or \.parquet"):
+        run(oscillator(c_fmu, Simulation(1, 0.1)), results=tmp_path / name)
+    assert not (tmp_path / name).exists()
     assert not list(tmp_path.glob("r.*"))
 
 
@@ -310,7 +317,9 @@ def test_a_start_value_of_the_wrong_type_is_refused(c_fmu: Fmus) -> None:
         (),
         Simulation(1, 0.1),
     )
-    with pytest.raises(InputError, match=r"'heavy' of body\.mass is wrong\n.*type Real"):
+    with pytest.raises(
+        InputError, match=r"'heavy' of body\.mass is wrong\n +'heavy' is not a number"
+    ):
         run(wrong)
 
 

@@ -71,6 +71,13 @@ def test_a_good_file_is_understood(folder: Path) -> None:
         ("fmu: mass.fmu, ", "", "4:3", "none of 'model', 'kind' and 'fmu'", "give one"),
         ("  body:", "  2nd:", "4:3", "component name '2nd'", "letters"),
         ("kind: coil", "kind: coli", "5:12", "unknown kind 'coli'", "did you mean 'coil'?"),
+        (
+            "kind: coil",
+            "kind: pump",
+            "5:12",
+            "no installed package brings it (docs/adapters.md)",
+            "known kinds: coil",
+        ),
         ("stiffness: 4.0", "stiffness: 4, stif: 1", "5:38", "unknown key 'stif'", "'stiffness'?"),
         ("stiffness: 4.0", "stiffness: soft", "5:35", "expected a valid number", ""),
         ("start: {damping: 0.5}", "start: 3", "5:47", "start", ""),

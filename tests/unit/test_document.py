@@ -9,7 +9,7 @@ import pytest
 from pydantic import Field, field_validator
 
 from m4e_fmi.document import Document, Section, rejected
-from m4e_fmi.errors import InputError, Problem
+from m4e_fmi.errors import InputError, Problem, suggestion
 
 
 class Spring(Section):
@@ -157,6 +157,37 @@ def test_place_message_and_remedy(
     assert (problem.line, problem.column, marked(problem)) == (line, column, mark)
     assert (problem.message, problem.remedy) == (message, remedy)
     assert problem.file == "some.yaml"
+
+
+def test_an_unknown_key_is_compared_with_those_of_the_chosen_member() -> None:
+    problem = only("name: a\nparts: {p: {kind: rope, diameter: 1, stiffness: 2}}\n")
+    assert problem.remedy == "known keys: diameter, kind"
+
+
+@pytest.mark.parametrize(
+    ("part", "remedy"),
+    [
+        ("{kind: cord, diameter: 1}", "known: rope"),  # no word is near, one has this key
+        ("{kind: sprope, diameter: 1, size: 2}", "did you mean 'rope'?"),
+        ("{kind: chain, links: 3}", "known: rope, spring"),
+    ],
+)
+def test_an_unknown_member_is_compared_with_those_of_the_same_keys(part: str, remedy: str) -> None:
+    assert only(f"name: a\nparts: {{p: {part}}}\n").remedy == remedy
+
+
+@pytest.mark.parametrize(
+    ("given", "remedy"),
+    [("7", "write m: {at: 7}"), ("high", "write m: {at: …}"), ("", "write m: {at: …}")],
+)
+def test_a_value_where_a_section_is_expected(given: str, remedy: str) -> None:
+    assert only(f"name: a\nmounts:\n  m: {given}\n").remedy == remedy
+
+
+def test_words_that_are_equally_near_are_all_named() -> None:
+    assert suggestion("spring", ["torsion_spring", "tension_spring", "force"]) == (
+        "did you mean 'tension_spring' or 'torsion_spring'?"
+    )
 
 
 def test_an_unknown_key_without_a_near_one_lists_what_there_is() -> None:

@@ -60,6 +60,18 @@ def test_indices() -> None:
     ]
 
 
+def test_what_an_array_is_called_and_says() -> None:
+    matrix = [output(f"a[{i},{j}]", unit=f"m{i}") for i in (1, 2) for j in (1, 2)]
+    found = arrays(output("b.x"), output("b.z"), *matrix, output("c"))
+    assert found["b.position"].elements == ("b.position[1]", "b.position[2]")
+    assert found["b.position"].unit == "m"
+    assert found["b.position"].description == "b.x; b.z"
+    assert found["a"].elements == ("a[1,1]", "a[1,2]", "a[2,1]", "a[2,2]")
+    assert found["a"].unit is None
+    assert found["a"].description.endswith("units of the elements: m1, m1, m2, m2")
+    assert found["c"].elements == ("c",)
+
+
 @pytest.mark.parametrize(
     "other",
     [
@@ -97,9 +109,23 @@ def test_derivatives_of_elements_are_elements() -> None:
     speeds = [output(f"b.v{a}", derivative_of=f"b.{a}") for a in "xz"]
     assert names(*places_, *speeds) == ["time", "b.position", "b.velocity"]
     crossed = [output(f"b.v{a}", derivative_of=f"b.{o}") for a, o in ("xz", "zx")]
-    assert names(*places_, *crossed) == ["time", "b.position", "b.vx", "b.vz"]
+    assert names(*places_, *crossed) == ["time", "b.x", "b.z", "b.vx", "b.vz"]
     apart = output("b.x"), output("b.z", unit="km")
     assert names(*apart, *speeds) == ["time", "b.x", "b.z", "b.vx", "b.vz"]
+
+
+def test_what_has_a_scalar_as_derivative_is_none() -> None:
+    """A variable and its derivative have equal dimensions."""
+    places_ = output("b.x"), output("b.z")
+    speeds = [output(f"b.v{a}", derivative_of=f"b.{a}") for a in "xz"]
+    assert names(*places_, speeds[1]) == ["time", "b.x", "b.z", "b.vz"]
+    accelerations = output("b.ax", derivative_of="b.vx"), output("acc", derivative_of="b.vz")
+    listed = [*places_, *speeds, *accelerations]
+    assert names(*listed) == ["time", *(v.name for v in listed)]
+
+
+def test_an_index_may_be_large() -> None:
+    assert names(output("q[300000000]"), output("q[1]")) == ["time", "q[300000000]", "q[1]"]
 
 
 def test_rates_of_an_array_of_states_are_an_array() -> None:

@@ -95,6 +95,19 @@ class TestRenamed:
         assert program.states[1].derivative_of == "lever.tip.x"
         assert "der(lever.tip.x)" in names(program)
 
+    def test_one_variable_gets_one_name(self) -> None:
+        twice = {"arm.*": "lever.*", "arm.x": "place"}
+        program = renamed(driven(), {"x": "arm.x"})
+        with pytest.raises(InputError, match=r"'arm.x' would get two names: 'lever.x', 'place'"):
+            renamed(program, twice)
+
+    def test_descriptions_of_rates_have_no_old_names(self) -> None:
+        program = renamed(with_rates(driven()), {"x": "place"})
+        state = next(v for v in program.states if v.name == "place")
+        rate = next(v for v in program.outputs if v.name == "der(place)")
+        assert state.description
+        assert rate.description == f"Rate: {state.description}"
+
     def test_same_nodes(self) -> None:
         program = with_rates(driven())
         entries = rate_entries(program)
@@ -108,7 +121,7 @@ class TestRenamed:
             ({"energie": "e"}, "did you mean 'energy'"),
             ({"arms.*": "lever.*"}, "no variable 'arms"),
             ({"energy": "x"}, "two variables would be called 'x'"),
-            ({"energy": "time"}, "cannot name a variable"),
+            ({"energy": "time"}, "'time' is a reserved name"),
             ({"energy": "total energy"}, "cannot name a variable"),
             ({"energy": "2nd"}, "cannot name a variable"),
             ({"energy": "a..b"}, "cannot name a variable"),

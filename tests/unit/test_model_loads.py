@@ -157,7 +157,7 @@ CHECKS = {
         ("law: sin(theta)", "law: sin(theta"),
         "law: sin",
         "something is missing at the end (column 9 of 'sin(theta')",
-        "allowed: numbers, names, + - * / **, functions",
+        "allowed: numbers without a unit, names, + - * / **, functions",
     ),
     "joint of a load": (
         ("joint_stop, joint: hinge", "joint_stop, joint: hing"),

@@ -11,6 +11,7 @@ import copy
 import json
 import sys
 import traceback
+from binascii import crc32
 from math import inf, isfinite, nan
 from pathlib import Path
 
@@ -22,6 +23,9 @@ if sys.version_info < (3, 10):  # noqa: UP036  not the version that builds
 
 DESCRIPTION = "description.json"
 LAST_ERROR = "last_error"
+IDENTITY = __package__
+"""Of states: the package's name ends in a hash of the FMU's code, variables and data."""
+CHECKSUM = 8  # hexadecimal digits before a state as bytes
 _PHASE = ("_initialised", "_initialising", "_premature", "_stale", "_terminated")
 
 
@@ -242,6 +246,7 @@ class M4eSlave(Fmi2Slave):
         own = {}
         self._guard(lambda: own.update(copy.deepcopy(self.save())))
         return {
+            "identity": IDENTITY,
             "values": list(self.values),
             "text": dict(self.text),
             "time": self.time,
@@ -253,8 +258,8 @@ class M4eSlave(Fmi2Slave):
         }
 
     def _set_fmu_state(self, state):
-        if len(state["values"]) != len(self.values):
-            self._fail("a state was set that is not of this FMU")
+        if state.get("identity") != IDENTITY:
+            self._fail("a state was set that is damaged or not of this FMU")
             return
         self.values[:] = state["values"]
         self.text = dict(state["text"])
@@ -272,14 +277,19 @@ class M4eSlave(Fmi2Slave):
             text = json.dumps(state, default=_encoded, sort_keys=True)
         except (TypeError, ValueError) as error:  # what is restored from this, tells
             text = json.dumps({**state, "own": {}, "error": f"the state was not saved: {error}"})
-        return text.encode("utf-8")
+        content = text.encode("utf-8")
+        return _checksum(content) + content
 
     @staticmethod
     def _fmu_state_from_bytes(state):
-        try:
-            return json.loads(bytes(state).decode("utf-8"), object_hook=_decoded)
-        except ValueError:
-            return {"values": []}
+        checksum, content = state[:CHECKSUM], state[CHECKSUM:]
+        if checksum != _checksum(content):
+            return {}  # there is no instance here to keep an error: it is told when this is set
+        return json.loads(content.decode("utf-8"), object_hook=_decoded)
+
+
+def _checksum(content):
+    return f"{crc32(content):0{CHECKSUM}x}".encode("ascii")
 
 
 def _printable(text):

@@ -197,7 +197,8 @@ static int read_identity(instance *c, const char *guid) {
     size_t size = 0, length = strlen(guid);
     char *text = (char *)read_resource(c, "fmu.txt", &size), *end = NULL;
     if (!text) return 0;
-    const int same = size > length && memcmp(text, guid, length) == 0 && text[length] == ' ';
+    const int same = size > length && memcmp(text, guid, length) == 0 && text[length] == ' ' &&
+                     !strchr(guid, ' ');
     if (same) {
         c->method = (int32_t)strtol(text + length, &end, 10);
         c->default_tolerance = strtod(end, &end);
