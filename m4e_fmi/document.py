@@ -11,9 +11,9 @@ import types
 import typing
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any, Literal, TypeVar
+from typing import Annotated, Any, Literal, TypeVar
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError
 from ruamel.yaml import YAML
@@ -48,6 +48,16 @@ def rejected(message: str, remedy: str = "") -> PydanticCustomError:
     """The error a validator raises to reject a value with a remedy."""
     context = {"message": message, "remedy": remedy}
     return PydanticCustomError("rejected", "{message}", context)
+
+
+def _no_word(value: Any) -> Any:
+    if isinstance(value, bool):
+        raise rejected(f"expected a number, got {str(value).lower()}")
+    return value
+
+
+Number = Annotated[float, BeforeValidator(_no_word)]
+"""A number, for which true and false do not pass as 1 and 0."""
 
 
 class Document:

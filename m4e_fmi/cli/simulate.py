@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from m4e_fmi.cli.options import (
     MODEL_FILE,
@@ -13,6 +15,9 @@ from m4e_fmi.cli.options import (
     print_files,
     start_values,
 )
+
+if TYPE_CHECKING:
+    from m4e_fmi.model import Model
 
 
 def add(commands: argparse._SubParsersAction) -> None:
@@ -48,6 +53,14 @@ def add(commands: argparse._SubParsersAction) -> None:
         help="write an animation (.html or .gif); default build/NAME.html",
     )
     command.add_argument("--no-plot", action="store_true", help="no picture beside the results")
+    command.add_argument(
+        "--variables",
+        nargs="+",
+        action="extend",
+        default=[],
+        metavar="NAME",
+        help="what the picture shows; default what people look at first",
+    )
     command.set_defaults(command=_run)
 
 
@@ -81,11 +94,26 @@ def _run(options: argparse.Namespace) -> None:
         )
     files = write_simulation(result, output)
     if not options.no_plot:
-        files.append(plot_simulation(result, output.with_suffix(".png")))
+        picture = output.with_suffix(".png")
+        files.append(plot_simulation(result, picture, variables=options.variables))
     if animation:
         files.append(animate(model, result, animation))
     print(simulation_summary(result))
+    for name in _unmoved(model, start_values(options)):
+        print(f"  note: joint {name!r} starts where the parameters in the file put it")
     print_files(files)
+
+
+def _unmoved(model: Model, given: Iterable[str]) -> list[str]:
+    """Joints whose start positions or velocities follow from parameters that are `given` anew."""
+    from m4e_fmi.model.expression import as_expression
+
+    names = set(given)
+    return [
+        name
+        for name, joint in model.joints.items()
+        if any(names & as_expression(value).names() for value in joint.initial.values())
+    ]
 
 
 def _animation_file(options: argparse.Namespace, name: str) -> Path | None:

@@ -13,7 +13,7 @@ from types import ModuleType
 from typing import Any
 
 from m4e_fmi.cosim.rates import common_step, seconds
-from m4e_fmi.document import Document, Location, Section
+from m4e_fmi.document import Document, Location, Number, Section
 from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.units import Quantity, Unit
 
@@ -112,13 +112,13 @@ class Simulation:
 class SimulationSection(Section):
     """A Simulation as files have it."""
 
-    stop_time: float
-    step_size: float
+    stop_time: Number
+    step_size: Number
     algorithm: str = ALGORITHMS[0]
-    output_interval: float | None = None
-    start_time: float = 0.0
-    tolerance: float | None = None
-    coupling_tolerance: float | None = None
+    output_interval: Number | None = None
+    start_time: Number = 0.0
+    tolerance: Number | None = None
+    coupling_tolerance: Number | None = None
 
 
 @dataclass(frozen=True)

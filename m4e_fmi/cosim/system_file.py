@@ -22,7 +22,7 @@ from m4e_fmi.cosim.system import (
     simulation_problems,
     step_problems,
 )
-from m4e_fmi.document import Document, Location, Section
+from m4e_fmi.document import Document, Location, Number, Section
 from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.file_kinds import SYSTEM, check_keys
 
@@ -47,7 +47,7 @@ class _ComponentSection(Section):
     """What every component may have."""
 
     start: dict[str, bool | int | float | str] = Field(default_factory=dict)
-    step_size: float | str | None = None
+    step_size: Number | str | None = None
 
 
 class _FileSection(_ComponentSection):

@@ -7,6 +7,7 @@ import zlib
 from pathlib import Path
 
 from m4e_fmi.errors import InputError, Problem, suggestion
+from m4e_fmi.file_kinds import FMU, check_suffix
 
 MODEL_DESCRIPTION = "modelDescription.xml"
 MAX_UNPACKED = 2**31
@@ -33,6 +34,9 @@ def check_archive(path: Path) -> tuple[set[str], bytes]:
     if not path.is_file():
         near = [p.name for p in path.parent.glob("*.fmu")] if path.parent.is_dir() else []
         raise refusal(path, "no such file", suggestion(path.name, near, "FMUs here"))
+    if path.suffix.lower() in (".yaml", ".yml"):
+        raise refusal(path, "this is YAML, not an FMU", "a model is a component as 'model: NAME'")
+    check_suffix(path, FMU)
     try:
         with zipfile.ZipFile(path) as archive:
             infos = archive.infolist()

@@ -264,6 +264,20 @@ def test_a_bare_start_value_is_si_and_one_with_a_unit_is_converted(here, capsys)
 
 
 @pytest.mark.usefixtures("here")
+def test_where_the_start_does_not_follow_it_is_said(capsys):
+    Path("v.model.yaml").write_text(
+        "name: v\nparameters: {a: {value: 0.5, unit: rad}}\n"
+        "bodies: {link: {mass: 1, inertia: 1}}\n"
+        "joints: {hinge: {type: revolute, child: link, joint_to_child: [0, -1], initial: {q: a}}}\n"
+    )
+    command = ["simulate", "v.model.yaml", "--stop-time", "0.1", "--variables", "joint.hinge.q"]
+    assert main(command) == 0
+    assert "note" not in capsys.readouterr().out
+    assert main([*command, "--start-value", "a", "1.5"]) == 0
+    note = "note: joint 'hinge' starts where the parameters in the file put it"
+    assert note in capsys.readouterr().out
+
+
 def test_unknown_start_value(capsys):
     text = refused(capsys, "simulate", PENDULUM, "--start-value", "mm", "1")
     assert "has no parameter, input or state mm" in text

@@ -50,6 +50,18 @@ def written(folder: Path, text: str) -> Path:
     return path
 
 
+def test_a_word_is_no_number(tmp_path: Path) -> None:
+    path = tmp_path / "s.yaml"
+    path.write_text(
+        "name: s\ncomponents: {a: {fmu: a.fmu, step_size: true}}\nconnections: []\n"
+        "simulation: {stop_time: true, step_size: 0.1}\n"
+    )
+    with pytest.raises(InputError) as caught:
+        System.load(path)
+    told = [str(problem) for problem in caught.value.problems]
+    assert any("expected a number, got true" in text for text in told)
+
+
 def test_a_good_file_is_understood(folder: Path) -> None:
     read = System.load(written(folder, GOOD))
     assert read.name == "pair"
