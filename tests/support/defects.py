@@ -105,6 +105,7 @@ DEFECTS: dict[str, Defect] = {
     ),
     "another start of a parameter": _text('start="5.0"', 'start="5.1"', "start.values"),
     "another start of a state": _text('start="0.4"', 'start="-0.4"', "start.values"),
+    "a start that is not finite": _text('start="5.0"', 'start="INF"', "variables.start"),
     "start below min": _inert('start="5.0"', 'min="6.0" start="5.0"', "variables.start"),
     "min above max": _inert('start="5.0"', 'min="6.0" max="4.0" start="5.0"', "variables.limits"),
     "nominal below zero": _inert('start="0.4"', 'nominal="-1.0" start="0.4"', "variables.nominal"),

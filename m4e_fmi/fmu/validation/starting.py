@@ -111,7 +111,11 @@ def _other_starts(bench: Bench, *, exchange: bool) -> list[str]:
 
     Read in initialization mode, where FMI allows it; there `exact` ones are as they were before.
     """
-    declared = [v for v in bench.subject.readable if v.initial == "exact" and v.start is not None]
+    declared = [
+        v
+        for v in bench.subject.readable
+        if v.initial == "exact" and v.start is not None and np.isfinite(float(v.start))
+    ]
     with bench.probe(exchange=exchange) as probe:
         probe.setup()
         probe.enter_initialization()
