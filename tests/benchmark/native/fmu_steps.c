@@ -23,7 +23,7 @@ int main(int count, char **words) {
     const fmi2CallbackFunctions callbacks = {silent, calloc, free, NULL, NULL};
     const int steps = atoi(words[4]);
     double best = 1e9;
-    for (int run = 0; run < 5; ++run) {
+    for (int run = 0; run < 100; ++run) {
         fmi2Component c =
             do_fmi2Instantiate("c", fmi2CoSimulation, words[3], words[2], &callbacks, 0, 0);
         if (!c || do_fmi2EnterInitializationMode(c) || do_fmi2ExitInitializationMode(c)) return 3;
