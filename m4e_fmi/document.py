@@ -224,7 +224,8 @@ class Document:
             return self.problem(location, f"missing key {tag!r}", f"add '{tag}: …' here")
         remedy = ""
         if kind == "model_type":
-            remedy = _example(str(relative[-1]), _types_at(section, relative), item["input"])
+            kinds = _types_at(section, relative)
+            remedy = _example(str((*at, *relative)[-1]), kinds, item["input"])
         return self.problem((*location, "@value"), _pydantic_text(item), remedy)
 
 

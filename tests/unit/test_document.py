@@ -346,3 +346,14 @@ class TestAsFarAsPossible:
         assert section is not None
         assert section.notes == ["fine"]
         assert [problem.line for problem in found] == [3, 5, 6]
+
+
+@pytest.mark.parametrize("given", ["", "3", "[1, 2]"])
+def test_part_of_a_document_that_is_no_section(given: str) -> None:
+    document = Document.parse(f"parts:\n  p: {given}\n", "file.yaml")
+    with pytest.raises(InputError) as caught:
+        document.validate(Rope, at=("parts", "p"))
+    (problem,) = caught.value.problems
+    assert problem.line == 2
+    assert "expected 'key: value' lines" in problem.message
+    assert problem.remedy.startswith("write p: {")
