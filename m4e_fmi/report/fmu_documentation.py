@@ -63,10 +63,9 @@ def fmu_documentation(model: Model, program: Program, options: Options) -> dict[
         },
         others=others,
     )
-    icon = io.BytesIO()
-    _save(model_icon(model, program=program), icon, format="png", dpi=ICON_DOTS)
+    icon = _icon(model_icon(model, program=program))
     return {
-        ICON[options.fmi]: icon.getvalue(),
+        ICON[options.fmi]: icon,
         "documentation/index.html": page.encode(),
         **{f"documentation/{name}": content for name, content in series.items()},
     }
@@ -119,6 +118,16 @@ def _interval(description: ModelDescription, *, columns: int) -> float:
     """A multiple of the step size that gives at most MOST_NUMBERS."""
     rows = description.stop_time / description.step_size
     return description.step_size * max(1, math.ceil(rows * columns / MOST_NUMBERS))
+
+
+def _icon(figure: Figure) -> bytes:
+    """A picture (PNG) of 256 colours, a third of one of all colours."""
+    from PIL import Image
+
+    picture, small = io.BytesIO(), io.BytesIO()
+    _save(figure, picture, format="png", dpi=ICON_DOTS)
+    Image.open(picture).convert("RGBA").quantize(256).save(small, "PNG", optimize=True)
+    return small.getvalue()
 
 
 def _svg(figure: Figure) -> str:
