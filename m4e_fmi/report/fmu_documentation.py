@@ -126,7 +126,7 @@ def _icon(figure: Figure) -> bytes:
 
     picture, small = io.BytesIO(), io.BytesIO()
     _save(figure, picture, format="png", dpi=ICON_DOTS)
-    Image.open(picture).convert("RGBA").quantize(256).save(small, "PNG", optimize=True)
+    Image.open(picture).convert("RGB").quantize(256).save(small, "PNG", optimize=True)
     return small.getvalue()
 
 
