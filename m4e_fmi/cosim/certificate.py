@@ -1,6 +1,7 @@
 """How far the coupling is off: the estimated error of each connection.
 
-A run makes some of its steps a second time, in half as many that are twice as long (`witness`).
+A run makes some of its steps a second time, in half as many that are twice as long, or where these
+cannot be in twice as many that are half as long (`witness`).
 With `--check` all of it is made again at half the step; two runs of order p, y at the step H and z
 at H/2, differ by most of the error of the first:
 
