@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import signal
-import threading
 import time as clock
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from typing import cast
 
@@ -20,6 +18,7 @@ from m4e_fmi.cosim.connect import Wiring
 from m4e_fmi.cosim.energy import BondEnergy, EnergyBalance
 from m4e_fmi.cosim.events import ended, event_notes, telling
 from m4e_fmi.cosim.instance import Instance
+from m4e_fmi.cosim.interruption import quiet, stepping
 from m4e_fmi.cosim.memory import Memory, recall, remember
 from m4e_fmi.cosim.network import HALF, TWICE, Change, Network, Point
 from m4e_fmi.cosim.pacing import Rates
@@ -123,7 +122,7 @@ class Master:
             instances[name] = instance
         known = (self._wiring, self._structure, self._rates)
         network = Network(instances, *known, time=simulation.start_time)
-        with _quiet():
+        with quiet():
             network.initialise()
         return network
 
@@ -273,7 +272,7 @@ class Master:
         self.begin(results, singly=bool(observers))
         tell = _ticker(progress)
         self._observe(observers)
-        with _stepping() as interrupted:
+        with stepping() as interrupted:
             while not self.done:
                 self._course.advance()
                 self._observe(observers)
@@ -301,7 +300,7 @@ class Master:
 
     def step(self) -> None:
         """Make one step; KeyboardInterrupt comes after it."""
-        with _stepping() as interrupted:
+        with stepping() as interrupted:
             self._course.advance()
             if interrupted():
                 raise KeyboardInterrupt
@@ -366,39 +365,3 @@ def _ticker(progress: Progress | None) -> Callable[[float], None]:
             progress(time)
 
     return tick
-
-
-def _quiet() -> np.errstate:
-    """An overflow is found, and told with its place, where values are read from the FMUs."""
-    return np.errstate(over="ignore", invalid="ignore")
-
-
-@contextmanager
-def _stepping() -> Iterator[Callable[[], bool]]:
-    """Around steps: tells whether they are to be interrupted."""
-    with _interruption() as interrupted, _quiet():
-        yield interrupted
-
-
-@contextmanager
-def _interruption() -> Iterator[Callable[[], bool]]:
-    """Whether Ctrl-C was pressed; a second time it interrupts at once, as usual.
-
-    An exception raised inside an FMU written in Python would be fatal to it.
-    """
-    if threading.current_thread() is not threading.main_thread():
-        yield lambda: False
-        return
-    pressed = False
-    usual = signal.getsignal(signal.SIGINT)
-
-    def note(*_: object) -> None:
-        nonlocal pressed
-        pressed = True
-        signal.signal(signal.SIGINT, usual)
-
-    signal.signal(signal.SIGINT, note)
-    try:
-        yield lambda: pressed
-    finally:
-        signal.signal(signal.SIGINT, usual)
