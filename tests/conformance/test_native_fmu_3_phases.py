@@ -14,6 +14,7 @@ from support.fmu3_instance import Instance3
 from support.plane import plane
 
 from m4e_fmi.fmu import build_fmu
+from m4e_fmi.runtime.platforms import this_platform
 
 OK, ERROR = 0, 3
 PHASES = {
@@ -182,7 +183,7 @@ def expected(name: str, phase: str, kind: str) -> int:
 
 
 def test_every_exported_function_is_in_the_table(instance: Instance3) -> None:
-    (binary,) = instance.folder.glob("binaries/*/*")
+    (binary,) = instance.folder.glob(f"binaries/{this_platform().name}/*")
     listed = subprocess.run(
         ["nm", "-D", "--defined-only", str(binary)], capture_output=True, text=True, check=True
     )
