@@ -1,20 +1,25 @@
 # Two commands do all: `make demo` sets up and runs the main job, `make test` sets up and tests.
 # `make docs` builds the documentation. `make bench` measures us beside our peers, in environments
-# of their own (`make bench FULL=--full`). `make platforms` compiles the libraries of every platform
-# for this source tree, and puts a wheel that has them into dist/; the first time it takes minutes.
+# of their own (`make bench FULL=--full`). `make verify` runs long campaigns. `make platforms`
+# compiles the libraries of every platform for this source tree, and puts a wheel that has them into
+# dist/; the first time it takes minutes.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 JOBS ?= 2
 
-.PHONY: demo test lint docs bench platforms setup clean
+.PHONY: demo test verify lint docs bench platforms setup clean
 
 demo: setup
 	$(BIN)/m4e-fmi run examples/moored_buoy/system.yaml
 
 test: setup lint
 	$(BIN)/pytest -n $(JOBS)
+
+# long campaigns, by hand; VERIFY chooses some: make verify VERIFY="-k coupling"
+verify: setup
+	$(BIN)/pytest -n $(JOBS) -rA -m verify tests/verify $(VERIFY)
 
 lint: setup
 	$(BIN)/ruff check .
