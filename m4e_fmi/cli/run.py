@@ -58,7 +58,7 @@ def add(commands: argparse._SubParsersAction) -> None:
 
 def _run(options: argparse.Namespace) -> None:
     from m4e_fmi.cosim import prepare, read_parameters, run
-    from m4e_fmi.report import plot_run, progress_bar, run_summary
+    from m4e_fmi.report import plot_run, progress_bar, run_summary, say_beside
 
     values = read_parameters(options.parameters) if options.parameters else {}
     system = load_system(options.system).changed(
@@ -82,6 +82,7 @@ def _run(options: argparse.Namespace) -> None:
             progress=progress,
             check=options.check,
             variables=options.variables,
+            warn=say_beside,
         )
     assert outcome.path is not None
     picture = plot_run(outcome.path, output.with_suffix(".png"))

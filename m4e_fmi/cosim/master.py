@@ -19,6 +19,7 @@ from m4e_fmi.cosim.energy import BondEnergy, EnergyBalance
 from m4e_fmi.cosim.events import ended, event_notes, telling
 from m4e_fmi.cosim.instance import Instance
 from m4e_fmi.cosim.interruption import quiet, stepping
+from m4e_fmi.cosim.journal import FmuMessage, Journal, Warn
 from m4e_fmi.cosim.memory import Memory, recall, remember
 from m4e_fmi.cosim.network import HALF, TWICE, Change, Network, Point
 from m4e_fmi.cosim.pacing import Rates
@@ -78,10 +79,12 @@ class Master:
         *,
         certify: bool = True,
         changeable: bool = False,
+        warn: Warn | None = None,
     ) -> None:
         """With `certify`, steps are made twice, from which `certificate` follows.
 
-        A run is `changeable` if values may be set between its steps.
+        A run is `changeable` if values may be set between its steps. `warn` is called with the
+        first of each kind of warning or error that an FMU logs (`journal`).
         """
         self._system = system
         self._descriptions = descriptions
@@ -89,6 +92,7 @@ class Master:
         self._structure = structure
         self._rates = rates
         self._certify, self._changeable = certify, changeable
+        self._journal = Journal(warn, lambda: system.simulation.start_time)
         self._changes: list[Change] = []
         self._open = ExitStack()
         self._stop = round(system.simulation.stop_time * SECOND)
@@ -112,8 +116,9 @@ class Master:
         instances: dict[str, Instance] = {}
         for component in self._system.components:
             name, description = component.name, self._descriptions[component.name]
-            instance = stack.enter_context(Instance(name + suffix, description, loaded[name]))
-            instance.setup(
+            listener = None if suffix else self._journal.listener(name)
+            instance = Instance(name + suffix, description, loaded[name], listener)
+            stack.enter_context(instance).setup(
                 start=simulation.start_time,
                 stop=simulation.stop_time,
                 tolerance=simulation.tolerance,
@@ -257,6 +262,11 @@ class Master:
         return (*own, *self._algorithm.notes, *event_notes(instances), *([end] if end else []))
 
     @property
+    def messages(self) -> tuple[FmuMessage, ...]:
+        """Warnings and errors that the FMUs have logged, in the order in which they began."""
+        return self._journal.messages(self.network.instances.values())
+
+    @property
     def energy(self) -> tuple[BondEnergy, ...]:
         """The energy balance up to the present point, one entry per power bond."""
         return self._energy.result()
@@ -274,7 +284,7 @@ class Master:
         self._observe(observers)
         with stepping() as interrupted:
             while not self.done:
-                self._course.advance()
+                self._advance()
                 self._observe(observers)
                 tell(self._course.now / SECOND)
                 if interrupted():
@@ -295,13 +305,19 @@ class Master:
             singly=singly,
             most_time=PROGRESS_INTERVAL,
         )
+        self._journal.clock = lambda: self._course.time
         if results is not None:
             results.record(self.network.time)
+
+    def _advance(self) -> None:
+        """Make as many steps as can be made at once."""
+        self._course.advance()
+        self._journal.check()
 
     def step(self) -> None:
         """Make one step; KeyboardInterrupt comes after it."""
         with stepping() as interrupted:
-            self._course.advance()
+            self._advance()
             if interrupted():
                 raise KeyboardInterrupt
 

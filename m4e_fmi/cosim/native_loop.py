@@ -50,6 +50,7 @@ class RawOperation(ctypes.Structure):
         ("own", c_double),
         ("origin", c_int64),
         ("period", c_int64),
+        ("warned", c_void_p),
     ]
 
 
@@ -134,6 +135,7 @@ def _translation(operation: Operation) -> Translated:
         case DoStep(instance, start, length, own):
             raw, _ = _call(DO_STEP, instance.raw("fmi2DoStep"))
             raw.start, raw.length, raw.own = start, length, own
+            raw.warned = ctypes.addressof(instance.warned)
         case Save(instance):
             raw, _ = _call(SAVE, instance.raw("fmi2GetFMUstate"))
             raw.state = ctypes.addressof(instance.slot())

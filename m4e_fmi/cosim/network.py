@@ -17,6 +17,7 @@ An algorithm steps every component from `now`; `advance` then makes the new poin
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from itertools import count
 from typing import TypeVar
@@ -251,6 +252,14 @@ class Network:
         self.inputs[:] = point.inputs
         for part, memory in zip(self._exchange, point.loops, strict=True):
             recall(part, memory)
+
+    @contextmanager
+    def rehearsing(self) -> Iterator[None]:
+        """Within this, steps are made that are none of the run: what FMUs say is not heard."""
+        with ExitStack() as stack:
+            for instance in self.instances.values():
+                stack.enter_context(instance.rehearsing())
+            yield
 
     def initialise(self) -> None:
         """In initialization mode: carry over parameters, then outputs, along declared dependencies.

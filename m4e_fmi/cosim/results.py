@@ -7,7 +7,7 @@ component `buoy` under their FMI names, each with `units` and `long_name`.
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -50,7 +50,8 @@ class ResultsWriter:
     These are all scalar outputs, or what `variables` choose (see `chosen`). A row reaches the disk
     with its block (of 4 million values at most), or after five seconds; a run that is killed leaves
     a readable file. `expected` is the number of rows, for a file of the right size: there may be
-    more or less. The file's attribute `ended` says how the run did.
+    more or less. The file's attribute `ended` says how the run did; `closing` gives further attributes
+    when it has.
     """
 
     def __init__(
@@ -61,6 +62,7 @@ class ResultsWriter:
         *,
         expected: int,
         variables: Sequence[str] = (),
+        closing: Callable[[], Mapping[str, str]] = dict,
     ) -> None:
         from netCDF4 import Dataset
 
@@ -75,6 +77,7 @@ class ResultsWriter:
                 if not self.path.stat().st_size:
                     self.path.unlink()
             raise cannot_write(self.path, error) from error
+        self._closing = closing
         self._rows = 0
         self._written = 0
         self._backs: list[int] = []
@@ -175,7 +178,7 @@ class ResultsWriter:
         if self._file.isopen():
             with self._errors():
                 self._flush()
-                self._file.setncattr("ended", ended)
+                self._file.setncatts({"ended": ended, **self._closing()})
                 longer = len(self._time) > self._written
                 self._file.close()
                 if longer:

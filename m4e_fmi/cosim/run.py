@@ -16,6 +16,7 @@ from m4e_fmi.cosim.connect import Link, Wiring, connect
 from m4e_fmi.cosim.energy import BondEnergy
 from m4e_fmi.cosim.execution import Execution
 from m4e_fmi.cosim.forgotten import forgotten
+from m4e_fmi.cosim.journal import FmuMessage, Warn
 from m4e_fmi.cosim.master import Master, Observer, Progress
 from m4e_fmi.cosim.overview import overview
 from m4e_fmi.cosim.pacing import Rates, pace, refined
@@ -60,7 +61,8 @@ class Outcome:
     `order` is that of the coupling, `rejected` steps were taken back and made again, smaller.
     `notes` tell what the algorithm did without because an FMU cannot, one line each. `certificate`
     estimates the coupling errors; it is a text that tells why they are not known, where they are
-    not. `checked` is a second estimate, by a run at half the step, if there was one.
+    not. `checked` is a second estimate, by a run at half the step, if there was one. `messages` are
+    the warnings and errors that FMUs have logged, one of each kind.
     """
 
     prepared: Prepared = field(repr=False)
@@ -73,6 +75,7 @@ class Outcome:
     rejected: int = 0
     certificate: Certificate | str = ""
     checked: Certificate | None = None
+    messages: tuple[FmuMessage, ...] = ()
 
     def results(self) -> Results:
         """The results file, in memory."""
@@ -127,6 +130,7 @@ def run(
     tell: Callable[[str], None] | None = None,
     check: bool = False,
     variables: Sequence[str] = (),
+    warn: Warn | None = None,
 ) -> Outcome:
     """Co-simulate `system` from its start to its stop time.
 
@@ -134,19 +138,21 @@ def run(
     `.parquet`, written beside it at the end. `variables` choose what it holds, as ``buoy.*``; all
     scalar Real outputs if empty. Each of `observers` is called as
     ``observer(time, network)`` at the start and after every step, `progress` as
-    ``progress(time)`` about ten times a second. With `check`, the system runs once more at half the
+    ``progress(time)`` about ten times a second, `warn` with a line for each kind of warning or error
+    that an FMU logs, when it first does. With `check`, the system runs once more at half the
     step (and an eighth of the coupling tolerance), and the outcome has `checked`. RunError
     names component, variable and time; the results up to there are then on disk, as they are after
     KeyboardInterrupt.
     """
     if isinstance(system, System):
         system = prepare(system, build_directory=build_directory, tell=tell)
-    if check:
-        return _checked(
-            system, results=results, observers=observers, progress=progress, variables=variables
-        )
-    return _once(
-        system, results=results, observers=observers, progress=progress, variables=variables
+    return (_checked if check else _once)(
+        system,
+        results=results,
+        observers=observers,
+        progress=progress,
+        variables=variables,
+        warn=warn,
     )
 
 
@@ -158,6 +164,7 @@ def start(
     build_directory: str | Path = "build",
     tell: Callable[[str], None] | None = None,
     variables: Sequence[str] = (),
+    warn: Warn | None = None,
 ) -> Iterator[Execution]:
     """A run that the block of ``with start(system) as run`` steps, from the start time.
 
@@ -166,7 +173,9 @@ def start(
     """
     if isinstance(system, System):
         system = prepare(system, build_directory=build_directory, tell=tell)
-    with _begun(system, results=results, variables=variables, changeable=True) as begun:
+    with _begun(
+        system, results=results, variables=variables, changeable=True, warn=warn
+    ) as begun:
         master, writer = begun.master, begun.results
         execution = Execution(master, system.descriptions, system.wiring)
         master.begin(writer, singly=True)
@@ -186,9 +195,12 @@ def _once(
     observers: Sequence[Observer],
     progress: Progress | None,
     variables: Sequence[str] = (),
+    warn: Warn | None = None,
     certify: bool = True,
 ) -> Outcome:
-    with _begun(system, results=results, variables=variables, certify=certify) as begun:
+    with _begun(
+        system, results=results, variables=variables, warn=warn, certify=certify
+    ) as begun:
         begun.master.run(results=begun.results, observers=observers, progress=progress)
     assert begun.outcome
     return begun.outcome
@@ -209,6 +221,7 @@ def _begun(
     *,
     results: str | Path | None,
     variables: Sequence[str],
+    warn: Warn | None = None,
     certify: bool = True,
     changeable: bool = False,
 ) -> Iterator[_Begun]:
@@ -216,7 +229,7 @@ def _begun(
     if results is not None:
         check_export(results)
     parts = (system.system, system.descriptions, system.wiring, system.structure, system.rates)
-    with Master(*parts, certify=certify, changeable=changeable) as master:
+    with Master(*parts, certify=certify, changeable=changeable, warn=warn) as master:
         path = None
         if results is None:
             found = _Begun(master)
@@ -229,6 +242,7 @@ def _begun(
                 _attributes(system.system),
                 expected=_rows(system.system.simulation),
                 variables=variables,
+                closing=lambda: _messages(master),
             )
             found = _Begun(master, writer)
             with _exported(path, Path(results), writer), writer:
@@ -243,7 +257,14 @@ def _begun(
             order=master.order,
             rejected=master.rejected,
             certificate=master.certificate() if certify else "",
+            messages=master.messages,
         )
+
+
+def _messages(master: Master) -> dict[str, str]:
+    """The attribute of the results that has the warnings and errors of FMUs, a line each."""
+    lines = "\n".join(map(str, master.messages))
+    return {"messages": lines} if lines else {}
 
 
 def _rows(simulation: Simulation) -> int:
@@ -285,6 +306,7 @@ def _checked(
     observers: Sequence[Observer],
     progress: Progress | None,
     variables: Sequence[str],
+    warn: Warn | None,
 ) -> Outcome:
     """A run, and the certificate that a second one at half the step gives it."""
     system = prepared.system
@@ -292,7 +314,12 @@ def _checked(
     trace, finer_trace = Trace(), Trace()
     watched = [*observers, trace]
     outcome = _once(
-        prepared, results=results, observers=watched, progress=progress, variables=variables
+        prepared,
+        results=results,
+        observers=watched,
+        progress=progress,
+        variables=variables,
+        warn=warn,
     )
     _once(again, observers=[finer_trace], progress=progress, certify=False)
     found = compared(trace, finer_trace, system.connections, outcome.order)

@@ -281,8 +281,9 @@ class Witness:
                 raise _UntoldError("most steps end at jumps")
             return  # there is nothing but jumps
         try:
-            self._network.restore(window.start)
-            again = self._others[length].course(times, window.jumps, window.changes)
+            with self._network.rehearsing():
+                self._network.restore(window.start)
+                again = self._others[length].course(times, window.jumps, window.changes)
         except RunError as error:
             del self._others[length]
             name = "twice" if twice else "half"

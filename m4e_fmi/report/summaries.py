@@ -13,7 +13,8 @@ if TYPE_CHECKING:
     from m4e_fmi.cosim import Outcome
     from m4e_fmi.simulate import Simulation
 
-
+MOST_MESSAGES = 20
+"""Kinds of messages that a summary has."""
 LARGE = 0.1
 """Coupling error over the range with which a run tells nothing but that it is wrong."""
 
@@ -28,6 +29,7 @@ def run_summary(outcome: Outcome) -> str:
         f"simulated {span:g} s in {outcome.wall_time:.1f} s ({factor:.1f} × real time): "
         f"{outcome.steps} steps of {_sizes(outcome)}, {settings.algorithm}",
         *(f"  {note}" for note in outcome.notes),
+        *_messages(outcome),
         *_certified(outcome),
         *_extremes(loaded),
     ]
@@ -41,6 +43,17 @@ def run_summary(outcome: Outcome) -> str:
             for bond in outcome.energy
         ]
     return "\n".join(lines)
+
+
+def _messages(outcome: Outcome) -> list[str]:
+    """Warnings and errors of FMUs; of many, the first and how many more there are."""
+    if not outcome.messages:
+        return []
+    lines = [f"  {message}" for message in outcome.messages[:MOST_MESSAGES]]
+    more = len(outcome.messages) - len(lines)
+    if more:
+        lines.append(f"  {more} more are in the results (attribute 'messages')")
+    return ["messages of FMUs:", *lines]
 
 
 def _certified(outcome: Outcome) -> list[str]:

@@ -64,13 +64,23 @@ static int perform(const m4e_operation *o, double t, double h, uint64_t row) {
     }
 }
 
+static void note_warning(m4e_warned *w, double t) {
+    if (!w) return;
+    if (!w->count++) w->first = t;
+    w->last = t;
+}
+
 int m4e_perform(const m4e_operation *operations, size_t count, double t, double h, uint64_t row,
                 uint64_t *failed) {
     for (size_t i = 0; i < count; ++i) {
         const m4e_operation *o = &operations[i];
         if (o->period && !is_due(o, t + h)) continue;
         const int status = perform(o, t, h, row);
-        if (status >= 0 && status <= WARNING) continue;
+        if (!status) continue;
+        if (status == WARNING) {
+            note_warning(o->warned, t);
+            continue;
+        }
         *failed = i;
         return status;
     }

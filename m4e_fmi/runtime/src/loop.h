@@ -19,6 +19,12 @@ enum {
 };
 enum { M4E_NOT_A_NUMBER = -1 }; /* beside the statuses of FMI */
 
+/* How often a component has answered a step with Warning; when the first and last of these began. */
+typedef struct {
+    uint64_t count;
+    double first, last;
+} m4e_warned;
+
 typedef struct {
     int32_t kind;
     uint32_t count, terms;
@@ -33,6 +39,7 @@ typedef struct {
     double start, length, own; /* own: the component's step [s], taken if `length` gives it */
     int64_t origin, period; /* ns; unless period is 0, performed only in steps that end at origin
                                plus a multiple of it, and a step by `own` ends there */
+    m4e_warned *warned;     /* of a step; NULL of all else */
 } m4e_operation;
 
 /* Performs the operations over the step of h [s] from t [s]; blocks are filled at `row`. The status

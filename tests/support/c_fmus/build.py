@@ -164,6 +164,14 @@ NODE = (
     *(V(f"y{k}", "1", "output", 0.0, initial="exact") for k in range(3)),
 )
 ROGUE = (parameter("what", "1", 0.0), parameter("when", "s", 1.0), V("y", "s", "output"))
+TALKER = (
+    parameter("logged", "1", 1.0),
+    parameter("answer", "1", 0.0),
+    parameter("count", "1", 1.0),
+    parameter("kinds", "1", 1.0),
+    parameter("when", "s", 0.0),
+    V("y", "s", "output"),
+)
 
 MODELS: dict[str, tuple[str, tuple[V, ...]]] = {
     "mass": ("mass.c", MASS),
@@ -189,6 +197,7 @@ MODELS: dict[str, tuple[str, tuple[V, ...]]] = {
     "relay": ("relay.c", RELAY),
     "node": ("node.c", NODE),
     "rogue": ("rogue.c", ROGUE),
+    "talker": ("talker.c", TALKER),
 }
 
 
