@@ -40,7 +40,7 @@ _ANSWERS = {**STATUS, 5: "Pending", EARLY: "an event", RESTLESS: "events without
 
 
 class Warned(ctypes.Structure):
-    """`m4e_warned` of loop.h: steps answered with Warning, and when [s] the first and last began."""
+    """`m4e_warned` of loop.h: steps answered with Warning; when [s] the first and last began."""
 
     _fields_ = [("count", ctypes.c_uint64), ("first", ctypes.c_double), ("last", ctypes.c_double)]
 

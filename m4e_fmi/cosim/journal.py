@@ -1,4 +1,4 @@
-"""Warnings and errors that the FMUs of a run log, each kind of message once, however often it comes.
+"""Warnings and errors that the FMUs of a run log: each kind of message once, with its count.
 
 Messages of one component that differ in numbers only are of one kind. Its first text, the number of
 messages and the times of the first and the last are kept. What a million messages cost is bounded:
@@ -109,7 +109,7 @@ class Journal:
             raise failure
 
     def messages(self, instances: Iterable[Instance]) -> tuple[FmuMessage, ...]:
-        """All kinds, in the order of their first times; warnings of `instances` without words too."""
+        """All kinds, in the order of their first times; also what `instances` warned without words."""
         told = [
             replace(kind.first, count=kind.count, last=kind.last)
             for kinds in self._kinds.values()

@@ -50,8 +50,8 @@ class ResultsWriter:
     These are all scalar outputs, or what `variables` choose (see `chosen`). A row reaches the disk
     with its block (of 4 million values at most), or after five seconds; a run that is killed leaves
     a readable file. `expected` is the number of rows, for a file of the right size: there may be
-    more or less. The file's attribute `ended` says how the run did; `closing` gives further attributes
-    when it has.
+    more or less. The file's attribute `ended` says how the run did; `closing` gives further
+    attributes when it has.
     """
 
     def __init__(

@@ -17,6 +17,7 @@ from m4e_fmi.cosim.energy import BondEnergy
 from m4e_fmi.cosim.execution import Execution
 from m4e_fmi.cosim.forgotten import forgotten
 from m4e_fmi.cosim.journal import FmuMessage, Warn
+from m4e_fmi.cosim.loose_ends import loose_ends
 from m4e_fmi.cosim.master import Master, Observer, Progress
 from m4e_fmi.cosim.overview import overview
 from m4e_fmi.cosim.pacing import Rates, pace, refined
@@ -35,6 +36,7 @@ class Prepared:
     """A system with its FMUs built, its connections resolved, its loops and own steps known.
 
     Its step is such that it meets the points of all components: `notes` tell if it was shortened.
+    `warnings` tell what seems to be left out of the connections, one line each.
     """
 
     system: System
@@ -43,6 +45,7 @@ class Prepared:
     structure: Structure = field(repr=False)
     rates: Rates = field(repr=False)
     notes: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
 
     @property
     def timings(self) -> dict[Link, Timing]:
@@ -59,7 +62,8 @@ class Outcome:
     """A finished run: where its results are, its steps, wall time [s] and energy balance [J].
 
     `order` is that of the coupling, `rejected` steps were taken back and made again, smaller.
-    `notes` tell what the algorithm did without because an FMU cannot, one line each. `certificate`
+    `notes` tell what seems to be left out of the connections, and what the algorithm did without
+    because an FMU cannot, one line each. `certificate`
     estimates the coupling errors; it is a text that tells why they are not known, where they are
     not. `checked` is a second estimate, by a run at half the step, if there was one. `messages` are
     the warnings and errors that FMUs have logged, one of each kind.
@@ -116,8 +120,10 @@ def prepare(
     structure = analyse(descriptions, wiring, solves_loops=solves_loops)
     paced, note = refined(system, descriptions)
     rates = pace(paced, descriptions, structure.loops)
-    notes = (*forgotten(system, descriptions, wiring), *([note] if note else []))
-    return Prepared(paced, descriptions, wiring, structure, rates, notes)
+    missing = [find(system, descriptions, wiring) for find in (forgotten, loose_ends)]
+    warnings = tuple(line for lines in missing for line in lines)
+    notes = (note,) if note else ()
+    return Prepared(paced, descriptions, wiring, structure, rates, notes, warnings)
 
 
 def run(
@@ -138,14 +144,16 @@ def run(
     `.parquet`, written beside it at the end. `variables` choose what it holds, as ``buoy.*``; all
     scalar Real outputs if empty. Each of `observers` is called as
     ``observer(time, network)`` at the start and after every step, `progress` as
-    ``progress(time)`` about ten times a second, `warn` with a line for each kind of warning or error
-    that an FMU logs, when it first does. With `check`, the system runs once more at half the
-    step (and an eighth of the coupling tolerance), and the outcome has `checked`. RunError
+    ``progress(time)`` about ten times a second, `warn` with a line for each connection that seems
+    to be left out, and for each kind of warning or error that an FMU logs, when it first does. With
+    `check`, the system runs once more at half the step (and an eighth of the coupling tolerance), and the outcome has `checked`. RunError
     names component, variable and time; the results up to there are then on disk, as they are after
     KeyboardInterrupt.
     """
     if isinstance(system, System):
         system = prepare(system, build_directory=build_directory, tell=tell)
+    for line in system.warnings if warn else ():
+        warn(f"warning: {line}")
     return (_checked if check else _once)(
         system,
         results=results,
@@ -173,9 +181,7 @@ def start(
     """
     if isinstance(system, System):
         system = prepare(system, build_directory=build_directory, tell=tell)
-    with _begun(
-        system, results=results, variables=variables, changeable=True, warn=warn
-    ) as begun:
+    with _begun(system, results=results, variables=variables, changeable=True, warn=warn) as begun:
         master, writer = begun.master, begun.results
         execution = Execution(master, system.descriptions, system.wiring)
         master.begin(writer, singly=True)
@@ -198,9 +204,7 @@ def _once(
     warn: Warn | None = None,
     certify: bool = True,
 ) -> Outcome:
-    with _begun(
-        system, results=results, variables=variables, warn=warn, certify=certify
-    ) as begun:
+    with _begun(system, results=results, variables=variables, warn=warn, certify=certify) as begun:
         begun.master.run(results=begun.results, observers=observers, progress=progress)
     assert begun.outcome
     return begun.outcome
@@ -226,6 +230,7 @@ def _begun(
     changeable: bool = False,
 ) -> Iterator[_Begun]:
     begun = clock.perf_counter()
+    warnings = () if changeable else system.warnings  # inputs may be set between the steps
     if results is not None:
         check_export(results)
     parts = (system.system, system.descriptions, system.wiring, system.structure, system.rates)
@@ -253,7 +258,7 @@ def _begun(
             steps=master.steps,
             wall_time=clock.perf_counter() - begun,
             energy=master.energy,
-            notes=(*system.notes, *master.notes),
+            notes=(*(f"warning: {line}" for line in warnings), *system.notes, *master.notes),
             order=master.order,
             rejected=master.rejected,
             certificate=master.certificate() if certify else "",

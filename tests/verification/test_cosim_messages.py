@@ -40,8 +40,8 @@ def test_a_step_answered_with_warning_is_told(c_fmu: Fmus, name: str) -> None:
     outcome, _ = talk(c_fmu(name), answer=1, count=0, when=0.3)
     (message,) = outcome.messages
     assert str(message) == (
-        "pump, warning, 7 times, t = 0.3 s to 0.9 s: fmi2DoStep answered Warning, and the FMU logged "
-        "nothing"
+        "pump, warning, 7 times, t = 0.3 s to 0.9 s: fmi2DoStep answered Warning, and the FMU "
+        "logged nothing"
     )
     # where the FMU tells why, that is enough
     outcome, _ = talk(c_fmu(name), answer=1, when=0.3)
@@ -120,9 +120,7 @@ def test_what_a_listener_raises_ends_the_run(c_fmu: Fmus) -> None:
     def refuse(_: str) -> None:
         raise StopError
 
-    system = System(
-        "s", (Component("pump", FmuFile(c_fmu("talker"))),), (), Simulation(1.0, 0.1)
-    )
+    system = System("s", (Component("pump", FmuFile(c_fmu("talker"))),), (), Simulation(1.0, 0.1))
     with pytest.raises(StopError):
         run(system, warn=refuse)
 
