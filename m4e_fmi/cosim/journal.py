@@ -109,7 +109,7 @@ class Journal:
             raise failure
 
     def messages(self, instances: Iterable[Instance]) -> tuple[FmuMessage, ...]:
-        """All kinds, in the order of their first times; also what `instances` warned without words."""
+        """All kinds, in the order of their first times; also warnings of steps without words."""
         told = [
             replace(kind.first, count=kind.count, last=kind.last)
             for kinds in self._kinds.values()

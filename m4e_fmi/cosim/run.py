@@ -146,9 +146,9 @@ def run(
     ``observer(time, network)`` at the start and after every step, `progress` as
     ``progress(time)`` about ten times a second, `warn` with a line for each connection that seems
     to be left out, and for each kind of warning or error that an FMU logs, when it first does. With
-    `check`, the system runs once more at half the step (and an eighth of the coupling tolerance), and the outcome has `checked`. RunError
-    names component, variable and time; the results up to there are then on disk, as they are after
-    KeyboardInterrupt.
+    `check`, the system runs once more at half the step (and an eighth of the coupling tolerance),
+    and the outcome has `checked`. RunError names component, variable and time; the results up to
+    there are then on disk, as they are after KeyboardInterrupt.
     """
     if isinstance(system, System):
         system = prepare(system, build_directory=build_directory, tell=tell)

@@ -145,8 +145,8 @@ def test_a_line_that_is_far_too_short_is_told():
     lines.close()
     assert len(lines.warnings) == 1
     assert re.search(
-        r"ends of l1 are 217\.598 m apart, \d+(\.\d)? % beyond its unstretched length of \d+ m, and "
-        r"it pulls \S+ N: check the initial positions",
+        r"ends of l1 are 217\.598 m apart, \d+(\.\d)? % beyond its unstretched length of \d+ m, "
+        r"and it pulls \S+ N: check the initial positions",
         lines.warnings[0],
     )
     assert lines.overstretched() == []  # told already

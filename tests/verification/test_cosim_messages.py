@@ -84,7 +84,7 @@ def test_the_steps_that_tell_the_error_are_not_heard(c_fmu: Fmus) -> None:
     system = System("s", pair, connections, Simulation(1.0, 0.1, "gauss_seidel"))
     outcome = run(system, warn=lines.append)
     assert outcome.messages[0].count == 10
-    assert len(lines) == 1
+    assert [line[:9] for line in lines] == ["warning: ", "b, warnin"]
     quiet = System("s", (pair[0], _silent(pair[1]), pair[2]), connections, system.simulation)
     assert run(quiet).messages[0].count == 10
 
