@@ -17,6 +17,7 @@ from m4e_fmi.cosim.companion import Companion
 from m4e_fmi.cosim.connect import Wiring
 from m4e_fmi.cosim.energy import BondEnergy, EnergyBalance
 from m4e_fmi.cosim.events import ended, event_notes, telling
+from m4e_fmi.cosim.instability import Stability
 from m4e_fmi.cosim.instance import Instance
 from m4e_fmi.cosim.interruption import quiet, stepping
 from m4e_fmi.cosim.journal import FmuMessage, Journal, Warn
@@ -259,7 +260,8 @@ class Master:
         own = [f"{name} {rate}" for name, rate in self._rates.items()]
         instances = self.network.instances.values()
         end = ended(instances)
-        return (*own, *self._algorithm.notes, *event_notes(instances), *([end] if end else []))
+        last = [text for text in (end, self._stability.note()) if text]
+        return (*own, *self._algorithm.notes, *event_notes(instances), *last)
 
     @property
     def messages(self) -> tuple[FmuMessage, ...]:
@@ -305,13 +307,18 @@ class Master:
             singly=singly,
             most_time=PROGRESS_INTERVAL,
         )
+        self._stability = Stability(self.network, self._system.simulation)
         self._journal.clock = lambda: self._course.time
         if results is not None:
             results.record(self.network.time)
 
     def _advance(self) -> None:
         """Make as many steps as can be made at once."""
-        self._course.advance()
+        try:
+            self._course.advance()
+        except RunError as error:
+            raise self._stability.explained(error, self._results) from error
+        self._stability.look(self._course.steps)
         self._journal.check()
 
     def step(self) -> None:
@@ -358,6 +365,7 @@ class Master:
             self._results.back(state.row)
         self.network.restore(state.point)
         recall(self, state.memory)
+        self._stability.back(state.time, self.steps)
         if isinstance(self._witness, Witness) and state.seen:
             self._witness.back(state.seen)
         self._changes = []

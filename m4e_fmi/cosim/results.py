@@ -154,6 +154,14 @@ class ResultsWriter:
         if self._rows == self._block or clock.monotonic() - self._flushed > FLUSH:
             self.flush()
 
+    def recent(self, most: int) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+        """Times [s] (n,) of the last `most` rows, and the values (n,) of each variable there."""
+        old = slice(max(0, self._written + self._rows - most), self._written)
+        new = slice(max(0, self._rows - most), self._rows)
+        times = np.concatenate([np.asarray(self._time[old]), self._times[new]])
+        columns = [column for group in self._groups for column in group.recent(old, new)]
+        return times, dict(columns)
+
     def flush(self) -> None:
         """Bring all rows to the disk; RunError if it does not take them."""
         with self._errors():
@@ -251,6 +259,12 @@ class _Group:
         self._block = np.zeros((rows, len(outputs)))
         names = tuple(output.name for output in outputs)
         self.operations = (Get(instance, names, self._block),) if names else ()
+
+    def recent(self, old: slice, new: slice) -> Iterator[tuple[str, np.ndarray]]:
+        """Names and values of all variables: `old` rows of the file, `new` ones of the block."""
+        for variable, column in zip(self._variables, self._block.T, strict=True):
+            values = np.concatenate([np.asarray(variable[old]), column[new]])
+            yield f"{variable.group().name}.{variable.name}", values
 
     def write(self, rows: slice, count: int) -> None:
         for variable, column in zip(self._variables, self._block.T, strict=True):

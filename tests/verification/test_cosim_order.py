@@ -194,11 +194,14 @@ def test_energy_over_130_periods(c_fmu: Fmus, model: str, rate: float) -> None:
 def test_stability_limits(c_fmu: Fmus, model: str, limit: float) -> None:
     # from the eigenvalues of the recursion; 60 periods tell 3 % on either side apart
     assert amplitude(c_fmu, model, round(0.97 * limit, 6), 60) < 1
-    assert amplitude(c_fmu, model, round(1.03 * limit, 6), 60) > 1
+    try:
+        assert amplitude(c_fmu, model, round(1.03 * limit, 6), 60) > 1
+    except RunError as error:  # it has become huge before
+        assert error.message.startswith("unstable: a.body.m.")
 
 
 def test_an_overflow_ends_the_run(c_fmu: Fmus) -> None:
     components = (body(c_fmu), part(c_fmu, "spring", "b"))
     system = System("s", components, ("a.m <-> b.end",), Simulation(1e4, 4.0, "gauss_seidel"))
-    with pytest.raises(RunError, match=r"at t = .* is (nan|-?inf)"):
+    with pytest.raises(RunError, match=r"unstable: a\.body\.m\.\w+ .* grew from"):
         run(system)

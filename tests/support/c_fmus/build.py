@@ -110,6 +110,15 @@ ADDED_MASS = (
     V("end.ax", "m/s2", "input", 0.0),
     V("end.force_x", "N", "output", needs=("end.x", "end.ax")),
 )
+LATE_ADDED_MASS = (*ADDED_MASS[:-1], V("end.force_x", "N", "output", needs=()))
+"""Declares that its force does not follow the acceleration at once, and so is a step late."""
+FUSE = (STIFFNESS, parameter("limit", "m", 1e6), *end(moves=False), SPRING[-1])
+VAN_DER_POL = (
+    parameter("mu", "1", 2.0),
+    V("u", "1", "input", 0.0),
+    V("x", "1", "output", 1e-9, initial="exact"),
+    V("dx", "1/s", "output", 0.0, rate_of="x", initial="exact"),
+)
 MM_SPRING = (STIFFNESS, DAMPING, V("end.x", "mm", "input", 0.0), *SPRING[3:])
 DAMPER = (
     parameter("stiffness", "N/m", 0.0),
@@ -182,6 +191,9 @@ MODELS: dict[str, tuple[str, tuple[V, ...]]] = {
     "spring": ("spring.c", SPRING),
     "blind_spring": ("spring.c", BLIND_SPRING),
     "damper": ("spring.c", DAMPER),
+    "late_added_mass": ("added_mass.c", LATE_ADDED_MASS),
+    "fuse": ("fuse.c", FUSE),
+    "van_der_pol": ("van_der_pol.c", VAN_DER_POL),
     "mm_spring": ("spring.c", MM_SPRING),
     "added_mass": ("added_mass.c", ADDED_MASS),
     "line": ("line.c", LINE),
