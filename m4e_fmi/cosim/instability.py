@@ -71,7 +71,7 @@ class Stability:
         del self._times[count:], self._looks[count:]
         self._next = steps
 
-    def note(self) -> str:
+    def warning(self) -> str:
         """What grows without bound at the end of the run, if something does."""
         if (
             not len(self._nominals)
@@ -82,7 +82,7 @@ class Stability:
         grown = self._grown(STOPS, LARGE)
         if not grown:
             return ""
-        return f"warning: {self._told(grown)}: this seems to be unstable; {self._remedy(grown)}"
+        return f"{self._told(grown)}: this seems to be unstable; {self._remedy(grown)}"
 
     def explained(self, error: RunError, results: ResultsWriter | None) -> RunError:
         """`error`, or if something had grown without bound before it, what says so."""

@@ -260,8 +260,13 @@ class Master:
         own = [f"{name} {rate}" for name, rate in self._rates.items()]
         instances = self.network.instances.values()
         end = ended(instances)
-        last = [text for text in (end, self._stability.note()) if text]
-        return (*own, *self._algorithm.notes, *event_notes(instances), *last)
+        return (*own, *self._algorithm.notes, *event_notes(instances), *([end] if end else []))
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What is wrong with the course up to the present point, by all appearances."""
+        grown = self._stability.warning()
+        return (grown,) if grown else ()
 
     @property
     def messages(self) -> tuple[FmuMessage, ...]:

@@ -62,8 +62,8 @@ class Outcome:
     """A finished run: where its results are, its steps, wall time [s] and energy balance [J].
 
     `order` is that of the coupling, `rejected` steps were taken back and made again, smaller.
-    `notes` tell what seems to be left out of the connections, and what the algorithm did without
-    because an FMU cannot, one line each. `certificate`
+    `notes` tell what the algorithm did without because an FMU cannot, `warnings` what seems to be
+    left out of the connections, and what grows without bound, one line each. `certificate`
     estimates the coupling errors; it is a text that tells why they are not known, where they are
     not. `checked` is a second estimate, by a run at half the step, if there was one. `messages` are
     the warnings and errors that FMUs have logged, one of each kind.
@@ -80,6 +80,7 @@ class Outcome:
     certificate: Certificate | str = ""
     checked: Certificate | None = None
     messages: tuple[FmuMessage, ...] = ()
+    warnings: tuple[str, ...] = ()
 
     def results(self) -> Results:
         """The results file, in memory."""
@@ -230,7 +231,7 @@ def _begun(
     changeable: bool = False,
 ) -> Iterator[_Begun]:
     begun = clock.perf_counter()
-    warnings = () if changeable else system.warnings  # inputs may be set between the steps
+    missing = () if changeable else system.warnings  # inputs may be set between the steps
     if results is not None:
         check_export(results)
     parts = (system.system, system.descriptions, system.wiring, system.structure, system.rates)
@@ -258,7 +259,8 @@ def _begun(
             steps=master.steps,
             wall_time=clock.perf_counter() - begun,
             energy=master.energy,
-            notes=(*(f"warning: {line}" for line in warnings), *system.notes, *master.notes),
+            notes=(*system.notes, *master.notes),
+            warnings=(*missing, *master.warnings),
             order=master.order,
             rejected=master.rejected,
             certificate=master.certificate() if certify else "",

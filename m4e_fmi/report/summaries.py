@@ -29,6 +29,7 @@ def run_summary(outcome: Outcome) -> str:
         f"simulated {span:g} s in {outcome.wall_time:.1f} s ({factor:.1f} × real time): "
         f"{outcome.steps} steps of {_sizes(outcome)}, {settings.algorithm}",
         *(f"  {note}" for note in outcome.notes),
+        *(f"  warning: {warning}" for warning in outcome.warnings),
         *_messages(outcome),
         *_certified(outcome),
         *_extremes(loaded),

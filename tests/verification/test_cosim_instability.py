@@ -115,14 +115,13 @@ def rising(fmus: Fmus, stop: float) -> System:
 
 
 def test_growth_that_is_not_large_yet_is_no_matter(c_fmu: Fmus) -> None:
-    assert run(rising(c_fmu, 20.0)).notes == ()  # 0.5
+    assert run(rising(c_fmu, 20.0)).warnings == ()  # 0.5
 
 
 def test_growth_at_the_end_of_a_run_is_told(c_fmu: Fmus) -> None:
-    (note,) = run(rising(c_fmu, 45.0)).notes  # 3.5e10
-    assert note.startswith("warning: ")
-    assert "this seems to be unstable" in note
-    _, _, tenfold = times_of(note)
+    (warning,) = run(rising(c_fmu, 45.0)).warnings  # 3.5e10
+    assert "this seems to be unstable" in warning
+    _, _, tenfold = times_of(warning)
     assert tenfold == pytest.approx(np.log(10), rel=0.02)
 
 
@@ -134,7 +133,7 @@ def test_a_run_that_goes_back_forgets_what_grew(c_fmu: Fmus) -> None:
         stepped.restore(first)
         while stepped.time < 10.0:
             stepped.step()
-    assert stepped.outcome.notes == ()
+    assert stepped.outcome.warnings == ()
 
 
 def far(fmus: Fmus) -> System:
@@ -156,4 +155,4 @@ def limit_cycle(fmus: Fmus) -> System:
 def test_what_becomes_large_by_its_nature(make: Callable[[Fmus], System], c_fmu: Fmus) -> None:
     outcome: Outcome = run(make(c_fmu))
     assert outcome.steps > 1000
-    assert outcome.notes == ()
+    assert outcome.warnings == ()
