@@ -5,7 +5,7 @@ from __future__ import annotations
 import subprocess
 import zipfile
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
@@ -113,6 +113,9 @@ ADDED_MASS = (
 LATE_ADDED_MASS = (*ADDED_MASS[:-1], V("end.force_x", "N", "output", needs=()))
 """Declares that its force does not follow the acceleration at once, and so is a step late."""
 FUSE = (STIFFNESS, parameter("limit", "m", 1e6), *end(moves=False), SPRING[-1])
+PLAIN_MASS = tuple(replace(v, rate_of=None) for v in MASS)
+PLAIN_PARTNER = tuple(replace(v, rate_of=None) for v in PARTNER)
+"""Without declared derivatives, as the FMUs of many tools."""
 VAN_DER_POL = (
     parameter("mu", "1", 2.0),
     V("u", "1", "input", 0.0),
@@ -184,6 +187,8 @@ TALKER = (
 
 MODELS: dict[str, tuple[str, tuple[V, ...]]] = {
     "mass": ("mass.c", MASS),
+    "plain_mass": ("mass.c", PLAIN_MASS),
+    "plain_partner": ("partner.c", PLAIN_PARTNER),
     "mm_mass": ("mass.c", MM_MASS),
     "partner": ("partner.c", PARTNER),
     "middle": ("middle.c", MIDDLE),
