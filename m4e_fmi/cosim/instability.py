@@ -28,7 +28,7 @@ STOPS, FAILED = 6.0, 4.0
 """Decades of growth that tell an unstable system: while it runs, and where something has failed."""
 LOOKS = 512
 """Looks that are kept; the older ones are thinned out."""
-SPARSE, FARTHEST = 64, 1024
+SPARSE, FARTHEST = 64, 4096
 """Looks are a sixty-fourth of the steps so far apart, and at most so many steps."""
 ROWS = 4096
 """Rows of the results that are examined where something has failed."""
@@ -60,10 +60,10 @@ class Stability:
             return
         self._next = steps + min(FARTHEST, steps // SPARSE + 1)
         self._keep(self._network.time, self._outputs)
-        if (self._looks[-1] > HUGE * self._nominals).any():
-            grown = self._grown(STOPS, HUGE)
-            if grown:
-                raise RunError(f"unstable: {self._told(grown)}", self._remedy(grown))
+        last = self._looks[-1]
+        grown = self._grown(STOPS, HUGE) if last.dot(last) > HUGE**2 else None
+        if grown:
+            raise RunError(f"unstable: {self._told(grown)}", self._remedy(grown))
 
     def back(self, time: float, steps: int) -> None:
         """The run has gone back to a time [s], after so many steps."""
@@ -106,7 +106,7 @@ class Stability:
         if self._times and time <= self._times[-1]:
             return
         self._times.append(time)
-        self._looks.append(np.abs(self._network.values[values]))
+        self._looks.append(self._network.values[values].copy())
         if len(self._times) == LOOKS:
             half = LOOKS // 2
             self._times[:half] = self._times[:half:2]
@@ -116,7 +116,7 @@ class Stability:
         """The largest growth of an exchanged output that has become so many times its nominal."""
         if not self._looks:
             return None
-        looks = np.array(self._looks)
+        looks = np.abs(self._looks)
         large = np.flatnonzero(looks[-1] > least * self._nominals)
         columns = {str(self._network.outputs[k]): looks[:, k] for k in large}
         return largest_growth(np.array(self._times), columns, decades=decades)
