@@ -11,7 +11,7 @@ from math import ceil
 from pathlib import Path
 
 from m4e_fmi.cosim.certificate import Certificate, Trace, compared
-from m4e_fmi.cosim.components import fmu_files, with_units
+from m4e_fmi.cosim.components import ready_fmus, with_units
 from m4e_fmi.cosim.connect import Link, Wiring, connect
 from m4e_fmi.cosim.energy import BondEnergy
 from m4e_fmi.cosim.execution import Execution
@@ -25,6 +25,7 @@ from m4e_fmi.cosim.system import SOLVES_LOOPS, Component, Simulation, System
 from m4e_fmi.cosim.timing import Timing, timings
 from m4e_fmi.errors import InputError, Problem, RunError
 from m4e_fmi.fmu import Description, read_description
+from m4e_fmi.fmu.opening import replaced
 from m4e_fmi.fmu.reading import resized
 from m4e_fmi.results import Results, check_export, export, load, stream_of
 
@@ -98,11 +99,14 @@ def prepare(
     """
     problems: list[Problem] = []
     descriptions: dict[str, Description] = {}
-    files = fmu_files(system, build_directory, native=native, tell=tell)
+    fmus = ready_fmus(system, build_directory, native=native, tell=tell)
     read = cache(read_description)  # many components may be of one file
     for component in system.components:
         try:
-            description = resized(read(files[component.name]), component.start)
+            fmu = fmus[component.name]
+            description = resized(read(fmu.path), component.start)
+            if fmu.content not in ("", description.content):
+                raise replaced(fmu.path)
             descriptions[component.name] = with_units(component, description)
         except InputError as error:
             problems += error.problems

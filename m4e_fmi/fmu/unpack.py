@@ -12,15 +12,19 @@ import fmpy
 import platformdirs
 
 from m4e_fmi.errors import RunError
+from m4e_fmi.fmu.opening import opened
 
 # FMUs get this path as a percent-encoded URI, which some cannot decode and crash
 _PLAIN = re.compile(r"[A-Za-z0-9_./\\:-]+$")
 
 
 class Unpacked:
-    """The content of an FMU in a folder of its own, until `remove` or the interpreter's end."""
+    """The content of an FMU in a folder of its own, until `remove` or the interpreter's end.
 
-    def __init__(self, fmu: Path) -> None:
+    `content` is the SHA-256 of the file as it was read before; "" for one that was not.
+    """
+
+    def __init__(self, fmu: Path, content: str = "") -> None:
         try:
             self.folder = Path(tempfile.mkdtemp(prefix="m4e_fmi_", dir=_plain_folder()))
         except OSError as error:
@@ -28,7 +32,11 @@ class Unpacked:
             raise RunError(f"{fmu}: no folder to unpack it into: {error}", remedy) from error
         self._finalizer = weakref.finalize(self, shutil.rmtree, self.folder, ignore_errors=True)
         try:
-            fmpy.extract(fmu, self.folder)
+            with opened(fmu, content) as file:
+                fmpy.extract(file, self.folder)  # type: ignore[arg-type]  what zipfile takes
+        except RunError:
+            self.remove()
+            raise
         except Exception as error:
             self.remove()
             raise RunError(

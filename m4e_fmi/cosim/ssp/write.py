@@ -35,6 +35,7 @@ from m4e_fmi.cosim.ssp.names import (
 from m4e_fmi.cosim.ssp.package import Element
 from m4e_fmi.cosim.ssp.units import Definition, write_units
 from m4e_fmi.cosim.start_values import start_values
+from m4e_fmi.fmu.opening import opened
 from m4e_fmi.fmu.reading import Variable
 from m4e_fmi.writing import written
 
@@ -54,8 +55,9 @@ def write_ssp(prepared: Prepared, path: str | Path) -> Path:
         _add(archive, SSD_FILE, _xml(_description(prepared, resources, set(parameters), told)))
         for name, element in parameters.items():
             _add(archive, PARAMETER_FILE.format(name), _xml(element))
-        for file, fmu in {resources[n]: d.path for n, d in descriptions.items()}.items():
-            _add(archive, file, fmu.read_bytes(), zipfile.ZIP_STORED)
+        for file, description in {resources[n]: d for n, d in descriptions.items()}.items():
+            with opened(description.path, description.content) as fmu:
+                _add(archive, file, fmu.read(), zipfile.ZIP_STORED)
     return path
 
 
