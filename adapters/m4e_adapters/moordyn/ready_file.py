@@ -25,8 +25,8 @@ OTHER_FILES = {
     "wavekin": "water kinematics",
     "currents": "currents",
     "fileic": "initial conditions",
-    "seafloorfile": "depths",
 }
+SEA_FLOOR = "seafloorfile"
 ALIASES = {"dt": "dtm", "kb": "kbot", "cb": "cbot", "icfile": "fileic"}
 """Names that MoorDyn takes as well (MoorDyn2.cpp, readOptionsLine)."""
 OURS = {"dtm", "cfl", "writelog", "disableoutput", "disableouttime", "writeunits", "dtout"}
@@ -223,6 +223,10 @@ class _ReadyFile:
             if row and row.words[0] != "0":
                 message = f"{row.words[1]} {row.words[0]}: {what} from files are not supported"
                 self._wrong(row, message, f"set {row.words[1]} to 0")
+        if SEA_FLOOR in self._options:
+            row = self._options[SEA_FLOOR]
+            message = f"{row.words[1]} {row.words[0]}: a sea floor from a file is not supported"
+            self._wrong(row, message, "remove the line: the sea floor is flat, at WtrDpth")
         for key in ("dtm", "cfl", "kbot", "cbot", "wtrdpth"):
             row = self._options.get(key)
             if not row or not self._numbers(row, (0,)):
