@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import shutil
@@ -474,6 +475,24 @@ def test_a_record_belongs_to_the_fmu_beside_it(table: Project) -> None:
         assert read_record(fmu) is None
         assert table.run()[0]
         assert fmu.read_bytes() == content
+
+
+def test_a_disk_that_is_full_before_the_record_is_written(
+    table: Project, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The FMU is whole, and built again by the next run."""
+
+    def full(path: Path, *_: object, **__: object) -> int:
+        raise OSError(errno.ENOSPC, "No space left on device", str(path))
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "write_text", full)
+        with pytest.raises(RunError, match="free disk space"):
+            table.run()
+    (fmu,) = (table.folder / "build/s").iterdir()
+    assert zipfile.ZipFile(fmu).testzip() is None
+    assert table.run()[0]
+    assert not table.run()[0]
 
 
 def test_files_of_readings_that_differ_are_never_current(tmp_path: Path) -> None:
