@@ -15,6 +15,7 @@ import sys
 import sysconfig
 import tempfile
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 
 SOURCES = Path(__file__).with_name("src")
@@ -132,8 +133,8 @@ def cached_shared(
     headers = [h for folder in {SOURCES, *(s.parent for s in sources)} for h in folder.glob("*.h")]
     parts += [path.read_text("utf-8") for path in sorted({*sources, *headers})]
     digest = hashlib.sha256("\0".join(parts).encode()).hexdigest()[:20]
+    target = cache_folder() / f"{name}-{digest}{SUFFIX}"
     try:
-        target = cache_folder() / f"{name}-{digest}{SUFFIX}"
         if target.exists():
             return target
         remove_leftovers(target.parent)
@@ -143,8 +144,10 @@ def cached_shared(
                 sources[0].write_text(text, encoding="utf-8")
             compile_shared(sources, target, flags=flags, prefix=part_prefix())
     except OSError as error:
-        if not target.exists():  # Windows does not replace what another process has loaded
-            raise CompilationError(f"the cache cannot be written: {error}") from error
+        with suppress(OSError):
+            if target.exists():  # Windows does not replace what another process has loaded
+                return target
+        raise CompilationError(f"the cache cannot be written: {error}") from error
     return target
 
 

@@ -62,7 +62,7 @@ def test_what_other_machines_left_is_removed_after_a_day(tmp_path: Path) -> None
     remove_leftovers(tmp_path)
     assert all(part.exists() for part in parts)
     for part in parts:
-        os.utime(part, times=(time.time() - 90_000,) * 2)
+        os.utime(part, times=(time.time() - 90_000, time.time() - 90_000))
     remove_leftovers(tmp_path)
     assert not list(tmp_path.iterdir())
     remove_leftovers(tmp_path / "none")
