@@ -18,8 +18,8 @@ class Coverage:
     """Of a run from `start` to `end`, times in nanoseconds.
 
     `doubled` is the time that was made twice in steps of another length; `followed` are the spans
-    over which a second course went beside the run, `kinks` the times of contacts, switches and jumps
-    that were met there in finer steps; `lost` are spans in which nothing is known, and why.
+    over which a second course went beside the run, `kinks` the times of contacts, switches and
+    jumps that were met there in finer steps; `lost` are spans in which nothing is known, and why.
     """
 
     start: int

@@ -1,8 +1,9 @@
 """Kinks and jumps of the exchanged outputs, found in every step at little cost.
 
-The estimate of the coupling error rests on parts of a run that are made twice. It holds for the rest
-as long as the outputs are as smooth there. This is watched in all steps by fourth differences: of a
-smooth course they are of the order H⁴, of one with a kink in its k-th derivative of the order H^k.
+The estimate of the coupling error rests on parts of a run that are made twice. It holds for the
+rest as long as the outputs are as smooth there. This is watched in all steps by fourth differences:
+of a smooth course they are of the order H⁴, of one with a kink in its k-th derivative of the order
+H^k.
 """
 
 from __future__ import annotations

@@ -7,10 +7,10 @@
 
 So at the end of a *window* of steps the FMUs go back to its start, make it again in half as many
 steps of twice the length, and return; the run is not touched by it. Nothing is assumed of the FMUs,
-and errors propagate in both courses as they do. The first 256 steps are a window. Then follow
-octaves (256 to 512, 512 to 1024 ...) of which the first sixteenth is one. Jumps that FMUs announce,
-and steps about kinks, are made by both courses alike; where this leaves steps that are not longer,
-the differences are scaled up.
+and errors propagate in both courses as they do. The first 2048 steps are a window. Then follow
+octaves (2048 to 4096, 4096 to 8192 ...) of which the first sixteenth is one. Jumps that FMUs
+announce, and steps about kinks, are made by both courses alike; where this leaves steps that are
+not longer, the differences are scaled up.
 
 Where steps of twice the length cannot be (they fail, most of them would end at jumps, values were
 set between the run's steps, a component's own points are not met) a window is made again at H/2:
@@ -33,9 +33,9 @@ damped and forced), the octave's error is E, and the largest counts. In between,
 **Kinks and jumps** that no FMU announces (a contact, a switch) lower the order where they are, and
 what they change remains. From the stretch in which the first is found, the run is *followed*: a
 second course makes the same steps, but those about kinks sixteen times finer. It is the run without
-the errors of kinks, so that |y − z| is their part of the error, in all that follows; it adds to that
-of smooth courses. It ends where its difference has died out. Kinks smaller than a tenth of the error
-that is known already are passed over.
+the errors of kinks, so that |y − z| is their part of the error, in all that follows; it adds to
+that of smooth courses. It ends where its difference has died out. Kinks smaller than a tenth of the
+error that is known already are passed over.
 
 A run that goes back to a saved state takes what was seen since then back, too.
 """
@@ -69,10 +69,12 @@ from m4e_fmi.errors import RunError
 if TYPE_CHECKING:
     from m4e_fmi.cosim.algorithms import Algorithm
 
-FIRST, SHARE = 256, 16
+FIRST, SHARE = 2048, 16
 """Steps of the first window; octaves over windows after it."""
 PART = 8
-"""Steps of the run over those of a stretch without windows, FIRST at least."""
+"""Steps of the run over those of a stretch without windows."""
+MEASURED = 128
+"""Steps over which the order is measured, at most."""
 FAR = 2**62
 """More steps than a run has."""
 LEAST, MOST = 0.05, 1.0
@@ -143,7 +145,7 @@ class _Stretch:
 
 @dataclass(frozen=True)
 class _Followed:
-    """A second course without the errors of kinks, at `point`; `since` [ns] it goes beside the run."""
+    """A course without the errors of kinks, at `point`; `since` [ns] it goes beside the run."""
 
     point: Point
     since: int
@@ -236,7 +238,7 @@ class Witness:
             self._begins = max(2 * self._begins, FIRST)
             end = self._steps + (self._steps // SHARE or FIRST)
         else:
-            end = min(self._begins, self._steps + max(FIRST, self._steps // PART))
+            end = min(self._begins, self._steps + self._steps // PART)
         start = self._network.keep()
         now, values = _nanoseconds(start.time), self._network.values[self._sources][None]
         recorded = window or self._followed is not None
@@ -360,12 +362,7 @@ class Witness:
 
     def _known_error(self) -> float:
         """The largest error over range that is known so far."""
-        spans = self._spans(self.ranges())
-        if not self._told:
-            return 0.0
-        return float(
-            np.divide(self.errors(), spans, out=np.zeros_like(spans), where=spans > 0).max()
-        )
+        return float(_over(self.errors(), self._spans(self.ranges())).max()) if self._told else 0.0
 
     def _set_gates(self, values: np.ndarray) -> None:
         spans = self._spans(self.ranges())
@@ -420,7 +417,7 @@ class Witness:
         _, mine, theirs = np.intersect1d(run, times, assume_unique=True, return_indices=True)
         errors = off(again[theirs], values[mine], np.abs(values).max(axis=0))
         first = errors[: len(errors) // 2 + 1].max(axis=0)
-        if twice and not self._told:
+        if twice and not self._told and HALF in self._others:
             self._measure(stretch, run, values, again, times, alike)
         scale = span / other * (1.0 if twice else 2.0**self._measured)
         better = values if twice else again
@@ -438,30 +435,28 @@ class Witness:
         times: np.ndarray,
         alike: Sequence[int],
     ) -> None:
-        """Measure the order by a third course at 4H: it may be lower than the algorithm's.
+        """Measure the order by a third course at H/2 over the first steps: it may be lower than the
+        algorithm's, as where FMUs are not linear in inputs that they hold.
 
-        It is not where FMUs are not linear in inputs that they hold. Where differences are rounding,
-        or so large that no order shows, the algorithm's counts.
+        Where differences are rounding, or so large that no order shows, the algorithm's counts.
         """
-        longest = doubled(times, alike)
-        if self._order < 2 or other_steps(longest, times) < (longest[-1] - longest[0]) / 2:
+        first = run[: min(MEASURED, len(run) // 4) + 1]
+        met, mine, theirs = np.intersect1d(first, times, assume_unique=True, return_indices=True)
+        if self._order < 2 or len(met) < 2:
             return
+        shorter = halved(first, alike)
         try:
             self._network.restore(stretch.start)
-            again = self._others[TWICE].values(longest, stretch.jumps, stretch.changes)
+            half = self._same.values(shorter, stretch.jumps, stretch.changes)
         except RunError:
             return
-        at = [np.searchsorted(known, longest) for known in (run, times)]
         largest, spans = np.abs(values).max(axis=0), self._spans(np.ptp(values, axis=0))
-        pairs = ((values[at[0]], twice[at[1]]), (twice[at[1]], again))
-        small, large = (
-            np.divide(
-                off(a, b, largest).max(axis=0), spans, out=np.zeros_like(spans), where=spans > 0
-            )
-            for a, b in pairs
+        large, small = (
+            _over(off(again, values[mine], largest).max(axis=0), spans).max()
+            for again in (twice[theirs], half[np.searchsorted(shorter, met)])
         )
-        if small.max() > 0.0 and large.max() < RESOLVED:
-            self._measured = float(np.clip(np.log2(large.max() / small.max()), 1.0, self._order))
+        if small > 0.0 and large < RESOLVED:
+            self._measured = float(np.clip(np.log2(large / small), 1.0, self._order))
 
     def _follow(
         self, stretch: _Stretch, run: np.ndarray, values: np.ndarray, kinks: np.ndarray
@@ -539,3 +534,8 @@ def _wider(bounds: np.ndarray, values: np.ndarray) -> np.ndarray:
     return np.array(
         [np.minimum(bounds[0], values.min(axis=0)), np.maximum(bounds[1], values.max(axis=0))]
     )
+
+
+def _over(values: np.ndarray, spans: np.ndarray) -> np.ndarray:
+    """Their shares of the spans; 0 where nothing moves."""
+    return np.divide(values, spans, out=np.zeros_like(spans), where=spans > 0.0)
