@@ -23,6 +23,8 @@ from m4e_fmi.cosim.system import SECOND, Simulation
 from m4e_fmi.cosim.witness import FAR, NOISE, SMALL, off
 from m4e_fmi.errors import RunError
 
+KINKED = 0.75
+"""Order with which errors fall that come of kinks, lower than the one of a first-order method."""
 HISTORY = 4
 """Steps before a block that are needed for its fourth differences."""
 
@@ -198,19 +200,18 @@ class Companion:
     def errors(self, *, halved: bool = False) -> np.ndarray:
         """The largest errors that are known, for each source, in its unit; or at half the step.
 
-        Two courses alone do not tell their order. Where outputs have kinks it is one; that of an
-        algorithm of third or higher order is one less where FMUs are not linear in what they hold,
-        and is taken so.
+        Two courses alone do not tell their order: it is the algorithm's. Where outputs have kinks it
+        changes with where these fall in a step, and is taken as KINKED.
         """
-        order = self._order - 1 if self._order > 2 else self._order
+        order = float(self._order)
         found = self._at(order)
         spans = self._spans(self.ranges())
         shares = np.divide(found, spans, out=np.zeros_like(spans), where=spans > 0.0)
         if (self._run.kinks > SMALL * shares.max(initial=0.0) * spans).any():
-            order = 1
+            order = KINKED
         return self._at(order) / (2.0**order if halved else 1.0)
 
-    def _at(self, order: int) -> np.ndarray:
+    def _at(self, order: float) -> np.ndarray:
         """The errors of an algorithm of this order."""
         return self._difference / (2.0**order - 1) * (1.0 if self._twice else 2.0**order)
 

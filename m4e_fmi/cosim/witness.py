@@ -435,8 +435,10 @@ class Witness:
         times: np.ndarray,
         alike: Sequence[int],
     ) -> None:
-        """Measure the order by a third course at H/2 over the first steps: it may be lower than the
-        algorithm's, as where FMUs are not linear in inputs that they hold.
+        """Measure the order by a third course at H/2 over the first steps.
+
+        It may be lower than the algorithm promises, as where FMUs are not linear in inputs that they
+        hold, or higher by one.
 
         Where differences are rounding, or so large that no order shows, the algorithm's counts.
         """
@@ -456,7 +458,7 @@ class Witness:
             for again in (twice[theirs], half[np.searchsorted(shorter, met)])
         )
         if small > 0.0 and large < RESOLVED:
-            self._measured = float(np.clip(np.log2(large / small), 1.0, self._order))
+            self._measured = float(np.clip(np.log2(large / small), 1.0, self._order + 1))
 
     def _follow(
         self, stretch: _Stretch, run: np.ndarray, values: np.ndarray, kinks: np.ndarray

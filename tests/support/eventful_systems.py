@@ -161,16 +161,18 @@ def eventful_system(
     rigid: Literal["none", "some", "all"] = "none",
     nonlinear: bool = False,
     steps: tuple[int, int] = (40, 1500),
+    share: tuple[float, float] = (0.03, 0.97),
 ) -> EventfulSystem:
     """Mass ratios to 100, stiffness ratios to 300, any ωH below 0.4; the number of steps is
-    log-uniform. What happens, happens at a uniformly random time to a random mass.
+    log-uniform. The event comes at a uniformly random time, between two shares of the run, to a
+    random mass.
     """
     count = int(rng.integers(2, 5))
     chain = _chain(rng, count, nonlinear)
     step = round(float(10 ** rng.uniform(-1.7, -0.4) / _fastest(chain)), 6)
     number = int(np.exp(rng.uniform(*np.log(steps))))
     stop = number * step
-    moment = float(rng.uniform(0.03, 0.97) * stop)
+    moment = float(rng.uniform(*share) * stop)
     chain = _eventful(rng, chain, event, moment, step, stop)
     chain = Chain(tuple({**v, "inside": step / 512} for v in chain.values), chain.place)
     parts = []
