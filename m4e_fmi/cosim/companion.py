@@ -200,8 +200,8 @@ class Companion:
     def errors(self, *, halved: bool = False) -> np.ndarray:
         """The largest errors that are known, for each source, in its unit; or at half the step.
 
-        Two courses alone do not tell their order: it is the algorithm's. Where outputs have kinks it
-        changes with where these fall in a step, and is taken as KINKED.
+        Two courses alone do not tell their order: it is the algorithm's. Where outputs have kinks
+        it changes with where these fall in a step, and is taken as KINKED.
         """
         order = float(self._order)
         found = self._at(order)

@@ -437,8 +437,8 @@ class Witness:
     ) -> None:
         """Measure the order by a third course at H/2 over the first steps.
 
-        It may be lower than the algorithm promises, as where FMUs are not linear in inputs that they
-        hold, or higher by one.
+        It may be lower than the algorithm promises, as where FMUs are not linear in inputs that
+        they hold, or higher by one.
 
         Where differences are rounding, or so large that no order shows, the algorithm's counts.
         """
