@@ -12,7 +12,7 @@ import numpy as np
 
 from m4e_fmi.cosim.algorithms import ALGORITHMS, Algorithm, Returning, Undoing, returning
 from m4e_fmi.cosim.binary import Binary, binaries
-from m4e_fmi.cosim.certificate import Certificate, certificate
+from m4e_fmi.cosim.certificate import Certificate, certificate, spans
 from m4e_fmi.cosim.companion import Companion
 from m4e_fmi.cosim.connect import Wiring
 from m4e_fmi.cosim.energy import BondEnergy, EnergyBalance
@@ -181,7 +181,15 @@ class Master:
         sources = np.array(places, dtype=np.intp)
         rigid = self._rigid()
         if not rigid:
-            self._witness = Witness(self.network, self._make, sources, lengths, order=self.order)
+            self._witness = Witness(
+                self.network,
+                self._make,
+                sources,
+                lengths,
+                order=self.order,
+                spans=self._spans,
+                refines=self._shortens,
+            )
             return
         try:
             loaded = binaries(self._descriptions, stack, self._loaded)
@@ -195,22 +203,31 @@ class Master:
         settings = self._system.simulation
         single = settings.stop_time - settings.start_time <= settings.step_size
         length = lengths[-1] if self._changeable or single else lengths[0]
-        self._witness = Companion(self.network, other, self._make, settings, sources, length=length)
+        self._witness = Companion(
+            self.network, other, self._make, settings, sources, length=length, spans=self._spans
+        )
+
+    def _spans(self, ranges: np.ndarray) -> np.ndarray:
+        return spans(self.network, ranges)
 
     def certificate(self) -> Certificate | str:
         """The coupling errors of the run that has ended, or why they are not known."""
         witness, network = self._witness, self.network
         if not network.links:
-            return Certificate((), 1.0)
+            return Certificate(())
         if witness is None:
             return self._unwatched
         witness.finish()
         if witness.failure:
             return witness.failure
-        errors = witness.difference() / (2.0**self.order - 1)
-        connections = self._system.connections
-        ranges = witness.ranges()
-        return certificate(network, connections, errors=errors, ranges=ranges, order=self.order)
+        return certificate(
+            network,
+            self._system.connections,
+            errors=witness.errors(),
+            halved=witness.errors(halved=True),
+            ranges=witness.ranges(),
+            coverage=witness.coverage(),
+        )
 
     def _step_control(self, algorithm: Returning) -> StepControl:
         simulation = self._system.simulation

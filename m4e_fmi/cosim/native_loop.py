@@ -15,6 +15,7 @@ from m4e_fmi.cosim.operations import (
     Combine,
     DoStep,
     Get,
+    Monitor,
     Operation,
     Restore,
     Save,
@@ -25,7 +26,7 @@ from m4e_fmi.cosim.standards import RawCall
 from m4e_fmi.cosim.standards.access3 import RawComponent
 
 NOT_A_NUMBER = -1
-GET, SET, SET_DERIVATIVES, DO_STEP, SAVE, RESTORE, COMBINE = range(7)
+GET, SET, SET_DERIVATIVES, DO_STEP, SAVE, RESTORE, COMBINE, MONITOR = range(8)
 
 
 class RawOperation(ctypes.Structure):
@@ -43,6 +44,7 @@ class RawOperation(ctypes.Structure):
         ("weights", c_void_p),
         ("source", c_void_p),
         ("offset", c_void_p),
+        ("past", c_void_p),
         ("values", c_void_p),
         ("stride", c_uint64),
         ("start", c_double),
@@ -146,6 +148,10 @@ def _translation(operation: Operation) -> Translated:
             raw = RawOperation(kind=COMBINE, terms=len(index), references=_address(index))
             raw.weights, raw.source = _address(weight), _address(source)
             raw.offset = None if offset is None else _address(offset)
+            _fill(raw, into)
+        case Monitor(into, source, gate, past):
+            raw = RawOperation(kind=MONITOR, terms=len(source), source=_address(source))
+            raw.weights, raw.past = _address(gate), _address(past)
             _fill(raw, into)
     return raw, ()
 

@@ -119,7 +119,22 @@ class Combine:
     due: Due | None = None
 
 
-Operation = Get | Set | SetDerivatives | DoStep | Save | Restore | Combine
+@dataclass(frozen=True, eq=False)
+class Monitor:
+    """``into[0]`` = number of values of `source` (n,) that are rough at once: kinks and jumps.
+
+    See the runtime's monitor.c. `gate` (n,) are the fourth differences below which nothing is told.
+    `past` (6 n + 1) is what is known of the steps before, in this order: last value, first, second,
+    third difference, level, and largest of the fourth differences; steps to wait.
+    """
+
+    into: np.ndarray
+    source: np.ndarray
+    gate: np.ndarray
+    past: np.ndarray
+
+
+Operation = Get | Set | SetDerivatives | DoStep | Save | Restore | Combine | Monitor
 
 
 def gather(into: np.ndarray, source: np.ndarray, places: Sequence[int] | np.ndarray) -> Combine:

@@ -13,6 +13,7 @@ from m4e_fmi.cosim.operations import (
     Combine,
     DoStep,
     Get,
+    Monitor,
     Operation,
     Restore,
     Save,
@@ -96,6 +97,8 @@ def _action(operation: Operation) -> Action:
             return _plain(instance.restorer())
         case Combine():
             return _combine(operation)
+        case Monitor():
+            return _monitor(operation)
 
 
 def _plain(call: Call) -> Action:
@@ -113,6 +116,34 @@ def _get(getter: Callable, names: Sequence[str], into: np.ndarray) -> Action:
         return NOT_A_NUMBER if status <= WARNING and not np.isfinite(values).all() else status
 
     return get
+
+
+SUDDEN, DECAY, GROWTH, SHARE = 4.0, 0.95, 1.5, 1 / 16
+"""As in the runtime's monitor.c."""
+
+
+def _monitor(o: Monitor) -> Action:
+    """`m4e_monitor` of the runtime's loop.h."""
+    value, first, second, third, level, largest = o.past[:-1].reshape(6, -1)
+    wait = o.past[-1:]
+
+    def monitor(_t: float, _h: float, row: int) -> int:
+        d1 = o.source - value
+        d2 = d1 - first
+        d3 = d2 - second
+        rough = np.abs(d3 - third)
+        waits = wait[0] > 0.0
+        sudden = (rough > np.maximum(SUDDEN * level, o.gate)) & (not waits)
+        calm = np.maximum(rough, 0.0 if waits else DECAY * level)
+        level[:] = np.where(sudden, np.maximum(GROWTH * level, SHARE * rough), calm)
+        if not waits:
+            np.maximum(largest, rough, out=largest)
+        value[:], first[:], second[:], third[:] = o.source, d1, d2, d3
+        wait[0] -= waits
+        o.into[row] = sudden.sum()
+        return 0
+
+    return monitor
 
 
 def _combine(o: Combine) -> Action:

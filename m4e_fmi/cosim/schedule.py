@@ -16,6 +16,7 @@ from m4e_fmi.cosim.operations import (
     Combine,
     DoStep,
     Get,
+    Monitor,
     Operation,
     Restore,
     Save,
@@ -83,8 +84,8 @@ class Schedule:
                 instance.fail(status, "fmi2GetFMUstate")
             case Restore(instance):
                 instance.fail(status, "fmi2SetFMUstate")
-            case Combine():
-                raise AssertionError("combinations do not fail")
+            case Combine() | Monitor():
+                raise AssertionError("these do not fail")
 
 
 class Loop:

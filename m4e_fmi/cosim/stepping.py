@@ -24,13 +24,16 @@ from m4e_fmi.cosim.system import SECOND, Simulation
 
 
 class Watcher(Protocol):
-    """What looks at every step of a run; where many are made at once, as far as there is `room`.
+    """Looks at every step of a run; where many are made at once, as far as there is `room`.
 
-    While it is `open`, its `operations` are performed after each step, in rows of a block.
+    Its `operations` are performed after each step, in rows of a block; while it is `open`, its
+    `open_operations`.
     """
 
     @property
     def operations(self) -> tuple[Operation, ...]: ...
+    @property
+    def open_operations(self) -> tuple[Operation, ...]: ...
     @property
     def open(self) -> bool: ...
     @property
@@ -74,6 +77,7 @@ class Course:
         self._announced = Announced(network)
         self._telling = telling(network.instances.values())
         self._note = Schedule(witness.operations if witness else ())
+        self._note_open = Schedule(witness.open_operations if witness else ())
         self._most = 1
         self.now = self._row = self._start
         self.steps = self.shortened = 0
@@ -81,11 +85,11 @@ class Course:
 
     @cached_property
     def _unwatched(self) -> Loop | None:
-        return self._looped(())
+        return self._looped(self._witness.operations if self._witness else ())
 
     @cached_property
     def _watched(self) -> Loop | None:
-        return self._looped(self._witness.operations if self._witness else ())
+        return self._looped(self._witness.open_operations if self._witness else ())
 
     def _looped(self, watched: tuple[Operation, ...]) -> Loop | None:
         if self._control or self._announced:
@@ -169,7 +173,7 @@ class Course:
         self._energy.add(self._algorithm.held, size / SECOND)
         self.steps += 1
         if self._witness:
-            self._note.run(self._network.time)
+            (self._note_open if self._witness.open else self._note).run(self._network.time)
             self._witness.after(1, size, 0, jumped=jumped)
         last = self.now == self._stop or ended(self._telling)
         if last or self.now >= self._row + self._every:

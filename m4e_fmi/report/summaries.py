@@ -49,8 +49,13 @@ def _certified(outcome: Outcome) -> list[str]:
         lines = [f"  coupling error not known: {outcome.certificate}"]
         if outcome.checked is None:
             lines[0] += "; --check runs once more, at half the step"
-    elif outcome.certificate.errors and outcome.certificate.errors[0].error > LARGE:
-        lines.append("  warning: that is no result; take a smaller step_size, or another algorithm")
+    else:
+        if outcome.certificate.coverage:
+            lines.append(f"  {outcome.certificate.coverage}")
+        if outcome.certificate.errors and outcome.certificate.errors[0].error > LARGE:
+            lines.append(
+                "  warning: that is no result; take a smaller step_size, or another algorithm"
+            )
     if outcome.checked is not None:
         lines.append(f"  checked at half the step: {outcome.checked}")
     return lines

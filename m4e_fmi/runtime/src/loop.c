@@ -60,6 +60,7 @@ static int perform(const m4e_operation *o, double t, double h, uint64_t row) {
     case M4E_DO_STEP: return step(o, t, h);
     case M4E_SAVE: return ((save *)f)(o->component, o->state);
     case M4E_RESTORE: return ((restore *)f)(o->component, *o->state);
+    case M4E_MONITOR: *values = m4e_monitor(o->terms, o->source, o->weights, o->past); return 0;
     default: combine(o, values); return 0;
     }
 }

@@ -14,8 +14,10 @@ enum {
     M4E_DO_STEP,         /* the component steps from `start` by `length`, shares of the macro step */
     M4E_SAVE,            /* keeps the component's state in *state */
     M4E_RESTORE,         /* brings it back */
-    M4E_COMBINE          /* values[i] = sum over the terms k of weights[k][i]
+    M4E_COMBINE,         /* values[i] = sum over the terms k of weights[k][i]
                             source[references[k][i]], + offset[i] unless NULL */
+    M4E_MONITOR          /* values[0] = how many of the `terms` values at `source` are rough at once:
+                            see monitor.c; `past` is what it knows of them, `weights` are gates */
 };
 enum { M4E_NOT_A_NUMBER = -1 }; /* beside the statuses of FMI */
 
@@ -28,12 +30,18 @@ typedef struct {
     const int32_t *orders;
     void **state;
     const double *weights, *source, *offset;
+    double *past;
     double *values;
     uint64_t stride; /* of rows, if `values` is a block of them; else 0 */
     double start, length, own; /* own: the component's step [s], taken if `length` gives it */
     int64_t origin, period; /* ns; unless period is 0, performed only in steps that end at origin
                                plus a multiple of it, and a step by `own` ends there */
 } m4e_operation;
+
+/* How many of `count` values are rough at once. `past` has, for all of them one after the other: the
+   last value, its first three differences, the level and the largest of the fourth; then how many
+   steps are to be seen before anything is told. */
+double m4e_monitor(uint32_t count, const double *now, const double *gate, double *past);
 
 /* Performs the operations over the step of h [s] from t [s]; blocks are filled at `row`. The status
    (0 and 1 go on), and the operation that gave it. */

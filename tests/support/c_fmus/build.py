@@ -25,6 +25,8 @@ UNITS = {
     "kg": 'kg="1"',
     "N": 'kg="1" m="1" s="-2"',
     "N/m": 'kg="1" s="-2"',
+    "N/m3": 'kg="1" m="-2" s="-2"',
+    "s/m": 's="1" m="-1"',
     "N.s/m": 'kg="1" s="-1"',
 }
 
@@ -95,6 +97,31 @@ PARTNER = (
 )
 MIDDLE = (
     *PARTNER[:7],
+    V("body.m.force_x", "N", "input", 0.0),
+    V("end.force_x", "N", "output", needs=END),
+    *motion("body.m.", acceleration_needs=(*END, "body.m.force_x")),
+)
+MEMBER = (
+    parameter("mass", "kg", 1.0),
+    STIFFNESS,
+    parameter("cubic", "N/m3", 0.0),
+    parameter("wall_damping", "N.s/m", 0.0),
+    parameter("coupling", "N/m", 0.0),
+    parameter("coupling_cubic", "N/m3", 0.0),
+    parameter("damping", "N.s/m", 0.0),
+    parameter("stop", "m", 0.0),
+    parameter("stop_side", "1", 1.0),
+    parameter("stop_stiffness", "N/m", 0.0),
+    parameter("stop_damping", "s/m", 0.0),
+    parameter("between", "1", 0.0),
+    parameter("armed", "s", 1e9),
+    parameter("switched", "s", 1e9),
+    parameter("switch_factor", "1", 0.0),
+    parameter("burst", "s", 1e9),
+    parameter("burst_width", "s", 1.0),
+    parameter("burst_force", "N", 0.0),
+    parameter("inside", "s", 1e-3),
+    *end(moves=False),
     V("body.m.force_x", "N", "input", 0.0),
     V("end.force_x", "N", "output", needs=END),
     *motion("body.m.", acceleration_needs=(*END, "body.m.force_x")),
@@ -170,6 +197,7 @@ MODELS: dict[str, tuple[str, tuple[V, ...]]] = {
     "mm_mass": ("mass.c", MM_MASS),
     "partner": ("partner.c", PARTNER),
     "middle": ("middle.c", MIDDLE),
+    "member": ("member.c", MEMBER),
     "moving_partner": ("partner.c", MOVING_PARTNER),
     "spring": ("spring.c", SPRING),
     "blind_spring": ("spring.c", BLIND_SPRING),
