@@ -205,7 +205,8 @@ class Master:
             return Certificate((), 1.0)
         if witness is None:
             return self._unwatched
-        witness.finish()
+        with same_folder():
+            witness.finish()
         if witness.failure:
             return witness.failure
         errors = witness.difference() / (2.0**self.order - 1)

@@ -22,6 +22,7 @@ from m4e_fmi.cosim.results import ResultsWriter
 from m4e_fmi.cosim.structure import Structure, analyse
 from m4e_fmi.cosim.system import SOLVES_LOOPS, Component, System
 from m4e_fmi.cosim.timing import Timing, timings
+from m4e_fmi.cosim.volume import thinned
 from m4e_fmi.errors import InputError, Problem, RunError
 from m4e_fmi.fmu import Description, read_description
 from m4e_fmi.fmu.reading import resized
@@ -138,10 +139,14 @@ def run(
     ``progress(time)`` about ten times a second. With `check`, the system runs once more at half the
     step (and an eighth of the coupling tolerance), and the outcome has `checked`. RunError
     names component, variable and time; the results up to there are then on disk, as they are after
-    KeyboardInterrupt.
+    KeyboardInterrupt, and after SIGTERM, which raises Terminated (a SystemExit). Results that would
+    be huge if every step were a row have fewer rows, which `tell` receives and the notes tell.
+    RunError before the first step if another run writes to the same file.
     """
     if isinstance(system, System):
         system = prepare(system, build_directory=build_directory, tell=tell)
+    if results is not None:
+        system = _thinned(system, variables, tell)
     if check:
         return _checked(
             system, results=results, observers=observers, progress=progress, variables=variables
@@ -167,6 +172,8 @@ def start(
     """
     if isinstance(system, System):
         system = prepare(system, build_directory=build_directory, tell=tell)
+    if results is not None:
+        system = _thinned(system, variables, tell)
     with _begun(system, results=results, variables=variables, changeable=True) as begun:
         master, writer = begun.master, begun.results
         execution = Execution(master, system.descriptions, system.wiring)
@@ -225,7 +232,7 @@ def _begun(
         if place is None or results is None:
             yield found
         else:
-            attributes = _attributes(system.system)
+            attributes = _attributes(system)
             writer = ResultsWriter(place, master.network, attributes, variables=variables)
             found.results = writer
             with _exported(file, Path(results), writer), writer:
@@ -243,6 +250,19 @@ def _begun(
         )
 
 
+def _thinned(
+    prepared: Prepared, variables: Sequence[str], tell: Callable[[str], None] | None
+) -> Prepared:
+    """The same, with an output interval if the results would be huge; large ones are told."""
+    settings, note = thinned(prepared.system.simulation, prepared.descriptions, variables)
+    if not note:
+        return prepared
+    if tell:
+        tell(note)
+    system = replace(prepared.system, simulation=settings)
+    return replace(prepared, system=system, notes=(*prepared.notes, note))
+
+
 def _at_home(system: Prepared) -> Prepared:
     """The same, with files that are found from any folder: FMUs may change that of the process."""
     found = {n: replace(d, path=d.path.absolute()) for n, d in system.descriptions.items()}
@@ -257,12 +277,16 @@ def _claimed(results: str | Path) -> Iterator[Path]:
         yield place
 
 
-def _attributes(system: System) -> dict[str, str]:
+def _attributes(prepared: Prepared) -> dict[str, str]:
+    system, settings = prepared.system, prepared.system.simulation
+    interval = settings.output_interval
     return {
         "title": system.name,
         "comment": system.description,
-        "algorithm": system.simulation.algorithm,
-        "step_size": f"{system.simulation.step_size:g} s",
+        "algorithm": settings.algorithm,
+        "step_size": f"{settings.step_size:g} s",
+        "output_interval": "every step" if interval is None else f"{interval:g} s",
+        "notes": "\n".join(prepared.notes),
     }
 
 
