@@ -6,8 +6,9 @@ meanwhile. It also removes the hidden files that dead processes have left beside
 
 from __future__ import annotations
 
+import errno
 import os
-import socket
+import platform
 import sys
 import threading
 from collections.abc import Iterator
@@ -20,8 +21,10 @@ from m4e_fmi.writing import cannot_write
 LOCK, ROWS, WHOLE = ".m4e-lock", ".m4e-rows", ".m4e-whole"
 """What the names of hidden files end with beside results: their lock, their rows before the first
 of them are theirs, and the file that they become at the end."""
-_BYTE = 4096
-"""The byte of the file that is locked: behind the text, which all can then read on Windows too."""
+_BYTE = 2**30
+"""The byte of the file that is locked, far behind its text: Windows lets nobody read it."""
+_TRIALS = 100
+_HOST = platform.node()
 
 _held: dict[Path, int] = {}
 """Lock files of this process, and the threads that hold them."""
@@ -39,18 +42,18 @@ class Lock:
 
         None if another holds it. OSError if there can be no file.
         """
-        while True:
+        for _ in range(_TRIALS):
             descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
             if not _locked(descriptor):
                 os.close(descriptor)
                 return None
             if _is_at(descriptor, path):
-                break
+                with suppress(OSError):  # a full disk
+                    os.ftruncate(descriptor, 0)
+                    os.write(descriptor, f"process {os.getpid()} on {_HOST}".encode())
+                return cls(path, descriptor)
             os.close(descriptor)  # its holder has removed it in the meantime
-        with suppress(OSError):  # a full disk
-            os.ftruncate(descriptor, 0)
-            os.write(descriptor, f"process {os.getpid()} on {socket.gethostname()}".encode())
-        return cls(path, descriptor)
+        raise OSError(errno.EAGAIN, os.strerror(errno.EAGAIN))
 
     def release(self) -> None:
         """Remove the file, and let others have the lock."""
