@@ -13,6 +13,7 @@ from __future__ import annotations
 import os
 import unicodedata
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from io import FileIO
 from pathlib import Path
@@ -62,7 +63,7 @@ class RowFile:
     """A file of rows of `sections`, TIME before them, that is being written at `path`.
 
     `count` is the number of rows that can be read. Every method raises OSError if the disk does
-    not take what it writes; the rows that there were can be read then.
+    not take what it writes; the rows that there are can be read then.
     """
 
     def __init__(
@@ -86,14 +87,21 @@ class RowFile:
     def append(self, first: int, parts: Sequence[np.ndarray]) -> None:
         """Write rows from row `first` on, which may be before the end: later rows are given up.
 
-        `parts` are arrays (rows, columns), one for each section.
+        `parts` are arrays (rows, columns), one for each section. OSError if the disk does not take
+        all of them; those that it took can be read then.
         """
         if first < self.count:
             self._commit(first)
         rows = np.empty(len(parts[0]), self.dtype)
         for name, part in zip(self.dtype.names or (), parts, strict=True):
             rows[name] = part
-        self._put(self._begin + first * self.dtype.itemsize, rows.view(np.uint8).data)
+        place, size = self._begin + first * self.dtype.itemsize, self.dtype.itemsize
+        try:
+            self._put(place, rows.view(np.uint8).data)
+        except OSError:
+            with suppress(OSError):
+                self._commit(first + (self._file.tell() - place) // size)
+            raise
         self._commit(first + len(rows))
 
     def cut(self, count: int) -> None:

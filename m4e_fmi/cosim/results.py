@@ -167,11 +167,19 @@ class ResultsWriter:
 
     def _flush(self) -> None:
         new = slice(self._file.count - self._before, self._rows)
-        if new.start < new.stop:
-            self._file.append(self._file.count, [part[new] for part in self._parts])
-        if self._file.path != self._place:
+        try:
+            if new.start < new.stop:
+                self._file.append(self._file.count, [part[new] for part in self._parts])
+        finally:  # some rows may have come there
+            self._publish()
+
+    def _publish(self) -> None:
+        """Put the rows on the disk where results belong, once there is a step."""
+        count = self._file.count
+        if self._file.path != self._place and (count > 1 or not self._place.exists()):
             self._file.move(self._place)
-        self._saved = self._last
+        if count > self._before:
+            self._saved = float(self._times[count - self._before - 1, 0])
 
     @property
     def _parts(self) -> list[np.ndarray]:
@@ -204,8 +212,10 @@ class ResultsWriter:
         with self._errors():
             try:
                 self._flush()
-            finally:
-                self._file.end(ended)
+            except OSError as error:
+                self._file.end(_ending(cannot_write(self.path, error)))
+                raise
+            self._file.end(ended)
         blocks = self._file.blocks() if self._before else [self._filled()]
         self._file.close()  # Windows replaces no open file
         try:

@@ -13,6 +13,6 @@ static fmi2Status advance(Model *m, double t, double h) {
     if (t + h < m->r[WHEN]) return fmi2OK;
     if (m->r[WHAT] == 1 && chdir("/")) return fmi2Error;
     if (m->r[WHAT] == 2) *(volatile int *)0 = 1;
-    if (m->r[WHAT] == 3) nanosleep(&length, 0);
+    if (m->r[WHAT] == 3) while (nanosleep(&length, &length)) continue; /* after a signal */
     return fmi2OK;
 }
