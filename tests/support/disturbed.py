@@ -90,10 +90,12 @@ def until(condition: Callable[[], bool], limit: float = 60.0) -> None:
 
 
 def killed(system: Path, results: Path, plan: Mapping[str, Any]) -> None:
-    """Run a system in a process that kills itself by plan, or is killed after `after` seconds."""
+    """Run a system in a process that kills itself by plan, or `after` so many seconds with rows."""
     command = [sys.executable, __file__, str(system), str(results), json.dumps(plan)]
+    before = results.stat().st_mtime_ns
     with subprocess.Popen(command) as process:
         if "after" in plan:
+            until(lambda: process.poll() is not None or results.stat().st_mtime_ns != before)
             with contextlib.suppress(subprocess.TimeoutExpired):
                 process.wait(plan["after"])
             process.kill()

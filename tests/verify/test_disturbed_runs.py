@@ -54,7 +54,7 @@ def test_killed(number: int, c_fmu: Fmus, tmp_path: Path, whole: Results) -> Non
     if number % 3 == 0:
         plan |= {"write": chance.randrange(12), "part": chance.random()}
     elif number % 3 == 1:
-        plan |= {"after": chance.uniform(0.3, 2.5)}
+        plan |= {"after": chance.uniform(0.0, 1.5)}
     else:
         plan |= {"block": chance.randrange(5)}
     path = tmp_path / "r.nc"
