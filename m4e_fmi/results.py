@@ -1,13 +1,16 @@
-"""Results files in memory: what runs and simulations have written (netCDF-4), and other forms.
+"""Results files: what runs and simulations have written, in memory and in other forms.
 
-The dimension and the variable `time` are at the root; each group holds the variables of one
-component, or of the one model that was simulated. CSV and Parquet have one column for each
+Whole files are netCDF-4: the dimension and the variable `time` are at the root; each group holds
+the variables of one component, or of the one model that was simulated. A run that goes on, or was
+killed, has rows in netCDF's classic form: see `row_file`. CSV and Parquet have one column for each
 variable, ``component.variable``; in CSV its unit follows in brackets.
 """
 
 from __future__ import annotations
 
 import csv
+import os
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
@@ -15,9 +18,16 @@ from pathlib import Path
 import numpy as np
 
 from m4e_fmi.errors import InputError
-from m4e_fmi.writing import check_suffix, written
+from m4e_fmi.row_file import TIME, Section, is_row_file, read_rows
+from m4e_fmi.writing import check_suffix, netcdf, written
 
 NETCDF, CSV, PARQUET = ".nc", ".csv", ".parquet"
+FORMAT = "m4e_fmi_format"
+"""The attribute that has the number of a file's form."""
+FORMAT_NUMBER = 1
+"""That of files which are written now; earlier ones have none."""
+WRITTEN = "give what `m4e-fmi run` or `m4e-fmi simulate` has written"
+_HDF5 = b"\x89HDF"
 
 
 @dataclass(frozen=True)
@@ -55,11 +65,49 @@ class Results:
 
 
 def load(path: str | Path) -> Results:
-    """The results in a file that a run has written."""
+    """The results in a file that a run or a simulation has written.
+
+    Of a run that goes on or was killed: all rows that had reached the disk, each of them complete.
+    InputError for a file that is not there, empty, damaged, of another kind or of a newer form.
+    """
+    path = Path(path)
+    if not path.is_file():
+        what = "is a folder, not a file of results" if path.is_dir() else "no such file"
+        raise InputError.single(what, "", str(path))
+    if not path.stat().st_size:
+        raise InputError.single("is empty: it has no results", "run again", str(path))
+    try:
+        return _of_rows(path) if is_row_file(path) else _of_netcdf(path)
+    except (OSError, RuntimeError) as error:
+        with path.open("rb") as file:
+            known = file.read(len(_HDF5)) == _HDF5
+        message = "is cut off or damaged" if known else "is not a file of results (netCDF)"
+        remedy = "copy it again, or run again" if known else WRITTEN
+        raise InputError.single(f"{message}: {error}", remedy, str(path)) from error
+
+
+def _of_rows(path: Path) -> Results:
+    attributes, variables = read_rows(path)
+    _check_format(path, attributes)
+    components: dict[str, dict[str, Series]] = {}
+    for column, values in variables[1:]:
+        component, _, name = column.name.partition(".")
+        series = Series(name, column.unit, column.long_name, values)
+        components.setdefault(component, {})[name] = series
+    told = {name: str(value) for name, value in attributes.items()}
+    return Results(path, variables[0][1], components, told)
+
+
+def _of_netcdf(path: Path) -> Results:
     from netCDF4 import Dataset
 
-    with Dataset(Path(path)) as file:
+    with Dataset(path) as file:
         file.set_auto_mask(False)
+        attributes = {name: file.getncattr(name) for name in file.ncattrs()}
+        _check_format(path, attributes)
+        if "time" not in file.variables:
+            message = "is netCDF, but not results: it has no variable `time`"
+            raise InputError.single(message, WRITTEN, str(path))
         components = {
             component: {
                 name: Series(name, variable.units, variable.long_name, variable[:])
@@ -67,8 +115,54 @@ def load(path: str | Path) -> Results:
             }
             for component, group in file.groups.items()
         }
-        attributes = {name: str(file.getncattr(name)) for name in file.ncattrs()}
-        return Results(Path(path), file["time"][:], components, attributes)
+        told = {name: str(value) for name, value in attributes.items()}
+        return Results(path, file["time"][:], components, told)
+
+
+def _check_format(path: Path, attributes: Mapping[str, object]) -> None:
+    number = int(str(attributes.get(FORMAT, 0)))
+    if number > FORMAT_NUMBER:
+        message = f"is of format {number}, and this m4e_fmi reads formats up to {FORMAT_NUMBER}"
+        raise InputError.single(message, "update m4e_fmi", str(path))
+
+
+def write_netcdf(
+    path: Path,
+    sections: Sequence[Section],
+    attributes: Mapping[str, str],
+    count: int,
+    blocks: Iterable[Sequence[np.ndarray]],
+) -> None:
+    """Write `count` rows as netCDF-4 to `path`, which appears whole or not at all.
+
+    Each of `blocks` holds further rows: the times (rows, 1), then an array (rows, columns) for each
+    of `sections`. RunError if the file cannot be written.
+    """
+    with written(path) as part:
+        with netcdf(part) as file:
+            file.set_fill_off()  # every value is written
+            file.setncatts({FORMAT: FORMAT_NUMBER, **attributes})
+            file.createDimension("time", count)
+            variables = []
+            for section in (TIME, *sections):
+                group = file.createGroup(section.component) if section.component else file
+                if section.component:
+                    group.setncatts(section.attributes)
+                variables.append([])
+                for column in section.columns:
+                    variable = group.createVariable(column.name, section.kind, ("time",))
+                    variable.setncatts({"units": column.unit, "long_name": column.long_name})
+                    variables[-1].append(variable)
+            file.set_auto_maskandscale(False)  # nothing is missing, nothing is packed
+            first = 0
+            for block in blocks:  # after all declarations: half the time
+                last = first + len(block[0])
+                for members, values in zip(variables, block, strict=True):
+                    for variable, column in zip(members, values.T, strict=True):
+                        variable[first:last] = column
+                first = last
+        with part.open("rb+") as whole:
+            os.fsync(whole.fileno())
 
 
 def stream_of(path: str | Path) -> Path:

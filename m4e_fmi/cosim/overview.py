@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from m4e_fmi.cosim.connect import Link
 from m4e_fmi.cosim.system import SOLVES_LOOPS
 from m4e_fmi.cosim.timing import Timing, component_cycles
+from m4e_fmi.cosim.volume import thinned, volume
 
 if TYPE_CHECKING:
     from m4e_fmi.cosim.run import Prepared
@@ -41,6 +42,8 @@ def overview(prepared: Prepared) -> str:
     simulation = system.simulation
     times = f"{simulation.start_time:g} s to {simulation.stop_time:g} s"
     lines.append(f"{times}, step {simulation.step_size:g} s, {simulation.algorithm}")
+    _, note = thinned(simulation, prepared.descriptions)
+    lines.append(note or f"results: {volume(simulation, prepared.descriptions)}")
     return "\n".join(lines)
 
 

@@ -49,10 +49,10 @@ def run(
     telling: Sequence[Instance],
 ) -> int:
     """`m4e_loop` of the runtime's loop.h: so many steps, until one of `telling` has asked for the
-    end; the status.
+    end, or another thread for a halt; the status.
     """
-    for _ in range(steps):
-        if ended(telling):
+    for made in range(steps):
+        if ended(telling) or (made and state.halt):
             return 0
         time, size = state.now / SECOND, state.size / SECOND
         status, state.failed = step.perform(time, size, state.noted)

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cache
-from math import ceil
 from pathlib import Path
 
 from m4e_fmi.cosim.certificate import Certificate, Trace, compared
@@ -21,13 +20,16 @@ from m4e_fmi.cosim.overview import overview
 from m4e_fmi.cosim.pacing import Rates, pace, refined
 from m4e_fmi.cosim.results import ResultsWriter
 from m4e_fmi.cosim.structure import Structure, analyse
-from m4e_fmi.cosim.system import SOLVES_LOOPS, Component, Simulation, System
+from m4e_fmi.cosim.system import SOLVES_LOOPS, Component, System
 from m4e_fmi.cosim.timing import Timing, timings
+from m4e_fmi.cosim.volume import thinned
 from m4e_fmi.errors import InputError, Problem, RunError
 from m4e_fmi.fmu import Description, read_description
 from m4e_fmi.fmu.opening import replaced
 from m4e_fmi.fmu.reading import resized
+from m4e_fmi.locks import claimed
 from m4e_fmi.results import Results, check_export, export, load, stream_of
+from m4e_fmi.signals import ending_cleanly
 
 
 @dataclass(frozen=True)
@@ -141,10 +143,14 @@ def run(
     ``progress(time)`` about ten times a second. With `check`, the system runs once more at half the
     step (and an eighth of the coupling tolerance), and the outcome has `checked`. RunError
     names component, variable and time; the results up to there are then on disk, as they are after
-    KeyboardInterrupt.
+    KeyboardInterrupt, and after SIGTERM, which raises Terminated (a SystemExit). Results that would
+    be huge if every step were a row have fewer rows, which `tell` receives and the notes tell.
+    RunError before the first step if another run writes to the same file.
     """
     if isinstance(system, System):
         system = prepare(system, build_directory=build_directory, tell=tell)
+    if results is not None:
+        system = _thinned(system, variables, tell)
     if check:
         return _checked(
             system, results=results, observers=observers, progress=progress, variables=variables
@@ -170,6 +176,8 @@ def start(
     """
     if isinstance(system, System):
         system = prepare(system, build_directory=build_directory, tell=tell)
+    if results is not None:
+        system = _thinned(system, variables, tell)
     with _begun(system, results=results, variables=variables, changeable=True) as begun:
         master, writer = begun.master, begun.results
         execution = Execution(master, system.descriptions, system.wiring)
@@ -217,69 +225,100 @@ def _begun(
     changeable: bool = False,
 ) -> Iterator[_Begun]:
     begun = clock.perf_counter()
-    if results is not None:
-        check_export(results)
+    system = _at_home(system)
     parts = (system.system, system.descriptions, system.wiring, system.structure, system.rates)
-    with Master(*parts, certify=certify, changeable=changeable) as master:
-        path = None
-        if results is None:
-            found = _Begun(master)
+    with ExitStack() as stack:
+        stack.enter_context(ending_cleanly())
+        place = stack.enter_context(_claimed(results)) if results is not None else None
+        file = Path(results or "").absolute()
+        master = stack.enter_context(Master(*parts, certify=certify, changeable=changeable))
+        found = _Begun(master)
+        if place is None or results is None:
             yield found
         else:
-            path = stream_of(results)
-            writer = ResultsWriter(
-                path,
-                master.network,
-                _attributes(system.system),
-                expected=_rows(system.system.simulation),
-                variables=variables,
-            )
-            found = _Begun(master, writer)
-            with _exported(path, Path(results), writer), writer:
+            attributes = _attributes(system)
+            writer = ResultsWriter(place, master.network, attributes, variables=variables)
+            found.results = writer
+            with _exported(file, Path(results), writer), writer:
                 yield found
         found.outcome = Outcome(
             prepared=system,
-            path=path,
+            path=None if results is None else stream_of(results),
             steps=master.steps,
             wall_time=clock.perf_counter() - begun,
             energy=master.energy,
-            notes=(*system.notes, *master.notes),
+            notes=(*system.notes, *master.notes, *(found.results.notes if found.results else ())),
             order=master.order,
             rejected=master.rejected,
             certificate=master.certificate() if certify else "",
         )
 
 
-def _rows(simulation: Simulation) -> int:
-    """How many rows of results are expected."""
-    interval = simulation.output_interval or simulation.step_size
-    return ceil((simulation.stop_time - simulation.start_time) / interval) + 1
+def _thinned(
+    prepared: Prepared, variables: Sequence[str], tell: Callable[[str], None] | None
+) -> Prepared:
+    """The same, with an output interval if the results would be huge; large ones are told."""
+    settings, note = thinned(prepared.system.simulation, prepared.descriptions, variables)
+    if not note:
+        return prepared
+    if tell:
+        tell(note)
+    system = replace(prepared.system, simulation=settings)
+    return replace(prepared, system=system, notes=(*prepared.notes, note))
 
 
-def _attributes(system: System) -> dict[str, str]:
+def _at_home(system: Prepared) -> Prepared:
+    """The same, with files that are found from any folder: FMUs may change that of the process."""
+    found = {n: replace(d, path=d.path.absolute()) for n, d in system.descriptions.items()}
+    return replace(system, descriptions=found)
+
+
+@contextmanager
+def _claimed(results: str | Path) -> Iterator[Path]:
+    """Where the results are streamed to, absolute; InputError or RunError before any work."""
+    check_export(results)
+    with claimed(stream_of(results)) as place:
+        yield place
+
+
+def _attributes(prepared: Prepared) -> dict[str, str]:
+    system, settings = prepared.system, prepared.system.simulation
+    interval = settings.output_interval
     return {
         "title": system.name,
         "comment": system.description,
-        "algorithm": system.simulation.algorithm,
-        "step_size": f"{system.simulation.step_size:g} s",
+        "algorithm": settings.algorithm,
+        "step_size": f"{settings.step_size:g} s",
+        "output_interval": "every step" if interval is None else f"{interval:g} s",
+        "notes": "\n".join(prepared.notes),
     }
 
 
 @contextmanager
-def _exported(path: Path, results: Path, writer: ResultsWriter) -> Iterator[None]:
-    """Writes the results in the form wanted, however the run ends, and tells how far they go."""
+def _exported(file: Path, given: Path, writer: ResultsWriter) -> Iterator[None]:
+    """Writes the results to `file`, however the run ends, and tells how far they go."""
     try:
         yield
     except RunError as error:
-        if not path.is_file():  # the disk was full from the start
-            raise
-        export(path, results)
-        note = f"results until t = {writer.last:.9g} s are in {results}"
-        raise RunError(error.message, f"{error.remedy}; {note}".lstrip("; ")) from error
+        note = _kept(file, given, writer)
+        raise RunError(error.message, f"{error.remedy}; {note}".strip("; ")) from error
     except BaseException:
-        export(path, results)
+        _kept(file, given, writer)
         raise
-    export(path, results)
+    export(writer.path, file)
+
+
+def _kept(file: Path, given: Path, writer: ResultsWriter) -> str:
+    """Export the results of a run that did not reach its end; what there is, as text."""
+    if writer.saved is None:
+        old = file.is_file() and "the run made no step: {} is as it was"
+        return old.format(given) if old else ""
+    until = f"results until t = {writer.saved:.9g} s are in"
+    try:
+        export(writer.path, file)
+    except RunError as error:
+        return f"{until} {stream_of(given)}; {error.message}"
+    return f"{until} {given}"
 
 
 def _checked(

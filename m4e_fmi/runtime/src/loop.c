@@ -85,7 +85,7 @@ static int is_over(const m4e_loop_state *s) {
 }
 
 int m4e_loop(m4e_loop_state *s, uint64_t steps) {
-    for (; steps > 0 && !is_over(s); --steps) {
+    for (uint64_t made = 0; made < steps && !is_over(s) && !(made && s->halt); ++made) {
         const double t = (double)s->now / SECOND, h = (double)s->size / SECOND;
         int status = m4e_perform(s->step, s->step_count, t, h, s->noted, &s->failed);
         s->in_row = 0;

@@ -191,6 +191,7 @@ NODE = (
     *(V(f"y{k}", "1", "output", 0.0, initial="exact") for k in range(3)),
 )
 ROGUE = (parameter("what", "1", 0.0), parameter("when", "s", 1.0), V("y", "s", "output"))
+VANDAL = (*ROGUE[:2], parameter("pause", "s", 0.0), ROGUE[2])
 
 MODELS: dict[str, tuple[str, tuple[V, ...]]] = {
     "mass": ("mass.c", MASS),
@@ -217,6 +218,7 @@ MODELS: dict[str, tuple[str, tuple[V, ...]]] = {
     "relay": ("relay.c", RELAY),
     "node": ("node.c", NODE),
     "rogue": ("rogue.c", ROGUE),
+    "vandal": ("vandal.c", VANDAL),
 }
 
 
