@@ -18,13 +18,20 @@ from m4e_fmi.cosim.structure import Loop
 from m4e_fmi.errors import RunError
 
 TOLERANCE = 1e-9
-"""Residual over the scale of its variable at which an iteration has converged."""
-ITERATIONS, RENEWALS = 12, 3
-"""Iterations with one Jacobian, and Jacobians found anew, before it is given up."""
+"""Residual over the size of its variable at which an iteration has converged."""
+ROUGH = 1e-6
+"""Residual, likewise, at which an iteration ends that comes no further: outputs are rough."""
+ITERATIONS, RENEWALS, STUCK = 12, 3, 4
+"""Iterations with one Jacobian; Jacobians found anew, before it is given up; and iterations after
+which the residual must have halved."""
 MOST_NAMED = 4
 """Members of a loop that a message names."""
 DIFFERENCE = 1e-6
 """Step of a difference, over the scale of the variable."""
+LOST = 1e-6
+"""What the solution of equations may miss, over the largest right-hand side."""
+OF_NOMINAL = 0.01
+"""Share of its nominal value below which the size of a variable does not matter (FMI 2.0, 2.2.7)."""
 
 Residual = Callable[[np.ndarray], np.ndarray]
 
@@ -50,12 +57,17 @@ class NotConvergedError(Exception):
 
 
 class QuasiNewton:
-    """Solves residual(x) = 0 again and again, with a Jacobian that it keeps; `forget` drops it."""
+    """Solves f(x) = x again and again, with a Jacobian that it keeps; `forget` drops it.
 
-    REMEMBERED = ("_matrix",)
+    `roughness` is the largest residual, over the size of its variable, that was left because the
+    iteration came no further; 0 if all have converged.
+    """
+
+    REMEMBERED = ("_matrix", "roughness")
 
     def __init__(self) -> None:
         self._matrix: np.ndarray | None = None
+        self.roughness = 0.0
 
     def forget(self) -> None:
         self._matrix = None
@@ -63,29 +75,60 @@ class QuasiNewton:
     def solve(
         self, residual: Residual, jacobian: Jacobian, x: np.ndarray, scale: np.ndarray
     ) -> np.ndarray:
-        """The zero near `x`; `scale` are magnitudes of the unknowns and residuals.
+        """The zero near `x` of `residual`, f(x) - x; `scale` are least sizes of the unknowns.
 
+        `jacobian` may enlarge them in place.
         The last call of `residual` is the one at the zero. NotConvergedError if there is none.
         """
         r = residual(x)
-        size, made = 0.0, 0
+        made, sizes = 0, _sizes(x, r, scale)
         for renewal in range(RENEWALS):
+            best = [float("inf")] * STUCK
             for _ in range(ITERATIONS):
-                size = float(np.abs(r / scale).max(initial=0.0))
+                size = float(sizes.max(initial=0.0))
                 if size <= TOLERANCE:
                     return x
+                if not size < best[-STUCK] / 2:
+                    break
+                best.append(min(size, best[-1]))
                 if self._matrix is None:
-                    self._matrix = jacobian(x, r, again=renewal > 0) * scale / scale[:, None]
+                    self._matrix = jacobian(x, r, again=renewal > 0)
                     r = residual(x)
-                way = np.linalg.lstsq(self._matrix, -r / scale, rcond=None)[0]
+                scaled = self._matrix * scale / scale[:, None]
+                way = _solution(scaled, -r / scale)
                 if not np.isfinite(way).all():
                     break
                 x, made = x + way * scale, made + 1
                 before, r = r, residual(x)
-                missed = (r - before) / scale - self._matrix @ way
-                self._matrix += np.outer(missed, way) / max(float(way @ way), 1e-300)
+                missed = (r - before) / scale - scaled @ way
+                scaled += np.outer(missed, way) / max(float(way @ way), 1e-300)
+                self._matrix = scaled * scale[:, None] / scale
+                sizes = _sizes(x, r, scale)
+            if float(sizes.max(initial=0.0)) <= ROUGH:
+                self.roughness = max(self.roughness, float(sizes.max()))
+                return x
             self.forget()
-        raise NotConvergedError(int(np.abs(r / scale).argmax()), size, made)
+        raise NotConvergedError(int(sizes.argmax()), float(sizes.max()), made)
+
+
+def _solution(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Of the linear equations; the smallest that fits best if they are singular.
+
+    Elimination keeps apart what is not connected: a motion that symmetry forbids stays zero.
+    """
+    try:
+        found = np.linalg.solve(matrix, right)
+    except np.linalg.LinAlgError:
+        return np.linalg.lstsq(matrix, right, rcond=None)[0]
+    size = np.abs(right).max(initial=0.0)
+    if np.abs(matrix @ found - right).max(initial=0.0) <= LOST * size:
+        return found
+    return np.linalg.lstsq(matrix, right, rcond=None)[0]
+
+
+def _sizes(x: np.ndarray, r: np.ndarray, scale: np.ndarray) -> np.ndarray:
+    """Residuals over the sizes of the unknowns: of x, of what it should be, or their `scale`."""
+    return np.abs(r) / np.maximum(scale, np.maximum(np.abs(x), np.abs(x + r)))
 
 
 class AlgebraicLoop:
