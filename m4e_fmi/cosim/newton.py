@@ -75,13 +75,14 @@ class QuasiNewton:
     def solve(
         self, residual: Residual, jacobian: Jacobian, x: np.ndarray, scale: np.ndarray
     ) -> np.ndarray:
-        """The zero near `x` of `residual`, f(x) - x; `scale` are least sizes of the unknowns.
+        """The zero near `x` of `residual`, f(x) - x; `scale` are the least sizes of the unknowns.
 
-        `jacobian` may enlarge them in place.
+        `jacobian` may enlarge them in place. An unknown is as large as x and f(x) are, there.
         The last call of `residual` is the one at the zero. NotConvergedError if there is none.
         """
         r = residual(x)
-        made, sizes = 0, _sizes(x, r, scale)
+        least = np.maximum(np.abs(x), np.abs(x + r))
+        made, sizes = 0, np.abs(r) / np.maximum(scale, least)
         for renewal in range(RENEWALS):
             best = [float("inf")] * STUCK
             for _ in range(ITERATIONS):
@@ -103,7 +104,7 @@ class QuasiNewton:
                 missed = (r - before) / scale - scaled @ way
                 scaled += np.outer(missed, way) / max(float(way @ way), 1e-300)
                 self._matrix = scaled * scale[:, None] / scale
-                sizes = _sizes(x, r, scale)
+                sizes = np.abs(r) / np.maximum(scale, least)
             if float(sizes.max(initial=0.0)) <= ROUGH:
                 self.roughness = max(self.roughness, float(sizes.max()))
                 return x
@@ -124,11 +125,6 @@ def _solution(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
     if np.abs(matrix @ found - right).max(initial=0.0) <= LOST * size:
         return found
     return np.linalg.lstsq(matrix, right, rcond=None)[0]
-
-
-def _sizes(x: np.ndarray, r: np.ndarray, scale: np.ndarray) -> np.ndarray:
-    """Residuals over the sizes of the unknowns: of x, of what it should be, or their `scale`."""
-    return np.abs(r) / np.maximum(scale, np.maximum(np.abs(x), np.abs(x + r)))
 
 
 class AlgebraicLoop:
