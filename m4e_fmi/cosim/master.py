@@ -23,6 +23,7 @@ from m4e_fmi.cosim.memory import Memory, recall, remember
 from m4e_fmi.cosim.network import HALF, TWICE, Change, Network, Point
 from m4e_fmi.cosim.pacing import Rates
 from m4e_fmi.cosim.results import Mark, ResultsWriter
+from m4e_fmi.cosim.second_look import SecondLook
 from m4e_fmi.cosim.start_values import Value, start_values
 from m4e_fmi.cosim.step_control import StepControl
 from m4e_fmi.cosim.stepping import Course
@@ -138,6 +139,7 @@ class Master:
         self._energy = EnergyBalance(self.network, self._wiring.bonds)
         self._witness: Witness | Companion | None = None
         self._unwatched = ""
+        self._second_look = SecondLook(self.network)
         if self._certify and self.network.links:
             self._watch(stack)
 
@@ -254,7 +256,8 @@ class Master:
         own = [f"{name} {rate}" for name, rate in self._rates.items()]
         instances = self.network.instances.values()
         end = ended(instances)
-        return (*own, *self._algorithm.notes, *event_notes(instances), *([end] if end else []))
+        seen = (*self._second_look.notes, *event_notes(instances))
+        return (*own, *self._algorithm.notes, *seen, *([end] if end else []))
 
     @property
     def energy(self) -> tuple[BondEnergy, ...]:
@@ -275,6 +278,7 @@ class Master:
         with stepping() as interrupted:
             while not self.done:
                 self._course.advance()
+                self._second_look.look(self.steps)
                 self._observe(observers)
                 tell(self._course.now / SECOND)
                 if interrupted():
@@ -302,6 +306,7 @@ class Master:
         """Make one step; KeyboardInterrupt comes after it."""
         with stepping() as interrupted:
             self._course.advance()
+            self._second_look.look(self.steps)
             if interrupted():
                 raise KeyboardInterrupt
 

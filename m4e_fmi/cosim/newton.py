@@ -31,7 +31,7 @@ DIFFERENCE = 1e-6
 LOST = 1e-6
 """What the solution of equations may miss, over the largest right-hand side."""
 OF_NOMINAL = 0.01
-"""Share of its nominal value below which the size of a variable does not matter (FMI 2.0, 2.2.7)."""
+"""Share of a variable's nominal value below which its size does not matter (FMI 2.0, 2.2.7)."""
 
 Residual = Callable[[np.ndarray], np.ndarray]
 
@@ -133,7 +133,7 @@ class AlgebraicLoop:
     `outputs` and `inputs` are the ports, `solve` finds values for both; the FMUs then have them.
     """
 
-    REMEMBERED = ("input_values", "output_values", "_newton", "_started")
+    REMEMBERED = ("input_values", "output_values", "_newton", "_started", "_scale")
 
     def __init__(
         self, instances: Mapping[str, Instance], loop: Loop, sources: Mapping[Port, Port]
@@ -147,6 +147,11 @@ class AlgebraicLoop:
         self._first = _calls(instances, loop.sets, self.input_values, "getter")
         self._set = _calls(instances, loop.sets, self.input_values, "setter")
         self._get = _calls(instances, loop.gets, self.output_values, "getter")
+        nominals = [
+            instances[port.component].description.variables[port.variable].nominal
+            for port in self.inputs
+        ]
+        self._scale = OF_NOMINAL * np.array(nominals)
         self._newton = QuasiNewton()
         self._started = False
 
@@ -156,9 +161,9 @@ class AlgebraicLoop:
             self._first()
             self._started = True
         guess = self.input_values.copy()
-        scale = np.maximum(np.abs(guess), 1.0)
+        self._scale = np.maximum(self._scale, np.abs(guess))
         try:
-            self._newton.solve(self._residual, self._jacobian, guess, scale)
+            self._newton.solve(self._residual, self._jacobian, guess, self._scale)
         except NotConvergedError as failure:
             port = self.inputs[failure.worst]
             time = self._instances[port.component].time
@@ -169,7 +174,9 @@ class AlgebraicLoop:
                 f"the algebraic loop of {loop} at t = {time:.9g} s is not solved after "
                 f"{failure.iterations} iterations: {port} still misses its source by "
                 f"{failure.size:.3g} of its value",
-                "check the start values and the signs of the connections: it may have no solution",
+                "check the start values and the signs of the connections: it may have no solution; "
+                "or write ', delayed' behind one of these connections, or what the outputs depend "
+                "on under `dependencies` of the component, if that is less",
             ) from failure
 
     def _residual(self, x: np.ndarray) -> np.ndarray:
@@ -188,7 +195,7 @@ class AlgebraicLoop:
         for column, port in enumerate(self.inputs):
             instance = self._instances[port.component]
             if not instance.description.directional_derivatives:
-                delta = DIFFERENCE * max(abs(float(x[column])), 1.0)
+                delta = DIFFERENCE * max(abs(float(x[column])), float(self._scale[column]))
                 moved = x.copy()
                 moved[column] += delta
                 matrix[:, column] = (self._residual(moved) - r) / delta

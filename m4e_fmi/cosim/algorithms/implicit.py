@@ -55,7 +55,7 @@ class Implicit:
             raise RunError(
                 f"implicit needs FMUs that can go back (canGetAndSetFMUstate), which "
                 f"{' and '.join(rigid)} cannot",
-                "choose algorithm: corrector, which does without",
+                "choose algorithm: corrector, which does without and solves loops, too",
             )
         self._scale = Scale(network, self._interface.sources)
         nominals = [network.nominal(link.source) for link in network.links]
@@ -108,10 +108,9 @@ class Implicit:
         self._interface.undo()
 
     def _found(self) -> np.ndarray:
-        """Values of the connected inputs' sources, in the middle and at the end."""
-        interface = self._interface
-        sources = interface.sources
-        return np.concatenate((interface.middle[sources], interface.end[sources]))
+        """Values of the connected inputs' sources, in the middle and at the end; or known ones."""
+        places = self._interface.places
+        return np.concatenate((self._network.values[places[1]], self._network.values[places[2]]))
 
     def _step(self, again: Schedule, time: float, size: float, x: np.ndarray) -> None:
         """Components' steps again, with inputs `x`."""

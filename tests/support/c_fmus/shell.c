@@ -5,6 +5,7 @@
  * step; returns a status). Everything else of FMI answers "not supported", but is there, because
  * FMPy resolves all functions. STATE, INPUTS and JACOBIAN add what some FMUs can do: save and restore
  * their state, follow inputs that are polynomials of time (`at`), tell directional derivatives.
+ * LAZY makes it compute outputs in steps only, PICKY refuse values beyond 0.5 once it is initialised.
  * CONSTANT and OWN_STEP make it refuse steps of another size than its first, or than OWN_STEP.
  */
 #include <math.h>
@@ -116,7 +117,14 @@ fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n,
 
 fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Real v[]) {
     Model *m = c;
+#ifdef PICKY
+    for (size_t i = 0; i < n && m->running; i++)
+        if (fabs(v[i]) > 0.5) return fmi2Error;
+#endif
     for (size_t i = 0; i < n; i++) m->r[vr[i]] = v[i];
+#ifdef LAZY
+    if (m->running) return fmi2OK;
+#endif
     m->stale = 1;
     return fmi2OK;
 }
@@ -139,7 +147,11 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_un
         m->d1[i] = m->d2[i] = 0;
     }
     m->t = t + h;
+#ifdef LAZY
+    update(m);
+#else
     m->stale = 1;
+#endif
     return status;
 }
 
