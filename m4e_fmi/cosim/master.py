@@ -256,7 +256,12 @@ class Master:
         own = [f"{name} {rate}" for name, rate in self._rates.items()]
         instances = self.network.instances.values()
         end = ended(instances)
-        seen = (*self._second_look.notes, *event_notes(instances))
+        seen = [*self._second_look.notes, *event_notes(instances)]
+        if rough := self.network.roughness:
+            seen.append(
+                f"inputs are solved for to {rough:.1e} of their size only: what FMUs answer to "
+                "nearly the same inputs jumps by as much"
+            )
         return (*own, *self._algorithm.notes, *seen, *([end] if end else []))
 
     @property
@@ -278,7 +283,7 @@ class Master:
         with stepping() as interrupted:
             while not self.done:
                 self._course.advance()
-                self._second_look.look(self.steps)
+                self._second_look.look(self.steps, last=self.done)
                 self._observe(observers)
                 tell(self._course.now / SECOND)
                 if interrupted():
@@ -306,7 +311,7 @@ class Master:
         """Make one step; KeyboardInterrupt comes after it."""
         with stepping() as interrupted:
             self._course.advance()
-            self._second_look.look(self.steps)
+            self._second_look.look(self.steps, last=self.done)
             if interrupted():
                 raise KeyboardInterrupt
 

@@ -74,7 +74,8 @@ class Network:
     `inputs[k]` is the value of the connected input `targets[k]` at the present point, in the unit
     of its source, and `links[k]` what leads there; inputs of one component are consecutive
     (`input_slice`), and so are its outputs (`output_slice`, within a block of `values`).
-    `has_loops` tells of algebraic loops, which are solved at each point.
+    `has_loops` tells of algebraic loops, which are solved at each point; `roughness` is the largest
+    share of an input's size by which it still misses its source where inputs are solved for.
     `judged` are the outputs by which the coupling is judged, each with the number of a connection
     that it belongs to: the sources of all links, and what comes of them where they end.
     """
@@ -108,6 +109,7 @@ class Network:
         by_target = {link.target: link for link in wiring.links}
         self.links: list[Link] = [by_target[target] for target in self.targets]
         self.has_loops = bool(structure.loops)
+        self.roughness = 0.0
         self.judged = tuple(_judged(self.links, structure.ends))
         size = len(self.outputs)
         self.values = np.zeros(5 * size)
@@ -368,6 +370,7 @@ class _SolvedLoop:
 
     def run(self, _time: float) -> None:
         self._loop.solve()
+        self._network.roughness = max(self._network.roughness, self._loop.roughness)
         self._network.values[self._outputs] = self._loop.output_values
         self._network.inputs[self._inputs] = self._loop.input_values
 

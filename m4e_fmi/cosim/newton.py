@@ -155,6 +155,11 @@ class AlgebraicLoop:
         self._newton = QuasiNewton()
         self._started = False
 
+    @property
+    def roughness(self) -> float:
+        """The largest residual that was left, as of `QuasiNewton`."""
+        return self._newton.roughness
+
     def solve(self) -> None:
         """Bring inputs and outputs into agreement; RunError naming a variable if that fails."""
         if not self._started:

@@ -39,9 +39,9 @@ class SecondLook:
         """One line for each output that does follow its inputs, after all."""
         return tuple(self._seen.values())
 
-    def look(self, steps: int) -> None:
-        """At the present point, after so many steps of the run."""
-        if not self._parts or steps < self._next:
+    def look(self, steps: int, *, last: bool) -> None:
+        """At the present point, after so many steps of the run, if it is time or the `last` one."""
+        if not self._parts or (steps < self._next and not last):
             return
         self._next = steps + 1 + steps // RARER
         network = self._network

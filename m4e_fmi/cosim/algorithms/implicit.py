@@ -100,6 +100,7 @@ class Implicit:
                 f"{worst.source} by {failure.size:.3g} of its range",
                 f"try a step_size below {size:g} s, or a smaller tolerance of the FMUs",
             ) from failure
+        network.roughness = max(network.roughness, self._newton.roughness)
         self._scale.keep(self._scale.with_values(interface.end))
         self._end.run(time, size)
 

@@ -21,6 +21,7 @@ typedef struct {
     double reached; /* s, the last successful time of a step that was discarded */
     int stale;      /* outputs do not fit inputs and states */
     int running;    /* initialization mode or later */
+    int initialised; /* later */
     double size;    /* s, of all steps, if it makes no other; 0 before it is known */
     fmi2ComponentEnvironment environment;
     fmi2CallbackLogger log;
@@ -104,7 +105,7 @@ void fmi2FreeInstance(fmi2Component c) {
 }
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean d, fmi2Real tol, fmi2Real t0, fmi2Boolean e, fmi2Real t1) { ((Model *)c)->t = t0; return fmi2OK; }
 fmi2Status fmi2EnterInitializationMode(fmi2Component c) { ((Model *)c)->running = 1; return fmi2OK; }
-fmi2Status fmi2ExitInitializationMode(fmi2Component c) { return fmi2OK; }
+fmi2Status fmi2ExitInitializationMode(fmi2Component c) { ((Model *)c)->initialised = 1; return fmi2OK; }
 fmi2Status fmi2Terminate(fmi2Component c) { return fmi2OK; }
 fmi2Status fmi2Reset(fmi2Component c) { memcpy(((Model *)c)->r, start, sizeof start); return fmi2OK; }
 
@@ -123,7 +124,7 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n,
 #endif
     for (size_t i = 0; i < n; i++) m->r[vr[i]] = v[i];
 #ifdef LAZY
-    if (m->running) return fmi2OK;
+    if (m->initialised) return fmi2OK;
 #endif
     m->stale = 1;
     return fmi2OK;
