@@ -74,6 +74,8 @@ class Network:
     `inputs[k]` is the value of the connected input `targets[k]` at the present point, in the unit
     of its source, and `links[k]` what leads there; inputs of one component are consecutive
     (`input_slice`), and so are its outputs (`output_slice`, within a block of `values`).
+    `has_loops` tells of algebraic loops, which are solved at each point; `roughness` is the largest
+    share of an input's size by which it still misses its source where inputs are solved for.
     `judged` are the outputs by which the coupling is judged, each with the number of a connection
     that it belongs to: the sources of all links, and what comes of them where they end.
     """
@@ -106,6 +108,8 @@ class Network:
         self.targets = _grouped(structure.exchange, "set", self.instances)
         by_target = {link.target: link for link in wiring.links}
         self.links: list[Link] = [by_target[target] for target in self.targets]
+        self.has_loops = bool(structure.loops)
+        self.roughness = 0.0
         self.judged = tuple(_judged(self.links, structure.ends))
         size = len(self.outputs)
         self.values = np.zeros(5 * size)
@@ -117,6 +121,8 @@ class Network:
         self._place = {port: k for k, port in enumerate(self.targets)}
         self._output_ranges, self._input_ranges = _ranges(self.outputs), _ranges(self.targets)
         self._descriptions = {name: i.description for name, i in self.instances.items()}
+        block = self.values[self.before : self.stepped]
+        self._shift = Schedule([gather(block, self.values, range(size))] if size else [])
         self._exchange = tuple(self._exchanged(structure.exchange))
 
     def read(self, name: str) -> float:
@@ -183,6 +189,7 @@ class Network:
     def advance(self, time: float) -> None:
         """Make `time` [s], which all instances have reached by a step, the present point."""
         self.time, self.last = time, self.size
+        self._shift.run(time)
         self._run_exchange()
 
     def change(self, changes: Iterable[Change]) -> None:
@@ -205,9 +212,7 @@ class Network:
 
     def refresh(self) -> None:
         """Exchange again at the present point, after something was set in an FMU."""
-        before = self.values[self.before : self.stepped].copy()
         self._run_exchange()
-        self.values[self.before : self.stepped] = before
 
     def _run_exchange(self) -> None:
         for part in self._exchange:
@@ -219,7 +224,14 @@ class Network:
         parts = [part for part in self._exchange if isinstance(part, Schedule)]
         if len(parts) < len(self._exchange):
             return None
-        return tuple(operation for part in parts for operation in part.operations)
+        return tuple(o for part in (self._shift, *parts) for o in part.operations)
+
+    def known(self, link: Link) -> int | None:
+        """Where in `values` the value is that a link carries all through a step, if it is known.
+
+        That is so for those that are delayed.
+        """
+        return self.before + self.index(link.source) if link.delayed else None
 
     def feeds_through(self, component: str, outputs: Sequence[Port]) -> bool:
         """Whether any of a component's `outputs` depends on one of its connected inputs."""
@@ -255,11 +267,13 @@ class Network:
     def initialise(self) -> None:
         """In initialization mode: carry over parameters, then outputs, along declared dependencies.
 
-        Afterwards, out of it, everything is exchanged once at the start time.
+        Afterwards, out of it, everything is exchanged once at the start time. Inputs that come
+        late have their start values, and then what their sources have shown with these.
         """
         for instance in self.instances.values():
             instance.enter_initialization()
-        sources = {k.target: k.source for k in (*self._wiring.initial_links, *self._wiring.links)}
+        links = (*self._wiring.initial_links, *self._wiring.links)
+        sources = {link.target: link.source for link in links if not link.delayed}
         found: dict[Port, float] = {}
         for transfer in self._structure.initial:
             if isinstance(transfer, Loop):
@@ -278,6 +292,8 @@ class Network:
                 self._checked(instance, instance.setter(transfer.variables, view), "fmi2SetReal")()
         for instance in self.instances.values():
             instance.exit_initialization()
+        for link in self._wiring.links:
+            self.values[self.before + self.index(link.source)] = found[link.source]
         self._run_exchange()
         self.values[self.before : self.stepped] = self.values[self.now : self.before]
 
@@ -307,9 +323,7 @@ class Network:
 
     def _exchanged(self, transfers: Sequence[Transfer | Loop]) -> Iterator[Schedule | _SolvedLoop]:
         """The exchange at a communication point: schedules, and the loops between them."""
-        count = len(self.outputs)
-        block = self.values[self.before : self.stepped]
-        operations: list[Operation] = [gather(block, self.values, range(count))] if count else []
+        operations: list[Operation] = []
         for transfer in transfers:
             if isinstance(transfer, Transfer):
                 due = self.due(transfer.component)
@@ -328,7 +342,10 @@ class Network:
             return (Get(instance, names, self.values[start : start + count]),)
         start = self._place[first]
         view = self.inputs[start : start + count]
-        sources = [self.index(link.source) for link in self.links[start : start + count]]
+        links = self.links[start : start + count]
+        sources = [
+            self.index(k.source) if (known := self.known(k)) is None else known for k in links
+        ]
         return (gather(view, self.values, sources), *setting(instance, names, view))
 
 
@@ -353,6 +370,7 @@ class _SolvedLoop:
 
     def run(self, _time: float) -> None:
         self._loop.solve()
+        self._network.roughness = max(self._network.roughness, self._loop.roughness)
         self._network.values[self._outputs] = self._loop.output_values
         self._network.inputs[self._inputs] = self._loop.input_values
 

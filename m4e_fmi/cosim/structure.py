@@ -1,22 +1,21 @@
 """In which order values are exchanged, and components stepped; what loops there are.
 
 At one communication point an input is as new as the output it comes from, and an output with
-feed-through as new as the inputs it depends on. Exchanging along the declared dependencies makes
-all of them belong to the same instant; read in any other order, outputs would show inputs of the
-step before.
+feed-through as new as the inputs it depends on. Exchanging along the dependencies makes all of them
+belong to the same instant; read in any other order, outputs would show inputs of the step before.
+How dependencies are known, `dependence` tells. A link that is delayed carries an older value, and
+waits for nothing.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import Literal
 
 import networkx as nx
 
 from m4e_fmi.cosim.connect import Link, Port, Wiring
-from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.reading import Description
 
 
@@ -63,33 +62,34 @@ class Structure:
         return tuple(step.cycle for step in self.exchange if isinstance(step, Loop))
 
 
-def analyse(
-    descriptions: Mapping[str, Description], wiring: Wiring, *, solves_loops: bool = False
-) -> Structure:
-    """The structure of a system.
-
-    RunError naming the variables if it has an algebraic loop, unless the algorithm `solves_loops`.
-    """
-
-    def now(port: Port) -> frozenset[str]:
-        return descriptions[port.component].dependencies[port.variable]
+def analyse(descriptions: Mapping[str, Description], wiring: Wiring) -> Structure:
+    """The structure of a system."""
 
     def initially(port: Port) -> frozenset[str]:
         return descriptions[port.component].initial_dependencies[port.variable]
 
-    order = partial(_order, descriptions, solves_loops)
-    ends = tuple(_ends(descriptions, wiring.links))
-    needed = [*_with_derivatives(descriptions, wiring.links), *ends]
     everything = (*wiring.initial_links, *wiring.links)
-    sources = dict.fromkeys(link.source for link in everything)
+    prompt = [link for link in everything if not link.delayed]
+    sources = list(dict.fromkeys(link.source for link in everything))
     sweep, delayed = sweep_order(descriptions, wiring.links)
     return Structure(
-        initial=order(everything, sources, initially, "at initialisation"),
-        exchange=order(wiring.links, needed, now, "at communication points"),
+        initial=_order(prompt, instant_graph(prompt, sources, initially)),
+        exchange=_order(wiring.links, exchange_graph(descriptions, wiring)),
         sweep=sweep,
         delayed=delayed,
-        ends=ends,
+        ends=tuple(_ends(descriptions, wiring.links)),
     )
+
+
+def exchange_graph(descriptions: Mapping[str, Description], wiring: Wiring) -> nx.DiGraph:
+    """Which ports wait for which at a communication point."""
+
+    def now(port: Port) -> frozenset[str]:
+        return descriptions[port.component].dependencies[port.variable]
+
+    ends = _ends(descriptions, wiring.links)
+    needed = dict.fromkeys((*_with_derivatives(descriptions, wiring.links), *ends))
+    return instant_graph(wiring.links, list(needed), now)
 
 
 def _ends(descriptions: Mapping[str, Description], links: Sequence[Link]) -> Iterator[Port]:
@@ -135,6 +135,7 @@ def sweep_order(
         for link in links
         if link.source.variable not in descriptions[link.source.component].output_derivatives
         and link.source.component != link.target.component
+        and not link.delayed
     ]
     before: dict[str, set[str]] = {name: set() for name in descriptions}
     for link in binding:
@@ -150,26 +151,23 @@ def sweep_order(
     return tuple(order), tuple(delayed)
 
 
-def _order(
-    descriptions: Mapping[str, Description],
-    solves_loops: bool,
-    links: Sequence[Link],
-    outputs: Iterable[Port],
-    depends: Callable[[Port], frozenset[str]],
-    when: str,
-) -> tuple[Transfer | Loop, ...]:
+def instant_graph(
+    links: Iterable[Link], outputs: Sequence[Port], depends: Callable[[Port], Iterable[str]]
+) -> nx.DiGraph:
+    """Which ports wait for which at one instant, those waited for first."""
+    driven = {link.target: link for link in links}
+    graph: nx.DiGraph = nx.DiGraph()
+    graph.add_nodes_from((*outputs, *driven))
+    for output in outputs:
+        known = (Port(output.component, name) for name in depends(output))
+        graph.add_edges_from((port, output) for port in known if port in driven)
+    graph.add_edges_from((k.source, k.target) for k in driven.values() if not k.delayed)
+    return graph
+
+
+def _order(links: Sequence[Link], graph: nx.DiGraph) -> tuple[Transfer | Loop, ...]:
     """Rounds of gets and sets in which each value is carried over when it is final."""
     driven = {link.target: link.source for link in links}
-    graph: nx.DiGraph = nx.DiGraph()
-    for output in outputs:
-        graph.add_node(output)
-        for name in depends(output):
-            known = Port(output.component, name)
-            if known in driven:
-                graph.add_edge(known, output)
-    graph.add_edges_from((source, target) for target, source in driven.items())
-    if not solves_loops:
-        _refuse_loops(descriptions, graph, when)
     steps: list[Transfer | Loop] = []
     transfers: list[Transfer] = []
     knots = nx.condensation(graph)
@@ -215,22 +213,3 @@ def _cycle(graph: nx.DiGraph, members: Iterable[Port]) -> tuple[Port, ...]:
     ports = [edge[0] for edge in nx.find_cycle(graph.subgraph(members))]
     start = ports.index(min(ports))
     return (*ports[start:], *ports[:start])
-
-
-def _refuse_loops(descriptions: Mapping[str, Description], graph: nx.DiGraph, when: str) -> None:
-    loops = [c for c in nx.strongly_connected_components(graph) if len(c) > 1]
-    if not loops:
-        return
-    texts = []
-    blind: set[str] = set()
-    for loop in loops:
-        ports = _cycle(graph, loop)
-        texts.append(" -> ".join(str(port) for port in [*ports, ports[0]]))
-        blind |= {p.component for p in ports if p.variable in descriptions[p.component].undeclared}
-    remedy = "give one of these FMUs an output that does not depend on its input within an instant"
-    if blind:
-        remedy = (
-            f"{' and '.join(sorted(blind))} declare{'s' * (len(blind) == 1)} no dependencies in "
-            "ModelStructure, so that each output may depend on every input: export it with them"
-        )
-    raise RunError(f"algebraic loop {when}: {'; '.join(texts)}", remedy)
