@@ -138,7 +138,7 @@ class Master:
         self._energy = EnergyBalance(self.network, self._wiring.bonds)
         self._witness: Witness | Companion | None = None
         self._unwatched = ""
-        if self._certify and self.network.links:
+        if self._certify and self.network.judged:
             self._watch(stack)
 
     def _make(self, network: Network) -> Algorithm:
@@ -200,17 +200,21 @@ class Master:
     def certificate(self) -> Certificate | str:
         """The coupling errors of the run that has ended, or why they are not known."""
         witness, network = self._witness, self.network
-        if not network.links:
+        if not network.links and not network.discrete:
             return Certificate((), 1.0)
+        if not network.judged:
+            return "no Real is exchanged"
         if witness is None:
             return self._unwatched
         witness.finish()
         if witness.failure:
             return witness.failure
-        errors = witness.difference() / (2.0**self.order - 1)
+        switched = isinstance(witness, Companion) and self._course.switches.count
+        order = 1 if switched else self.order  # the two sets switch at different times
+        errors = witness.difference() / (2.0**order - 1)
         connections = self._system.connections
         ranges = witness.ranges()
-        return certificate(network, connections, errors=errors, ranges=ranges, order=self.order)
+        return certificate(network, connections, errors=errors, ranges=ranges, order=order)
 
     def _step_control(self, algorithm: Returning) -> StepControl:
         simulation = self._system.simulation
@@ -254,7 +258,8 @@ class Master:
         own = [f"{name} {rate}" for name, rate in self._rates.items()]
         instances = self.network.instances.values()
         end = ended(instances)
-        return (*own, *self._algorithm.notes, *event_notes(instances), *([end] if end else []))
+        events = (*event_notes(instances), *self._course.switches.notes)
+        return (*own, *self._algorithm.notes, *events, *([end] if end else []))
 
     @property
     def energy(self) -> tuple[BondEnergy, ...]:

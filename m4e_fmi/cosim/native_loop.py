@@ -15,17 +15,19 @@ from m4e_fmi.cosim.operations import (
     Combine,
     DoStep,
     Get,
+    GetTyped,
     Operation,
     Restore,
     Save,
     Set,
     SetDerivatives,
+    SetTyped,
 )
 from m4e_fmi.cosim.standards import RawCall
 from m4e_fmi.cosim.standards.access3 import RawComponent
 
 NOT_A_NUMBER = -1
-GET, SET, SET_DERIVATIVES, DO_STEP, SAVE, RESTORE, COMBINE = range(7)
+GET, SET, SET_DERIVATIVES, DO_STEP, SAVE, RESTORE, COMBINE, CALL = range(8)
 
 
 class RawOperation(ctypes.Structure):
@@ -147,6 +149,14 @@ def _translation(operation: Operation) -> Translated:
             raw.weights, raw.source = _address(weight), _address(source)
             raw.offset = None if offset is None else _address(offset)
             _fill(raw, into)
+        case GetTyped(_, access, cells):
+            raw = RawOperation(kind=CALL, component=access.address)
+            raw.function = access.function_of("m4e_get_typed")
+            _fill(raw, cells)
+        case SetTyped(_, access, cells):
+            raw = RawOperation(kind=CALL, component=access.address)
+            raw.function = access.function_of("m4e_set_typed")
+            _fill(raw, cells)
     return raw, ()
 
 
@@ -164,16 +174,17 @@ def _fill(raw: RawOperation, values: np.ndarray) -> None:
 
 def _address(array: np.ndarray) -> int:
     assert array.flags.c_contiguous
-    assert array.dtype in (np.float64, np.uint32, np.int32)
+    assert array.dtype in (np.float64, np.uint32, np.int32, np.int64)
     return array.ctypes.data
 
 
-def ends(instances: Sequence[Instance]) -> ctypes.Array[c_void_p]:
-    """Where these, of FMI 3.0, have the time when they asked for the end of the simulation."""
+def ends(instances: Sequence[Instance], stops: np.ndarray) -> ctypes.Array[c_void_p]:
+    """Where these, of FMI 3.0, have the time when they asked for the end, and where `stops` are."""
     offset = RawComponent.ended.offset  # pyright: ignore[reportAttributeAccessIssue]
     events = [instance.events for instance in instances]
     assert all(isinstance(one, RawComponent) for one in events)
     places = [ctypes.addressof(one) + offset for one in events if isinstance(one, RawComponent)]
+    places += [stops.ctypes.data + k * stops.itemsize for k in range(len(stops))]
     return (c_void_p * len(places))(*places)
 
 

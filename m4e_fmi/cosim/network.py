@@ -19,19 +19,32 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import count
-from typing import TypeVar
+from typing import Any, TypeVar
 from weakref import finalize
 
 import numpy as np
 
 from m4e_fmi.cosim.connect import Link, Port, Wiring
+from m4e_fmi.cosim.discrete import Discrete
 from m4e_fmi.cosim.instance import WARNING, Call, Instance
 from m4e_fmi.cosim.memory import Memory, recall, remember
 from m4e_fmi.cosim.newton import AlgebraicLoop
-from m4e_fmi.cosim.operations import Combine, DoStep, Due, Get, Operation, Set, gather, setting
+from m4e_fmi.cosim.operations import (
+    Combine,
+    DoStep,
+    Due,
+    Get,
+    GetTyped,
+    Operation,
+    Set,
+    SetTyped,
+    gather,
+    setting,
+)
 from m4e_fmi.cosim.pacing import Rates
 from m4e_fmi.cosim.rates import Rate
 from m4e_fmi.cosim.schedule import Schedule
+from m4e_fmi.cosim.standards import Texts
 from m4e_fmi.cosim.start_values import Value
 from m4e_fmi.cosim.structure import Loop, Structure, Transfer, derivative_chain
 from m4e_fmi.cosim.system import SECOND
@@ -51,7 +64,8 @@ TWICE, HALF = 2.0, 0.5
 class Point:
     """A communication point to which a network can return; the FMUs keep their states in `place`.
 
-    `values` and `inputs` are copies of the network's, `loops` what its algebraic loops start from.
+    `values`, `inputs` and those that are not Real (`discrete`) are copies of the network's, `loops`
+    what its algebraic loops start from.
     """
 
     place: int
@@ -59,6 +73,7 @@ class Point:
     last: float
     values: np.ndarray
     inputs: np.ndarray
+    discrete: np.ndarray
     loops: tuple[Memory, ...]
 
 
@@ -76,6 +91,7 @@ class Network:
     (`input_slice`), and so are its outputs (`output_slice`, within a block of `values`).
     `judged` are the outputs by which the coupling is judged, each with the number of a connection
     that it belongs to: the sources of all links, and what comes of them where they end.
+    All that is so far is Real; what is not, and what takes such values, is `discrete`.
     """
 
     def __init__(
@@ -89,7 +105,7 @@ class Network:
     ) -> None:
         self.instances = dict(instances)
         for link in (*wiring.initial_links, *wiring.links):
-            if not link.is_plain:
+            if link.is_real and not link.is_plain:
                 instance = self.instances[link.target.component]
                 instance.scale_input(link.target.variable, link.factor, link.offset)
         self._free: list[int] = []
@@ -106,7 +122,8 @@ class Network:
         self.targets = _grouped(structure.exchange, "set", self.instances)
         by_target = {link.target: link for link in wiring.links}
         self.links: list[Link] = [by_target[target] for target in self.targets]
-        self.judged = tuple(_judged(self.links, structure.ends))
+        self.judged = tuple(_judged(self.links, structure.ends, wiring.links))
+        self.discrete = Discrete(self.instances, structure.exchange, by_target, Texts())
         size = len(self.outputs)
         self.values = np.zeros(5 * size)
         self.now, self.before, self.stepped, self.middle, self.earlier = (
@@ -119,10 +136,15 @@ class Network:
         self._descriptions = {name: i.description for name, i in self.instances.items()}
         self._exchange = tuple(self._exchanged(structure.exchange))
 
-    def read(self, name: str) -> float:
-        """The present value of the Real variable ``component.variable``, exchanged or not."""
+    @property
+    def stops(self) -> np.ndarray:
+        """What becomes finite where steps that are made at once have to stop: at a change."""
+        return self.discrete.changed if self.discrete else np.zeros(0)
+
+    def read(self, name: str) -> Any:
+        """The present value of ``component.variable``, exchanged or not, in its own type."""
         component, _, variable = name.partition(".")
-        return self.instances[component].read(variable)
+        return self.instances[component].value(variable)
 
     def due(self, component: str) -> Due | None:
         """When the component has a point, if not at every communication point."""
@@ -180,10 +202,29 @@ class Network:
     def input_slice(self, component: str) -> slice:
         return self._input_ranges.get(component, slice(0, 0))
 
-    def advance(self, time: float) -> None:
-        """Make `time` [s], which all instances have reached by a step, the present point."""
+    def advance(self, time: float) -> tuple[Port, ...]:
+        """Make `time` [s], which all instances have reached by a step, the present point.
+
+        The outputs that are not Real and have changed there.
+        """
         self.time, self.last = time, self.size
         self._run_exchange()
+        return self.settle()
+
+    def within_step(self, ports: Iterable[Port]) -> list[Port]:
+        """Those of some outputs that may change anywhere within a step, and not at its end."""
+        return [
+            port
+            for port in ports
+            if not self._descriptions[port.component].has_events and not self.due(port.component)
+        ]
+
+    def settle(self) -> tuple[Port, ...]:
+        """After an exchange: outputs that are not Real and have changed. That is a jump."""
+        changed = tuple(self.discrete.settle()) if self.discrete else ()
+        if changed:
+            self.last = 0.0
+        return changed
 
     def change(self, changes: Iterable[Change]) -> None:
         """Set these at the present point, and exchange again."""
@@ -207,6 +248,7 @@ class Network:
         """Exchange again at the present point, after something was set in an FMU."""
         before = self.values[self.before : self.stepped].copy()
         self._run_exchange()
+        self.settle()
         self.values[self.before : self.stepped] = before
 
     def _run_exchange(self) -> None:
@@ -232,7 +274,7 @@ class Network:
         for instance in self.instances.values():
             instance.save_state(place)
         loops = tuple(remember(part) for part in self._exchange)
-        copies = self.values.copy(), self.inputs.copy()
+        copies = self.values.copy(), self.inputs.copy(), self.discrete.values.copy()
         return Point(place, self.time, self.last, *copies, loops)
 
     def keep(self) -> Point:
@@ -249,6 +291,7 @@ class Network:
         self.time, self.last = point.time, point.last
         self.values[:] = point.values
         self.inputs[:] = point.inputs
+        self.discrete.bring(point.discrete)
         for part, memory in zip(self._exchange, point.loops, strict=True):
             recall(part, memory)
 
@@ -261,11 +304,16 @@ class Network:
             instance.enter_initialization()
         sources = {k.target: k.source for k in (*self._wiring.initial_links, *self._wiring.links)}
         found: dict[Port, float] = {}
+        everything = {k.target: k for k in (*self._wiring.initial_links, *self._wiring.links)}
+        others = Discrete(self.instances, self._structure.initial, everything, self.discrete.texts)
         for transfer in self._structure.initial:
             if isinstance(transfer, Loop):
                 loop = AlgebraicLoop(self.instances, transfer, sources)
                 loop.solve()
                 found.update(zip(loop.outputs, loop.output_values.tolist(), strict=True))
+                continue
+            if transfer.discrete:
+                others.perform(transfer)
                 continue
             instance = self.instances[transfer.component]
             ports = [Port(transfer.component, name) for name in transfer.variables]
@@ -279,6 +327,7 @@ class Network:
         for instance in self.instances.values():
             instance.exit_initialization()
         self._run_exchange()
+        self.settle()
         self.values[self.before : self.stepped] = self.values[self.now : self.before]
 
     def reader(self, component: str, names: Sequence[str], view: np.ndarray) -> Action:
@@ -320,7 +369,11 @@ class Network:
             yield _SolvedLoop(self, transfer)
         yield Schedule(operations)
 
-    def _transfer(self, transfer: Transfer) -> tuple[Get | Set | Combine, ...]:
+    def _transfer(
+        self, transfer: Transfer
+    ) -> tuple[Get | Set | Combine | GetTyped | SetTyped, ...]:
+        if transfer.discrete:
+            return (self.discrete.operation(transfer, None),)
         instance, names = self.instances[transfer.component], transfer.variables
         first, count = Port(transfer.component, names[0]), len(names)
         if transfer.action == "get":
@@ -332,8 +385,10 @@ class Network:
         return (gather(view, self.values, sources), *setting(instance, names, view))
 
 
-def _judged(links: Sequence[Link], ends: Sequence[Port]) -> Iterator[tuple[int, Port]]:
-    into = {link.target.component: link.connection for link in reversed(links)}
+def _judged(
+    links: Sequence[Link], ends: Sequence[Port], everything: Sequence[Link]
+) -> Iterator[tuple[int, Port]]:
+    into = {link.target.component: link.connection for link in reversed(everything)}
     yield from ((link.connection, link.source) for link in links)
     yield from ((into[port.component], port) for port in ends)
 
@@ -364,7 +419,7 @@ def _grouped(
     found: dict[str, list[Port]] = {component: [] for component in components}
     for step in steps:
         for transfer in (*step.sets, *step.gets) if isinstance(step, Loop) else (step,):
-            if transfer.action == action:
+            if transfer.action == action and not transfer.discrete:
                 found[transfer.component] += [
                     Port(transfer.component, name) for name in transfer.variables
                 ]

@@ -13,12 +13,15 @@ from m4e_fmi.cosim.operations import (
     Combine,
     DoStep,
     Get,
+    GetTyped,
     Operation,
     Restore,
     Save,
     Set,
     SetDerivatives,
+    SetTyped,
 )
+from m4e_fmi.cosim.standards import Access
 from m4e_fmi.cosim.system import SECOND
 
 Action = Callable[[float, float, int], int]
@@ -46,12 +49,13 @@ def run(
     state: State,
     steps: int,
     telling: Sequence[Instance],
+    stops: np.ndarray,
 ) -> int:
     """`m4e_loop` of the runtime's loop.h: so many steps, until one of `telling` has asked for the
-    end; the status.
+    end, or one of `stops` is finite; the status.
     """
     for _ in range(steps):
-        if ended(telling):
+        if ended(telling) or np.isfinite(stops).any():
             return 0
         time, size = state.now / SECOND, state.size / SECOND
         status, state.failed = step.perform(time, size, state.noted)
@@ -94,6 +98,10 @@ def _action(operation: Operation) -> Action:
             return _plain(instance.saver())
         case Restore(instance):
             return _plain(instance.restorer())
+        case GetTyped(_, access, into):
+            return _get_typed(access, into)
+        case SetTyped(_, access, cells):
+            return lambda _t, _h, _row: access.set(cells)
         case Combine():
             return _combine(operation)
 
@@ -113,6 +121,12 @@ def _get(getter: Callable, names: Sequence[str], into: np.ndarray) -> Action:
         return NOT_A_NUMBER if status <= WARNING and not np.isfinite(values).all() else status
 
     return get
+
+
+def _get_typed(access: Access, into: np.ndarray) -> Action:
+    if into.ndim == 1:
+        return lambda _t, _h, _row: access.get(into)
+    return lambda _t, _h, row: access.get(into[row])
 
 
 def _combine(o: Combine) -> Action:

@@ -8,8 +8,8 @@ step before.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Literal
 
@@ -22,11 +22,15 @@ from m4e_fmi.fmu.reading import Description
 
 @dataclass(frozen=True)
 class Transfer:
-    """One FMI call of an exchange: get or set these variables of this component."""
+    """One FMI call of an exchange: get or set these variables of this component.
+
+    Those of a `discrete` one are not Real, or take the values of such.
+    """
 
     action: Literal["get", "set"]
     component: str
     variables: tuple[str, ...]
+    discrete: bool = False
 
 
 @dataclass(frozen=True)
@@ -133,7 +137,8 @@ def sweep_order(
     binding = [
         link
         for link in links
-        if link.source.variable not in descriptions[link.source.component].output_derivatives
+        if link.is_real
+        and link.source.variable not in descriptions[link.source.component].output_derivatives
         and link.source.component != link.target.component
     ]
     before: dict[str, set[str]] = {name: set() for name in descriptions}
@@ -170,6 +175,7 @@ def _order(
     graph.add_edges_from((source, target) for target, source in driven.items())
     if not solves_loops:
         _refuse_loops(descriptions, graph, when)
+    discrete = {port for link in links if not link.is_real for port in (link.source, link.target)}
     steps: list[Transfer | Loop] = []
     transfers: list[Transfer] = []
     knots = nx.condensation(graph)
@@ -177,10 +183,10 @@ def _order(
         # a generation is all inputs or outputs that wait for nothing but earlier generations
         members = [knots.nodes[knot]["members"] for knot in generation]
         single = [port for ports in members if len(ports) == 1 for port in ports]
-        transfers += _transfers(single, driven)
+        transfers += _transfers(single, driven, discrete)
         for ports in members:
             if len(ports) > 1:
-                calls = _transfers(ports, driven)
+                calls = _transfers(ports, driven, discrete)
                 steps += _merged(transfers)
                 transfers = []
                 sets, gets = ([t for t in calls if t.action == a] for a in ("set", "get"))
@@ -188,12 +194,15 @@ def _order(
     return (*steps, *_merged(transfers))
 
 
-def _transfers(ports: Iterable[Port], driven: Mapping[Port, Port]) -> list[Transfer]:
-    by_call: dict[tuple[Literal["get", "set"], str], list[str]] = {}
+def _transfers(
+    ports: Iterable[Port], driven: Mapping[Port, Port], discrete: Container[Port]
+) -> list[Transfer]:
+    by_call: dict[tuple[Literal["get", "set"], str, bool], list[str]] = {}
     for port in sorted(ports):
         action: Literal["get", "set"] = "set" if port in driven else "get"
-        by_call.setdefault((action, port.component), []).append(port.variable)
-    return [Transfer(a, c, tuple(names)) for (a, c), names in by_call.items()]
+        call = action, port.component, port in discrete
+        by_call.setdefault(call, []).append(port.variable)
+    return [Transfer(a, c, tuple(names), apart) for (a, c, apart), names in by_call.items()]
 
 
 def _merged(transfers: list[Transfer]) -> tuple[Transfer, ...]:
@@ -201,11 +210,10 @@ def _merged(transfers: list[Transfer]) -> tuple[Transfer, ...]:
     result: list[Transfer] = []
     for transfer in transfers:
         same = [k for k, t in enumerate(result) if t.component == transfer.component]
-        last = same[-1] if same else -1
-        if transfer.action == "set" and last >= 0 and result[last].action == "set":
-            earlier = result.pop(last)
-            names = (*earlier.variables, *transfer.variables)
-            transfer = Transfer("set", transfer.component, names)
+        alike = replace(result[same[-1]], variables=transfer.variables) if same else None
+        if transfer.action == "set" and alike == transfer:
+            names = (*result.pop(same[-1]).variables, *transfer.variables)
+            transfer = replace(transfer, variables=names)
         result.append(transfer)
     return tuple(result)
 

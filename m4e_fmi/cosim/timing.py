@@ -28,6 +28,7 @@ class Timing(Enum):
     LATE = "one step late: held at its value at the start of the step"
     TAKEN = "taken at the points of a component that steps more rarely"
     HELD = "held from one point of a component that steps more rarely to the next"
+    SWITCHED = "held during each step: a change acts from the end of its step on"
 
 
 def timings(
@@ -45,7 +46,8 @@ def timings(
     followed = [
         link
         for link in wiring.links
-        if not (is_sampled(link.source.component) or is_sampled(link.target.component))
+        if link.is_real
+        and not (is_sampled(link.source.component) or is_sampled(link.target.component))
     ]
     knots = component_cycles(descriptions, followed)
     knot_of = {name: knot for knot in knots for name in knot}
@@ -65,6 +67,8 @@ def timings(
             return Timing.TAKEN
         if is_sampled(link.source.component):
             return Timing.HELD
+        if not link.is_real:
+            return Timing.SWITCHED
         if algorithm == "jacobi":
             return Timing.LATE
         if algorithm == "implicit":

@@ -14,8 +14,9 @@ enum {
     M4E_DO_STEP,         /* the component steps from `start` by `length`, shares of the macro step */
     M4E_SAVE,            /* keeps the component's state in *state */
     M4E_RESTORE,         /* brings it back */
-    M4E_COMBINE          /* values[i] = sum over the terms k of weights[k][i]
+    M4E_COMBINE,         /* values[i] = sum over the terms k of weights[k][i]
                             source[references[k][i]], + offset[i] unless NULL */
+    M4E_CALL             /* function(component, values), of typed.h; values are cells */
 };
 enum { M4E_NOT_A_NUMBER = -1 }; /* beside the statuses of FMI */
 
