@@ -42,8 +42,9 @@ class Execution:
     """A run in progress, at a communication point: see `start`.
 
     Iterating over it gives the present point, then makes a step for each further one, to the stop
-    time. ``run["component.variable"]`` reads a variable, assigning to it sets it, in the unit of its
-    FMU; an item of an enumeration is read by its number. `outcome` is there when the ``with`` block has ended without an error.
+    time. ``run["component.variable"]`` reads a variable, assigning to it sets it, in the unit of
+    its FMU; an item of an enumeration is read by its number. `outcome` is there when the ``with``
+    block has ended without an error.
     """
 
     def __init__(
