@@ -50,6 +50,8 @@ class RawOperation(ctypes.Structure):
         ("own", c_double),
         ("origin", c_int64),
         ("period", c_int64),
+        ("in_rows", c_int32),
+        ("unchecked", c_int32),
     ]
 
 
@@ -63,6 +65,7 @@ class State(ctypes.Structure):
         ("row_count", c_uint64),
         ("now", c_int64),
         ("size", c_int64),
+        ("rows_from", c_int64),
         ("every", c_uint64),
         ("since", c_uint64),
         ("noted", c_uint64),
@@ -117,6 +120,7 @@ def _translation(operation: Operation) -> Translated:
     match operation:
         case Get(instance, names, values):
             raw, references = _call(GET, instance.raw("fmi2GetReal", names))
+            raw.in_rows, raw.unchecked = operation.in_rows, not operation.checked
             _fill(raw, values)
             return raw, (references,)
         case Set(instance, names, values):

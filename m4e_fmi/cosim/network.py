@@ -12,11 +12,16 @@ component:
 ====================  ==========================================================================
 
 An algorithm steps every component from `now`; `advance` then makes the new point the present one.
+
+Outputs that do not depend on connected inputs within an instant are read straight after the last
+step of their component (`arrival`), before any of its inputs is set: there are FMUs that lose them
+then. They are in `stepped` when `advance` begins; the others are read by the exchange. Behind the
+five blocks are outputs that are not exchanged, but wanted by results or observers (`arrivals`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import count
 from typing import TypeVar
@@ -24,6 +29,7 @@ from weakref import finalize
 
 import numpy as np
 
+from m4e_fmi.cosim.arrivals import Arrivals, following
 from m4e_fmi.cosim.connect import Link, Port, Wiring
 from m4e_fmi.cosim.instance import WARNING, Call, Instance
 from m4e_fmi.cosim.memory import Memory, recall, remember
@@ -76,6 +82,8 @@ class Network:
     (`input_slice`), and so are its outputs (`output_slice`, within a block of `values`).
     `judged` are the outputs by which the coupling is judged, each with the number of a connection
     that it belongs to: the sources of all links, and what comes of them where they end.
+    `recorded` are the outputs by component that results will have (None: all scalars); those that
+    are not exchanged are read too, and all others if they are `watched`.
     """
 
     def __init__(
@@ -86,6 +94,8 @@ class Network:
         rates: Rates,
         *,
         time: float,
+        recorded: Mapping[str, Collection[str]] | None = None,
+        watched: bool = False,
     ) -> None:
         self.instances = dict(instances)
         for link in (*wiring.initial_links, *wiring.links):
@@ -108,21 +118,63 @@ class Network:
         self.links: list[Link] = [by_target[target] for target in self.targets]
         self.judged = tuple(_judged(self.links, structure.ends))
         size = len(self.outputs)
-        self.values = np.zeros(5 * size)
-        self.now, self.before, self.stepped, self.middle, self.earlier = (
-            k * size for k in range(5)
+        self.now, self.before, self.stepped, self.middle, self.earlier, first_seen = (
+            k * size for k in range(6)
         )
         self.inputs = np.zeros(len(self.targets))
         self._index = {port: k for k, port in enumerate(self.outputs)}
         self._place = {port: k for k, port in enumerate(self.targets)}
         self._output_ranges, self._input_ranges = _ranges(self.outputs), _ranges(self.targets)
         self._descriptions = {name: i.description for name, i in self.instances.items()}
+        self._arrivals = Arrivals(self._descriptions, structure.exchange, recorded, watched=watched)
+        self._seen_index = {port: first_seen + k for k, port in enumerate(self._arrivals.ports)}
+        self.values = np.zeros(first_seen + len(self._seen_index))
         self._exchange = tuple(self._exchanged(structure.exchange))
 
     def read(self, name: str) -> float:
         """The present value of the Real variable ``component.variable``, exchanged or not."""
         component, _, variable = name.partition(".")
+        place = self.known(Port(component, variable))
+        if place is not None:
+            return float(self.values[place])
         return self.instances[component].read(variable)
+
+    def known(self, port: Port) -> int | None:
+        """Where in `values` the present value of an output is; None if only its FMU can tell it.
+
+        So it is of outputs that nobody wanted, of those that follow inputs but are not exchanged,
+        and of FMUs with event mode, which may have changed them since.
+        """
+        if self._descriptions[port.component].has_events:
+            return None
+        place = self._index.get(port)
+        return self._seen_index.get(port) if place is None else self.now + place
+
+    def arrival(self, component: str) -> list[Get]:
+        """Reads what a component gives before its inputs are set; to follow its last step."""
+        early, names = self.early(component), self._arrivals.early(component)
+        found = [self._reading(component, names, self.stepped + early.start)] if names else []
+        return [*found, *self.seeing(component)]
+
+    def seeing(self, component: str) -> list[Get]:
+        """The part of `arrival` that reads the outputs that are not exchanged."""
+        recorded, watched = self._arrivals.further(component)
+        found = []
+        for names, checked in ((recorded, True), (watched, False)):
+            if names:
+                start = self._seen_index[Port(component, names[0])]
+                reading = self._reading(component, names, start)
+                found.append(replace(reading, in_rows=True, checked=checked))
+        return found
+
+    def early(self, component: str) -> slice:
+        """Places of the exchanged outputs that a component gives before its inputs are set."""
+        start = self.output_slice(component).start
+        return slice(start, start + len(self._arrivals.early(component)))
+
+    def _reading(self, component: str, names: tuple[str, ...], start: int) -> Get:
+        view = self.values[start : start + len(names)]
+        return Get(self.instances[component], names, view, due=self.due(component))
 
     def due(self, component: str) -> Due | None:
         """When the component has a point, if not at every communication point."""
@@ -185,11 +237,11 @@ class Network:
         self.time, self.last = time, self.size
         self._run_exchange()
 
-    def change(self, changes: Iterable[Change]) -> None:
+    def change(self, changes: Sequence[Change]) -> None:
         """Set these at the present point, and exchange again."""
         for component, values in changes:
             self.instances[component].set_values(values)
-        self.refresh()
+        self.refresh(changes)
 
     def made(self, make: Callable[[Network], Made], length: float) -> Made:
         """What `make` makes of this network for steps of this `length` over the simulation's."""
@@ -203,11 +255,26 @@ class Network:
         """Something has jumped in the step being made: the points before it tell nothing more."""
         self.size = 0.0
 
-    def refresh(self) -> None:
-        """Exchange again at the present point, after something was set in an FMU."""
+    def refresh(self, changes: Iterable[Change]) -> None:
+        """Exchange again at the present point, after these were set in FMUs."""
         before = self.values[self.before : self.stepped].copy()
+        self.values[self.stepped : self.middle] = self.values[self.now : self.before]
+        names: dict[str, set[str]] = {}
+        for component, values in changes:
+            names.setdefault(component, set()).update(values)
+        for component, changed in names.items():
+            self._read_again(component, changed)
         self._run_exchange()
         self.values[self.before : self.stepped] = before
+
+    def _read_again(self, component: str, changed: Collection[str]) -> None:
+        """Read outputs that may follow variables which were set; the others may be lost by that."""
+        follows = following(self._descriptions[component], changed)
+        for reading in self.arrival(component):
+            before = reading.into.copy()
+            Schedule([reading]).run(self.time)
+            stays = [not follows(name) for name in reading.names]
+            reading.into[stays] = before[stays]
 
     def _run_exchange(self) -> None:
         for part in self._exchange:
@@ -261,6 +328,7 @@ class Network:
             instance.enter_initialization()
         sources = {k.target: k.source for k in (*self._wiring.initial_links, *self._wiring.links)}
         found: dict[Port, float] = {}
+        arrived: set[str] = set()
         for transfer in self._structure.initial:
             if isinstance(transfer, Loop):
                 loop = AlgebraicLoop(self.instances, transfer, sources)
@@ -273,13 +341,21 @@ class Network:
             if transfer.action == "get":
                 self.reader(transfer.component, transfer.variables, view)()
                 found.update(zip(ports, view.tolist(), strict=True))
+                if instance.description.version == "1.0" and transfer.component not in arrived:
+                    self._arrive(transfer.component)  # it was initialised just now
+                    arrived.add(transfer.component)
             else:
                 view[:] = [found[sources[port]] for port in ports]
                 self._checked(instance, instance.setter(transfer.variables, view), "fmi2SetReal")()
-        for instance in self.instances.values():
+        for component, instance in self.instances.items():
             instance.exit_initialization()
+            if component not in arrived:
+                self._arrive(component)
         self._run_exchange()
         self.values[self.before : self.stepped] = self.values[self.now : self.before]
+
+    def _arrive(self, component: str) -> None:
+        Schedule([replace(o, due=None) for o in self.arrival(component)]).run(self.time)
 
     def reader(self, component: str, names: Sequence[str], view: np.ndarray) -> Action:
         """An action that reads outputs into `view`; RunError if one is nan or infinite."""
@@ -308,10 +384,17 @@ class Network:
     def _exchanged(self, transfers: Sequence[Transfer | Loop]) -> Iterator[Schedule | _SolvedLoop]:
         """The exchange at a communication point: schedules, and the loops between them."""
         count = len(self.outputs)
-        block = self.values[self.before : self.stepped]
-        operations: list[Operation] = [gather(block, self.values, range(count))] if count else []
+        before, now = self.values[self.before : self.stepped], self.values[: self.before]
+        places = np.arange(count)
+        for component in self.instances:
+            places[self.early(component)] += self.stepped
+        operations: list[Operation] = []
+        if count:
+            operations = [gather(before, now, range(count)), gather(now, self.values, places)]
         for transfer in transfers:
             if isinstance(transfer, Transfer):
+                if self._arrivals.has(transfer):
+                    continue
                 due = self.due(transfer.component)
                 operations += [replace(o, due=due) for o in self._transfer(transfer)]
                 continue

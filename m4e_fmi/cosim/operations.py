@@ -36,12 +36,18 @@ class Due:
 
 @dataclass(frozen=True, eq=False)
 class Get:
-    """Reads the Real variables `names`, which must be finite, into a vector or a block's row."""
+    """Reads the Real variables `names` into a vector or a block's row.
+
+    They must be finite, if it is `checked`. One that is for `in_rows` only is left out of a
+    `Loop`'s steps that end at no row of results.
+    """
 
     instance: Instance
     names: tuple[str, ...]
     into: np.ndarray
     due: Due | None = None
+    in_rows: bool = False
+    checked: bool = True
 
 
 @dataclass(frozen=True, eq=False)

@@ -28,6 +28,8 @@ from m4e_fmi.runtime.library import library
 
 NEVER = 2**63
 """Steps from row to row where there are no rows."""
+FAR = 2**62
+"""A time [ns] that no run reaches."""
 
 
 class Schedule:
@@ -92,7 +94,8 @@ class Loop:
 
     `state` has the present time `now`, the step `size` [ns], the next places of blocks that each
     step (`noted`) and each row (`written`) fill, and the steps `since` the last of the rows, which
-    are `every` so many steps. One of the instances `telling` may ask for the end.
+    are `every` so many steps. All steps that end at `rows_from` [ns] or later may end at a row. One
+    of the instances `telling` may ask for the end.
     """
 
     def __init__(
@@ -100,7 +103,7 @@ class Loop:
     ) -> None:
         self.step = step
         self.row = row or Schedule(())
-        self.state = State(every=every if row else NEVER)
+        self.state = State(every=every if row else NEVER, rows_from=FAR)
         self._telling = telling
         if isinstance(step.executor, NativeExecutor):
             self._ends = native_loop.ends(telling)
