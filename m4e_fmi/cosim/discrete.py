@@ -12,10 +12,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from m4e_fmi.cosim.arrivals import Arrivals
 from m4e_fmi.cosim.connect import Link, Port
 from m4e_fmi.cosim.instance import WARNING, Instance
 from m4e_fmi.cosim.operations import Due, GetTyped, SetTyped
-from m4e_fmi.cosim.standards import Access, Taken, Texts
+from m4e_fmi.cosim.standards import Access, Taken, Texts, value_in
 from m4e_fmi.cosim.structure import Loop, Transfer
 from m4e_fmi.cosim.type_rules import bounds, is_large
 
@@ -25,7 +26,8 @@ class Discrete:
 
     `values` has a cell (see `standards.typed`) for each of `outputs`, as it is at the present
     communication point; texts have their places in `texts`. `changed` is 0 from where one changes
-    until `settle`, infinite otherwise.
+    until `settle`, infinite otherwise. After the `values` in `cells` come outputs that are not
+    exchanged, but read with them (see `arrivals`).
     """
 
     def __init__(
@@ -34,14 +36,20 @@ class Discrete:
         steps: Sequence[Transfer | Loop],
         links: Mapping[Port, Link],
         texts: Texts,
+        arrivals: Arrivals | None = None,
     ) -> None:
         self._instances, self._links, self.texts = instances, links, texts
+        self._arrivals = arrivals
         transfers = [t for t in steps if isinstance(t, Transfer) and t.discrete]
         self.outputs = [
             Port(t.component, name) for t in transfers if t.action == "get" for name in t.variables
         ]
-        self._index = {port: k for k, port in enumerate(self.outputs)}
-        self.values = np.zeros(len(self.outputs), dtype=np.int64)
+        seen = {c: arrivals.further_typed(c) for c in instances} if arrivals else {}
+        ports = (*self.outputs, *(Port(c, name) for c, names in seen.items() for name in names))
+        self._index = {port: k for k, port in enumerate(ports)}
+        self.cells = np.zeros(len(ports), dtype=np.int64)
+        self.values = self.cells[: len(self.outputs)]
+        self._seen = {c: instances[c].typed(names, texts) for c, names in seen.items() if names}
         self.changed = np.array([np.inf])
         self._before = self.values.copy()
         self._accesses = {transfer: self._access(transfer) for transfer in transfers}
@@ -81,6 +89,28 @@ class Discrete:
         kind = GetTyped if transfer.action == "get" else SetTyped
         return kind(instance, access, self._cells(transfer), due)
 
+    def arrival(self, component: str, due: Due | None) -> list[GetTyped]:
+        """Reads what a component gives before its inputs are set; to follow its last step."""
+        early = self._arrivals.early_typed(component) if self._arrivals else None
+        found = [self.operation(early, due)] if early else []
+        if component in self._seen:
+            access = self._seen[component]
+            start = self._index[Port(component, access.names[0])]
+            cells = self.cells[start : start + len(access.names)]
+            found.append(GetTyped(self._instances[component], access, cells, due, in_rows=True))
+        return [one for one in found if isinstance(one, GetTyped)]
+
+    def known(self, port: Port) -> int | None:
+        """Where in `cells` the present value of an output is; None if only its FMU can tell it."""
+        if self._instances[port.component].description.has_events:
+            return None
+        return self._index.get(port)
+
+    def value(self, port: Port, cell: int) -> int | bool | str:
+        """The value in a cell of a port."""
+        variable = self._instances[port.component].description.variables[port.variable]
+        return value_in(int(self.cells[cell]), variable, self.texts)
+
     def perform(self, transfer: Transfer) -> None:
         """Perform a transfer now; RunError as of a schedule."""
         access, cells = self._accesses[transfer], self._cells(transfer)
@@ -97,9 +127,10 @@ class Discrete:
         self._before[:] = self.values
         return [self.outputs[k] for k in found]
 
-    def bring(self, values: np.ndarray) -> None:
-        """Make these the values at the present point; the FMUs have them already."""
-        self.values[:] = self._before[:] = values
+    def bring(self, cells: np.ndarray) -> None:
+        """Make these the cells at the present point; the FMUs have them already."""
+        self.cells[:] = cells
+        self._before[:] = self.values
         self.changed[0] = np.inf
 
     def differs(self, values: np.ndarray) -> bool:

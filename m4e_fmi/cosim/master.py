@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from typing import cast
@@ -11,6 +11,7 @@ from typing import cast
 import numpy as np
 
 from m4e_fmi.cosim.algorithms import ALGORITHMS, Algorithm, Returning, Undoing, returning
+from m4e_fmi.cosim.announced import NEXT_EVENT_TIME
 from m4e_fmi.cosim.binary import Binary, binaries
 from m4e_fmi.cosim.certificate import Certificate, certificate
 from m4e_fmi.cosim.companion import Companion
@@ -78,10 +79,14 @@ class Master:
         *,
         certify: bool = True,
         changeable: bool = False,
+        recorded: Mapping[str, Collection[str]] | None = None,
+        watched: bool = False,
     ) -> None:
         """With `certify`, steps are made twice, from which `certificate` follows.
 
-        A run is `changeable` if values may be set between its steps.
+        A run is `changeable` if values may be set between its steps. `recorded` are the outputs by
+        component that its results will have (None: all scalars), `watched` tells that observers may
+        read all others.
         """
         self._system = system
         self._descriptions = descriptions
@@ -89,6 +94,9 @@ class Master:
         self._structure = structure
         self._rates = rates
         self._certify, self._changeable = certify, changeable
+        self._recorded, self._watched = recorded, watched or changeable
+        if recorded is not None:
+            self._recorded = {c: {*recorded.get(c, ()), NEXT_EVENT_TIME} for c in descriptions}
         self._changes: list[Change] = []
         self._open = ExitStack()
         self._stop = round(system.simulation.stop_time * SECOND)
@@ -121,7 +129,13 @@ class Master:
             instance.set_values(start_values(component, description))
             instances[name] = instance
         known = (self._wiring, self._structure, self._rates)
-        network = Network(instances, *known, time=simulation.start_time)
+        network = Network(
+            instances,
+            *known,
+            time=simulation.start_time,
+            recorded=self._recorded,
+            watched=self._watched,
+        )
         with quiet():
             network.initialise()
         return network
@@ -319,7 +333,7 @@ class Master:
         """Make the present point consistent with what was set there, if anything was."""
         if not self._changes:
             return
-        self.network.refresh()
+        self.network.refresh(self._changes)
         self._energy.jump()
         if self._witness:
             self._witness.changed(self._changes)

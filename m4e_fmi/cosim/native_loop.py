@@ -13,6 +13,7 @@ import numpy as np
 from m4e_fmi.cosim.instance import Instance
 from m4e_fmi.cosim.operations import (
     Combine,
+    Copy,
     DoStep,
     Get,
     GetTyped,
@@ -25,6 +26,7 @@ from m4e_fmi.cosim.operations import (
 )
 from m4e_fmi.cosim.standards import RawCall
 from m4e_fmi.cosim.standards.access3 import RawComponent
+from m4e_fmi.cosim.standards.typed import RawCopied, function
 
 NOT_A_NUMBER = -1
 GET, SET, SET_DERIVATIVES, DO_STEP, SAVE, RESTORE, COMBINE, CALL = range(8)
@@ -52,6 +54,8 @@ class RawOperation(ctypes.Structure):
         ("own", c_double),
         ("origin", c_int64),
         ("period", c_int64),
+        ("in_rows", c_int32),
+        ("unchecked", c_int32),
     ]
 
 
@@ -65,6 +69,7 @@ class State(ctypes.Structure):
         ("row_count", c_uint64),
         ("now", c_int64),
         ("size", c_int64),
+        ("rows_from", c_int64),
         ("every", c_uint64),
         ("since", c_uint64),
         ("noted", c_uint64),
@@ -98,8 +103,8 @@ class NativeExecutor:
         return (status, failed.value) if status else (0, 0)
 
 
-Translated = tuple[RawOperation, tuple[np.ndarray, ...]]
-"""An operation for the C library, and arrays of it that nothing else holds."""
+Translated = tuple[RawOperation, tuple[np.ndarray | RawCopied, ...]]
+"""An operation for the C library, and what of it nothing else holds."""
 
 _known: WeakKeyDictionary[Operation, Translated] = WeakKeyDictionary()
 
@@ -119,6 +124,7 @@ def _translation(operation: Operation) -> Translated:
     match operation:
         case Get(instance, names, values):
             raw, references = _call(GET, instance.raw("fmi2GetReal", names))
+            raw.in_rows, raw.unchecked = operation.in_rows, not operation.checked
             _fill(raw, values)
             return raw, (references,)
         case Set(instance, names, values):
@@ -151,12 +157,18 @@ def _translation(operation: Operation) -> Translated:
             _fill(raw, into)
         case GetTyped(_, access, cells):
             raw = RawOperation(kind=CALL, component=access.address)
-            raw.function = access.function_of("m4e_get_typed")
+            raw.function, raw.in_rows = function("m4e_get_typed"), operation.in_rows
             _fill(raw, cells)
         case SetTyped(_, access, cells):
             raw = RawOperation(kind=CALL, component=access.address)
-            raw.function = access.function_of("m4e_set_typed")
+            raw.function = function("m4e_set_typed")
             _fill(raw, cells)
+        case Copy(source, places, into):
+            copied = RawCopied(_address(source), _address(places), len(places))
+            raw = RawOperation(kind=CALL, component=ctypes.addressof(copied))
+            raw.function = function("m4e_copy_cells")
+            _fill(raw, into)
+            return raw, (copied,)
     return raw, ()
 
 

@@ -38,12 +38,18 @@ class Due:
 
 @dataclass(frozen=True, eq=False)
 class Get:
-    """Reads the Real variables `names`, which must be finite, into a vector or a block's row."""
+    """Reads the Real variables `names` into a vector or a block's row.
+
+    They must be finite, if it is `checked`. One that is for `in_rows` only is left out of a
+    `Loop`'s steps that end at no row of results.
+    """
 
     instance: Instance
     names: tuple[str, ...]
     into: np.ndarray
     due: Due | None = None
+    in_rows: bool = False
+    checked: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,6 +135,20 @@ class GetTyped:
     access: Access
     into: np.ndarray
     due: Due | None = None
+    in_rows: bool = False
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return self.access.names
+
+
+@dataclass(frozen=True, eq=False)
+class Copy:
+    """Copies the cells `places` of `source` into a block's row."""
+
+    source: np.ndarray
+    places: np.ndarray
+    into: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,7 +161,9 @@ class SetTyped:
     due: Due | None = None
 
 
-Operation = Get | Set | SetDerivatives | DoStep | Save | Restore | Combine | GetTyped | SetTyped
+Operation = (
+    Get | Set | SetDerivatives | DoStep | Save | Restore | Combine | GetTyped | SetTyped | Copy
+)
 
 
 def gather(into: np.ndarray, source: np.ndarray, places: Sequence[int] | np.ndarray) -> Combine:

@@ -17,10 +17,9 @@ from typing import Any
 
 import numpy as np
 
-from m4e_fmi.cosim.instance import Instance
+from m4e_fmi.cosim.connect import Port
 from m4e_fmi.cosim.network import Network
-from m4e_fmi.cosim.operations import Get
-from m4e_fmi.cosim.rates import Rate
+from m4e_fmi.cosim.operations import Get, Operation, gather
 from m4e_fmi.cosim.schedule import Schedule
 from m4e_fmi.cosim.selection import chosen
 from m4e_fmi.errors import RunError
@@ -98,8 +97,8 @@ class ResultsWriter:
         self._time.setncatts({"units": "s", "long_name": "simulated time"})
         self._times = np.zeros(self._block)
         self._groups = [
-            _Group(self._file, instance, outputs[name], self._block, chunk, network.rates.get(name))
-            for name, instance in network.instances.items()
+            _Group(self._file, network, name, outputs[name], self._block, chunk)
+            for name in network.instances
         ]
         self.schedule = Schedule([o for group in self._groups for o in group.operations])
         self._file.sync()
@@ -226,18 +225,22 @@ def _ending(error: object) -> str:
 
 
 class _Group:
-    """What is recorded of one component: a block of rows, and the netCDF variables they go to."""
+    """What is recorded of one component: blocks of rows, and the netCDF variables they go to.
+
+    Outputs are as they were exchanged, or read with those; what the network does not know, the FMU
+    tells.
+    """
 
     def __init__(
         self,
         file: Any,
-        instance: Instance,
+        network: Network,
+        component: str,
         outputs: Sequence[Variable],
         rows: int,
         chunk: int,
-        rate: Rate | None,
     ) -> None:
-        group = file.createGroup(instance.name)
+        group, rate = file.createGroup(component), network.rates.get(component)
         if rate:
             group.setncattr("step_size", f"{rate.step:g} s")
         self._variables = []
@@ -245,10 +248,19 @@ class _Group:
             variable = group.createVariable(output.name, "f8", ("time",), chunksizes=(chunk,))
             variable.setncatts({"units": output.unit or "1", "long_name": output.description})
             self._variables.append(variable)
-        self._block = np.zeros((rows, len(outputs)))
-        names = tuple(output.name for output in outputs)
-        self.operations = (Get(instance, names, self._block),) if names else ()
+        places = [network.known(Port(component, output.name)) for output in outputs]
+        known = [place for place in places if place is not None]
+        asked = [o.name for o, place in zip(outputs, places, strict=True) if place is None]
+        blocks = np.zeros((rows, len(known))), np.zeros((rows, len(asked)))
+        self.operations: list[Operation] = []
+        if known:
+            self.operations.append(gather(blocks[0], network.values, known))
+        if asked:
+            instance = network.instances[component]
+            self.operations.append(Get(instance, tuple(asked), blocks[1]))
+        columns = iter(blocks[0].T), iter(blocks[1].T)
+        self._columns = [next(columns[place is None]) for place in places]
 
     def write(self, rows: slice, count: int) -> None:
-        for variable, column in zip(self._variables, self._block.T, strict=True):
+        for variable, column in zip(self._variables, self._columns, strict=True):
             variable[rows] = column[:count]

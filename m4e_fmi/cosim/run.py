@@ -20,6 +20,7 @@ from m4e_fmi.cosim.master import Master, Observer, Progress
 from m4e_fmi.cosim.overview import overview
 from m4e_fmi.cosim.pacing import Rates, pace, refined
 from m4e_fmi.cosim.results import ResultsWriter
+from m4e_fmi.cosim.selection import chosen
 from m4e_fmi.cosim.structure import Structure, analyse
 from m4e_fmi.cosim.system import SOLVES_LOOPS, Component, Simulation, System
 from m4e_fmi.cosim.timing import Timing, timings
@@ -188,7 +189,9 @@ def _once(
     variables: Sequence[str] = (),
     certify: bool = True,
 ) -> Outcome:
-    with _begun(system, results=results, variables=variables, certify=certify) as begun:
+    with _begun(
+        system, results=results, variables=variables, certify=certify, watched=bool(observers)
+    ) as begun:
         begun.master.run(results=begun.results, observers=observers, progress=progress)
     assert begun.outcome
     return begun.outcome
@@ -211,12 +214,19 @@ def _begun(
     variables: Sequence[str],
     certify: bool = True,
     changeable: bool = False,
+    watched: bool = False,
 ) -> Iterator[_Begun]:
     begun = clock.perf_counter()
     if results is not None:
         check_export(results)
     parts = (system.system, system.descriptions, system.wiring, system.structure, system.rates)
-    with Master(*parts, certify=certify, changeable=changeable) as master:
+    recorded: dict[str, list[str]] = {}
+    if results is not None:
+        found = chosen(system.descriptions, variables)
+        recorded = {name: [v.name for v in members] for name, members in found.items()}
+    with Master(
+        *parts, certify=certify, changeable=changeable, recorded=recorded, watched=watched
+    ) as master:
         path = None
         if results is None:
             found = _Begun(master)

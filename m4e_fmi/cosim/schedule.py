@@ -16,6 +16,7 @@ from m4e_fmi.cosim.instance import Instance
 from m4e_fmi.cosim.native_loop import NOT_A_NUMBER, NativeExecutor, State
 from m4e_fmi.cosim.operations import (
     Combine,
+    Copy,
     DoStep,
     Get,
     GetTyped,
@@ -32,6 +33,8 @@ from m4e_fmi.runtime.library import library
 
 NEVER = 2**63
 """Steps from row to row where there are no rows."""
+FAR = 2**62
+"""A time [ns] that no run reaches."""
 
 
 class Schedule:
@@ -91,7 +94,7 @@ class Schedule:
                 instance.fail_typed(status, access, cells)
             case SetTyped(instance, access, cells):
                 instance.fail_typed(status, access, cells)
-            case Combine():
+            case Combine() | Copy():
                 raise AssertionError("combinations do not fail")
 
 
@@ -100,8 +103,9 @@ class Loop:
 
     `state` has the present time `now`, the step `size` [ns], the next places of blocks that each
     step (`noted`) and each row (`written`) fill, and the steps `since` the last of the rows, which
-    are `every` so many steps. One of the instances `telling` may ask for the end; one of `stops`
-    (float64) that becomes finite ends it, too.
+    are `every` so many steps. All steps that end at `rows_from` [ns] or later may end at a row. One
+    of the instances `telling` may ask for the end; one of `stops` (float64) that becomes finite
+    ends it, too.
     """
 
     def __init__(
@@ -115,7 +119,7 @@ class Loop:
     ) -> None:
         self.step = step
         self.row = row or Schedule(())
-        self.state = State(every=every if row else NEVER)
+        self.state = State(every=every if row else NEVER, rows_from=FAR)
         self._telling, self._stops = telling, stops
         if isinstance(step.executor, NativeExecutor):
             self._ends = native_loop.ends(telling, stops)

@@ -98,7 +98,11 @@ class Course:
         noted = (*self._energy.operations(self._algorithm.held), *watched)
         rows = self._results.schedule if self._results else None
         every = -(-self._every // self._size)
-        return looped(self._algorithm, self._network, noted, rows, every=every)
+        loop = looped(self._algorithm, self._network, noted, rows, every=every)
+        if loop:
+            anywhere = self._singly or self._telling  # where rows end is not known before
+            loop.state.rows_from = self._start if anywhere else self._stop
+        return loop
 
     def advance(self, most: int = ENERGY_BLOCK) -> None:
         """Make as many steps as can be made at once, `most` at most, or one."""

@@ -34,6 +34,7 @@ _CELL = -(2**63), 2**63 - 1
 """What an int64 holds."""
 TYPES = tuple(kind for kind in _TO if _TO[kind])
 """The types that can be connected, and recorded."""
+DISCRETE = tuple(kind for kind in TYPES if kind != REAL)
 
 
 def misfit(give: Variable, take: Variable, *, plain: bool) -> tuple[str, str] | None:

@@ -50,7 +50,7 @@ class Doubling:
         network.advance(time + half)
         algorithm.step(time + half, half)
         self.held += algorithm.held / 2
-        middle, discrete = network.values.copy(), network.discrete.values.copy()
+        middle, discrete = network.values.copy(), network.discrete.cells.copy()
         network.advance(time + size)
         self.end[:] = network.values[: self._count]
         self.change[:] = (whole - self.end) / (2.0**self.order - 1)

@@ -133,6 +133,21 @@ class _RawTyped(ctypes.Structure):
     ]
 
 
+class RawCopied(ctypes.Structure):
+    """`m4e_copied`."""
+
+    _fields_ = [("source", c_void_p), ("places", c_void_p), ("count", c_uint64)]
+
+
+def function(name: str) -> int:
+    """The address of a function of typed.h."""
+    found = library()
+    assert found is not None
+    place = ctypes.cast(getattr(found, name), c_void_p).value
+    assert place
+    return place
+
+
 class Texts:
     """Different texts (UTF-8), each at its place, from 0 on. They are kept as long as this is."""
 
@@ -333,14 +348,6 @@ class Access:
     def address(self) -> int:
         """That of the C structure."""
         return ctypes.addressof(self._raw)
-
-    def function_of(self, name: str) -> int:
-        """The address of m4e_get_typed or m4e_set_typed."""
-        found = library()
-        assert found is not None
-        place = ctypes.cast(getattr(found, name), c_void_p).value
-        assert place
-        return place
 
     @property
     def failed(self) -> int:

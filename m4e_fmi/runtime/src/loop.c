@@ -19,7 +19,7 @@ static const int WARNING = 1;
 
 static int get(const m4e_operation *o, double *values) {
     const int status = ((get_real *)o->function)(o->component, o->references, o->count, values);
-    if (status > WARNING) return status;
+    if (status > WARNING || o->unchecked) return status;
     for (uint32_t i = 0; i < o->count; ++i)
         if (!isfinite(values[i])) return M4E_NOT_A_NUMBER;
     return status;
@@ -66,10 +66,12 @@ static int perform(const m4e_operation *o, double t, double h, uint64_t row) {
     }
 }
 
-int m4e_perform(const m4e_operation *operations, size_t count, double t, double h, uint64_t row,
-                uint64_t *failed) {
+/* Without those `in_rows` where the step ends at no row. */
+static int perform_all(const m4e_operation *operations, size_t count, double t, double h,
+                       uint64_t row, int at_row, uint64_t *failed) {
     for (size_t i = 0; i < count; ++i) {
         const m4e_operation *o = &operations[i];
+        if (o->in_rows && !at_row) continue;
         if (o->period && !is_due(o, t + h)) continue;
         const int status = perform(o, t, h, row);
         if (status >= 0 && status <= WARNING) continue;
@@ -77,6 +79,11 @@ int m4e_perform(const m4e_operation *operations, size_t count, double t, double 
         return status;
     }
     return 0;
+}
+
+int m4e_perform(const m4e_operation *operations, size_t count, double t, double h, uint64_t row,
+                uint64_t *failed) {
+    return perform_all(operations, count, t, h, row, 1, failed);
 }
 
 static int is_over(const m4e_loop_state *s) {
@@ -88,7 +95,8 @@ static int is_over(const m4e_loop_state *s) {
 int m4e_loop(m4e_loop_state *s, uint64_t steps) {
     for (; steps > 0 && !is_over(s); --steps) {
         const double t = (double)s->now / SECOND, h = (double)s->size / SECOND;
-        int status = m4e_perform(s->step, s->step_count, t, h, s->noted, &s->failed);
+        const int at_row = s->since + 1 >= s->every || s->now + s->size >= s->rows_from;
+        int status = perform_all(s->step, s->step_count, t, h, s->noted, at_row, &s->failed);
         s->in_row = 0;
         if (status) return status;
         s->now += s->size;

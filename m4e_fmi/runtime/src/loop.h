@@ -34,6 +34,8 @@ typedef struct {
     double start, length, own; /* own: the component's step [s], taken if `length` gives it */
     int64_t origin, period; /* ns; unless period is 0, performed only in steps that end at origin
                                plus a multiple of it, and a step by `own` ends there */
+    int32_t in_rows;   /* performed only in steps that end at a row of results */
+    int32_t unchecked; /* values that are got may be nan or infinite */
 } m4e_operation;
 
 /* Performs the operations over the step of h [s] from t [s]; blocks are filled at `row`. The status
@@ -45,6 +47,7 @@ typedef struct {
     const m4e_operation *step, *row; /* of each step; after each step that is a row of results */
     uint64_t step_count, row_count;
     int64_t now, size;       /* ns */
+    int64_t rows_from;       /* ns; all steps that end then or later count as ending at a row */
     uint64_t every, since;   /* steps from row to row; steps since the last */
     uint64_t noted, written; /* rows of blocks that are filled, by `step` and by `row` */
     uint64_t failed;         /* the operation that ended the loop */

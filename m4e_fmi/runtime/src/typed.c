@@ -185,3 +185,8 @@ int m4e_set_typed(m4e_typed *a, const int64_t *cells) {
     const int status = m4e_settle_3(c, c->reached);
     return status > worst ? status : worst;
 }
+
+int m4e_copy_cells(const m4e_copied *c, int64_t *cells) {
+    for (uint64_t i = 0; i < c->count; ++i) cells[i] = c->source[c->places[i]];
+    return 0;
+}

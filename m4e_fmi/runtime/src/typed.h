@@ -60,4 +60,12 @@ typedef struct {
 M4E_API int m4e_get_typed(m4e_typed *access, int64_t *cells);
 M4E_API int m4e_set_typed(m4e_typed *access, const int64_t *cells);
 
+typedef struct {
+    const int64_t *source;
+    const uint32_t *places;
+    uint64_t count;
+} m4e_copied;
+
+M4E_API int m4e_copy_cells(const m4e_copied *copied, int64_t *cells); /* cells[i] = source[places[i]] */
+
 #endif
