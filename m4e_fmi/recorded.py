@@ -13,7 +13,7 @@ Flags are those of the CF conventions, section 3.5: blanks in names of items bec
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -44,6 +44,18 @@ class Recorded:
         return self.kind == TEXT
 
     @property
+    def named(self) -> Mapping[str, int]:
+        """Names of values: of an enumeration and of Booleans."""
+        return TRUTH if self.type == "Boolean" else self.items
+
+    def told(self, value: Any) -> str:
+        """A value as text: by its name if it has one."""
+        if self.is_text:
+            return repr(value)
+        names = {number: name for name, number in self.named.items()}
+        return names.get(int(value), f"{value:g}" if self.is_real else str(value))
+
+    @property
     def file_type(self) -> Any:
         """The type for netCDF4's createVariable."""
         return str if self.is_text else self.kind
@@ -51,13 +63,25 @@ class Recorded:
     @property
     def attributes(self) -> dict[str, Any]:
         """What is said of the values in a file."""
-        items = TRUTH if self.type == "Boolean" else self.items
+        items = self.named
         if not items:
             return {}
         return {
             "flag_values": np.array(list(items.values()), dtype=self.kind),
             "flag_meanings": " ".join("_".join(name.split()) for name in items),
         }
+
+    def stored(self, cells: np.ndarray, text_at: Callable[[int], str]) -> np.ndarray:
+        """What lies in a netCDF-4 file for cells (int64, see cosim's `standards.typed`).
+
+        Reals are as they are, texts are found by their places.
+        """
+        if self.is_real:
+            return cells
+        if not self.is_text:
+            return cells.astype(self.kind)
+        known = {place: text_at(place) for place in np.unique(cells).tolist()}
+        return np.array([known[place] for place in cells.tolist()], dtype=object)
 
     def values(self, stored: np.ndarray) -> np.ndarray:
         """The values in their own type: Booleans as such, texts as objects, numbers as they are."""

@@ -107,6 +107,11 @@ class Wiring:
     unconnected: tuple[Port, ...]
     signals: tuple[BusSignal, ...] = ()
 
+    @property
+    def sources(self) -> tuple[Port, ...]:
+        """The outputs whose values are carried at every communication point."""
+        return tuple(link.source for link in self.links)
+
 
 def connect(system: System, descriptions: Mapping[str, Description]) -> Wiring:
     """The wiring of `system`, whose components' FMUs say `descriptions`.

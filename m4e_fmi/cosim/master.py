@@ -19,7 +19,7 @@ from m4e_fmi.cosim.connect import Wiring
 from m4e_fmi.cosim.energy import BondEnergy, EnergyBalance
 from m4e_fmi.cosim.events import ended, event_notes, telling
 from m4e_fmi.cosim.instance import Instance
-from m4e_fmi.cosim.interruption import quiet, stepping
+from m4e_fmi.cosim.interruption import quiet, same_folder, stepping
 from m4e_fmi.cosim.memory import Memory, recall, remember
 from m4e_fmi.cosim.network import HALF, TWICE, Change, Network, Point
 from m4e_fmi.cosim.pacing import Rates
@@ -102,7 +102,7 @@ class Master:
         self._stop = round(system.simulation.stop_time * SECOND)
 
     def __enter__(self) -> Master:
-        with ExitStack() as stack:
+        with same_folder(), ExitStack() as stack:
             self._loaded = binaries(self._descriptions, stack)
             self.network = self._initialised(self._loaded, stack)
             self._prepare(stack)
@@ -110,7 +110,8 @@ class Master:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._open.close()
+        with same_folder():
+            self._open.close()
 
     def _initialised(
         self, loaded: Mapping[str, Binary], stack: ExitStack, suffix: str = ""
@@ -287,17 +288,16 @@ class Master:
         observers: Sequence[Observer] = (),
         progress: Progress | None = None,
     ) -> None:
-        """Step to the stop time; KeyboardInterrupt stops at a communication point."""
+        """Step to the stop time; KeyboardInterrupt and Terminated stop at a communication point."""
         self.begin(results, singly=bool(observers))
         tell = _ticker(progress)
         self._observe(observers)
-        with stepping() as interrupted:
+        with stepping(self._course.halt) as check:
             while not self.done:
                 self._course.advance()
                 self._observe(observers)
                 tell(self._course.now / SECOND)
-                if interrupted():
-                    raise KeyboardInterrupt
+                check()
 
     def begin(self, results: ResultsWriter | None = None, *, singly: bool) -> None:
         """Make ready for steps that are recorded in `results`, one at a time if `singly`."""
@@ -318,11 +318,9 @@ class Master:
             results.record(self.network.time)
 
     def step(self) -> None:
-        """Make one step; KeyboardInterrupt comes after it."""
-        with stepping() as interrupted:
+        """Make one step; KeyboardInterrupt and Terminated come after it."""
+        with stepping():
             self._course.advance()
-            if interrupted():
-                raise KeyboardInterrupt
 
     def set(self, component: str, values: Mapping[str, Value]) -> None:
         """Set variables of a component at the present point; `refresh` is to follow."""

@@ -78,6 +78,7 @@ class State(ctypes.Structure):
         ("in_row", c_int32),
         ("ends", c_void_p),
         ("end_count", c_uint64),
+        ("halt", c_int32),
     ]
 
 
@@ -201,8 +202,8 @@ def ends(instances: Sequence[Instance], stops: np.ndarray) -> ctypes.Array[c_voi
 
 
 def run(step: NativeExecutor, row: NativeExecutor, state: State, steps: int) -> int:
-    """So many steps, fewer if an operation fails, its status then, or if a component has asked for
-    the end. `state` tells how far it came.
+    """So many steps, fewer if an operation fails, its status then, if a component has asked for the
+    end, or another thread for a halt, after one at least. `state` tells how far it came.
     """
     state.step, state.step_count = ctypes.addressof(step.array), step.count
     state.row, state.row_count = ctypes.addressof(row.array), row.count

@@ -151,6 +151,11 @@ class Network:
         self._exchange = tuple(self._exchanged(structure.exchange))
 
     @property
+    def sources(self) -> tuple[Port, ...]:
+        """The outputs that connections carry, of all types."""
+        return self._wiring.sources
+
+    @property
     def stops(self) -> np.ndarray:
         """What becomes finite where steps that are made at once have to stop: at a change."""
         return self.discrete.changed if self.discrete else np.zeros(0)

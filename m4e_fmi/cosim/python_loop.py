@@ -61,10 +61,10 @@ def run(
     stops: np.ndarray,
 ) -> int:
     """`m4e_loop` of the runtime's loop.h: so many steps, until one of `telling` has asked for the
-    end, or one of `stops` is finite; the status.
+    end, another thread for a halt, or one of `stops` is finite; the status.
     """
-    for _ in range(steps):
-        if ended(telling) or np.isfinite(stops).any():
+    for made in range(steps):
+        if ended(telling) or (made and state.halt) or np.isfinite(stops).any():
             return 0
         time, size = state.now / SECOND, state.size / SECOND
         at_row = state.since + 1 >= state.every or state.now + state.size >= state.rows_from

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cache
-from math import ceil
 from pathlib import Path
 
 from m4e_fmi.cosim.certificate import Certificate, Trace, compared
@@ -22,12 +21,14 @@ from m4e_fmi.cosim.pacing import Rates, pace, refined
 from m4e_fmi.cosim.results import ResultsWriter
 from m4e_fmi.cosim.selection import chosen
 from m4e_fmi.cosim.structure import Structure, analyse
-from m4e_fmi.cosim.system import SOLVES_LOOPS, Component, Simulation, System
+from m4e_fmi.cosim.system import SOLVES_LOOPS, Component, System
 from m4e_fmi.cosim.timing import Timing, timings
 from m4e_fmi.errors import InputError, Problem, RunError
 from m4e_fmi.fmu import Description, read_description
 from m4e_fmi.fmu.reading import resized
+from m4e_fmi.locks import claimed
 from m4e_fmi.results import Results, check_export, export, load, stream_of
+from m4e_fmi.signals import ending_cleanly
 
 
 @dataclass(frozen=True)
@@ -217,49 +218,55 @@ def _begun(
     watched: bool = False,
 ) -> Iterator[_Begun]:
     begun = clock.perf_counter()
-    if results is not None:
-        check_export(results)
+    system = _at_home(system)
     parts = (system.system, system.descriptions, system.wiring, system.structure, system.rates)
     recorded: dict[str, list[str]] = {}
     if results is not None:
-        found = chosen(system.descriptions, variables)
-        recorded = {name: [v.name for v in members] for name, members in found.items()}
-    with Master(
-        *parts, certify=certify, changeable=changeable, recorded=recorded, watched=watched
-    ) as master:
-        path = None
-        if results is None:
-            found = _Begun(master)
+        members = chosen(system.descriptions, variables, system.wiring.sources)
+        recorded = {name: [v.name for v in members] for name, members in members.items()}
+    with ExitStack() as stack:
+        stack.enter_context(ending_cleanly())
+        place = stack.enter_context(_claimed(results)) if results is not None else None
+        file = Path(results or "").absolute()
+        master = stack.enter_context(
+            Master(
+                *parts, certify=certify, changeable=changeable, recorded=recorded, watched=watched
+            )
+        )
+        found = _Begun(master)
+        if place is None or results is None:
             yield found
         else:
-            path = stream_of(results)
-            writer = ResultsWriter(
-                path,
-                master.network,
-                _attributes(system.system),
-                expected=_rows(system.system.simulation),
-                variables=variables,
-            )
-            found = _Begun(master, writer)
-            with _exported(path, Path(results), writer), writer:
+            attributes = _attributes(system.system)
+            writer = ResultsWriter(place, master.network, attributes, variables=variables)
+            found.results = writer
+            with _exported(file, Path(results), writer), writer:
                 yield found
         found.outcome = Outcome(
             prepared=system,
-            path=path,
+            path=None if results is None else stream_of(results),
             steps=master.steps,
             wall_time=clock.perf_counter() - begun,
             energy=master.energy,
-            notes=(*system.notes, *master.notes),
+            notes=(*system.notes, *master.notes, *(found.results.notes if found.results else ())),
             order=master.order,
             rejected=master.rejected,
             certificate=master.certificate() if certify else "",
         )
 
 
-def _rows(simulation: Simulation) -> int:
-    """How many rows of results are expected."""
-    interval = simulation.output_interval or simulation.step_size
-    return ceil((simulation.stop_time - simulation.start_time) / interval) + 1
+def _at_home(system: Prepared) -> Prepared:
+    """The same, with files that are found from any folder: FMUs may change that of the process."""
+    found = {n: replace(d, path=d.path.absolute()) for n, d in system.descriptions.items()}
+    return replace(system, descriptions=found)
+
+
+@contextmanager
+def _claimed(results: str | Path) -> Iterator[Path]:
+    """Where the results are streamed to, absolute; InputError or RunError before any work."""
+    check_export(results)
+    with claimed(stream_of(results)) as place:
+        yield place
 
 
 def _attributes(system: System) -> dict[str, str]:
@@ -272,20 +279,30 @@ def _attributes(system: System) -> dict[str, str]:
 
 
 @contextmanager
-def _exported(path: Path, results: Path, writer: ResultsWriter) -> Iterator[None]:
-    """Writes the results in the form wanted, however the run ends, and tells how far they go."""
+def _exported(file: Path, given: Path, writer: ResultsWriter) -> Iterator[None]:
+    """Writes the results to `file`, however the run ends, and tells how far they go."""
     try:
         yield
     except RunError as error:
-        if not path.is_file():  # the disk was full from the start
-            raise
-        export(path, results)
-        note = f"results until t = {writer.last:.9g} s are in {results}"
-        raise RunError(error.message, f"{error.remedy}; {note}".lstrip("; ")) from error
+        note = _kept(file, given, writer)
+        raise RunError(error.message, f"{error.remedy}; {note}".strip("; ")) from error
     except BaseException:
-        export(path, results)
+        _kept(file, given, writer)
         raise
-    export(path, results)
+    export(writer.path, file)
+
+
+def _kept(file: Path, given: Path, writer: ResultsWriter) -> str:
+    """Export the results of a run that did not reach its end; what there is, as text."""
+    if writer.saved is None:
+        old = file.is_file() and "the run made no step: {} is as it was"
+        return old.format(given) if old else ""
+    until = f"results until t = {writer.saved:.9g} s are in"
+    try:
+        export(writer.path, file)
+    except RunError as error:
+        return f"{until} {stream_of(given)}; {error.message}"
+    return f"{until} {given}"
 
 
 def _checked(

@@ -104,6 +104,12 @@ class Course:
             loop.state.rows_from = self._start if anywhere else self._stop
         return loop
 
+    def halt(self) -> None:
+        """End what `advance` does at the next point, called by another thread."""
+        for loop in (self.__dict__.get("_unwatched"), self.__dict__.get("_watched")):
+            if loop:
+                loop.state.halt = 1
+
     def advance(self, most: int = ENERGY_BLOCK) -> None:
         """Make as many steps as can be made at once, `most` at most, or one."""
         if self._witness:
@@ -124,7 +130,7 @@ class Course:
     def _repeat(self, loop: Loop, size: int, most: int) -> None:
         """Make equal steps of `size` [ns], `most` at most."""
         state, began, first = loop.state, clock.perf_counter(), self.now
-        state.now, state.size, state.noted = first, size, self._energy.noted
+        state.now, state.size, state.noted, state.halt = first, size, self._energy.noted, 0
         state.since = max(0, state.every - -(-(self._row + self._every - first) // size))
         state.written = row = self._results.row if self._results else 0
         start, noted = first - state.since * size, state.noted

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import re
-import shutil
 import tempfile
-import weakref
 from pathlib import Path
 
 import fmpy
 import platformdirs
 
 from m4e_fmi.errors import RunError
+from m4e_fmi.temporary import TemporaryFolder
 
 # FMUs get this path as a percent-encoded URI, which some cannot decode and crash
 _PLAIN = re.compile(r"[A-Za-z0-9_./\\:-]+$")
@@ -22,11 +21,11 @@ class Unpacked:
 
     def __init__(self, fmu: Path) -> None:
         try:
-            self.folder = Path(tempfile.mkdtemp(prefix="m4e_fmi_", dir=_plain_folder()))
+            self._temporary = TemporaryFolder(_plain_folder())
         except OSError as error:
             remedy = "free disk space, or set TMPDIR to another folder"
             raise RunError(f"{fmu}: no folder to unpack it into: {error}", remedy) from error
-        self._finalizer = weakref.finalize(self, shutil.rmtree, self.folder, ignore_errors=True)
+        self.folder = self._temporary.path
         try:
             fmpy.extract(fmu, self.folder)
         except Exception as error:
@@ -37,7 +36,7 @@ class Unpacked:
             ) from error
 
     def remove(self) -> None:
-        self._finalizer()
+        self._temporary.remove()
 
 
 def _plain_folder() -> Path:

@@ -186,6 +186,9 @@ class Texts:
             return self._library.m4e_text_at(self._raw, place)
         return ctypes.addressof(self._kept[place])
 
+    def __len__(self) -> int:
+        return int(self._raw.count) if self._library is not None else len(self._kept)
+
     def __getitem__(self, place: int) -> str:
         return ctypes.string_at(self.pointer(place)).decode("utf-8", errors="replace")
 

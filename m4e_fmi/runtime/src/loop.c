@@ -93,7 +93,7 @@ static int is_over(const m4e_loop_state *s) {
 }
 
 int m4e_loop(m4e_loop_state *s, uint64_t steps) {
-    for (; steps > 0 && !is_over(s); --steps) {
+    for (uint64_t made = 0; made < steps && !is_over(s) && !(made && s->halt); ++made) {
         const double t = (double)s->now / SECOND, h = (double)s->size / SECOND;
         const int at_row = s->since + 1 >= s->every || s->now + s->size >= s->rows_from;
         int status = perform_all(s->step, s->step_count, t, h, s->noted, at_row, &s->failed);

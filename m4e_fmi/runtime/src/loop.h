@@ -54,10 +54,11 @@ typedef struct {
     int32_t in_row;          /* it is one of `row` */
     const double *const *ends; /* when components asked for the end; infinite if they did not */
     uint64_t end_count;
+    volatile int32_t halt; /* set by another thread: no further step */
 } m4e_loop_state;
 
-/* So many steps, fewer if an operation fails, its status then, or if a component has asked for the
-   end. The state tells how far it came. */
+/* So many steps, fewer if an operation fails, its status then, if a component has asked for the
+   end, or at a halt, after one at least. The state tells how far it came. */
 M4E_API int m4e_loop(m4e_loop_state *state, uint64_t steps);
 
 #endif
