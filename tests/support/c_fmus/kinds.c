@@ -3,7 +3,7 @@
  * n counts the periods that have passed at the end of a step. Of each type y = u + n: a Boolean is
  * negated by odd n, an enumeration goes round, a text gets n behind it (unless it is 0), elements of
  * arrays are u + n. y_real is the integral of u_real + u_int + u_bool. Outputs are as the last step
- * has left them; THROUGH: as the inputs are now. CLEARS: setting anything clears them instead.
+ * has left them, at the start 0 but for y_int, `offset`; THROUGH: as the inputs are now. CLEARS: setting anything clears them instead.
  * STATE saves states; EVENTS refuses discrete inputs outside of event mode.
  */
 #include <math.h>
@@ -72,7 +72,11 @@ static Model *made(void) {
 
 static int initialised(Model *m) {
     m->running = 1;
+#ifdef THROUGH
     update(m);
+#else
+    m->whole[Y_INT][0] = m->whole[OFFSET][0];
+#endif
     return OK;
 }
 
@@ -134,7 +138,7 @@ fmi3Instance fmi3InstantiateCoSimulation(
     fmi3IntermediateUpdateCallback update) { return made(); }
 void fmi3FreeInstance(fmi3Instance c) { free(c); }
 fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean d, fmi3Float64 tolerance, fmi3Float64 t0, fmi3Boolean stops, fmi3Float64 t1) { return initialised(c); }
-fmi3Status fmi3ExitInitializationMode(fmi3Instance c) { Model *m = c; update(m); m->in_events = 1; return OK; }
+fmi3Status fmi3ExitInitializationMode(fmi3Instance c) { Model *m = c; m->in_events = 1; return initialised(c); }
 fmi3Status fmi3Terminate(fmi3Instance c) { return OK; }
 fmi3Status fmi3EnterEventMode(fmi3Instance c) { Model *m = c; if (m->in_events) return ERROR; m->in_events = 1; return OK; }
 fmi3Status fmi3EnterStepMode(fmi3Instance c) { Model *m = c; m->in_events = 0; m->running = 2; return OK; }
@@ -200,7 +204,7 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
 void fmi2FreeInstance(fmi2Component c) { free(c); }
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean d, fmi2Real tol, fmi2Real t0, fmi2Boolean e, fmi2Real t1) { return fmi2OK; }
 fmi2Status fmi2EnterInitializationMode(fmi2Component c) { return initialised(c); }
-fmi2Status fmi2ExitInitializationMode(fmi2Component c) { update(c); return fmi2OK; }
+fmi2Status fmi2ExitInitializationMode(fmi2Component c) { return initialised(c); }
 fmi2Status fmi2Terminate(fmi2Component c) { return fmi2OK; }
 NONE(Reset, fmi2Component c)
 NONE(SerializedFMUstateSize, fmi2Component c, fmi2FMUstate s, size_t *n)

@@ -154,7 +154,7 @@ def describe_2(name: str, options: Sequence[str]) -> str:
         if v.causality == "output":
             now = f"{index[v.source]}" if _depends(v, options) else ""
             outputs += f'<Unknown index="{index[v.name]}" dependencies="{now}"/>'
-            needs = "" if v.name == "y_real" else f"{index[v.source]}"
+            needs = now
             needs += f" {index['offset']}" if v.name == "y_int" else ""
             initial += f'<Unknown index="{index[v.name]}" dependencies="{needs}"/>'
     initial += f'<Unknown index="{index["twice"]}" dependencies="{index["offset"]}"/>'
@@ -192,8 +192,7 @@ def describe_3(name: str, options: Sequence[str]) -> str:
         if v.causality == "output":
             now = v.reference - 1 if _depends(v, options) else ""
             outputs += f'<Output valueReference="{v.reference}" dependencies="{now}"/>'
-            needs = "" if v.name == "y_real" else str(v.reference - 1)
-            needs += " 11" if v.name == "y_int" else ""
+            needs = f"{now} 11" if v.name == "y_int" else now
             initial += f'<InitialUnknown valueReference="{v.reference}" dependencies="{needs}"/>'
     initial += '<InitialUnknown valueReference="12" dependencies="11"/>'
     state = 'canGetAndSetFMUState="true"' if "state" in options else ""
