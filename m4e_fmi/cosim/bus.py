@@ -104,7 +104,8 @@ def _joined(giving: Link, taking: Link) -> Link:
     """One link of two: ``taking.factor · (giving.factor · y + giving.offset) + taking.offset``."""
     factor = taking.factor * giving.factor
     offset = taking.factor * giving.offset + taking.offset
-    return replace(taking, source=giving.source, factor=factor, offset=offset)
+    delayed = giving.delayed or taking.delayed
+    return replace(taking, source=giving.source, factor=factor, offset=offset, delayed=delayed)
 
 
 def _variable(name: str, unit: str) -> Variable:

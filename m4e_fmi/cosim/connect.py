@@ -22,6 +22,7 @@ from dataclasses import dataclass, replace
 
 from m4e_fmi.cosim.bus import BUS, BusSignal, bus_problems, bus_variables, through_buses
 from m4e_fmi.cosim.connection import Connection, parse_connection
+from m4e_fmi.cosim.dependence import dependency_problems
 from m4e_fmi.cosim.start_values import start_problems
 from m4e_fmi.cosim.system import System
 from m4e_fmi.cosim.type_rules import REAL, misfit
@@ -52,7 +53,9 @@ class Link:
     """`target` takes `factor` · the value of `source` + `offset`.
 
     Both include the conversion between the units of the two FMUs. `connection` is the index of the
-    text that the link comes from, `kind` the type of the source.
+    text that the link comes from, `kind` the type of the source. One that is `delayed` carries the
+    value that its source had one communication point before, to a communication point and through
+    the step from there.
     """
 
     source: Port
@@ -60,6 +63,7 @@ class Link:
     connection: int
     factor: float = 1.0
     offset: float = 0.0
+    delayed: bool = False
     kind: str = REAL
 
     @property
@@ -129,6 +133,8 @@ def connect(system: System, descriptions: Mapping[str, Description]) -> Wiring:
     links = [replace(k, kind=variables[k.source.component][k.source.variable].type) for k in links]
     problems += _through_problems(system, variables, links)
     problems += start_problems(system, descriptions)
+    problems += dependency_problems(system, descriptions)
+    problems += _delay_problems(system, descriptions, links)
     problems += _moved_problems(system, descriptions, links)
     problems += _outside_problems(system, descriptions, {link.target for link in links})
     if problems:
@@ -188,7 +194,7 @@ class _Connection:
         if not written.units_ignored:
             scale, shift = conversion(self._variable(source), self._variable(target))
         factor, offset = written.factor * scale, written.factor * shift + written.offset
-        return Link(source, target, self._index, factor, offset)
+        return Link(source, target, self._index, factor, offset, written.delayed)
 
     def _end(self, text: str, both_ways: bool) -> Port | None:
         """Component and the rest of one end; of a connector, a bus alone."""
@@ -315,6 +321,20 @@ def _through_problems(
             yield system.problem(("connections", link.connection), message, CARRIED_ONCE)
 
 
+def _delay_problems(
+    system: System, descriptions: Mapping[str, Description], links: Iterable[Link]
+) -> Iterable[Problem]:
+    """Parameters that take values with a delay."""
+    for link in links:
+        taking = descriptions[link.target.component].variables[link.target.variable]
+        if link.delayed and taking.causality == "parameter":
+            message = (
+                f"{link.target} is a parameter, to which values are carried once, at the start"
+            )
+            remedy = "leave out ', delayed'"
+            yield system.problem(("connections", link.connection), message, remedy)
+
+
 def conversion(give: Variable, take: Variable) -> tuple[float, float]:
     """Factor and offset from the unit of one variable to that of another, of one dimension."""
     if give.dimension is None or take.dimension is None:
@@ -342,6 +362,8 @@ def _one_source_each(system: System, links: list[Link], problems: list[Problem])
                 "or connect both to a component of 'kind: sum', and its sum here"
             )
             problems.append(system.problem(("connections", link.connection), message, remedy))
+        elif link.delayed:  # beside a connector that carries it, too
+            first[link.target] = link
     return list(first.values())
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from m4e_fmi.cosim.arrivals import Arrivals
 from m4e_fmi.cosim.connect import Link, Port
 from m4e_fmi.cosim.instance import WARNING, Instance
-from m4e_fmi.cosim.operations import Due, GetTyped, SetTyped
+from m4e_fmi.cosim.operations import Copy, Due, GetTyped, SetTyped
 from m4e_fmi.cosim.standards import Access, Taken, Texts, value_in
 from m4e_fmi.cosim.structure import Loop, Transfer
 from m4e_fmi.cosim.type_rules import bounds, is_large
@@ -27,7 +27,8 @@ class Discrete:
     `values` has a cell (see `standards.typed`) for each of `outputs`, as it is at the present
     communication point; texts have their places in `texts`. `changed` is 0 from where one changes
     until `settle`, infinite otherwise. After the `values` in `cells` come outputs that are not
-    exchanged, but read with them (see `arrivals`).
+    exchanged, but read with them (see `arrivals`); then, where connections are delayed, the values
+    at the point before.
     """
 
     def __init__(
@@ -47,8 +48,12 @@ class Discrete:
         seen = {c: arrivals.further_typed(c) for c in instances} if arrivals else {}
         ports = (*self.outputs, *(Port(c, name) for c, names in seen.items() for name in names))
         self._index = {port: k for k, port in enumerate(ports)}
-        self.cells = np.zeros(len(ports), dtype=np.int64)
-        self.values = self.cells[: len(self.outputs)]
+        count = len(self.outputs)
+        self._delayed = {k.source for k in links.values() if k.delayed and k.source in self._index}
+        self._late = len(ports)
+        self.cells = np.zeros(len(ports) + (count if self._delayed else 0), dtype=np.int64)
+        self.values = self.cells[:count]
+        self._echo: list[Port] = []
         self._seen = {c: instances[c].typed(names, texts) for c, names in seen.items() if names}
         self.changed = np.array([np.inf])
         self._before = self.values.copy()
@@ -71,15 +76,14 @@ class Discrete:
             for port in (link.source, link.target)
         )
         low, high = bounds(give, take)
-        return Taken(
-            self._index[link.source], str(link.source), low, high,
-            link.factor, link.offset, is_large(give),
-        )  # fmt: skip
+        place = self._index[link.source] + (self._late if link.delayed else 0)
+        origin, way = str(link.source), (link.factor, link.offset)
+        return Taken(place, origin, low, high, *way, is_large(give))
 
     def _cells(self, transfer: Transfer) -> np.ndarray:
         """Of a transfer that gets values, its own cells; all for one that sets some."""
         if transfer.action == "set":
-            return self.values
+            return self.cells
         start = self._index[Port(transfer.component, transfer.variables[0])]
         return self.values[start : start + len(transfer.variables)]
 
@@ -119,19 +123,35 @@ class Discrete:
             self._instances[transfer.component].fail_typed(status, access, cells)
 
     def settle(self) -> list[Port]:
-        """The outputs whose values have changed since this was called last."""
-        if self.changed[0]:
-            return []
-        self.changed[0] = np.inf
-        found = np.flatnonzero(self.values != self._before)
-        self._before[:] = self.values
-        return [self.outputs[k] for k in found]
+        """The outputs whose values have changed since the last call, or before it and act late."""
+        found: list[Port] = []
+        if not self.changed[0]:
+            self.changed[0] = np.inf
+            places = np.flatnonzero(self.values != self._before)
+            self._before[:] = self.values
+            found = [self.outputs[k] for k in places]
+        late, self._echo = self._echo, [port for port in found if port in self._delayed]
+        return [*found, *(port for port in late if port not in found)]
+
+    @property
+    def shift(self) -> tuple[Copy, ...]:
+        """Makes the values at the last point those of the point before; where they are wanted."""
+        if not self._delayed:
+            return ()
+        places = np.arange(len(self.outputs), dtype=np.uint32)
+        return (Copy(self._before, places, self.cells[self._late :]),)
+
+    def begin(self, initial: Discrete) -> None:
+        """Let delayed connections carry what their sources had in initialization mode."""
+        for port in self._delayed:
+            self.cells[self._late + self._index[port]] = initial.values[initial._index[port]]
 
     def bring(self, cells: np.ndarray) -> None:
         """Make these the cells at the present point; the FMUs have them already."""
         self.cells[:] = cells
         self._before[:] = self.values
         self.changed[0] = np.inf
+        self._echo = []
 
     def differs(self, values: np.ndarray) -> bool:
         """Whether the FMUs give others than these just now, in the middle of a step."""

@@ -24,6 +24,7 @@ from m4e_fmi.cosim.memory import Memory, recall, remember
 from m4e_fmi.cosim.network import HALF, TWICE, Change, Network, Point
 from m4e_fmi.cosim.pacing import Rates
 from m4e_fmi.cosim.results import Mark, ResultsWriter
+from m4e_fmi.cosim.second_look import SecondLook
 from m4e_fmi.cosim.start_values import Value, start_values
 from m4e_fmi.cosim.step_control import StepControl
 from m4e_fmi.cosim.stepping import Course
@@ -153,6 +154,7 @@ class Master:
         self._energy = EnergyBalance(self.network, self._wiring.bonds)
         self._witness: Witness | Companion | None = None
         self._unwatched = ""
+        self._second_look = SecondLook(self.network)
         if self._certify and self.network.judged:
             self._watch(stack)
 
@@ -273,8 +275,14 @@ class Master:
         own = [f"{name} {rate}" for name, rate in self._rates.items()]
         instances = self.network.instances.values()
         end = ended(instances)
-        events = (*event_notes(instances), *self._course.switches.notes)
-        return (*own, *self._algorithm.notes, *events, *([end] if end else []))
+        seen = [*self._second_look.notes, *event_notes(instances)]
+        seen += self._course.switches.notes
+        if rough := self.network.roughness:
+            seen.append(
+                f"inputs are solved for to {rough:.1e} of their size only: what FMUs answer to "
+                "nearly the same inputs jumps by as much"
+            )
+        return (*own, *self._algorithm.notes, *seen, *([end] if end else []))
 
     @property
     def energy(self) -> tuple[BondEnergy, ...]:
@@ -295,6 +303,7 @@ class Master:
         with stepping(self._course.halt) as check:
             while not self.done:
                 self._course.advance()
+                self._second_look.look(self.steps, last=self.done)
                 self._observe(observers)
                 tell(self._course.now / SECOND)
                 check()
@@ -321,6 +330,7 @@ class Master:
         """Make one step; KeyboardInterrupt and Terminated come after it."""
         with stepping():
             self._course.advance()
+            self._second_look.look(self.steps, last=self.done)
 
     def set(self, component: str, values: Mapping[str, Value]) -> None:
         """Set variables of a component at the present point; `refresh` is to follow."""

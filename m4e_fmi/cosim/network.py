@@ -95,6 +95,8 @@ class Network:
     `inputs[k]` is the value of the connected input `targets[k]` at the present point, in the unit
     of its source, and `links[k]` what leads there; inputs of one component are consecutive
     (`input_slice`), and so are its outputs (`output_slice`, within a block of `values`).
+    `has_loops` tells of algebraic loops, which are solved at each point; `roughness` is the largest
+    share of an input's size by which it still misses its source where inputs are solved for.
     `judged` are the outputs by which the coupling is judged, each with the number of a connection
     that it belongs to: the sources of all links, and what comes of them where they end.
     All that is so far is Real; what is not, and what takes such values, is `discrete`.
@@ -132,6 +134,8 @@ class Network:
         self.targets = _grouped(structure.exchange, "set", self.instances)
         by_target = {link.target: link for link in wiring.links}
         self.links: list[Link] = [by_target[target] for target in self.targets]
+        self.has_loops = bool(structure.loops)
+        self.roughness = 0.0
         self.judged = tuple(_judged(self.links, structure.ends, wiring.links))
         size = len(self.outputs)
         self.now, self.before, self.stepped, self.middle, self.earlier, first_seen = (
@@ -148,6 +152,9 @@ class Network:
         )
         self._seen_index = {port: first_seen + k for k, port in enumerate(self._arrivals.ports)}
         self.values = np.zeros(first_seen + len(self._seen_index))
+        block = self.values[self.before : self.stepped]
+        shift: list[Operation] = [gather(block, self.values, range(size))] if size else []
+        self._shift = Schedule([*shift, *self.discrete.shift])
         self._exchange = tuple(self._exchanged(structure.exchange))
 
     @property
@@ -271,6 +278,7 @@ class Network:
         The outputs that are not Real and have changed there.
         """
         self.time, self.last = time, self.size
+        self._shift.run(time)
         self._run_exchange()
         return self.settle()
 
@@ -309,7 +317,6 @@ class Network:
 
     def refresh(self, changes: Iterable[Change]) -> None:
         """Exchange again at the present point, after these were set in FMUs."""
-        before = self.values[self.before : self.stepped].copy()
         self.values[self.stepped : self.middle] = self.values[self.now : self.before]
         names: dict[str, set[str]] = {}
         for component, values in changes:
@@ -318,7 +325,6 @@ class Network:
             self._read_again(component, changed)
         self._run_exchange()
         self.settle()
-        self.values[self.before : self.stepped] = before
 
     def _read_again(self, component: str, changed: Collection[str]) -> None:
         """Read outputs that may follow variables which were set; the others may be lost by that."""
@@ -339,7 +345,14 @@ class Network:
         parts = [part for part in self._exchange if isinstance(part, Schedule)]
         if len(parts) < len(self._exchange):
             return None
-        return tuple(operation for part in parts for operation in part.operations)
+        return tuple(o for part in (self._shift, *parts) for o in part.operations)
+
+    def held_place(self, link: Link) -> int | None:
+        """Where in `values` the value is that a link carries all through a step, if it is known.
+
+        That is so for those that are delayed.
+        """
+        return self.before + self.index(link.source) if link.delayed else None
 
     def feeds_through(self, component: str, outputs: Sequence[Port]) -> bool:
         """Whether any of a component's `outputs` depends on one of its connected inputs."""
@@ -376,11 +389,13 @@ class Network:
     def initialise(self) -> None:
         """In initialization mode: carry over parameters, then outputs, along declared dependencies.
 
-        Afterwards, out of it, everything is exchanged once at the start time.
+        Afterwards, out of it, everything is exchanged once at the start time. Inputs that come
+        late have their start values, and then what their sources have shown with these.
         """
         for instance in self.instances.values():
             instance.enter_initialization()
-        sources = {k.target: k.source for k in (*self._wiring.initial_links, *self._wiring.links)}
+        links = (*self._wiring.initial_links, *self._wiring.links)
+        sources = {link.target: link.source for link in links if not link.delayed}
         found: dict[Port, float] = {}
         everything = {k.target: k for k in (*self._wiring.initial_links, *self._wiring.links)}
         others = Discrete(self.instances, self._structure.initial, everything, self.discrete.texts)
@@ -409,6 +424,9 @@ class Network:
             instance.exit_initialization()
             if component not in arrived:
                 self._arrive(component)
+        for link in self.links:
+            self.values[self.before + self.index(link.source)] = found[link.source]
+        self.discrete.begin(others)
         self._run_exchange()
         self.settle()
         self.values[self.before : self.stepped] = self.values[self.now : self.before]
@@ -450,14 +468,10 @@ class Network:
 
     def _exchanged(self, transfers: Sequence[Transfer | Loop]) -> Iterator[Schedule | _SolvedLoop]:
         """The exchange at a communication point: schedules, and the loops between them."""
-        count = len(self.outputs)
-        before, now = self.values[self.before : self.stepped], self.values[: self.before]
-        places = np.arange(count)
+        now, places = self.values[: self.before], np.arange(len(self.outputs))
         for component in self.instances:
             places[self.early(component)] += self.stepped
-        operations: list[Operation] = []
-        if count:
-            operations = [gather(before, now, range(count)), gather(now, self.values, places)]
+        operations: list[Operation] = [gather(now, self.values, places)] if len(places) else []
         for transfer in transfers:
             if isinstance(transfer, Transfer):
                 if self._arrivals.has(transfer):
@@ -482,7 +496,10 @@ class Network:
             return (Get(instance, names, self.values[start : start + count]),)
         start = self._place[first]
         view = self.inputs[start : start + count]
-        sources = [self.index(link.source) for link in self.links[start : start + count]]
+        links = self.links[start : start + count]
+        sources = [
+            self.index(k.source) if (held := self.held_place(k)) is None else held for k in links
+        ]
         return (gather(view, self.values, sources), *setting(instance, names, view))
 
 
@@ -509,6 +526,7 @@ class _SolvedLoop:
 
     def run(self, _time: float) -> None:
         self._loop.solve()
+        self._network.roughness = max(self._network.roughness, self._loop.roughness)
         self._network.values[self._outputs] = self._loop.output_values
         self._network.inputs[self._inputs] = self._loop.input_values
 

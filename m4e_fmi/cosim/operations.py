@@ -144,7 +144,7 @@ class GetTyped:
 
 @dataclass(frozen=True, eq=False)
 class Copy:
-    """Copies the cells `places` of `source` into a block's row."""
+    """Copies the cells `places` of `source` into a vector or a block's row."""
 
     source: np.ndarray
     places: np.ndarray

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from m4e_fmi.cosim.connect import Link
-from m4e_fmi.cosim.system import SOLVES_LOOPS
 from m4e_fmi.cosim.timing import Timing, component_cycles
 
 if TYPE_CHECKING:
@@ -27,12 +26,7 @@ def overview(prepared: Prepared) -> str:
         lines.append("components that act on one another:")
         lines += ["  " + ", ".join(n for n in structure.sweep if n in cycle) for cycle in cycles]
     if structure.loops:
-        solved = system.simulation.algorithm in SOLVES_LOOPS
-        how = "solved at every communication point" if solved else (
-            f"which {system.simulation.algorithm} does not solve: "
-            f"choose algorithm {' or '.join(SOLVES_LOOPS)}"
-        )  # fmt: skip
-        lines.append(f"algebraic loops, {how}:")
+        lines.append("algebraic loops, solved at every communication point:")
         lines += [f"  {' -> '.join(map(str, (*loop, loop[0])))}" for loop in structure.loops]
     if wiring.signals:
         lines += ["signals of buses:", *(f"  {signal}" for signal in wiring.signals)]

@@ -146,7 +146,8 @@ def _get_typed(access: Access, into: np.ndarray) -> Action:
 
 def _copy(o: Copy) -> Action:
     def copy(_t: float, _h: float, row: int) -> int:
-        o.into[row] = o.source[o.places]
+        result = o.into if o.into.ndim == 1 else o.into[row]
+        result[:] = o.source[o.places]
         return 0
 
     return copy

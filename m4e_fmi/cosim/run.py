@@ -12,16 +12,19 @@ from pathlib import Path
 from m4e_fmi.cosim.certificate import Certificate, Trace, compared
 from m4e_fmi.cosim.components import fmu_files, with_units
 from m4e_fmi.cosim.connect import Link, Wiring, connect
+from m4e_fmi.cosim.delays import broken
+from m4e_fmi.cosim.dependence import with_stated
 from m4e_fmi.cosim.energy import BondEnergy
 from m4e_fmi.cosim.execution import Execution
 from m4e_fmi.cosim.forgotten import forgotten
 from m4e_fmi.cosim.master import Master, Observer, Progress
 from m4e_fmi.cosim.overview import overview
 from m4e_fmi.cosim.pacing import Rates, pace, refined
+from m4e_fmi.cosim.probing import probed
 from m4e_fmi.cosim.results import ResultsWriter
 from m4e_fmi.cosim.selection import chosen
 from m4e_fmi.cosim.structure import Structure, analyse
-from m4e_fmi.cosim.system import SOLVES_LOOPS, Component, System
+from m4e_fmi.cosim.system import Component, System
 from m4e_fmi.cosim.timing import Timing, timings
 from m4e_fmi.errors import InputError, Problem, RunError
 from m4e_fmi.fmu import Description, read_description
@@ -89,14 +92,12 @@ def prepare(
     build_directory: str | Path = "build",
     native: bool | None = None,
     tell: Callable[[str], None] | None = None,
-    refuse_loops: bool = True,
 ) -> Prepared:
     """Build what is missing (`native` or not: see `fmu_files`), read the FMUs, connect them.
 
     InputError with all problems of the FMU files, then of the connections, then of components'
-    own steps; RunError for a build
-    that failed and, unless they are only to be looked at, for algebraic loops that the system's
-    algorithm does not solve. `tell` receives a line per step of a build.
+    own steps; RunError for a build that failed. `tell` receives a line per step of a build. FMUs
+    that declare no dependencies, and so may be part of an algebraic loop, are probed (`probing`).
     """
     problems: list[Problem] = []
     descriptions: dict[str, Description] = {}
@@ -111,11 +112,12 @@ def prepare(
     if problems:
         raise InputError(problems)
     wiring = connect(system, descriptions)
-    solves_loops = not refuse_loops or system.simulation.algorithm in SOLVES_LOOPS
-    structure = analyse(descriptions, wiring, solves_loops=solves_loops)
     paced, note = refined(system, descriptions)
-    rates = pace(paced, descriptions, structure.loops)
-    notes = (*forgotten(system, descriptions, wiring), *([note] if note else []))
+    rates = pace(paced, descriptions)
+    descriptions, found = probed(paced, with_stated(system, descriptions), wiring)
+    wiring, late = broken(descriptions, wiring, rates)
+    structure = analyse(descriptions, wiring)
+    notes = (*forgotten(system, descriptions, wiring), *([note] if note else []), *found, *late)
     return Prepared(paced, descriptions, wiring, structure, rates, notes)
 
 
@@ -352,5 +354,5 @@ def _finer(prepared: Prepared) -> Prepared:
         coupling_tolerance=None if tolerance is None else tolerance / 8,
     )
     finer = replace(system, components=tuple(parts), simulation=simulation)
-    rates = pace(finer, prepared.descriptions, prepared.structure.loops)
+    rates = pace(finer, prepared.descriptions)
     return replace(prepared, system=finer, rates=rates)

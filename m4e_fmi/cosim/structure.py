@@ -1,22 +1,21 @@
 """In which order values are exchanged, and components stepped; what loops there are.
 
 At one communication point an input is as new as the output it comes from, and an output with
-feed-through as new as the inputs it depends on. Exchanging along the declared dependencies makes
-all of them belong to the same instant; read in any other order, outputs would show inputs of the
-step before.
+feed-through as new as the inputs it depends on. Exchanging along the dependencies makes all of them
+belong to the same instant; read in any other order, outputs would show inputs of the step before.
+How dependencies are known, `dependence` tells. A link that is delayed carries an older value, and
+waits for nothing.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Literal
 
 import networkx as nx
 
 from m4e_fmi.cosim.connect import Link, Port, Wiring
-from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.reading import Description
 
 
@@ -49,6 +48,8 @@ class Loop:
 class Structure:
     """What follows from the wiring.
 
+    In a loop at initialisation, inputs that are not Real have their start values.
+
     `initial` are the transfers in initialization mode, `exchange` those at a communication point;
     `sweep` is the order of components in which sources of unpredictable values come first, and
     `delayed` the links that go against it all the same. `ends` are the outputs of components that
@@ -67,33 +68,50 @@ class Structure:
         return tuple(step.cycle for step in self.exchange if isinstance(step, Loop))
 
 
-def analyse(
-    descriptions: Mapping[str, Description], wiring: Wiring, *, solves_loops: bool = False
-) -> Structure:
-    """The structure of a system.
-
-    RunError naming the variables if it has an algebraic loop, unless the algorithm `solves_loops`.
-    """
-
-    def now(port: Port) -> frozenset[str]:
-        return descriptions[port.component].dependencies[port.variable]
+def analyse(descriptions: Mapping[str, Description], wiring: Wiring) -> Structure:
+    """The structure of a system."""
 
     def initially(port: Port) -> frozenset[str]:
         return descriptions[port.component].initial_dependencies[port.variable]
 
-    order = partial(_order, descriptions, solves_loops)
-    ends = tuple(_ends(descriptions, wiring.links))
-    needed = [*_with_derivatives(descriptions, wiring.links), *ends]
     everything = (*wiring.initial_links, *wiring.links)
-    sources = dict.fromkeys(link.source for link in everything)
+    prompt = [link for link in everything if not link.delayed]
+    unsolved = apart(
+        loop_links(prompt, instant_graph(prompt, [k.source for k in prompt], initially))
+    )
+    prompt = [link for link in prompt if link not in unsolved]
+    sources = list(dict.fromkeys(link.source for link in everything))
     sweep, delayed = sweep_order(descriptions, wiring.links)
+    discrete = {port for k in everything if not k.is_real for port in (k.source, k.target)}
     return Structure(
-        initial=order(everything, sources, initially, "at initialisation"),
-        exchange=order(wiring.links, needed, now, "at communication points"),
+        initial=_order(prompt, instant_graph(prompt, sources, initially), discrete),
+        exchange=_order(wiring.links, exchange_graph(descriptions, wiring), discrete),
         sweep=sweep,
         delayed=delayed,
-        ends=ends,
+        ends=tuple(_ends(descriptions, wiring.links)),
     )
+
+
+def loop_links(links: Iterable[Link], graph: nx.DiGraph) -> list[Link]:
+    """The links that are part of algebraic loops."""
+    knots = [knot for knot in nx.strongly_connected_components(graph) if len(knot) > 1]
+    return [k for k in links if any(k.source in knot and k.target in knot for knot in knots)]
+
+
+def apart(links: Iterable[Link]) -> list[Link]:
+    """Those of some links that are not Real: no loop can be solved for them."""
+    return [link for link in links if not link.is_real]
+
+
+def exchange_graph(descriptions: Mapping[str, Description], wiring: Wiring) -> nx.DiGraph:
+    """Which ports wait for which at a communication point."""
+
+    def now(port: Port) -> frozenset[str]:
+        return descriptions[port.component].dependencies[port.variable]
+
+    ends = _ends(descriptions, wiring.links)
+    needed = dict.fromkeys((*_with_derivatives(descriptions, wiring.links), *ends))
+    return instant_graph(wiring.links, list(needed), now)
 
 
 def _ends(descriptions: Mapping[str, Description], links: Sequence[Link]) -> Iterator[Port]:
@@ -140,6 +158,7 @@ def sweep_order(
         if link.is_real
         and link.source.variable not in descriptions[link.source.component].output_derivatives
         and link.source.component != link.target.component
+        and not link.delayed
     ]
     before: dict[str, set[str]] = {name: set() for name in descriptions}
     for link in binding:
@@ -155,27 +174,25 @@ def sweep_order(
     return tuple(order), tuple(delayed)
 
 
+def instant_graph(
+    links: Iterable[Link], outputs: Sequence[Port], depends: Callable[[Port], Iterable[str]]
+) -> nx.DiGraph:
+    """Which ports wait for which at one instant, those waited for first."""
+    driven = {link.target: link for link in links}
+    graph: nx.DiGraph = nx.DiGraph()
+    graph.add_nodes_from((*outputs, *driven))
+    for output in outputs:
+        known = (Port(output.component, name) for name in depends(output))
+        graph.add_edges_from((port, output) for port in known if port in driven)
+    graph.add_edges_from((k.source, k.target) for k in driven.values() if not k.delayed)
+    return graph
+
+
 def _order(
-    descriptions: Mapping[str, Description],
-    solves_loops: bool,
-    links: Sequence[Link],
-    outputs: Iterable[Port],
-    depends: Callable[[Port], frozenset[str]],
-    when: str,
+    links: Sequence[Link], graph: nx.DiGraph, discrete: Container[Port]
 ) -> tuple[Transfer | Loop, ...]:
     """Rounds of gets and sets in which each value is carried over when it is final."""
     driven = {link.target: link.source for link in links}
-    graph: nx.DiGraph = nx.DiGraph()
-    for output in outputs:
-        graph.add_node(output)
-        for name in depends(output):
-            known = Port(output.component, name)
-            if known in driven:
-                graph.add_edge(known, output)
-    graph.add_edges_from((source, target) for target, source in driven.items())
-    if not solves_loops:
-        _refuse_loops(descriptions, graph, when)
-    discrete = {port for link in links if not link.is_real for port in (link.source, link.target)}
     steps: list[Transfer | Loop] = []
     transfers: list[Transfer] = []
     knots = nx.condensation(graph)
@@ -202,7 +219,8 @@ def _transfers(
         action: Literal["get", "set"] = "set" if port in driven else "get"
         call = action, port.component, port in discrete
         by_call.setdefault(call, []).append(port.variable)
-    return [Transfer(a, c, tuple(names), apart) for (a, c, apart), names in by_call.items()]
+    calls = [Transfer(a, c, tuple(names), apart) for (a, c, apart), names in by_call.items()]
+    return sorted(calls, key=lambda call: call.action == "set")  # some lose outputs when set
 
 
 def _merged(transfers: list[Transfer]) -> tuple[Transfer, ...]:
@@ -223,22 +241,3 @@ def _cycle(graph: nx.DiGraph, members: Iterable[Port]) -> tuple[Port, ...]:
     ports = [edge[0] for edge in nx.find_cycle(graph.subgraph(members))]
     start = ports.index(min(ports))
     return (*ports[start:], *ports[:start])
-
-
-def _refuse_loops(descriptions: Mapping[str, Description], graph: nx.DiGraph, when: str) -> None:
-    loops = [c for c in nx.strongly_connected_components(graph) if len(c) > 1]
-    if not loops:
-        return
-    texts = []
-    blind: set[str] = set()
-    for loop in loops:
-        ports = _cycle(graph, loop)
-        texts.append(" -> ".join(str(port) for port in [*ports, ports[0]]))
-        blind |= {p.component for p in ports if p.variable in descriptions[p.component].undeclared}
-    remedy = "give one of these FMUs an output that does not depend on its input within an instant"
-    if blind:
-        remedy = (
-            f"{' and '.join(sorted(blind))} declare{'s' * (len(blind) == 1)} no dependencies in "
-            "ModelStructure, so that each output may depend on every input: export it with them"
-        )
-    raise RunError(f"algebraic loop {when}: {'; '.join(texts)}", remedy)

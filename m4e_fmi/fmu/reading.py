@@ -31,9 +31,9 @@ class Variable:
     `dimension` is the unit with its base-unit exponents and factor, None where the FMU gives no
     unit; `offset` is what the unit adds after the factor (0 for all but temperatures). `items` are
     the values of an enumeration by their names. `nominal` is the order of magnitude of a Real in
-    its unit, 1 where the FMU says nothing. `type` is FMI 2.0's name for what `fmi_type` is called
-    in the FMU's own version, `start` the start value as the FMU writes it. Of an element of an
-    array, `value_reference` is a key: see `elements.locate`.
+    its unit, 1 where the FMU says nothing, `minimum` and `maximum` are its range. `type` is FMI
+    2.0's name for what `fmi_type` is called in the FMU's own version, `start` the start value as
+    the FMU writes it. Of an element of an array, `value_reference` is a key: see `elements.locate`.
     """
 
     name: str
@@ -51,6 +51,8 @@ class Variable:
     nominal: float = 1.0
     fmi_type: str = ""
     start: str | None = None
+    minimum: float = -math.inf
+    maximum: float = math.inf
 
 
 @dataclass(frozen=True)
@@ -60,9 +62,11 @@ class Description:
     `version` is 1.0, 2.0 or 3.0; the rest is told in FMI 2.0's words, arrays as their elements.
     `dependencies[y]` are the inputs that output y depends on at a communication point,
     `initial_dependencies[y]` the inputs and parameters that the initial value of output or
-    calculated parameter y depends on. Where an FMU declares nothing (`undeclared`), FMI says that
-    everything may matter, and that is what stands here. `output_derivatives` and
-    `input_derivatives` lead from a variable to the one declared as its time derivative.
+    calculated parameter y depends on. Where an FMU declares nothing (`undeclared`, for outputs at a
+    communication point), FMI says that everything may matter, and that is what stands here;
+    `resolved` tells of outputs whose dependencies are known from elsewhere, and how (see
+    `cosim.dependence`). `output_derivatives` and `input_derivatives` lead from a variable to the
+    one declared as its time derivative.
     `step_size` is the default experiment's [s], `internal_step` that by which the FMU goes inside,
     if it tells one (fixedInternalStepSize, FMI 3.0).
 
@@ -81,6 +85,7 @@ class Description:
     undeclared: frozenset[str] = field(repr=False)
     output_derivatives: dict[str, str] = field(repr=False)
     input_derivatives: dict[str, str] = field(repr=False)
+    resolved: Mapping[str, str] = field(default_factory=dict, repr=False)
     version: str = "2.0"
     step_size: float | None = None
     internal_step: float | None = None
@@ -200,31 +205,22 @@ def _translated(path: Path, raw: Any, types: Mapping[int, str]) -> Description:
     variables = {v.name: _variable(v, units, types) for v in raw.modelVariables}
     inputs = frozenset(n for n, v in variables.items() if v.causality == "input")
     known = frozenset(n for n, v in variables.items() if v.causality in KNOWN)
-    undeclared: set[str] = set()
 
-    def declared(unknowns: list[Any], all_known: frozenset[str]) -> dict[str, frozenset[str]]:
-        found = {}
-        for unknown in unknowns:
-            if unknown.dependencies is None:
-                undeclared.add(unknown.variable.name)
-                found[unknown.variable.name] = all_known
-            else:
-                found[unknown.variable.name] = frozenset(d.name for d in unknown.dependencies)
-        return found
+    def declared(unknowns: list[Any]) -> dict[str, frozenset[str]]:
+        return {
+            unknown.variable.name: frozenset(d.name for d in unknown.dependencies)
+            for unknown in unknowns
+            if unknown.dependencies is not None
+        }
 
-    now = {name: needs & inputs for name, needs in declared(raw.outputs, inputs).items()}
-    initial = declared(raw.initialUnknowns, known)
+    now = {name: needs & inputs for name, needs in declared(raw.outputs).items()}
+    initial = declared(raw.initialUnknowns)
+    outputs = [name for name, v in variables.items() if v.causality == "output"]
+    undeclared = frozenset(name for name in outputs if name not in now)
+    now |= dict.fromkeys(undeclared, inputs)
     for name, variable in variables.items():
-        if variable.causality not in ("output", "calculatedParameter"):
-            continue
-        if variable.causality == "output" and name not in now:
-            undeclared.add(name)
-            now[name] = inputs
-        if name not in initial:
-            exact = variable.initial == "exact"
-            initial[name] = frozenset() if exact else known
-            if not exact:
-                undeclared.add(name)
+        if variable.causality in ("output", "calculatedParameter") and name not in initial:
+            initial[name] = frozenset() if variable.initial == "exact" else known
     return Description(
         path=path,
         identifier=raw.coSimulation.modelIdentifier,
@@ -233,7 +229,7 @@ def _translated(path: Path, raw: Any, types: Mapping[int, str]) -> Description:
         variables=variables,
         dependencies=now,
         initial_dependencies=initial,
-        undeclared=frozenset(undeclared),
+        undeclared=undeclared,
         output_derivatives=_derivatives(variables, "output"),
         input_derivatives=_derivatives(variables, "input"),
         step_size=_step_size(raw.defaultExperiment),
@@ -286,7 +282,18 @@ def _variable(raw: Any, units: dict[str, Any], types: Mapping[int, str]) -> Vari
         nominal=_nominal(raw),
         fmi_type=types.get(owner(raw), raw.type),
         start=raw.start,
+        minimum=_bound(raw, "min", -math.inf),
+        maximum=_bound(raw, "max", math.inf),
     )
+
+
+def _bound(raw: Any, name: str, default: float) -> float:
+    """The least or the largest value, of the variable or its type."""
+    text = getattr(raw, name) or getattr(raw.declaredType, name, None)
+    try:
+        return float(text) if text is not None else default
+    except ValueError:
+        return default
 
 
 def _nominal(raw: Any) -> float:

@@ -223,6 +223,37 @@ def test_other_items_do_not_fit(c_fmu: Fmus, tmp_path: Path) -> None:
         prepare(system)
 
 
+@pytest.mark.parametrize("python", [False, True])
+def test_delayed_connections(c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch, python: bool) -> None:
+    if python:
+        by_python(monkeypatch)
+    parts = (
+        part(c_fmu, "a", "kinds+state", period=0.3),
+        part(c_fmu, "b", "3:kinds+state+through"),
+    )
+    links = tuple(f"{link}, delayed" for link in linked(("a", "b")))
+    names = [f"b.y_{kind}" for kind in KINDS]
+    found = watched(System("s", parts, (*links, "b.y_real -> a.u_real"), Simulation(1.0, H)), names)
+    late = [put(0, False, 1, "", periods(max(k - 1, 0) * H, 0.3)) for k in range(11)]
+    assert [tuple(row) for row in found] == late
+
+
+def test_loops_over_values_that_are_not_real_are_broken(c_fmu: Fmus) -> None:
+    parts = tuple(
+        part(c_fmu, n, "3:kinds+state+through", period=p) for n, p in (("a", 0.2), ("b", 0))
+    )
+    prepared = prepare(System("s", parts, linked(("a", "b", "a"), ("int",)), Simulation(0.4, H)))
+    note = next(note for note in prepared.notes if "not Real" in note)
+    assert "a.y_int -> b.u_int, b.y_int -> a.u_int carry the value of the step before" in note
+    found = watched(prepared.system, ("a.y_int", "b.y_int"))
+    # a gives what b gave before, and the periods that have passed; b what a gave before
+    expected = [[0, 0]]
+    for k in range(1, 5):
+        a, b = expected[-1]
+        expected.append([b + periods(k * H, 0.2), a])
+    assert found == expected
+
+
 def test_parameters_are_carried_over_before_the_start(c_fmu: Fmus) -> None:
     parts = (
         part(c_fmu, "a", "3:kinds+state", offset=4),

@@ -35,6 +35,7 @@ from m4e_fmi.cosim.ssp.names import (
 from m4e_fmi.cosim.ssp.package import Element
 from m4e_fmi.cosim.ssp.units import Definition, write_units
 from m4e_fmi.cosim.start_values import start_values
+from m4e_fmi.cosim.system import Component
 from m4e_fmi.fmu.reading import Variable
 from m4e_fmi.writing import written
 
@@ -102,7 +103,7 @@ def _description(
     enumerations = _enumerations(prepared, ports)
     _system_connectors(prepared, element, enumerations)
     elements = etree.SubElement(element, f"{SSD}Elements")
-    steps = {component.name: component.step_size for component in system.components}
+    ours = {component.name: _ours(component) for component in system.components}
     for name, file in resources.items():
         component = etree.SubElement(elements, f"{SSD}Component", name=name, source=file)
         component.set("type", "application/x-fmu-sharedlibrary")
@@ -114,13 +115,20 @@ def _description(
             bindings = etree.SubElement(component, f"{SSD}ParameterBindings")
             source = PARAMETER_FILE.format(name)
             etree.SubElement(bindings, f"{SSD}ParameterBinding", source=source)
-        if steps[name] is not None:
-            _annotate(component, {"step_size": steps[name]})
+        if ours[name]:
+            _annotate(component, ours[name])
     _connections(prepared, element)
     _write_enumerations(root, enumerations)
     write_units(root, _units(prepared, ports))
     _experiment(prepared, root, told)
     return root
+
+
+def _ours(component: Component) -> dict[str, Any]:
+    """What system files say of a component, and SSP has no place for."""
+    needs = {name: list(inputs) for name, inputs in component.dependencies.items()}
+    given = {"step_size": component.step_size, "dependencies": needs}
+    return {key: value for key, value in given.items() if value}
 
 
 def _connected(prepared: Prepared) -> list[Port]:
@@ -204,7 +212,7 @@ def _connections(prepared: Prepared, parent: Element) -> None:
 
 def _stands_alone(written: Connection, members: list[Link]) -> bool:
     """Whether the one link says all that the text does."""
-    if written.both_ways or len(members) != 1:
+    if written.both_ways or written.delayed or len(members) != 1:
         return False
     return (written.left, written.right) == (str(members[0].source), str(members[0].target))
 

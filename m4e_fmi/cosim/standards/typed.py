@@ -149,7 +149,7 @@ def function(name: str) -> int:
 
 
 class Texts:
-    """Different texts (UTF-8), each at its place, from 0 on. They are kept as long as this is."""
+    """Different texts (UTF-8), each at its place; the empty one at 0. They are kept as this is."""
 
     def __init__(self) -> None:
         self._library = found = library()
@@ -162,6 +162,7 @@ class Texts:
             found.m4e_text_at.argtypes = ctypes.POINTER(_RawTexts), c_int64
             found.m4e_text_at.restype = c_void_p
             finalize(self, found.m4e_texts_free, ctypes.byref(self._raw))
+        self.place(b"")
 
     @property
     def address(self) -> int:

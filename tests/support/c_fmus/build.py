@@ -5,7 +5,7 @@ from __future__ import annotations
 import subprocess
 import zipfile
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
@@ -103,6 +103,7 @@ MOVING_PARTNER = (*PARTNER[:5], *end(moves=True), *PARTNER[7:])
 SPRING = (STIFFNESS, DAMPING, *end(moves=False), V("end.force_x", "N", "output", needs=END))
 BLIND_SPRING = (*SPRING[:-1], V("end.force_x", "N", "output", needs=None))
 """Declares no dependencies, as the FMUs of some tools."""
+BLIND_MASS = (*MASS[:4], *(replace(v, needs=None) for v in MASS[4:]))
 ADDED_MASS = (
     parameter("added", "kg", 0.0),
     STIFFNESS,
@@ -110,6 +111,7 @@ ADDED_MASS = (
     V("end.ax", "m/s2", "input", 0.0),
     V("end.force_x", "N", "output", needs=("end.x", "end.ax")),
 )
+BLIND_ADDED_MASS = (*ADDED_MASS[:-1], replace(ADDED_MASS[-1], needs=None))
 MM_SPRING = (STIFFNESS, DAMPING, V("end.x", "mm", "input", 0.0), *SPRING[3:])
 DAMPER = (
     parameter("stiffness", "N/m", 0.0),
@@ -124,6 +126,12 @@ STAGE = (
     V("twice", "1", "calculatedParameter", needs=("gain",)),
     V("u", "s", "input", 0.0),
     V("y", "s", "output", needs=("u",)),
+)
+BLIND_STAGE = (*STAGE[:-1], V("y", "s", "output", needs=None))
+LATCH = (
+    parameter("when", "s", 0.5),
+    V("u", "1", "input", 0.0),
+    V("y", "1", "output", needs=None),
 )
 INTEGRATOR = (
     parameter("gain", "1/s", 1.0),
@@ -178,6 +186,10 @@ MODELS: dict[str, tuple[str, tuple[V, ...]]] = {
     "added_mass": ("added_mass.c", ADDED_MASS),
     "line": ("line.c", LINE),
     "stage": ("stage.c", STAGE),
+    "blind_stage": ("stage.c", BLIND_STAGE),
+    "latch": ("latch.c", LATCH),
+    "blind_mass": ("mass.c", BLIND_MASS),
+    "blind_added_mass": ("added_mass.c", BLIND_ADDED_MASS),
     "integrator": ("integrator.c", INTEGRATOR),
     "euler": ("euler.c", EULER),
     "blind_integrator": ("integrator.c", BLIND_INTEGRATOR),
@@ -201,6 +213,8 @@ OPTIONS = {
     "constant": ("CONSTANT", 'canHandleVariableCommunicationStepSize="false"'),
     "hundredth": ("OWN_STEP=0.01", ""),
     "clears": ("CLEARS", ""),
+    "lazy": ("LAZY", ""),
+    "picky": ("PICKY", ""),
 }
 """What an FMU can do besides, or cannot: flag of the compiler and attribute of the description.
 

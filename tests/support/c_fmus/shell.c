@@ -5,6 +5,7 @@
  * step; returns a status). Everything else of FMI answers "not supported", but is there, because
  * FMPy resolves all functions. STATE, INPUTS and JACOBIAN add what some FMUs can do: save and restore
  * their state, follow inputs that are polynomials of time (`at`), tell directional derivatives.
+ * LAZY makes it compute outputs in steps only, PICKY refuse values beyond 0.5 once it is initialised.
  * CONSTANT and OWN_STEP make it refuse steps of another size than its first, or than OWN_STEP.
  * CLEARS makes it lose all that can be read when anything is set after initialization, up to the end
  * of the next step.
@@ -23,6 +24,7 @@ typedef struct {
     int stale;      /* outputs do not fit inputs and states */
     int running;    /* initialization mode or later */
     int started;    /* initialization is over */
+    int initialised; /* later */
     double size;    /* s, of all steps, if it makes no other; 0 before it is known */
     double *shown;  /* what is read, if inputs that are set clear it (CLEARS) */
     fmi2ComponentEnvironment environment;
@@ -115,7 +117,7 @@ void fmi2FreeInstance(fmi2Component c) {
 }
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean d, fmi2Real tol, fmi2Real t0, fmi2Boolean e, fmi2Real t1) { ((Model *)c)->t = t0; return fmi2OK; }
 fmi2Status fmi2EnterInitializationMode(fmi2Component c) { ((Model *)c)->running = 1; return fmi2OK; }
-fmi2Status fmi2ExitInitializationMode(fmi2Component c) { show(c); return fmi2OK; }
+fmi2Status fmi2ExitInitializationMode(fmi2Component c) { ((Model *)c)->initialised = 1; show(c); return fmi2OK; }
 fmi2Status fmi2Terminate(fmi2Component c) { return fmi2OK; }
 fmi2Status fmi2Reset(fmi2Component c) { memcpy(((Model *)c)->r, start, sizeof start); return fmi2OK; }
 
@@ -132,8 +134,15 @@ fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n,
 
 fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Real v[]) {
     Model *m = c;
+#ifdef PICKY
+    for (size_t i = 0; i < n && m->running; i++)
+        if (fabs(v[i]) > 0.5) return fmi2Error;
+#endif
     for (size_t i = 0; i < n; i++) m->r[vr[i]] = v[i];
     memset(m->shown, 0, N * sizeof(double));
+#ifdef LAZY
+    if (m->initialised) return fmi2OK;
+#endif
     m->stale = 1;
     return fmi2OK;
 }
@@ -156,7 +165,11 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_un
         m->d1[i] = m->d2[i] = 0;
     }
     m->t = t + h;
+#ifdef LAZY
+    update(m);
+#else
     m->stale = 1;
+#endif
 #ifdef CLEARS
     show(m);
 #endif
