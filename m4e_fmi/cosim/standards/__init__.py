@@ -23,7 +23,8 @@ from m4e_fmi.cosim.standards.standard import (
     Status,
     Value,
 )
-from m4e_fmi.cosim.standards.typed import DOES_NOT_FIT, Access, Taken, Texts, value_in
+from m4e_fmi.cosim.standards.texts import Texts
+from m4e_fmi.cosim.standards.typed import DOES_NOT_FIT, Access, Taken, value_in
 
 STANDARDS: dict[str, type[Standard]] = {"1.0": Fmi1, "2.0": Fmi2, "3.0": Fmi3}
 """By the version of FMI that a description names."""

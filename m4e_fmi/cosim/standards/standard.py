@@ -12,7 +12,8 @@ from typing import Any, NoReturn, Protocol
 
 import numpy as np
 
-from m4e_fmi.cosim.standards.typed import Access, Caller, Layout, Taken, Texts
+from m4e_fmi.cosim.standards.texts import Texts
+from m4e_fmi.cosim.standards.typed import Access, Caller, Layout, Taken
 from m4e_fmi.fmu.messages import Messages
 from m4e_fmi.fmu.reading import Description, Variable
 
