@@ -9,15 +9,18 @@ variable, ``component.variable``; in CSV its unit follows in brackets.
 from __future__ import annotations
 
 import csv
+import json
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from m4e_fmi.errors import InputError
+from m4e_fmi.recorded import REAL, Recorded, recorded_as
 from m4e_fmi.row_file import TIME, Section, is_row_file, read_rows
 from m4e_fmi.writing import check_suffix, netcdf, written
 
@@ -32,12 +35,17 @@ _HDF5 = b"\x89HDF"
 
 @dataclass(frozen=True)
 class Series:
-    """One recorded variable: `values` over `Results.time`, its unit and what it is."""
+    """One recorded variable: `values` over `Results.time`, its unit and what it is.
+
+    They are in the type of what was `recorded`: floats, whole numbers (an enumeration's items by
+    their numbers), truth values, or objects that are texts.
+    """
 
     name: str
     unit: str
     long_name: str
     values: np.ndarray
+    recorded: Recorded = REAL
 
 
 @dataclass(frozen=True)
@@ -92,7 +100,8 @@ def _of_rows(path: Path) -> Results:
     components: dict[str, dict[str, Series]] = {}
     for column, values in variables[1:]:
         component, _, name = column.name.partition(".")
-        series = Series(name, column.unit, column.long_name, values)
+        one = column.recorded
+        series = Series(name, column.unit, column.long_name, one.values(values), one)
         components.setdefault(component, {})[name] = series
     told = {name: str(value) for name, value in attributes.items()}
     return Results(path, variables[0][1], components, told)
@@ -109,14 +118,17 @@ def _of_netcdf(path: Path) -> Results:
             message = "is netCDF, but not results: it has no variable `time`"
             raise InputError.single(message, WRITTEN, str(path))
         components = {
-            component: {
-                name: Series(name, variable.units, variable.long_name, variable[:])
-                for name, variable in group.variables.items()
-            }
+            component: {name: _series(variable) for name, variable in group.variables.items()}
             for component, group in file.groups.items()
         }
         told = {name: str(value) for name, value in attributes.items()}
         return Results(path, file["time"][:], components, told)
+
+
+def _series(variable: Any) -> Series:
+    told = {name: variable.getncattr(name) for name in variable.ncattrs()}
+    one = recorded_as(variable.dtype, told)
+    return Series(variable.name, told["units"], told["long_name"], one.values(variable[:]), one)
 
 
 def _check_format(path: Path, attributes: Mapping[str, object]) -> None:
@@ -132,11 +144,13 @@ def write_netcdf(
     attributes: Mapping[str, str],
     count: int,
     blocks: Iterable[Sequence[np.ndarray]],
+    texts: Sequence[str] = (),
 ) -> None:
     """Write `count` rows as netCDF-4 to `path`, which appears whole or not at all.
 
     Each of `blocks` holds further rows: the times (rows, 1), then an array (rows, columns) for each
-    of `sections`. RunError if the file cannot be written.
+    of `sections`; what is not Real is there as cells, Strings by their places among `texts`.
+    RunError if the file cannot be written.
     """
     with written(path) as part:
         with netcdf(part) as file:
@@ -150,16 +164,18 @@ def write_netcdf(
                     group.setncatts(section.attributes)
                 variables.append([])
                 for column in section.columns:
-                    variable = group.createVariable(column.name, section.kind, ("time",))
-                    variable.setncatts({"units": column.unit, "long_name": column.long_name})
-                    variables[-1].append(variable)
+                    one = column.recorded
+                    variable = group.createVariable(column.name, one.file_type, ("time",))
+                    told = {"units": column.unit, "long_name": column.long_name}
+                    variable.setncatts({**told, **one.attributes})
+                    variables[-1].append((variable, one))
             file.set_auto_maskandscale(False)  # nothing is missing, nothing is packed
             first = 0
             for block in blocks:  # after all declarations: half the time
                 last = first + len(block[0])
                 for members, values in zip(variables, block, strict=True):
-                    for variable, column in zip(members, values.T, strict=True):
-                        variable[first:last] = column
+                    for (variable, one), column in zip(members, values.T, strict=True):
+                        variable[first:last] = one.stored(column, texts.__getitem__)
                 first = last
         with part.open("rb+") as whole:
             os.fsync(whole.fileno())
@@ -190,12 +206,18 @@ def export(results: Path, path: Path) -> None:
 
 def _write_csv(results: Results, path: Path) -> None:
     series = results.series
-    rows = np.column_stack([results.time, *(one.values for one in series.values())])
+    columns = [results.time.tolist(), *(_plain(one) for one in series.values())]
     with written(path) as part, part.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         units = (f"{name} [{one.unit}]" for name, one in series.items())
         writer.writerow(["time [s]", *units])
-        writer.writerows(rows.tolist())  # all digits of each number
+        writer.writerows(zip(*columns, strict=True))
+
+
+def _plain(series: Series) -> list:
+    """The values as they stand in CSV: all digits of numbers, 0 or 1 for Booleans, texts."""
+    values = series.values
+    return (values.astype(np.int8) if values.dtype == bool else values).tolist()
 
 
 def _write_parquet(results: Results, path: Path) -> None:
@@ -203,11 +225,23 @@ def _write_parquet(results: Results, path: Path) -> None:
     import pyarrow.parquet  # pyright: ignore[reportMissingImports]
 
     columns = {"time": Series("time", "s", "simulated time", results.time), **results.series}
+    arrays = [
+        pyarrow.array(one.values, pyarrow.string() if one.recorded.is_text else None)
+        for one in columns.values()
+    ]
     fields = [
-        pyarrow.field(name, pyarrow.float64(), metadata={"unit": s.unit, "long_name": s.long_name})
-        for name, s in columns.items()
+        pyarrow.field(name, array.type, metadata=_parquet_metadata(one))
+        for (name, one), array in zip(columns.items(), arrays, strict=True)
     ]
     schema = pyarrow.schema(fields, metadata=results.attributes)
-    arrays = [pyarrow.array(one.values) for one in columns.values()]
     with written(path) as part:
         pyarrow.parquet.write_table(pyarrow.table(arrays, schema=schema), part)
+
+
+def _parquet_metadata(series: Series) -> dict[str, str]:
+    items = dict(series.recorded.items)
+    return {
+        "unit": series.unit,
+        "long_name": series.long_name,
+        **({"items": json.dumps(items)} if items else {}),
+    }

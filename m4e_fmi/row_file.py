@@ -10,6 +10,7 @@ The form is at https://docs.unidata.ucar.edu/netcdf-c/current/file_format_specif
 
 from __future__ import annotations
 
+import json
 import os
 import unicodedata
 from collections.abc import Iterator, Mapping, Sequence
@@ -22,11 +23,16 @@ from typing import Any
 import numpy as np
 
 from m4e_fmi.errors import InputError
+from m4e_fmi.recorded import REAL, Recorded
 
 ROWS_BEGIN, ENDED = "rows_begin", "ended"
 NOT_ENDED = "not yet: the run goes on, or its process was killed"
 """The attribute `ended` until the file is told otherwise."""
+CELLS = "i8"
+"""The kind of cells: whole numbers, Booleans, and the places of texts."""
+TEXTS = "texts"
 _ENDED_LENGTH = 1024
+_TEXTS_LENGTH = 2**16
 _MAGIC = b"CDF\x05"
 _COUNT_AT = len(_MAGIC)
 _DIMENSIONS, _VARIABLES, _ATTRIBUTES = 10, 11, 12
@@ -43,11 +49,20 @@ class Column:
     name: str
     unit: str
     long_name: str
+    recorded: Recorded = REAL
+
+    @property
+    def told(self) -> dict[str, str]:
+        """Its attributes in a file of rows."""
+        found = {"units": self.unit, "long_name": self.long_name}
+        one = self.recorded
+        more = {"type": one.type, "kind": one.kind, "items": json.dumps(dict(one.items))}
+        return found if one.is_real else found | more
 
 
 @dataclass(frozen=True)
 class Section:
-    """Columns of one `component` that are of one `kind`: f8, i4 or i8."""
+    """Columns of one `component` that are of one `kind`: f8, i4, i8; CELLS if not Real."""
 
     component: str
     columns: tuple[Column, ...]
@@ -72,7 +87,8 @@ class RowFile:
         self.path, self.count = path, 0
         self.sections = (TIME, *sections)
         self.dtype = _row(self.sections)
-        header, self._ended_at = _header(self.sections, attributes)
+        header, self._ended_at, self._texts_at = _header(self.sections, attributes)
+        self._texts = 0
         self._begin = len(header)
         self._file = path.open("w+b", buffering=0)
         self._put(0, header)
@@ -103,6 +119,21 @@ class RowFile:
                 self._commit(first + (self._file.tell() - place) // size)
             raise
         self._commit(first + len(rows))
+
+    def keep_texts(self, texts: Sequence[str]) -> None:
+        """Keep what the cells of texts stand for, before rows with them are written.
+
+        There is room for 64 KiB; only the netCDF-4 file, at the end, has what is more.
+        """
+        if not self._texts_at or len(texts) == self._texts:
+            return
+        data, self._texts = b"[", len(texts)
+        for place in range(len(texts)):
+            more = json.dumps(texts[place], ensure_ascii=False).encode()
+            if len(data) + len(more) + 2 > _TEXTS_LENGTH:
+                break
+            data += b"," * (place > 0) + more
+        self._put(self._texts_at, (data + b"]").ljust(_TEXTS_LENGTH))
 
     def cut(self, count: int) -> None:
         """Give up all rows but the first `count`."""
@@ -151,16 +182,22 @@ def _fixed(text: str) -> bytes:
     return text.encode()[:_ENDED_LENGTH].decode(errors="ignore").encode().ljust(_ENDED_LENGTH)
 
 
-def _header(sections: Sequence[Section], attributes: Mapping[str, str | int]) -> tuple[bytes, int]:
-    """The header of a file without rows, and where in it the text of ENDED begins."""
-    rest = {**attributes, ENDED: _fixed(NOT_ENDED)}
+def _header(
+    sections: Sequence[Section], attributes: Mapping[str, str | int]
+) -> tuple[bytes, int, int]:
+    """The header of a file without rows, and where in it ENDED and TEXTS (0: not there) begin."""
+    with_texts = any(c.recorded.is_text for section in sections for c in section.columns)
+    room = {TEXTS: b"[]".ljust(_TEXTS_LENGTH)} if with_texts else {}
+    rest = {**attributes, **room, ENDED: _fixed(NOT_ENDED)}
     begin = 0
     for _ in range(2):  # where the rows begin is in it, too
         dimension = _list(_DIMENSIONS, [_name("time") + _big(0)])
         head = _MAGIC + _big(0) + dimension + _attributes({ROWS_BEGIN: begin, **rest})
         data = head + _list(_VARIABLES, list(_variables(sections, begin)))
         begin = len(data)
-    return data, len(head) - _ENDED_LENGTH
+    ended = len(head) - _ENDED_LENGTH
+    before = len(_name(ENDED)) + 12  # its name, type and length
+    return data, ended, ended - before - _TEXTS_LENGTH if with_texts else 0
 
 
 def _variables(sections: Sequence[Section], begin: int) -> Iterator[bytes]:
@@ -168,7 +205,7 @@ def _variables(sections: Sequence[Section], begin: int) -> Iterator[bytes]:
         prefix = f"{section.component}." if section.component else ""
         size = np.dtype(section.kind).itemsize
         for column in section.columns:
-            told = {"units": column.unit, "long_name": column.long_name, **section.attributes}
+            told = {**column.told, **section.attributes}
             yield (
                 _name(prefix + column.name) + _big(1) + _big(0) + _attributes(told)
                 + _big(_TYPES[section.kind], 4) + _big(size) + _big(begin)
@@ -199,6 +236,14 @@ def _counted(data: bytes) -> bytes:
     return _big(len(data)) + data + bytes(-len(data) % 4)
 
 
+def _column(name: str, told: Mapping[str, str | int]) -> Column:
+    recorded = REAL
+    if "type" in told:
+        items = json.loads(str(told["items"]))
+        recorded = Recorded(str(told["type"]), str(told["kind"]), items)
+    return Column(name, str(told["units"]), str(told["long_name"]), recorded)
+
+
 def _big(value: int, size: int = 8) -> bytes:
     return value.to_bytes(size, "big")
 
@@ -218,6 +263,8 @@ def is_row_file(path: Path) -> bool:
 def read_rows(path: Path) -> tuple[dict[str, str | int], list[tuple[Column, np.ndarray]]]:
     """The attributes of a file that RowFile writes or has written, and its variables.
 
+    Cells are there as the values that they stand for, as `Recorded.stored`.
+
     Each is a Column, with its full name, and the values in all rows that are complete: (rows,).
     InputError if the file is cut off.
     """
@@ -234,7 +281,12 @@ def read_rows(path: Path) -> tuple[dict[str, str | int], list[tuple[Column, np.n
             for into, part in zip(values, parts, strict=True):
                 into[first:last] = part[:, 0]
             first = last
-    return attributes, list(zip(columns, values, strict=True))
+    texts = dict(enumerate(json.loads(str(attributes.pop(TEXTS, "[]")))))
+    found = [
+        (column, column.recorded.stored(cells, lambda k: texts.get(k, f"({k}th text: lost)")))
+        for column, cells in zip(columns, values, strict=True)
+    ]
+    return attributes, found
 
 
 class _Header:
@@ -258,7 +310,7 @@ class _Header:
             for _ in range(self._number()):
                 self._number()
             told = self._attributes()
-            columns.append(Column(name, str(told["units"]), str(told["long_name"])))
+            columns.append(_column(name, told))
             kinds.append(_KINDS[self._number(4)])
             self._number()
             self._number()

@@ -45,7 +45,7 @@ def add(commands: argparse._SubParsersAction) -> None:
         action="extend",
         default=[],
         metavar="NAME",
-        help="what the results hold, as 'buoy.*'; default: all outputs but arrays",
+        help="what the results hold, as 'buoy.*'; default: all outputs, of arrays those connected",
     )
     command.add_argument(
         "--parameters",

@@ -134,6 +134,8 @@ class Companion:
         self._extremes = np.array([values, values])
         self.failure = ""
         """Why nothing can be told, if so."""
+        self.switched = False
+        """Whether discrete values have changed, at other times in the other set."""
 
     @property
     def operations(self) -> tuple[Operation, ...]:
@@ -207,7 +209,7 @@ class Companion:
         found = self._at(order)
         spans = self._spans(self.ranges())
         shares = np.divide(found, spans, out=np.zeros_like(spans), where=spans > 0.0)
-        if (self._run.kinks > SMALL * shares.max(initial=0.0) * spans).any():
+        if self.switched or (self._run.kinks > SMALL * shares.max(initial=0.0) * spans).any():
             order = KINKED
         return self._at(order) / (2.0**order if halved else 1.0)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from typing import cast
@@ -11,6 +11,7 @@ from typing import cast
 import numpy as np
 
 from m4e_fmi.cosim.algorithms import ALGORITHMS, Algorithm, Returning, Undoing, returning
+from m4e_fmi.cosim.announced import NEXT_EVENT_TIME
 from m4e_fmi.cosim.binary import Binary, binaries
 from m4e_fmi.cosim.certificate import Certificate, certificate, spans
 from m4e_fmi.cosim.companion import Companion
@@ -79,10 +80,14 @@ class Master:
         *,
         certify: bool = True,
         changeable: bool = False,
+        recorded: Mapping[str, Collection[str]] | None = None,
+        watched: bool = False,
     ) -> None:
         """With `certify`, steps are made twice, from which `certificate` follows.
 
-        A run is `changeable` if values may be set between its steps.
+        A run is `changeable` if values may be set between its steps. `recorded` are the outputs by
+        component that its results will have (None: all scalars), `watched` tells that observers may
+        read all others.
         """
         self._system = system
         self._descriptions = descriptions
@@ -90,6 +95,9 @@ class Master:
         self._structure = structure
         self._rates = rates
         self._certify, self._changeable = certify, changeable
+        self._recorded, self._watched = recorded, watched or changeable
+        if recorded is not None:
+            self._recorded = {c: {*recorded.get(c, ()), NEXT_EVENT_TIME} for c in descriptions}
         self._changes: list[Change] = []
         self._open = ExitStack()
         self._stop = round(system.simulation.stop_time * SECOND)
@@ -123,7 +131,13 @@ class Master:
             instance.set_values(start_values(component, description))
             instances[name] = instance
         known = (self._wiring, self._structure, self._rates)
-        network = Network(instances, *known, time=simulation.start_time)
+        network = Network(
+            instances,
+            *known,
+            time=simulation.start_time,
+            recorded=self._recorded,
+            watched=self._watched,
+        )
         with quiet():
             network.initialise()
         return network
@@ -141,7 +155,7 @@ class Master:
         self._witness: Witness | Companion | None = None
         self._unwatched = ""
         self._second_look = SecondLook(self.network)
-        if self._certify and self.network.links:
+        if self._certify and self.network.judged:
             self._watch(stack)
 
     def _make(self, network: Network) -> Algorithm:
@@ -216,14 +230,18 @@ class Master:
     def certificate(self) -> Certificate | str:
         """The coupling errors of the run that has ended, or why they are not known."""
         witness, network = self._witness, self.network
-        if not network.links:
+        if not network.links and not network.discrete:
             return Certificate(())
+        if not network.judged:
+            return "no Real is exchanged"
         if witness is None:
             return self._unwatched
         with same_folder():
             witness.finish()
         if witness.failure:
             return witness.failure
+        if isinstance(witness, Companion) and self._course.switches.count:
+            witness.switched = True  # the two sets switch at different times
         return certificate(
             network,
             self._system.connections,
@@ -276,6 +294,7 @@ class Master:
         instances = self.network.instances.values()
         end = ended(instances)
         seen = [*self._second_look.notes, *event_notes(instances)]
+        seen += self._course.switches.notes
         if rough := self.network.roughness:
             seen.append(
                 f"inputs are solved for to {rough:.1e} of their size only: what FMUs answer to "
@@ -340,7 +359,7 @@ class Master:
         """Make the present point consistent with what was set there, if anything was."""
         if not self._changes:
             return
-        self.network.refresh()
+        self.network.refresh(self._changes)
         self._energy.jump()
         if self._witness:
             self._witness.changed(self._changes)

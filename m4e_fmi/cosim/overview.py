@@ -49,7 +49,9 @@ def _connections(prepared: Prepared) -> list[str]:
         own = [link for link in prepared.wiring.links if link.connection == index]
         once = [link for link in prepared.wiring.initial_links if link.connection == index]
         count = len(own) + len(once)
-        lines.append(f"  {text}  ({count} variable{'s' * (count != 1)})")
+        kinds = dict.fromkeys(link.kind for link in (*own, *once) if not link.is_real)
+        told = ", ".join([f"{count} variable{'s' * (count != 1)}", *kinds])
+        lines.append(f"  {text}  ({told})")
         for timing in Timing:
             late = [link for link in own if timings[link] is timing]
             if late:

@@ -11,15 +11,19 @@ from m4e_fmi.cosim.instance import WARNING, Call, Instance
 from m4e_fmi.cosim.native_loop import NOT_A_NUMBER, State
 from m4e_fmi.cosim.operations import (
     Combine,
+    Copy,
     DoStep,
     Get,
+    GetTyped,
     Monitor,
     Operation,
     Restore,
     Save,
     Set,
     SetDerivatives,
+    SetTyped,
 )
+from m4e_fmi.cosim.standards import Access
 from m4e_fmi.cosim.system import SECOND
 
 Action = Callable[[float, float, int], int]
@@ -31,10 +35,18 @@ class PythonExecutor:
 
     def __init__(self, operations: Sequence[Operation]) -> None:
         self._actions = tuple(_when_due(operation) for operation in operations)
+        self._in_rows = tuple(isinstance(o, Get | GetTyped) and o.in_rows for o in operations)
 
-    def perform(self, time: float, size: float, row: int) -> tuple[int, int]:
-        """Status and index of the operation that failed; (0, 0) if none did."""
+    def perform(
+        self, time: float, size: float, row: int, *, at_row: bool = True
+    ) -> tuple[int, int]:
+        """Status and index of the operation that failed; (0, 0) if none did.
+
+        Operations for rows only are performed `at_row`.
+        """
         for index, action in enumerate(self._actions):
+            if self._in_rows[index] and not at_row:
+                continue
             status = action(time, size, row)
             if not 0 <= status <= WARNING:
                 return status, index
@@ -47,15 +59,17 @@ def run(
     state: State,
     steps: int,
     telling: Sequence[Instance],
+    stops: np.ndarray,
 ) -> int:
     """`m4e_loop` of the runtime's loop.h: so many steps, until one of `telling` has asked for the
-    end, or another thread for a halt; the status.
+    end, another thread for a halt, or one of `stops` is finite; the status.
     """
     for made in range(steps):
-        if ended(telling) or (made and state.halt):
+        if ended(telling) or (made and state.halt) or np.isfinite(stops).any():
             return 0
         time, size = state.now / SECOND, state.size / SECOND
-        status, state.failed = step.perform(time, size, state.noted)
+        at_row = state.since + 1 >= state.every or state.now + state.size >= state.rows_from
+        status, state.failed = step.perform(time, size, state.noted, at_row=at_row)
         state.in_row = 0
         if status:
             return status
@@ -82,8 +96,8 @@ def _when_due(operation: Operation) -> Action:
 
 def _action(operation: Operation) -> Action:
     match operation:
-        case Get(instance, names, into):
-            return _get(instance.own_getter, names, into)
+        case Get(instance):
+            return _get(operation, instance.own_getter)
         case Set(instance, names, values):
             return _plain(instance.own_setter(names, values))
         case SetDerivatives(instance, names, values):
@@ -95,6 +109,12 @@ def _action(operation: Operation) -> Action:
             return _plain(instance.saver())
         case Restore(instance):
             return _plain(instance.restorer())
+        case GetTyped(_, access, into):
+            return _get_typed(access, into)
+        case SetTyped(_, access, cells):
+            return lambda _t, _h, _row: access.set(cells)
+        case Copy():
+            return _copy(operation)
         case Combine():
             return _combine(operation)
         case Monitor():
@@ -105,15 +125,18 @@ def _plain(call: Call) -> Action:
     return lambda _t, _h, _row: call()
 
 
-def _get(getter: Callable, names: Sequence[str], into: np.ndarray) -> Action:
-    values = into if into.ndim == 1 else np.zeros(len(names))
-    call = getter(names, values)
+def _get(operation: Get, getter: Callable) -> Action:
+    into, checked = operation.into, operation.checked
+    values = into if into.ndim == 1 else np.zeros(len(operation.names))
+    call = getter(operation.names, values)
 
     def get(_t: float, _h: float, row: int) -> int:
         status = call()
         if values is not into:
             into[row] = values
-        return NOT_A_NUMBER if status <= WARNING and not np.isfinite(values).all() else status
+        if checked and status <= WARNING and not np.isfinite(values).all():
+            return NOT_A_NUMBER
+        return status
 
     return get
 
@@ -144,6 +167,21 @@ def _monitor(o: Monitor) -> Action:
         return 0
 
     return monitor
+
+
+def _get_typed(access: Access, into: np.ndarray) -> Action:
+    if into.ndim == 1:
+        return lambda _t, _h, _row: access.get(into)
+    return lambda _t, _h, row: access.get(into[row])
+
+
+def _copy(o: Copy) -> Action:
+    def copy(_t: float, _h: float, row: int) -> int:
+        result = o.into if o.into.ndim == 1 else o.into[row]
+        result[:] = o.source[o.places]
+        return 0
+
+    return copy
 
 
 def _combine(o: Combine) -> Action:

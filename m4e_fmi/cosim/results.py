@@ -15,17 +15,14 @@ from pathlib import Path
 
 import numpy as np
 
-from m4e_fmi.cosim.instance import Instance
+from m4e_fmi.cosim.blocks import blocks
 from m4e_fmi.cosim.network import Network
-from m4e_fmi.cosim.operations import Get
-from m4e_fmi.cosim.rates import Rate
 from m4e_fmi.cosim.schedule import Schedule
 from m4e_fmi.cosim.selection import chosen
 from m4e_fmi.errors import RunError
-from m4e_fmi.fmu.reading import Variable
 from m4e_fmi.locks import ROWS, claimed
 from m4e_fmi.results import FORMAT, FORMAT_NUMBER, write_netcdf
-from m4e_fmi.row_file import Column, RowFile, Section
+from m4e_fmi.row_file import RowFile, Section
 from m4e_fmi.signals import Terminated
 from m4e_fmi.writing import cannot_write
 
@@ -48,12 +45,12 @@ class Mark:
 
 
 class ResultsWriter:
-    """Writes rows of Real variables of a network; use it as a context manager.
+    """Writes rows of variables of a network; use it as a context manager.
 
-    These are all scalar outputs, or what `variables` choose (see `chosen`). Rows reach the disk
-    after a second; a run that is killed leaves a file with them. What was at `path` before stays
-    until the first step is on the disk. The file's attribute `ended` says how the run did.
-    RunError if another run writes to `path`, or if the disk takes nothing.
+    These are all scalar outputs and connected arrays, or what `variables` choose (see `chosen`).
+    Rows reach the disk after a second; a run that is killed leaves a file with them. What was at
+    `path` before stays until the first step is on the disk. The file's attribute `ended` says how
+    the run did. RunError if another run writes to `path`, or if the disk takes nothing.
     """
 
     def __init__(
@@ -65,14 +62,15 @@ class ResultsWriter:
         variables: Sequence[str] = (),
     ) -> None:
         self.path, instances = Path(path), network.instances
-        names = chosen({name: i.description for name, i in instances.items()}, variables)
+        descriptions = {name: i.description for name, i in instances.items()}
+        names = chosen(descriptions, variables, network.sources)
         columns = 1 + sum(map(len, names.values()))
         self._block = max(LEAST_ROWS, min(MOST_ROWS, MOST_VALUES // columns))
         self._groups = [
-            _Group(instance, names[name], self._block, network.rates.get(name))
-            for name, instance in instances.items()
+            block for name in instances for block in blocks(network, name, names[name], self._block)
         ]
         self._times = np.zeros((self._block, 1))
+        self._texts = network.discrete.texts
         self.schedule = Schedule([o for group in self._groups for o in group.operations])
         created = datetime.now(UTC).isoformat("T", "seconds")
         self._attributes = {**attributes, "created": created}
@@ -169,7 +167,8 @@ class ResultsWriter:
         new = slice(self._file.count - self._before, self._rows)
         try:
             if new.start < new.stop:
-                self._file.append(self._file.count, [part[new] for part in self._parts])
+                self._file.keep_texts(self._texts)
+                self._file.append(self._file.count, self._parts(new))
         finally:  # some rows may have come there
             self._publish()
 
@@ -181,9 +180,8 @@ class ResultsWriter:
         if count > self._before:
             self._saved = float(self._times[count - self._before - 1, 0])
 
-    @property
-    def _parts(self) -> list[np.ndarray]:
-        return [self._times, *(group.block for group in self._groups)]
+    def _parts(self, rows: slice) -> list[np.ndarray]:
+        return [self._times[rows], *(group.filled(rows) for group in self._groups)]
 
     def close(self, ended: str) -> None:
         """Write what is left and how the run has `ended`, and close the file.
@@ -227,11 +225,11 @@ class ResultsWriter:
             )
 
     def _filled(self) -> list[np.ndarray]:
-        return [part[: self._rows] for part in self._parts]
+        return self._parts(slice(self._rows))
 
     def _write(self, ended: str, blocks: Iterable[list[np.ndarray]]) -> None:
         attributes, count = {**self._attributes, "ended": ended}, self._before + self._rows
-        write_netcdf(self._place, self._sections, attributes, count, blocks)
+        write_netcdf(self._place, self._sections, attributes, count, blocks, self._texts)
 
     @property
     def _sections(self) -> list[Section]:
@@ -252,17 +250,3 @@ def _ending(error: object) -> str:
     if isinstance(error, Terminated):
         return str(error)
     return "interrupted" if isinstance(error, KeyboardInterrupt) else f"failed: {error}"
-
-
-class _Group:
-    """What is recorded of one component: a block of rows, and what its columns are."""
-
-    def __init__(
-        self, instance: Instance, outputs: Sequence[Variable], rows: int, rate: Rate | None
-    ) -> None:
-        columns = tuple(Column(o.name, o.unit or "1", o.description) for o in outputs)
-        attributes = {"step_size": f"{rate.step:g} s"} if rate else {}
-        self.section = Section(instance.name, columns, attributes=attributes)
-        self.block = np.zeros((rows, len(outputs)))
-        names = tuple(output.name for output in outputs)
-        self.operations = (Get(instance, names, self.block),) if names else ()

@@ -22,6 +22,7 @@ from m4e_fmi.cosim.overview import overview
 from m4e_fmi.cosim.pacing import Rates, pace, refined
 from m4e_fmi.cosim.probing import probed
 from m4e_fmi.cosim.results import ResultsWriter
+from m4e_fmi.cosim.selection import chosen
 from m4e_fmi.cosim.structure import Structure, analyse
 from m4e_fmi.cosim.system import Component, System
 from m4e_fmi.cosim.timing import Timing, timings
@@ -202,7 +203,9 @@ def _once(
     variables: Sequence[str] = (),
     certify: bool = True,
 ) -> Outcome:
-    with _begun(system, results=results, variables=variables, certify=certify) as begun:
+    with _begun(
+        system, results=results, variables=variables, certify=certify, watched=bool(observers)
+    ) as begun:
         begun.master.run(results=begun.results, observers=observers, progress=progress)
     assert begun.outcome
     return begun.outcome
@@ -225,15 +228,24 @@ def _begun(
     variables: Sequence[str],
     certify: bool = True,
     changeable: bool = False,
+    watched: bool = False,
 ) -> Iterator[_Begun]:
     begun = clock.perf_counter()
     system = _at_home(system)
     parts = (system.system, system.descriptions, system.wiring, system.structure, system.rates)
+    recorded: dict[str, list[str]] = {}
+    if results is not None:
+        members = chosen(system.descriptions, variables, system.wiring.sources)
+        recorded = {name: [v.name for v in members] for name, members in members.items()}
     with ExitStack() as stack:
         stack.enter_context(ending_cleanly())
         place = stack.enter_context(_claimed(results)) if results is not None else None
         file = Path(results or "").absolute()
-        master = stack.enter_context(Master(*parts, certify=certify, changeable=changeable))
+        master = stack.enter_context(
+            Master(
+                *parts, certify=certify, changeable=changeable, recorded=recorded, watched=watched
+            )
+        )
         found = _Begun(master)
         if place is None or results is None:
             yield found

@@ -133,6 +133,8 @@ class SecondCourse:
             loop.state.now, loop.state.size, loop.state.noted = now, size, 0
             loop.advance(made)
             network.time = loop.state.now / SECOND
+            if network.settle():
+                made = (loop.state.now - now) // size
             if loop.state.now < now + made * size:
                 raise RunError(ended(network.instances.values()))
             return self._values[:made].copy()

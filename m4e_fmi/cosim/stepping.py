@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time as clock
+from collections.abc import Sequence
 from functools import cached_property
 from typing import Protocol, cast
 
@@ -11,6 +12,8 @@ import numpy as np
 from m4e_fmi.cosim.algorithms import Algorithm, Returning, Undoing
 from m4e_fmi.cosim.algorithms.scheduled import Scheduled, looped
 from m4e_fmi.cosim.announced import NEVER, Announced, in_nanoseconds
+from m4e_fmi.cosim.connect import Port
+from m4e_fmi.cosim.discrete import Switches
 from m4e_fmi.cosim.energy import BLOCK as ENERGY_BLOCK
 from m4e_fmi.cosim.energy import EnergyBalance
 from m4e_fmi.cosim.events import ended, event_count, telling
@@ -48,9 +51,10 @@ class Course:
     Steps of a `Scheduled` algorithm are made many at once, as long as `most_time` [s of wall time]
     allows; with `singly` one by one. They are adaptive with a `control`. Where all FMUs can go back
     (`returns`), a step that one of them discards is made again, shorter; `shortened` counts them.
+    `switches` are the steps within which values changed that are not Real.
     """
 
-    REMEMBERED = ("now", "_row", "steps", "shortened", "_jump")
+    REMEMBERED = ("now", "_row", "steps", "shortened", "_jump", "switches")
 
     def __init__(
         self,
@@ -81,6 +85,7 @@ class Course:
         self._most = 1
         self.now = self._row = self._start
         self.steps = self.shortened = 0
+        self.switches = Switches()
         self._jump = NEVER
 
     @cached_property
@@ -97,7 +102,11 @@ class Course:
         noted = (*self._energy.operations(self._algorithm.held), *watched)
         rows = self._results.schedule if self._results else None
         every = -(-self._every // self._size)
-        return looped(self._algorithm, self._network, noted, rows, every=every)
+        loop = looped(self._algorithm, self._network, noted, rows, every=every)
+        if loop:
+            anywhere = self._singly or self._telling  # where rows end is not known before
+            loop.state.rows_from = self._start if anywhere else self._stop
+        return loop
 
     def halt(self) -> None:
         """End what `advance` does at the next point, called by another thread."""
@@ -141,8 +150,10 @@ class Course:
                 points = start + state.every * size * ends
                 self._row = int(points[-1])
                 self._results.keep(points / SECOND)
+            changed = self._network.settle()
+            self._switched(changed, size)
             if self._witness:
-                self._witness.after(made, size, noted)
+                self._witness.after(made, size, noted, jumped=bool(changed))
         last = self.now == self._stop or ended(self._telling)
         if last and self._row != self.now:
             self._record()
@@ -175,15 +186,20 @@ class Course:
         jumped = event_count(self._telling) > before or self.now == self._jump
         if jumped:
             self._network.forget()
-        self._network.advance(self.now / SECOND)
+        changed = self._network.advance(self.now / SECOND)
+        self._switched(changed, size)
         self._energy.add(self._algorithm.held, size / SECOND)
         self.steps += 1
         if self._witness:
             (self._note_open if self._witness.open else self._note).run(self._network.time)
-            self._witness.after(1, size, 0, jumped=jumped)
+            self._witness.after(1, size, 0, jumped=jumped or bool(changed))
         last = self.now == self._stop or ended(self._telling)
         if last or self.now >= self._row + self._every:
             self._record()
+
+    def _switched(self, changed: Sequence[Port], size: int) -> None:
+        within = self._network.within_step(changed)
+        self.switches.note(within, self.now / SECOND, size / SECOND)
 
     def _record(self) -> None:
         self._row = self.now
@@ -193,6 +209,7 @@ class Course:
     def _step(self, size: int) -> int:
         """Step all components by `size` if that may be; the size of the step [ns]."""
         now, control, algorithm = self.now, self._control, self._algorithm
+        discrete = self._network.discrete.values.copy()
         while True:
             try:
                 algorithm.step(now / SECOND, size / SECOND)
@@ -202,6 +219,10 @@ class Course:
             if control is None:
                 return size
             algorithm = cast("Returning", algorithm)
+            if self._network.discrete.differs(discrete) and control.shrinks(size):
+                algorithm.undo()
+                size = self._wanted()
+                continue
             if now + size == self._jump:
                 control.pass_over(algorithm.end, self._jump)
                 return size

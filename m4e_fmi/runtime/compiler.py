@@ -38,7 +38,7 @@ RUNTIME_FLAGS = ("-DM4E_SHARED", "-s")
 """Of the runtime as a library of its own, which exports its functions, those of masters too."""
 SHELL_FLAGS = ("-s",)
 """Of the library of native FMUs, which exports nothing but FMI."""
-NOT_IN_FMUS = ("component_3.c", "ensemble.c", "lanes.c", "loop.c", "monitor.c")
+NOT_IN_FMUS = ("component_3.c", "ensemble.c", "lanes.c", "loop.c", "monitor.c", "typed.c")
 """What runs many models, or a master."""
 
 VECTOR_FLAGS = {

@@ -16,8 +16,9 @@ enum {
     M4E_RESTORE,         /* brings it back */
     M4E_COMBINE,         /* values[i] = sum over the terms k of weights[k][i]
                             source[references[k][i]], + offset[i] unless NULL */
-    M4E_MONITOR          /* values[0] = how many of the `terms` values at `source` are rough at once:
+    M4E_MONITOR,         /* values[0] = how many of the `terms` values at `source` are rough at once:
                             see monitor.c; `past` is what it knows of them, `weights` are gates */
+    M4E_CALL             /* function(component, values), of typed.h; values are cells */
 };
 enum { M4E_NOT_A_NUMBER = -1 }; /* beside the statuses of FMI */
 
@@ -36,6 +37,8 @@ typedef struct {
     double start, length, own; /* own: the component's step [s], taken if `length` gives it */
     int64_t origin, period; /* ns; unless period is 0, performed only in steps that end at origin
                                plus a multiple of it, and a step by `own` ends there */
+    int32_t in_rows;   /* performed only in steps that end at a row of results */
+    int32_t unchecked; /* values that are got may be nan or infinite */
 } m4e_operation;
 
 /* How many of `count` values are rough at once. `past` has, for all of them one after the other: the
@@ -52,6 +55,7 @@ typedef struct {
     const m4e_operation *step, *row; /* of each step; after each step that is a row of results */
     uint64_t step_count, row_count;
     int64_t now, size;       /* ns */
+    int64_t rows_from;       /* ns; all steps that end then or later count as ending at a row */
     uint64_t every, since;   /* steps from row to row; steps since the last */
     uint64_t noted, written; /* rows of blocks that are filled, by `step` and by `row` */
     uint64_t failed;         /* the operation that ended the loop */

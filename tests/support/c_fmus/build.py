@@ -242,12 +242,14 @@ OPTIONS = {
     "alone": ("ALONE", 'canBeInstantiatedOnlyOncePerProcess="true"'),
     "constant": ("CONSTANT", 'canHandleVariableCommunicationStepSize="false"'),
     "hundredth": ("OWN_STEP=0.01", ""),
+    "clears": ("CLEARS", ""),
     "lazy": ("LAZY", ""),
     "picky": ("PICKY", ""),
 }
 """What an FMU can do besides, or cannot: flag of the compiler and attribute of the description.
 
-A constant one refuses steps of another size than its first, one of a hundredth all but 0.01 s.
+A constant one refuses steps of another size than its first, one of a hundredth all but 0.01 s. One
+that clears shows zeros when something has been set, until it has made a step.
 """
 
 
