@@ -1,8 +1,8 @@
 """`implicit` on all systems of examples/, at their step, at half and at twice it.
 
 The reference is `corrector` at a quarter of the smallest of these steps. What a run states must be
-true within 3 at the points that it is found at, those of steps of twice the length; of what is stated
-to be below 1e-5, the reference's own error may be a part.
+true within 3 at the points that it is found at, those of steps of twice the length; of what is
+stated to be below 1e-5, the reference's own error may be a part.
 """
 
 from __future__ import annotations
