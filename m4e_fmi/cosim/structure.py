@@ -9,8 +9,8 @@ waits for nothing.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import networkx as nx
@@ -21,11 +21,15 @@ from m4e_fmi.fmu.reading import Description
 
 @dataclass(frozen=True)
 class Transfer:
-    """One FMI call of an exchange: get or set these variables of this component."""
+    """One FMI call of an exchange: get or set these variables of this component.
+
+    Those of a `discrete` one are not Real, or take the values of such.
+    """
 
     action: Literal["get", "set"]
     component: str
     variables: tuple[str, ...]
+    discrete: bool = False
 
 
 @dataclass(frozen=True)
@@ -43,6 +47,8 @@ class Loop:
 @dataclass(frozen=True)
 class Structure:
     """What follows from the wiring.
+
+    In a loop at initialisation, inputs that are not Real have their start values.
 
     `initial` are the transfers in initialization mode, `exchange` those at a communication point;
     `sweep` is the order of components in which sources of unpredictable values come first, and
@@ -70,15 +76,31 @@ def analyse(descriptions: Mapping[str, Description], wiring: Wiring) -> Structur
 
     everything = (*wiring.initial_links, *wiring.links)
     prompt = [link for link in everything if not link.delayed]
+    unsolved = apart(
+        loop_links(prompt, instant_graph(prompt, [k.source for k in prompt], initially))
+    )
+    prompt = [link for link in prompt if link not in unsolved]
     sources = list(dict.fromkeys(link.source for link in everything))
     sweep, delayed = sweep_order(descriptions, wiring.links)
+    discrete = {port for k in everything if not k.is_real for port in (k.source, k.target)}
     return Structure(
-        initial=_order(prompt, instant_graph(prompt, sources, initially)),
-        exchange=_order(wiring.links, exchange_graph(descriptions, wiring)),
+        initial=_order(prompt, instant_graph(prompt, sources, initially), discrete),
+        exchange=_order(wiring.links, exchange_graph(descriptions, wiring), discrete),
         sweep=sweep,
         delayed=delayed,
         ends=tuple(_ends(descriptions, wiring.links)),
     )
+
+
+def loop_links(links: Iterable[Link], graph: nx.DiGraph) -> list[Link]:
+    """The links that are part of algebraic loops."""
+    knots = [knot for knot in nx.strongly_connected_components(graph) if len(knot) > 1]
+    return [k for k in links if any(k.source in knot and k.target in knot for knot in knots)]
+
+
+def apart(links: Iterable[Link]) -> list[Link]:
+    """Those of some links that are not Real: no loop can be solved for them."""
+    return [link for link in links if not link.is_real]
 
 
 def exchange_graph(descriptions: Mapping[str, Description], wiring: Wiring) -> nx.DiGraph:
@@ -133,7 +155,8 @@ def sweep_order(
     binding = [
         link
         for link in links
-        if link.source.variable not in descriptions[link.source.component].output_derivatives
+        if link.is_real
+        and link.source.variable not in descriptions[link.source.component].output_derivatives
         and link.source.component != link.target.component
         and not link.delayed
     ]
@@ -165,7 +188,9 @@ def instant_graph(
     return graph
 
 
-def _order(links: Sequence[Link], graph: nx.DiGraph) -> tuple[Transfer | Loop, ...]:
+def _order(
+    links: Sequence[Link], graph: nx.DiGraph, discrete: Container[Port]
+) -> tuple[Transfer | Loop, ...]:
     """Rounds of gets and sets in which each value is carried over when it is final."""
     driven = {link.target: link.source for link in links}
     steps: list[Transfer | Loop] = []
@@ -175,10 +200,10 @@ def _order(links: Sequence[Link], graph: nx.DiGraph) -> tuple[Transfer | Loop, .
         # a generation is all inputs or outputs that wait for nothing but earlier generations
         members = [knots.nodes[knot]["members"] for knot in generation]
         single = [port for ports in members if len(ports) == 1 for port in ports]
-        transfers += _transfers(single, driven)
+        transfers += _transfers(single, driven, discrete)
         for ports in members:
             if len(ports) > 1:
-                calls = _transfers(ports, driven)
+                calls = _transfers(ports, driven, discrete)
                 steps += _merged(transfers)
                 transfers = []
                 sets, gets = ([t for t in calls if t.action == a] for a in ("set", "get"))
@@ -186,12 +211,16 @@ def _order(links: Sequence[Link], graph: nx.DiGraph) -> tuple[Transfer | Loop, .
     return (*steps, *_merged(transfers))
 
 
-def _transfers(ports: Iterable[Port], driven: Mapping[Port, Port]) -> list[Transfer]:
-    by_call: dict[tuple[Literal["get", "set"], str], list[str]] = {}
+def _transfers(
+    ports: Iterable[Port], driven: Mapping[Port, Port], discrete: Container[Port]
+) -> list[Transfer]:
+    by_call: dict[tuple[Literal["get", "set"], str, bool], list[str]] = {}
     for port in sorted(ports):
         action: Literal["get", "set"] = "set" if port in driven else "get"
-        by_call.setdefault((action, port.component), []).append(port.variable)
-    return [Transfer(a, c, tuple(names)) for (a, c), names in by_call.items()]
+        call = action, port.component, port in discrete
+        by_call.setdefault(call, []).append(port.variable)
+    calls = [Transfer(a, c, tuple(names), apart) for (a, c, apart), names in by_call.items()]
+    return sorted(calls, key=lambda call: call.action == "set")  # some lose outputs when set
 
 
 def _merged(transfers: list[Transfer]) -> tuple[Transfer, ...]:
@@ -199,11 +228,10 @@ def _merged(transfers: list[Transfer]) -> tuple[Transfer, ...]:
     result: list[Transfer] = []
     for transfer in transfers:
         same = [k for k, t in enumerate(result) if t.component == transfer.component]
-        last = same[-1] if same else -1
-        if transfer.action == "set" and last >= 0 and result[last].action == "set":
-            earlier = result.pop(last)
-            names = (*earlier.variables, *transfer.variables)
-            transfer = Transfer("set", transfer.component, names)
+        alike = replace(result[same[-1]], variables=transfer.variables) if same else None
+        if transfer.action == "set" and alike == transfer:
+            names = (*result.pop(same[-1]).variables, *transfer.variables)
+            transfer = replace(transfer, variables=names)
         result.append(transfer)
     return tuple(result)
 

@@ -29,6 +29,7 @@ class Timing(Enum):
     TAKEN = "taken at the points of a component that steps more rarely"
     DELAYED = "one step late, as its connection says: held at its source's value a step before"
     HELD = "held from one point of a component that steps more rarely to the next"
+    SWITCHED = "held during each step: a change acts from the end of its step on"
 
 
 def timings(
@@ -46,7 +47,8 @@ def timings(
     followed = [
         link
         for link in wiring.links
-        if not (
+        if link.is_real
+        and not (
             link.delayed or is_sampled(link.source.component) or is_sampled(link.target.component)
         )
     ]
@@ -72,6 +74,8 @@ def timings(
             return Timing.TAKEN
         if is_sampled(link.source.component):
             return Timing.HELD
+        if not link.is_real:
+            return Timing.SWITCHED
         if algorithm == "jacobi":
             return Timing.LATE
         if algorithm == "implicit":

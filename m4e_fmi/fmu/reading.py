@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,7 @@ import fmpy
 from fmpy.model_description import ValidationError
 
 from m4e_fmi.errors import InputError, Problem
+from m4e_fmi.files_read import file_hash
 from m4e_fmi.fmu.elements import SCALARS, flattened, owner
 from m4e_fmi.fmu.flaws import flaws
 from m4e_fmi.fmu.fmi1 import translate
@@ -59,6 +60,8 @@ class Variable:
 class Description:
     """A co-simulation FMU: its file, identity, variables and declared dependencies.
 
+    `content` is the SHA-256 of the file as it was read, which is not used once it is another.
+
     `version` is 1.0, 2.0 or 3.0; the rest is told in FMI 2.0's words, arrays as their elements.
     `dependencies[y]` are the inputs that output y depends on at a communication point,
     `initial_dependencies[y]` the inputs and parameters that the initial value of output or
@@ -95,6 +98,7 @@ class Description:
     directional_derivatives: bool = False
     has_events: bool = False
     once_per_process: bool = False
+    content: str = ""
 
     def of_causality(self, *causalities: str) -> list[Variable]:
         return [v for v in self.variables.values() if v.causality in causalities]
@@ -110,15 +114,17 @@ def read_description(path: str | Path, structure: Mapping[str, int] | None = Non
     binary for this platform. InputError names the file and the remedy.
     """
     path = Path(path)
+    content = file_hash(path) or ""
     names, text = check_archive(path)
     raw = raw_description(path, text)
     tool = translate(raw, text) if raw.fmiVersion == "1.0" else ""
     _check_kind(path, raw, names, tool)
     if not raw.fmiVersion.startswith("3."):
-        return _translated(path, raw, {})
+        return replace(_translated(path, raw, {}), content=content)
     _resize(path, raw, structure or {})
     types = {v.valueReference: v.type for v in raw.modelVariables}
-    return _translated(path, flattened(raw, text, SCALARS, named=True), types)
+    flat = flattened(raw, text, SCALARS, named=True)
+    return replace(_translated(path, flat, types), content=content)
 
 
 def resized(description: Description, start: Mapping[str, Any]) -> Description:

@@ -102,7 +102,7 @@ class _Component:
         if network.due(name):
             noted = (gather(held[own], network.inputs, range(own.start, own.stop)),)
             self._formulas: list[tuple[Combine, list[Formula]]] = []
-            self.operations = (*(noted if inputs else ()), *steps)
+            self.operations = (*(noted if inputs else ()), *steps, *network.arrival(name))
             return
         signals = {k.target.variable: _signal(network, k, before) for k in network.links[own]}
         moved = _moved(network, name, signals)
@@ -116,12 +116,12 @@ class _Component:
                 self._formulas.append((combined, _held(signals, moved, step.start)))
                 operations += [combined, *setting(instance, inputs, into)]
             operations.append(step)
-        if asked:
-            if network.feeds_through(name, asked):
-                operations += [self._ends, *setting(instance, inputs, self._ends.into)]
-            outputs = network.output_slice(name)
-            names = tuple(port.variable for port in network.outputs[outputs])
-            operations.append(Get(instance, names, network.values[network.stepped :][outputs]))
+        operations += network.arrival(name)
+        if network.feeds_through(name, asked):
+            late = slice(network.early(name).stop, network.output_slice(name).stop)
+            names = tuple(port.variable for port in network.outputs[late])
+            operations += [self._ends, *setting(instance, inputs, self._ends.into)]
+            operations.append(Get(instance, names, network.values[network.stepped :][late]))
         self.operations = tuple(operations)
 
     def prepare(self, size: float, last: float) -> None:
@@ -156,7 +156,7 @@ def _held(signals: Mapping[str, Signal], moved: Mapping[str, str], share: float)
 
 def _signal(network: Network, link: Link, before: Container[str]) -> Signal:
     """The source of a link, as seen by its target's component."""
-    known = network.known(link)
+    known = network.held_place(link)
     if known is not None:
         return Signal(known, known, stepped=None, rate=None, curvature=None, stays=True)
     now, *rates = (network.index(port) for port in network.derivatives(link.source))

@@ -34,7 +34,7 @@ class Interface:
             [[network.now], [network.middle], [network.stepped]]
         )
         for column, link in enumerate(network.links):
-            if (known := network.known(link)) is not None:
+            if (known := network.held_place(link)) is not None:
                 places[:, column] = known
         found = Courses(values, places)
         given = courses or found

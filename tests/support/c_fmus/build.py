@@ -25,6 +25,8 @@ UNITS = {
     "kg": 'kg="1"',
     "N": 'kg="1" m="1" s="-2"',
     "N/m": 'kg="1" s="-2"',
+    "N/m3": 'kg="1" m="-2" s="-2"',
+    "s/m": 's="1" m="-1"',
     "N.s/m": 'kg="1" s="-1"',
 }
 
@@ -95,6 +97,31 @@ PARTNER = (
 )
 MIDDLE = (
     *PARTNER[:7],
+    V("body.m.force_x", "N", "input", 0.0),
+    V("end.force_x", "N", "output", needs=END),
+    *motion("body.m.", acceleration_needs=(*END, "body.m.force_x")),
+)
+MEMBER = (
+    parameter("mass", "kg", 1.0),
+    STIFFNESS,
+    parameter("cubic", "N/m3", 0.0),
+    parameter("wall_damping", "N.s/m", 0.0),
+    parameter("coupling", "N/m", 0.0),
+    parameter("coupling_cubic", "N/m3", 0.0),
+    parameter("damping", "N.s/m", 0.0),
+    parameter("stop", "m", 0.0),
+    parameter("stop_side", "1", 1.0),
+    parameter("stop_stiffness", "N/m", 0.0),
+    parameter("stop_damping", "s/m", 0.0),
+    parameter("between", "1", 0.0),
+    parameter("armed", "s", 1e9),
+    parameter("switched", "s", 1e9),
+    parameter("switch_factor", "1", 0.0),
+    parameter("burst", "s", 1e9),
+    parameter("burst_width", "s", 1.0),
+    parameter("burst_force", "N", 0.0),
+    parameter("inside", "s", 1e-3),
+    *end(moves=False),
     V("body.m.force_x", "N", "input", 0.0),
     V("end.force_x", "N", "output", needs=END),
     *motion("body.m.", acceleration_needs=(*END, "body.m.force_x")),
@@ -172,12 +199,14 @@ NODE = (
     *(V(f"y{k}", "1", "output", 0.0, initial="exact") for k in range(3)),
 )
 ROGUE = (parameter("what", "1", 0.0), parameter("when", "s", 1.0), V("y", "s", "output"))
+VANDAL = (*ROGUE[:2], parameter("pause", "s", 0.0), ROGUE[2])
 
 MODELS: dict[str, tuple[str, tuple[V, ...]]] = {
     "mass": ("mass.c", MASS),
     "mm_mass": ("mass.c", MM_MASS),
     "partner": ("partner.c", PARTNER),
     "middle": ("middle.c", MIDDLE),
+    "member": ("member.c", MEMBER),
     "moving_partner": ("partner.c", MOVING_PARTNER),
     "spring": ("spring.c", SPRING),
     "blind_spring": ("spring.c", BLIND_SPRING),
@@ -201,6 +230,7 @@ MODELS: dict[str, tuple[str, tuple[V, ...]]] = {
     "relay": ("relay.c", RELAY),
     "node": ("node.c", NODE),
     "rogue": ("rogue.c", ROGUE),
+    "vandal": ("vandal.c", VANDAL),
 }
 
 
@@ -212,12 +242,14 @@ OPTIONS = {
     "alone": ("ALONE", 'canBeInstantiatedOnlyOncePerProcess="true"'),
     "constant": ("CONSTANT", 'canHandleVariableCommunicationStepSize="false"'),
     "hundredth": ("OWN_STEP=0.01", ""),
+    "clears": ("CLEARS", ""),
     "lazy": ("LAZY", ""),
     "picky": ("PICKY", ""),
 }
 """What an FMU can do besides, or cannot: flag of the compiler and attribute of the description.
 
-A constant one refuses steps of another size than its first, one of a hundredth all but 0.01 s.
+A constant one refuses steps of another size than its first, one of a hundredth all but 0.01 s. One
+that clears shows zeros when something has been set, until it has made a step.
 """
 
 

@@ -32,6 +32,7 @@ fmi1Status FMI(fmiInitializeSlave)(fmi1Component c, fmi1Real t0, fmi1Boolean sto
     }
     m->t = t0;
     m->running = m->initialised = 1;
+    show(m);
     return fmi1OK;
 }
 fmi1Status FMI(fmiTerminateSlave)(fmi1Component c) { return fmi1OK; }
