@@ -331,6 +331,39 @@ def test_a_loop_through_a_sampled_component_is_delayed_there(c_fmu: Fmus) -> Non
     assert outcome.order == 1
 
 
+def silenced(fmu: Path, folder: Path) -> Path:
+    """The FMU without what it declares of dependencies."""
+    silent = folder / fmu.name
+    declared = rb'(?s) dependencies="[^"]*"|<DirectDependency>.*?</DirectDependency>'
+    with zipfile.ZipFile(fmu) as old, zipfile.ZipFile(silent, "w") as new:
+        for name in old.namelist():
+            content = old.read(name)
+            if name == "modelDescription.xml":
+                content, count = re.subn(declared, b"", content)
+                assert count
+            new.writestr(name, content)
+    return silent
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+@pytest.mark.parametrize("option", ["", "+through"])
+def test_values_of_all_types_are_probed(
+    c_fmu: Fmus, tmp_path: Path, version: str, option: str
+) -> None:
+    fmu = FmuFile(silenced(c_fmu(f"{version}kinds{option}"), tmp_path))
+    kinds = ("int", "bool", "enum", "text")
+    links = tuple(f"{a}.y_{k} -> {b}.u_{k}" for k in kinds for a, b in ("ab", "ba"))
+    parts = (Component("a", fmu), Component("b", fmu))
+    found = prepare(System("s", parts, links, Simulation(1.0, 0.1, "gauss_seidel")))
+    late = "" if option else " before its next step"
+    (line,) = (note for note in found.notes if "no dependencies are declared" in note)
+    for kind in kinds:
+        follows = f"u_{kind}" if option else "no input"
+        assert f"y_{kind} follows {follows}{late}" in line
+    assert any(k.delayed for k in found.wiring.links) is bool(option)
+    run(found)
+
+
 def test_an_ssp_package_of_another_tool_with_a_ring_runs(c_fmu: Fmus, tmp_path: Path) -> None:
     ours = oscillating(c_fmu, "blind_integrator", "gauss_seidel").save(
         tmp_path / "ours.ssp", build_directory=tmp_path
