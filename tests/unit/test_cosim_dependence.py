@@ -22,7 +22,6 @@ from m4e_fmi.errors import InputError, RunError
 
 Fmus = Callable[[str], Path]
 RING = ("a.y -> b.u", "b.y -> a.u")
-VERSIONS = ("", "1:", "3:")
 
 
 def ring(fmus: Fmus, model: str, algorithm: str = "gauss_seidel", gain: float = -1.0) -> System:
@@ -53,8 +52,9 @@ def compared(system: System, name: str, true: Callable) -> tuple[float, float, O
     return float(np.abs(values - true(times)).max() / np.ptp(true(times))), stated, outcome
 
 
-@pytest.mark.parametrize("version", VERSIONS)
-@pytest.mark.parametrize("algorithm", ["corrector", "gauss_seidel", "jacobi"])
+@pytest.mark.parametrize(
+    ("version", "algorithm"), [("", "corrector"), ("1:", "gauss_seidel"), ("3:", "jacobi")]
+)
 def test_a_ring_that_declares_nothing_runs(c_fmu: Fmus, version: str, algorithm: str) -> None:
     system = oscillating(c_fmu, f"{version}blind_integrator", algorithm)
     error, stated, outcome = compared(system, "a.y", np.cos)
@@ -64,8 +64,7 @@ def test_a_ring_that_declares_nothing_runs(c_fmu: Fmus, version: str, algorithm:
     assert not prepare(system).structure.loops
 
 
-@pytest.mark.parametrize("version", ["", "3:"])
-@pytest.mark.parametrize("algorithm", ["corrector", "implicit"])
+@pytest.mark.parametrize(("version", "algorithm"), [("", "corrector"), ("3:", "implicit")])
 def test_and_is_coupled_as_declared_ones_are(c_fmu: Fmus, version: str, algorithm: str) -> None:
     blind = oscillating(c_fmu, f"{version}blind_integrator+state", algorithm)
     known = oscillating(c_fmu, f"{version}integrator+state", algorithm)
@@ -73,7 +72,7 @@ def test_and_is_coupled_as_declared_ones_are(c_fmu: Fmus, version: str, algorith
     assert one == other
 
 
-@pytest.mark.parametrize("options", ["", "1:", "3:", "+state", "1:+lazy"])
+@pytest.mark.parametrize("options", ["", "3:+state", "1:+lazy"])
 def test_each_component_is_probed_alone(c_fmu: Fmus, options: str) -> None:
     """Which of its outputs follow which inputs, in `info` and in the summary."""
     told = str(prepare(added_mass(c_fmu, "gauss_seidel", options)))
@@ -86,13 +85,15 @@ def test_each_component_is_probed_alone(c_fmu: Fmus, options: str) -> None:
     assert ("algebraic loops, solved at every" in told) is not bool(late)
 
 
-@pytest.mark.parametrize("ratio", [0.5, 2.0, 20.0])
 @pytest.mark.parametrize(
-    ("algorithm", "options"),
+    ("algorithm", "options", "ratio"),
     [
-        *((algorithm, version) for algorithm in ("jacobi", "corrector") for version in VERSIONS),
-        ("corrector", "+state"),
-        ("implicit", "+state"),
+        ("jacobi", "", 20.0),
+        ("gauss_seidel", "3:", 2.0),
+        ("corrector", "", 0.5),
+        ("corrector", "1:", 20.0),
+        ("corrector", "+state", 2.0),
+        ("implicit", "+state", 20.0),
     ],
 )
 def test_a_true_loop_is_solved(c_fmu: Fmus, algorithm: str, options: str, ratio: float) -> None:
@@ -287,7 +288,7 @@ def test_a_variable_of_a_connector_may_be_delayed(c_fmu: Fmus) -> None:
     assert not found.structure.loops
 
 
-@pytest.mark.parametrize("version", ["", "1:"])
+@pytest.mark.parametrize("version", ["1:"])
 def test_every_remedy_for_a_loop_without_solution_leads_to_a_run(c_fmu: Fmus, version: str) -> None:
     """y₁ = y₂ + t, y₂ = y₁ + t."""
     system = ring(c_fmu, f"{version}blind_stage", gain=1.0).changed(stop_time=1.0)
@@ -345,8 +346,9 @@ def silenced(fmu: Path, folder: Path) -> Path:
     return silent
 
 
-@pytest.mark.parametrize("version", VERSIONS)
-@pytest.mark.parametrize("option", ["", "+through"])
+@pytest.mark.parametrize(
+    ("version", "option"), [("", ""), ("", "+through"), ("1:", ""), ("3:", "+through")]
+)
 def test_values_of_all_types_are_probed(
     c_fmu: Fmus, tmp_path: Path, version: str, option: str
 ) -> None:
