@@ -11,6 +11,7 @@ import os
 import platform
 import sys
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -24,6 +25,8 @@ of them are theirs, and the file that they become at the end."""
 _BYTE = 2**30
 """The byte of the file that is locked, far behind its text: Windows lets nobody read it."""
 _TRIALS = 100
+PATIENCE, PAUSE = 0.5, 0.01
+"""Seconds for which a lock is waited for that may be held for a moment only, and between trials."""
 _HOST = platform.node()
 
 _held: dict[Path, int] = {}
@@ -37,16 +40,21 @@ class Lock:
         self.path, self._descriptor = path, descriptor
 
     @classmethod
-    def take(cls, path: Path) -> Lock | None:
+    def take(cls, path: Path, *, patience: float = 0.0) -> Lock | None:
         """The lock at `path`, with this process's number and machine in the file.
 
-        None if another holds it. OSError if there can be no file.
+        None if another holds it for longer than `patience` [s]: those who remove what is left of
+        dead processes hold any for a moment. OSError if there can be no file.
         """
+        until = time.monotonic() + patience
         for _ in range(_TRIALS):
             descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
             if not _locked(descriptor):
                 os.close(descriptor)
-                return None
+                if time.monotonic() >= until:
+                    return None
+                time.sleep(PAUSE)
+                continue
             if _is_at(descriptor, path):
                 with suppress(OSError):  # a full disk
                     os.ftruncate(descriptor, 0)
@@ -112,7 +120,7 @@ def claimed(path: str | Path) -> Iterator[Path]:
         return
     try:
         place.parent.mkdir(parents=True, exist_ok=True)
-        lock = Lock.take(file)
+        lock = Lock.take(file, patience=PATIENCE)
     except OSError as error:
         raise cannot_write(Path(path), error) from error
     if lock is None:

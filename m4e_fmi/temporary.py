@@ -6,6 +6,7 @@ holds while it lives: its number would tell less, as another process may have it
 
 from __future__ import annotations
 
+import errno
 import os
 import re
 import shutil
@@ -17,7 +18,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from m4e_fmi.locks import Lock
+from m4e_fmi.locks import PATIENCE, Lock
 
 PREFIX = "m4e_fmi_"
 _OWNED = re.compile(rf"{PREFIX}([0-9a-f]{{32}})[_.]")
@@ -74,8 +75,9 @@ def _place(parent: Path) -> _Place:
     if key not in _places:
         _sweep(parent)
         token = uuid.uuid4().hex
-        lock = Lock.take(_lock_file(parent, token))
-        assert lock  # nobody else knows the token
+        lock = Lock.take(_lock_file(parent, token), patience=PATIENCE)
+        if lock is None:
+            raise OSError(errno.EAGAIN, os.strerror(errno.EAGAIN), str(parent))
         _places[key] = _Place(token, lock)
     return _places[key]
 

@@ -103,3 +103,18 @@ def test_temporary_folders_are_removed_with_the_last_reference(
     )
     del other
     assert names(tmp_path) == set()
+
+
+def test_many_processes_take_locks_while_others_sweep(tmp_path: Path) -> None:
+    code = (
+        "import sys\nfrom pathlib import Path\nfrom m4e_fmi.locks import claimed\n"
+        "from m4e_fmi.temporary import TemporaryFolder\n"
+        "here, name = Path(sys.argv[1]), sys.argv[2]\n"
+        "for _ in range(200):\n"
+        "    with TemporaryFolder(here) as folder, claimed(here / name):\n"
+        "        assert folder.is_dir()\n"
+    )
+    command = [sys.executable, "-c", code, str(tmp_path)]
+    running = [subprocess.Popen([*command, f"r{k}.nc"]) for k in range(3)]
+    assert [process.wait(60) for process in running] == [0, 0, 0]
+    assert not list(tmp_path.iterdir())
