@@ -105,11 +105,13 @@ def _library(subject: Subject) -> Iterator[Finding]:
         if not library.is_file():
             there = sorted(p.name for p in binaries.iterdir()) if binaries.is_dir() else []
             others = sorted(p.name for p in here.iterdir()) if here.is_dir() else []
-            message = f"there is no binaries/{platform}/{library.name}"
+            message = f"cannot run here: there is no binaries/{platform}/{library.name}"
             remedy = f"platforms in it: {', '.join(there) or 'none'}"
             if others:
                 remedy = f"there is {some(others)}: its name must be the modelIdentifier"
-            yield Finding("library.missing", "error" if others else "note", message, remedy)
+            elif any((subject.folder / "sources").glob("**/*.c")):
+                remedy += "; sources are enough for the standard, but have to be compiled first"
+            yield Finding("library.missing", "error", message, remedy)
         elif (elf := read_elf(library)) is not None:
             yield from _elf(subject, elf)
 

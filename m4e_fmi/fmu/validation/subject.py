@@ -33,8 +33,11 @@ class Subject:
     @classmethod
     def read(cls, folder: Path) -> Subject:
         raw: Any = fmpy.read_model_description(str(folder), validate=False)
-        text = (folder / MODEL_DESCRIPTION).read_bytes()
-        return cls(folder, flattened(raw, text) if raw.fmiVersion == "3.0" else raw)
+        if raw.fmiVersion != "3.0":
+            return cls(folder, raw)
+        # FMPy makes a variable of each <Alias>: another name, but no further value
+        raw.modelVariables = [v for v in raw.modelVariables if v.alias is None]
+        return cls(folder, flattened(raw, (folder / MODEL_DESCRIPTION).read_bytes()))
 
     @property
     def fmi_3(self) -> bool:
@@ -80,11 +83,13 @@ class Subject:
 
     @cached_property
     def step_size(self) -> float:
-        """The communication step to test with [s]."""
+        """The communication step to test with [s]: the default experiment's, or that inside."""
         experiment = self.raw.defaultExperiment
-        text = experiment.stepSize if experiment is not None else None
-        size = float(text) if text else DEFAULT_STEP
-        return size if size > 0 and math.isfinite(size) else DEFAULT_STEP
+        stepping = self.raw.coSimulation
+        texts = [experiment.stepSize] if experiment is not None else []
+        texts += [stepping.fixedInternalStepSize] if stepping is not None else []
+        sizes = [float(text) for text in texts if text]
+        return next((s for s in sizes if s > 0 and math.isfinite(s)), DEFAULT_STEP)
 
     @property
     def start_time(self) -> float:
