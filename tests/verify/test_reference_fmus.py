@@ -1,8 +1,8 @@
 """`validate` on the Reference-FMUs of the Modelica Association: no error where others find none.
 
 The folder M4E_FMI_REFERENCE_FMUS holds their FMUs in 1, 2 and 3, by FMI version, as their build
-makes them. FMU_CHECK is the FMU compliance checker (fmuCheck), which judges FMI 1.0 and 2.0; without
-it, and of FMI 3.0, FMPy's validator and simulation judge.
+makes them. FMU_CHECK is the FMU compliance checker (fmuCheck), which judges FMI 1.0 and 2.0;
+without it, and of FMI 3.0, FMPy's validator and simulation judge.
 """
 
 from __future__ import annotations

@@ -23,8 +23,9 @@ def stands(samples: np.ndarray) -> np.ndarray:
 def follows(samples: np.ndarray, rates: np.ndarray, spacing: float) -> np.ndarray:
     """Columns of `samples` that change between two rows as the `rates` at both rows allow.
 
-    Rows are `spacing` [s] apart. Between the rows a smooth rate exceeds both ends by an eighth of its
-    second difference at most; twice that is allowed. A column that holds in some intervals may be late by one interval.
+    Rows are `spacing` [s] apart. Between the rows a smooth rate exceeds both ends by an eighth of
+    its second difference at most; twice that is allowed. A column that holds in some intervals may
+    be late by one interval.
     """
     means = np.diff(samples, axis=0) / spacing
     ends = np.array([rates[:-1], rates[1:]])
