@@ -75,6 +75,7 @@ def _run(options: argparse.Namespace) -> None:
         return
     if options.ssp:
         raise InputError.single("--ssp packs a system, not the FMU of a model")
+    from m4e_fmi.file_names import file_stem
     from m4e_fmi.fmu import build_fmu, matching
     from m4e_fmi.model import load_model
     from m4e_fmi.multibody import model_program
@@ -92,12 +93,13 @@ def _run(options: argparse.Namespace) -> None:
         from m4e_fmi.report import fmu_documentation
 
         documentation = fmu_documentation(model, program, Options(**chosen))
-    path = options.build_folder / f"{program.name}.fmu"
+    path = options.build_folder / f"{file_stem(program.name)}.fmu"
     print_files([build_fmu(program, path, documentation=documentation, **chosen)])
 
 
 def _build_system(options: argparse.Namespace) -> None:
     from m4e_fmi.cosim import fmu_files
+    from m4e_fmi.file_names import file_stem
 
     defaults = {**ARGUMENTS, "inputs": None, "no_documentation": False}
     given = [name for name, default in defaults.items() if getattr(options, name) != default]
@@ -109,7 +111,7 @@ def _build_system(options: argparse.Namespace) -> None:
     for name, path in files.items():
         print(f"{name}: {path}")
     if options.ssp:
-        package = options.build_folder / f"{system.name}.ssp"
+        package = options.build_folder / f"{file_stem(system.name)}.ssp"
         print_files([system.save(package, build_directory=options.build_folder)])
 
 

@@ -12,6 +12,7 @@ from typing import Any
 
 from m4e_fmi.cosim.system import Component, FmuFile, Kind, ModelFile, System, kind_module, kinds
 from m4e_fmi.errors import InputError, Problem, RunError
+from m4e_fmi.file_names import file_stem, file_stems
 from m4e_fmi.fmu.reading import Description
 from m4e_fmi.writing import cannot_write, written
 
@@ -42,7 +43,8 @@ def fmu_files(
     (the model file or configuration, the files it names, and the code that builds); while it
     agrees, the FMU is used as it is. `tell` is called with one line per step of a build.
     """
-    folder = Path(build_directory) / system.name
+    folder = Path(build_directory) / file_stem(system.name)
+    stems = file_stems(component.name for component in system.components)
     tell = tell or _silent
     if native is None:
         native = NATIVE and _library_is_there(tell)
@@ -54,7 +56,7 @@ def fmu_files(
             files[component.name] = (
                 _found(source, folder)
                 if isinstance(source, FmuFile)
-                else _built(system, component, source, folder, native=native, tell=tell)
+                else _built(system, component, source, folder / stems[component.name], native, tell)
             )
         except InputError as error:
             problems += error.problems
@@ -103,12 +105,12 @@ def _built(
     system: System,
     component: Component,
     source: ModelFile | Kind,
-    folder: Path,
-    *,
+    path: Path,
     native: bool,
     tell: Tell,
 ) -> Path:
-    fmu, stamp = folder / f"{component.name}.fmu", folder / f"{component.name}.stamp"
+    """The FMU of a component at `path`, which has no suffix yet."""
+    fmu, stamp = (path.with_name(f"{path.name}.{suffix}") for suffix in ("fmu", "stamp"))
     wanted = _stamp(system, component.name, source, native=native)
     if fmu.is_file() and stamp.is_file() and stamp.read_text(encoding="ascii") == wanted:
         return fmu

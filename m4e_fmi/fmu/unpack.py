@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import errno
 import re
 import shutil
 import tempfile
 import weakref
+import zipfile
+import zlib
 from pathlib import Path
 
 import fmpy
 import platformdirs
 
-from m4e_fmi.errors import RunError
+from m4e_fmi.errors import M4eError, RunError
+from m4e_fmi.fmu.opening import refusal
 
 # FMUs get this path as a percent-encoded URI, which some cannot decode and crash
 _PLAIN = re.compile(r"[A-Za-z0-9_./\\:-]+$")
@@ -29,15 +33,30 @@ class Unpacked:
         self._finalizer = weakref.finalize(self, shutil.rmtree, self.folder, ignore_errors=True)
         try:
             fmpy.extract(fmu, self.folder)
-        except Exception as error:
+        except (
+            OSError,
+            ValueError,
+            RuntimeError,
+            EOFError,
+            zipfile.BadZipFile,
+            zlib.error,
+        ) as error:
             self.remove()
-            raise RunError(
-                f"{fmu}: cannot be unpacked: {error}",
-                "free disk space, or set TMPDIR to another folder",
-            ) from error
+            raise _cannot_unpack(fmu, error) from error
 
     def remove(self) -> None:
         self._finalizer()
+
+
+def _cannot_unpack(fmu: Path, error: Exception) -> M4eError:
+    """What is wrong: the disk, the file names, or the archive itself."""
+    number = getattr(error, "errno", None)
+    message = f"cannot be unpacked: {error}"
+    if number in (errno.ENAMETOOLONG, errno.EINVAL, errno.ENOENT):
+        return refusal(fmu, message, "give the files in it shorter and plainer names")
+    if isinstance(error, OSError):
+        return RunError(f"{fmu}: {message}", "free disk space, or set TMPDIR to another folder")
+    return refusal(fmu, message, "copy or export the file again: it is damaged")
 
 
 def _plain_folder() -> Path:

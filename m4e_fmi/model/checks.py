@@ -36,6 +36,8 @@ from m4e_fmi.units import parse_unit
 if TYPE_CHECKING:
     from m4e_fmi.model.model import Model
 
+SMALLEST, LARGEST = 1e-100, 1e100
+"""Sizes of the numbers of a model; products of three stay within what a float can hold."""
 EQUATION_SYMBOL = re.compile(r"(Theta|Phi|S|X|Z)(D|DD)?_\d+|A_\d+_\d+")
 NAME = re.compile(r"[A-Za-z]\w*", re.ASCII)
 INITIAL = {
@@ -216,6 +218,9 @@ def _value_findings(model: Any) -> Iterator[Finding]:
             continue
         if not math.isfinite(value):
             yield Finding(at, f"must be finite, got {value}")
+        elif value and not SMALLEST <= abs(value) <= LARGEST:
+            message = f"is out of all scale: {value:.3g}"
+            yield Finding(at, message, f"give a size between {SMALLEST:g} and {LARGEST:g}, or 0")
         elif at[-1] in getattr(_element(model, at), "positive", ()) and not value > 0:
             remedy = f"give a positive {at[-1]}"
             yield Finding(at, f"must be positive, got {value:.6g}", remedy)

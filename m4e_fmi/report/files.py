@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from m4e_fmi.file_names import file_stem
 from m4e_fmi.results import check_export, export, stream_of
 from m4e_fmi.writing import netcdf, written
 
@@ -31,7 +32,7 @@ def _write_netcdf(simulation: Simulation, path: Path) -> None:
         time = file.createVariable("time", "f8", ("time",))
         time.setncatts({"units": "s", "long_name": "simulated time"})
         time[:] = simulation.time
-        group = file.createGroup(simulation.program.name)
+        group = file.createGroup(file_stem(simulation.program.name))  # a path for netCDF
         columns = []
         for name, variable in simulation.variables.items():
             columns.append(group.createVariable(name, "f8", ("time",)))
