@@ -289,8 +289,8 @@ class _TooMany(Exception):  # noqa: N818  caught where it is raised
 
 def _plain(node: Any, location: Location, places: dict[Location, tuple]) -> Any:
     """Plain Python data of a YAML tree; notes (line, column, width) of every key and value."""
-    if len(places) > MOST_VALUES:
-        raise _TooMany(node.lc.line + 1 if isinstance(node, CommentedMap | CommentedSeq) else 0)
+    if len(places) > MOST_VALUES and isinstance(node, CommentedMap | CommentedSeq):
+        raise _TooMany(node.lc.line + 1)
     if isinstance(node, CommentedMap):
         result: dict = {}
         for key, value in node.items():

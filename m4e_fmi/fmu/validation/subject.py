@@ -20,6 +20,19 @@ WRITTEN = 5e-6
 """Relative error of a number written with six digits, as C's %g does."""
 
 
+MOST_ELEMENTS = 50_000
+"""Variables, arrays counted by their elements, of FMUs that are looked at beyond FMPy's rules."""
+
+
+class TooLargeError(Exception):
+    """The FMU has `count` variables and elements of arrays."""
+
+    def __init__(self, count: int) -> None:
+        self.count = count
+        limit = f"at most {MOST_ELEMENTS:,} are looked at"
+        super().__init__(f"it has {count:,} variables, elements of arrays included; {limit}")
+
+
 @dataclass(frozen=True)
 class Subject:
     """The FMU unpacked into `folder`; `raw` is its description as FMPy reads it.
@@ -32,7 +45,14 @@ class Subject:
 
     @classmethod
     def read(cls, folder: Path) -> Subject:
-        raw: Any = fmpy.read_model_description(str(folder), validate=False)
+        return cls.of(folder, fmpy.read_model_description(str(folder), validate=False))
+
+    @classmethod
+    def of(cls, folder: Path, raw: Any) -> Subject:
+        """The same from FMPy's reading of the description; TooLargeError beyond MOST_ELEMENTS."""
+        count = sum(math.prod(v.shape or ()) for v in raw.modelVariables)
+        if count > MOST_ELEMENTS:
+            raise TooLargeError(count)
         if raw.fmiVersion != "3.0":
             return cls(folder, raw)
         # FMPy makes a variable of each <Alias>: another name, but no further value
