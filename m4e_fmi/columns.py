@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from m4e_fmi.errors import InputError, Problem, suggestion
+from m4e_fmi.files_read import TooLongError, read_text
 
 LARGEST_FILE = 20_000_000
 """Bytes that are read of one file."""
@@ -84,14 +85,11 @@ def _text(path: Path) -> str:
         names = [other.name for other in here.glob("*.csv")]
         raise InputError.single("no such file", suggestion(path.name, names), str(path))
     try:
-        with path.open("rb") as file:
-            content = file.read(LARGEST_FILE + 1)
-        text = content.decode("utf-8-sig")
+        text = read_text(path, encoding="utf-8-sig", largest=LARGEST_FILE)
+    except TooLongError as error:
+        raise InputError.single(str(error), "leave out rows, or columns", str(path)) from None
     except (OSError, UnicodeDecodeError) as error:
         raise InputError.single(f"cannot be read: {error}", "", str(path)) from None
-    if len(content) > LARGEST_FILE:
-        message = f"is longer than {LARGEST_FILE // 1_000_000} MB"
-        raise InputError.single(message, "leave out rows, or columns", str(path))
     if _NO_TEXT.search(text):
         raise InputError.single("is no table: it has control characters", "", str(path))
     return text

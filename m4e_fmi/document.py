@@ -23,6 +23,7 @@ from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
 from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.file_kinds import YAML_FILE, check_suffix
+from m4e_fmi.files_read import TooLongError, read_text
 
 Location = tuple[str | int, ...]
 
@@ -81,14 +82,10 @@ class Document:
         path = Path(path)
         check_suffix(path, YAML_FILE)
         try:
-            with path.open("rb") as file:
-                content = file.read(LARGEST_FILE + 1)
-            if len(content) > LARGEST_FILE:
-                message = f"is longer than {LARGEST_FILE // 1_000_000} MB"
-                raise InputError.single(
-                    message, "put long tables into files of their own", str(path)
-                )
-            text = content.decode("utf-8-sig")
+            text = read_text(path, encoding="utf-8-sig", largest=LARGEST_FILE)
+        except TooLongError as error:
+            remedy = "put long tables into files of their own"
+            raise InputError.single(str(error), remedy, str(path)) from None
         except FileNotFoundError:
             here = path.parent if path.parent.is_dir() else Path()
             names = [p.name for p in here.glob("*.yaml")]

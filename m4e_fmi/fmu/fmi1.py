@@ -15,7 +15,11 @@ from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no
 from m4e_fmi.fmu.flaws import Element
 
 _WAYS = ("CoSimulation_StandAlone", "CoSimulation_Tool")
-_CAPABILITIES = ("canInterpolateInputs", "canBeInstantiatedOnlyOncePerProcess")
+_CAPABILITIES = (
+    "canHandleVariableCommunicationStepSize",
+    "canInterpolateInputs",
+    "canBeInstantiatedOnlyOncePerProcess",
+)
 _TRUE = ("true", "1")
 
 

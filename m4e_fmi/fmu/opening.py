@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import hashlib
 import lzma
 import zipfile
 import zlib
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import BinaryIO
 from xml.parsers import expat
 
-from m4e_fmi.errors import InputError, Problem, suggestion
+from m4e_fmi.errors import InputError, Problem, RunError, suggestion
 from m4e_fmi.file_kinds import FMU, check_suffix
 
 MODEL_DESCRIPTION = "modelDescription.xml"
@@ -83,6 +86,25 @@ def has_doctype(text: bytes) -> bool:
     with suppress(StopIteration, expat.ExpatError, LookupError, ValueError):
         parser.Parse(text, True)
     return bool(found)
+
+
+def replaced(path: Path) -> RunError:
+    """The error that says that another FMU has come to the place of one that was built or read."""
+    remedy = "start again; runs of different systems at one time need build folders of their own"
+    return RunError(f"{path}: was replaced by another FMU meanwhile", remedy)
+
+
+@contextmanager
+def opened(path: Path, content: str) -> Iterator[BinaryIO]:
+    """The FMU file at `path`, open for reading; RunError unless its SHA-256 is `content`, if given.
+
+    So that an FMU is never used by the description of another that was at its place before.
+    """
+    with path.open("rb") as file:
+        if content and hashlib.file_digest(file, "sha256").hexdigest() != content:
+            raise replaced(path)
+        file.seek(0)
+        yield file
 
 
 def check_entries(path: Path, infos: list[zipfile.ZipInfo]) -> None:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import hashlib
 import lzma
 import os
 import zipfile
 import zlib
 from functools import cache
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any
 from urllib.parse import unquote, urlsplit
 
@@ -15,7 +16,7 @@ from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no
 
 from m4e_fmi.cosim.ssp.names import SCHEMAS, SSD_FILE
 from m4e_fmi.errors import InputError, Problem, suggestion
-from m4e_fmi.file_names import file_stems
+from m4e_fmi.file_names import file_stem
 from m4e_fmi.fmu.opening import check_entries, has_doctype
 from m4e_fmi.writing import written
 
@@ -140,11 +141,15 @@ def _schema(namespace: str) -> Any:
 
 
 def unpack_member(package: Path, member: str, folder: Path) -> Path:
-    """`member` of the archive `package` as a file in `folder`, written anew if it is another."""
-    opened = Package(package)
-    plain = {n: n.removeprefix("resources/").removesuffix(".fmu") for n in sorted(opened.names)}
-    target = folder / f"{file_stems(plain.values())[plain[member]]}.fmu"
-    content = opened.bytes(member)
+    """`member` of the archive `package` as a file in `folder`, named after itself and its content.
+
+    So members of one name, of several packages or folders in them, never take each other's place.
+    """
+    content = Package(package).bytes(member)
+    path = PurePosixPath(member)
+    target = (
+        folder / f"{file_stem(path.stem)}-{hashlib.sha256(content).hexdigest()[:12]}{path.suffix}"
+    )
     if target.is_file() and target.read_bytes() == content:
         return target
     with written(target) as part:
