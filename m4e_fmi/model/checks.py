@@ -17,7 +17,7 @@ from m4e_fmi.model.elements import (
     Parameter,
     parameter_values,
 )
-from m4e_fmi.model.expression import CONSTANTS, FUNCTIONS, as_expression
+from m4e_fmi.model.expression import CONSTANTS, FUNCTIONS, Expression, Values, as_expression
 from m4e_fmi.model.findings import (
     TIME,
     Finding,
@@ -36,6 +36,8 @@ from m4e_fmi.units import parse_unit
 if TYPE_CHECKING:
     from m4e_fmi.model.model import Model
 
+SMALLEST, LARGEST = 1e-100, 1e100
+"""Sizes of the numbers of a model; products of three stay within what a float can hold."""
 EQUATION_SYMBOL = re.compile(r"(Theta|Phi|S|X|Z)(D|DD)?_\d+|A_\d+_\d+")
 NAME = re.compile(r"[A-Za-z]\w*", re.ASCII)
 INITIAL = {
@@ -207,8 +209,9 @@ def _value_findings(model: Any) -> Iterator[Finding]:
     computed: dict[Location, float] = {}
     for at, quantity in _all_quantities(model):
         expression = as_expression(quantity)
-        if not expression.names() <= values.keys():
-            continue  # depends on time or motion
+        if not expression.names() <= values.keys():  # depends on time or motion
+            yield from _constant_findings(at, expression)
+            continue
         try:
             computed[at] = value = expression.evaluate(values)
         except (ArithmeticError, ValueError) as error:
@@ -216,6 +219,9 @@ def _value_findings(model: Any) -> Iterator[Finding]:
             continue
         if not math.isfinite(value):
             yield Finding(at, f"must be finite, got {value}")
+        elif value and not SMALLEST <= abs(value) <= LARGEST:
+            message = f"is out of all scale: {value:.3g}"
+            yield Finding(at, message, f"give a size between {SMALLEST:g} and {LARGEST:g}, or 0")
         elif at[-1] in getattr(_element(model, at), "positive", ()) and not value > 0:
             remedy = f"give a positive {at[-1]}"
             yield Finding(at, f"must be positive, got {value:.6g}", remedy)
@@ -228,6 +234,18 @@ def _value_findings(model: Any) -> Iterator[Finding]:
         at = ("joints", name, "direction")
         if joint.direction is not None and computed.get((*at, 0)) == computed.get((*at, 1)) == 0:
             yield Finding(at, "the direction has no length", "give a vector such as [1, 0]")
+
+
+def _constant_findings(at: Location, expression: Expression) -> Iterator[Finding]:
+    """Constants within an expression of time or motion that have no finite value."""
+    for part in expression.constants():
+        try:
+            value = part.evaluate(Values({}))
+        except (ArithmeticError, ValueError) as error:
+            yield Finding(at, f"{part} cannot be computed: {error}")
+            continue
+        if not math.isfinite(value):
+            yield Finding(at, f"{part} must be finite, got {value}")
 
 
 def positive_parameters(model: Any) -> frozenset[str]:

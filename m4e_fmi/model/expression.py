@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from numbers import Real
@@ -88,6 +88,15 @@ class Expression:
         if self.kind == "name":
             return frozenset(self.arguments) - set(CONSTANTS)
         return frozenset().union(*(a.names() for a in self.arguments))
+
+    def constants(self) -> Iterator[Expression]:
+        """The largest parts that need no name to be declared."""
+        if not self.names():
+            yield self
+            return
+        for argument in self.arguments:
+            if isinstance(argument, Expression):
+                yield from argument.constants()
 
     def evaluate(self, values: Values) -> Any:
         """The value over whatever scalars `values` holds; KeyError for a name it lacks."""

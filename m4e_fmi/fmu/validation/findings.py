@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import traceback
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
@@ -43,13 +44,32 @@ class Finding:
 
 
 @dataclass(frozen=True)
+class Failure:
+    """A check of ours that broke down: a defect of m4e_fmi, which says nothing about the FMU."""
+
+    error: str
+
+    @classmethod
+    def of(cls, error: BaseException) -> Failure:
+        """Kind and text of the error, and the line of ours where it came up."""
+        frames = traceback.extract_tb(error.__traceback__)
+        own = [f for f in frames if "m4e_fmi" in Path(f.filename).parts] or frames
+        place = f" ({Path(own[-1].filename).name}:{own[-1].lineno})" if own else ""
+        return cls(f"{type(error).__name__}: {error}{place}")
+
+
+@dataclass(frozen=True)
 class Group:
-    """A group of checks: its findings, or why it was not run; `seconds` it took."""
+    """A group of checks: its findings, or why it was not run; `seconds` it took.
+
+    `failed` is the error of ours that ended it early, "" if there was none.
+    """
 
     name: str
     findings: tuple[Finding, ...] = ()
     skipped: str = ""
     seconds: float = 0.0
+    failed: str = ""
 
     @classmethod
     def from_dict(cls, told: dict[str, Any]) -> Group:
@@ -63,12 +83,16 @@ class Group:
     @property
     def passed(self) -> bool:
         """Whether it was run and found neither error nor warning."""
-        return not (self.skipped or self.count("error") or self.count("warning"))
+        troubles = self.count("error") or self.count("warning")
+        return not (self.skipped or self.failed or troubles)
 
 
 @dataclass(frozen=True)
 class Report:
-    """The outcome of a validation; `ok` if there is no error."""
+    """The outcome of a validation; `ok` if there is no error.
+
+    `complete` if no check of ours failed to run: what it would have found is not known.
+    """
 
     path: Path
     groups: tuple[Group, ...] = field(default=())
@@ -86,10 +110,15 @@ class Report:
     def ok(self) -> bool:
         return not self.of_severity("error")
 
+    @property
+    def complete(self) -> bool:
+        return not any(group.failed for group in self.groups)
+
     def as_dict(self) -> dict[str, Any]:
         """The report as JSON values."""
         groups = [asdict(group) for group in self.groups]
-        return {"fmu": str(self.path), "ok": self.ok, "groups": groups}
+        told = {"ok": self.ok, "complete": self.complete, "groups": groups}
+        return {"fmu": str(self.path), **told}
 
 
 def some(names: Iterable[str]) -> str:
