@@ -21,7 +21,8 @@ import numpy as np
 
 from m4e_fmi.errors import InputError
 from m4e_fmi.recorded import REAL, Recorded, recorded_as
-from m4e_fmi.row_file import TIME, Section, is_row_file, read_rows
+from m4e_fmi.row_file import is_row_file, read_rows
+from m4e_fmi.row_header import TIME, Numbered, Section
 from m4e_fmi.writing import check_suffix, netcdf, written
 
 NETCDF, CSV, PARQUET = ".nc", ".csv", ".parquet"
@@ -144,7 +145,7 @@ def write_netcdf(
     attributes: Mapping[str, str],
     count: int,
     blocks: Iterable[Sequence[np.ndarray]],
-    texts: Sequence[str] = (),
+    texts: Numbered = (),
 ) -> None:
     """Write `count` rows as netCDF-4 to `path`, which appears whole or not at all.
 

@@ -22,7 +22,8 @@ from m4e_fmi.cosim.selection import chosen
 from m4e_fmi.errors import RunError
 from m4e_fmi.locks import ROWS, claimed
 from m4e_fmi.results import FORMAT, FORMAT_NUMBER, write_netcdf
-from m4e_fmi.row_file import RowFile, Section
+from m4e_fmi.row_file import RowFile
+from m4e_fmi.row_header import Section
 from m4e_fmi.signals import Terminated
 from m4e_fmi.writing import cannot_write
 
