@@ -236,11 +236,14 @@ def _once(
 
 @dataclass
 class _Begun:
-    """A run with its results file, if there is one; `outcome` once both have ended."""
+    """A run with its results file, if there is one; `outcome` once both have ended, unless it has
+    `failed`.
+    """
 
     master: Master
     results: ResultsWriter | None = None
     outcome: Outcome | None = None
+    failed: bool = False
 
 
 @contextmanager
@@ -286,11 +289,15 @@ def _begun(
                 master.network,
                 attributes,
                 variables=variables,
-                closing=lambda: _messages(master),
+                closing=lambda: _closing(master, certify=certify and not found.failed),
             )
             found.results = writer
             with _exported(file, Path(results), writer), writer:
-                yield found
+                try:
+                    yield found
+                except BaseException:
+                    found.failed = True
+                    raise
         found.outcome = Outcome(
             prepared=system,
             path=None if results is None else stream_of(results),
@@ -333,10 +340,19 @@ def _claimed(results: str | Path) -> Iterator[Path]:
         yield place
 
 
-def _messages(master: Master) -> dict[str, str]:
-    """The attribute of the results that has the warnings and errors of FMUs, a line each."""
+def _closing(master: Master, *, certify: bool) -> dict[str, str]:
+    """Attributes of the results that are known at the end of the run.
+
+    These are the warnings and errors of FMUs, a line each, and how large the coupling errors are.
+    """
     lines = "\n".join(map(str, master.messages))
-    return {"messages": lines} if lines else {}
+    found = {"messages": lines} if lines else {}
+    if certify:
+        certificate = master.certificate()
+        found["coupling_error"] = str(certificate) or "not known"
+        if isinstance(certificate, Certificate) and certificate.coverage:
+            found["coupling_error_from"] = str(certificate.coverage)
+    return found
 
 
 def _attributes(prepared: Prepared) -> dict[str, str]:
