@@ -99,10 +99,10 @@ def read_description(path: str | Path, structure: Mapping[str, int] | None = Non
     """The description of the FMU at `path`, after all checks that need no unpacking.
 
     `structure` has values for structural parameters, which are sizes of arrays; the others are at
-    their defaults. Checked: a readable ZIP archive; its unpacked size and ratio; no name
-    twice with different contents, none that leads out of the folder; a model description without DOCTYPE; FMI 1.0, 2.0 or 3.0 for
-    co-simulation, without another tool and without clocks that the master would have to drive; a
-    binary for this platform. InputError names the file and the remedy.
+    their defaults. Checked: a readable ZIP archive; its unpacked size and ratio; no name twice with
+    different contents, none that leads out of the folder; a model description without DOCTYPE; FMI
+    1.0, 2.0 or 3.0 for co-simulation, without another tool and without clocks that the master would
+    have to drive; a binary for this platform. InputError names the file and the remedy.
     """
     path = Path(path)
     names, text = check_archive(path)

@@ -17,8 +17,15 @@ OPTIONS_3 = {
     "jacobian": 'providesDirectionalDerivatives="true"',
     "events": 'hasEventMode="true" mightReturnEarlyFromDoStep="true"',
     "clears": "",
+    "tenth": 'fixedInternalStepSize="0.1"',
+    "rigid": "",
 }
-FLAGS = {**{name: flag for name, (flag, _) in OPTIONS.items()}, "events": "EVENTS"}
+FLAGS = {
+    **{name: flag for name, (flag, _) in OPTIONS.items()},
+    "events": "EVENTS",
+    "tenth": "TENTH",
+    "rigid": "RIGID",
+}
 
 TIME = (
     '<Float64 name="time" valueReference="999" causality="independent" variability="continuous"/>'
@@ -179,7 +186,8 @@ def description_3(
     return (
         '<?xml version="1.0" encoding="UTF-8"?>'
         f'<fmiModelDescription fmiVersion="3.0" modelName="{name}" instantiationToken="{name}">'
-        f'<CoSimulation modelIdentifier="{name}" canHandleVariableCommunicationStepSize="true" '
+        f'<CoSimulation modelIdentifier="{name}" '
+        f'canHandleVariableCommunicationStepSize="{str("rigid" not in options).lower()}" '
         + " ".join(OPTIONS_3[option] for option in options)
         + f"/>{definitions}<ModelVariables>{TIME}{variables}</ModelVariables>"
         f"<ModelStructure>{structure}</ModelStructure></fmiModelDescription>"
