@@ -243,6 +243,8 @@ def _begun(
             found = _Begun(master, writer)
             with _exported(path, Path(results), writer), writer:
                 yield found
+                if master.ended:
+                    writer.close(master.ended)
         found.outcome = Outcome(
             prepared=system,
             path=path,

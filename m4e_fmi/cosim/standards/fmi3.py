@@ -20,6 +20,7 @@ from fmpy.fmi1 import FMICallException
 from m4e_fmi.cosim.standards.access3 import EVENT_FIELDS, Access, Part, RawComponent, RawState
 from m4e_fmi.cosim.standards.standard import (
     EARLY,
+    NEAR,
     RESTLESS,
     WARNING,
     Call,
@@ -35,8 +36,6 @@ from m4e_fmi.fmu.reading import STRUCTURAL, Variable
 from m4e_fmi.runtime.library import library
 
 MOST_EVENTS = 1000
-NEAR = 1.5e-9
-"""Seconds; communication points are whole nanoseconds."""
 _NAMES = {
     "fmi2GetReal": "fmi3GetFloat64",
     "fmi2SetReal": "fmi3SetFloat64",
