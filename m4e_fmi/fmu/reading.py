@@ -64,7 +64,7 @@ class Description:
     everything may matter, and that is what stands here. `output_derivatives` and
     `input_derivatives` lead from a variable to the one declared as its time derivative.
     `step_size` is the default experiment's [s], `internal_step` that by which the FMU goes inside,
-    if it tells one (fixedInternalStepSize, FMI 3.0).
+    if it tells one (fixedInternalStepSize, FMI 3.0), `tool` the one that made it.
 
     What the FMU can do: `saves_state` (fmi2GetFMUstate, fmi2SetFMUstate), `interpolates_inputs`
     (fmi2SetRealInputDerivatives), `directional_derivatives` (fmi2GetDirectionalDerivative),
@@ -90,6 +90,7 @@ class Description:
     directional_derivatives: bool = False
     has_events: bool = False
     once_per_process: bool = False
+    tool: str = ""
 
     def of_causality(self, *causalities: str) -> list[Variable]:
         return [v for v in self.variables.values() if v.causality in causalities]
@@ -244,6 +245,7 @@ def _translated(path: Path, raw: Any, types: Mapping[int, str]) -> Description:
         directional_derivatives=bool(raw.coSimulation.providesDirectionalDerivative),
         has_events=bool(raw.coSimulation.hasEventMode),
         once_per_process=bool(raw.coSimulation.canBeInstantiatedOnlyOncePerProcess),
+        tool=raw.generationTool or "",
     )
 
 
