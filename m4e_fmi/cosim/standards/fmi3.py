@@ -71,14 +71,14 @@ class Fmi3(Standard):
         self._experiment = (False, 0.0, 0.0, True, 0.0)
 
     def instantiate(self, name: str, messages: Messages) -> None:
-        events = self._description.has_events
         self._functions.instanceName = name
-        self._functions.instantiate(
-            loggingOn=True,
-            eventModeUsed=events,
-            earlyReturnAllowed=events,
-            logMessage=messages.add_3,
-        )
+        try:
+            self._instantiate(messages)
+        except Exception:
+            if not self._raw.has_events:
+                raise
+            self._raw.has_events = False  # there are FMUs that declare event mode and refuse it
+            self._instantiate(messages)
         self.component = self._raw.instance = self._functions.component
         self._raw.do_step = self.address("fmi2DoStep")
         self._raw.enter_event_mode = self.address("fmi3EnterEventMode")
@@ -86,6 +86,15 @@ class Fmi3(Standard):
         self._raw.enter_step_mode = self.address("fmi3EnterStepMode")
         self._raw.get_state = self.address("fmi2GetFMUstate")
         self._raw.set_state = self.address("fmi2SetFMUstate")
+
+    def _instantiate(self, messages: Messages) -> None:
+        events = bool(self._raw.has_events)
+        self._functions.instantiate(
+            loggingOn=True,
+            eventModeUsed=events,
+            earlyReturnAllowed=events,
+            logMessage=messages.add_3,
+        )
 
     def setup(self, *, start: float, stop: float, tolerance: float | None) -> None:
         self._experiment = (tolerance is not None, tolerance or 0.0, start, True, stop)

@@ -19,12 +19,14 @@ OPTIONS_3 = {
     "clears": "",
     "tenth": 'fixedInternalStepSize="0.1"',
     "rigid": "",
+    "refuses": 'hasEventMode="true" mightReturnEarlyFromDoStep="true"',
 }
 FLAGS = {
     **{name: flag for name, (flag, _) in OPTIONS.items()},
     "events": "EVENTS",
     "tenth": "TENTH",
     "rigid": "RIGID",
+    "refuses": "REFUSES",
 }
 
 TIME = (
