@@ -15,6 +15,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from m4e_fmi.cosim.connect import Port
 from m4e_fmi.cosim.selection import chosen
 from m4e_fmi.cosim.structure import Loop, Transfer
+from m4e_fmi.cosim.type_rules import DISCRETE, REAL
 from m4e_fmi.fmu.reading import Description
 
 
@@ -39,6 +40,7 @@ class Arrivals:
             recorded = {name: {v.name for v in members} for name, members in found.items()}
         inputs, exchanged = _ports(exchange, "set"), _ports(exchange, "get")
         self._further: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {}
+        self._typed: dict[str, tuple[str, ...]] = {}
         for component, driven in inputs.items():
             description, known = descriptions[component], exchanged.get(component, set())
             if description.has_events:
@@ -46,24 +48,36 @@ class Arrivals:
             free = [
                 name
                 for name, needs in description.dependencies.items()
-                if description.variables[name].type == "Real"
-                and name not in known
-                and not needs & driven
+                if name not in known and not needs & driven
             ]
+            reals = [name for name in free if description.variables[name].type == REAL]
             kept = recorded.get(component, ())
             self._further[component] = (
-                tuple(name for name in free if name in kept),
-                tuple(name for name in free if name not in kept and watched),
+                tuple(name for name in reals if name in kept),
+                tuple(name for name in reals if name not in kept and watched),
+            )
+            self._typed[component] = tuple(
+                name
+                for name in free
+                if description.variables[name].type in DISCRETE and (name in kept or watched)
             )
 
     def early(self, component: str) -> tuple[str, ...]:
         """The first of the exchanged outputs of a component."""
-        transfer = self._early.get(component)
+        transfer = self._early.get((component, False))
         return transfer.variables if transfer else ()
+
+    def early_typed(self, component: str) -> Transfer | None:
+        """What reads those that are not Real."""
+        return self._early.get((component, True))
 
     def further(self, component: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
         """Outputs of a component that are not exchanged: those recorded, and others."""
         return self._further.get(component, ((), ()))
+
+    def further_typed(self, component: str) -> tuple[str, ...]:
+        """Outputs of a component that are not exchanged, and not Real."""
+        return self._typed.get(component, ())
 
     @property
     def ports(self) -> list[Port]:
@@ -77,18 +91,20 @@ class Arrivals:
 
     def has(self, transfer: Transfer) -> bool:
         """Whether this part of the exchange reads the early outputs of a component."""
-        return self._early.get(transfer.component) is transfer
+        return self._early.get((transfer.component, transfer.discrete)) is transfer
 
 
-def _early(exchange: Sequence[Transfer | Loop]) -> dict[str, Transfer]:
-    """What is read of each component before any of its inputs is set."""
-    found: dict[str, Transfer] = {}
-    begun: set[str] = set()
+def _early(exchange: Sequence[Transfer | Loop]) -> dict[tuple[str, bool], Transfer]:
+    """What is read of each component before any of its inputs is set; apart what is not Real."""
+    found: dict[tuple[str, bool], Transfer] = {}
+    begun: set[tuple[str, bool]] = set()
     for part in exchange:
         for transfer in (*part.sets, *part.gets) if isinstance(part, Loop) else (part,):
-            if transfer.component not in begun and part is transfer and transfer.action == "get":
-                found[transfer.component] = transfer
-            begun.add(transfer.component)
+            of_kind = transfer.component, transfer.discrete
+            if of_kind not in begun and part is transfer and transfer.action == "get":
+                found[of_kind] = transfer
+            both = transfer.action == "set" or part is not transfer
+            begun |= {(transfer.component, kind) for kind in (False, True)} if both else {of_kind}
     return found
 
 

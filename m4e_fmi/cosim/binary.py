@@ -41,7 +41,7 @@ class Files:
     """An FMU in a folder of its own, until `close`; RunError if it cannot be unpacked."""
 
     def __init__(self, description: Description) -> None:
-        self._unpacked = Unpacked(description.path)
+        self._unpacked = Unpacked(description.path, description.content)
         self.folder = self._unpacked.folder
         platform = fmpy.platform_tuple if description.version == "3.0" else fmpy.platform
         name = description.identifier + fmpy.sharedLibraryExtension

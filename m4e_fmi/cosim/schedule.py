@@ -10,18 +10,24 @@ import math
 from collections.abc import Collection, Sequence
 from typing import NoReturn
 
+import numpy as np
+
 from m4e_fmi.cosim import native_loop, python_loop
 from m4e_fmi.cosim.instance import Instance
 from m4e_fmi.cosim.native_loop import NOT_A_NUMBER, NativeExecutor, State
 from m4e_fmi.cosim.operations import (
     Combine,
+    Copy,
     DoStep,
     Get,
+    GetTyped,
+    Monitor,
     Operation,
     Restore,
     Save,
     Set,
     SetDerivatives,
+    SetTyped,
 )
 from m4e_fmi.cosim.python_loop import PythonExecutor
 from m4e_fmi.cosim.standards import DISCARD
@@ -78,7 +84,7 @@ class Schedule:
 
     def without_sets(self, instances: Collection[Instance]) -> Schedule:
         """The same, but nothing is set in these."""
-        setting = (Set, SetDerivatives)
+        setting = (Set, SetDerivatives, SetTyped)
         return Schedule(
             [o for o in self.operations if not (isinstance(o, setting) and o.instance in instances)]
         )
@@ -113,8 +119,12 @@ class Schedule:
                 instance.fail(status, "fmi2GetFMUstate")
             case Restore(instance):
                 instance.fail(status, "fmi2SetFMUstate")
-            case Combine():
-                raise AssertionError("combinations do not fail")
+            case GetTyped(instance, access, cells):
+                instance.fail_typed(status, access, cells)
+            case SetTyped(instance, access, cells):
+                instance.fail_typed(status, access, cells)
+            case Combine() | Copy() | Monitor():
+                raise AssertionError("these do not fail")
 
 
 class Loop:
@@ -123,22 +133,29 @@ class Loop:
     `state` has the present time `now`, the step `size` [ns], the next places of blocks that each
     step (`noted`) and each row (`written`) fill, and the steps `since` the last of the rows, which
     are `every` so many steps. All steps that end at `rows_from` [ns] or later may end at a row. One
-    of the instances `telling` may ask for the end.
+    of the instances `telling` may ask for the end; one of `stops` (float64) that becomes finite
+    ends it, too.
     """
 
     def __init__(
-        self, step: Schedule, row: Schedule | None, *, every: int, telling: Sequence[Instance]
+        self,
+        step: Schedule,
+        row: Schedule | None,
+        *,
+        every: int,
+        telling: Sequence[Instance],
+        stops: np.ndarray,
     ) -> None:
         self.step = step
         self.row = row or Schedule(())
         self.state = State(every=every if row else NEVER, rows_from=FAR)
-        self._telling = telling
+        self._telling, self._stops = telling, stops
         if isinstance(step.executor, NativeExecutor):
-            self._ends = native_loop.ends(telling)
-            self.state.ends, self.state.end_count = ctypes.addressof(self._ends), len(telling)
+            self._ends = native_loop.ends(telling, stops)
+            self.state.ends, self.state.end_count = ctypes.addressof(self._ends), len(self._ends)
 
     def advance(self, steps: int) -> None:
-        """Make so many macro steps, up to the end that a component asks for.
+        """Make so many macro steps, up to the end that a component asks for, or to a stop.
 
         RunError as `Schedule.run`, `state` telling how far it came.
         """
@@ -149,7 +166,7 @@ class Loop:
         else:
             assert isinstance(step, PythonExecutor)
             assert isinstance(row, PythonExecutor)
-            status = python_loop.run(step, row, state, steps, self._telling)
+            status = python_loop.run(step, row, state, steps, self._telling, self._stops)
         now, size = state.now / SECOND, state.size / SECOND
         if state.now > before:
             self.step.arrive(now)
@@ -168,7 +185,8 @@ class Loop:
         step.go_on(status, state.failed, now, size, state.noted)
         if not at_row:
             done = step.operations[: state.failed]
-            Schedule([o for o in done if isinstance(o, Get) and o.in_rows]).run(now, size)
+            reading = [o for o in done if isinstance(o, Get | GetTyped) and o.in_rows]
+            Schedule(reading).run(now, size)
         step.arrive(now + size)
         state.now += state.size
         state.noted += 1

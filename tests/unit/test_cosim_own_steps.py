@@ -228,17 +228,6 @@ def test_adaptive_steps_do_not_meet_the_points_of_a_sampled_component(c_fmu: Fmu
         prepare(pair(c_fmu, 0.1, coupling_tolerance=1e-4))
 
 
-def test_a_sampled_component_in_an_algebraic_loop_is_refused(c_fmu: Fmus) -> None:
-    parts = (
-        Component("a", FmuFile(c_fmu("stage+state")), {"gain": 0.2}),
-        Component("b", FmuFile(c_fmu("stage+state")), {"gain": 0.3}, step_size=0.2),
-    )
-    links = ("a.y -> b.u", "b.y -> a.u")
-    system = System("s", parts, links, Simulation(1, 0.1, "implicit"))
-    with pytest.raises(InputError, match="part of an algebraic loop"):
-        prepare(system)
-
-
 @pytest.mark.parametrize("algorithm", ["jacobi", "gauss_seidel", "corrector"])
 def test_outputs_that_follow_inputs_at_once_do_not_wait_for_a_step_inside(
     c_fmu: Fmus, tmp_path: Path, algorithm: str

@@ -61,7 +61,9 @@ class GaussSeidel(Scheduled):
         asked: dict[str, list[Port]] = {name: [] for name in place}
         for link in network.links:
             ends = link.source.component, link.target.component
-            if place[ends[0]] < place[ends[1]] and not any(map(network.due, ends)):
+            if link.delayed or any(map(network.due, ends)):
+                continue
+            if place[ends[0]] < place[ends[1]]:
                 asked[link.source.component].append(link.source)
         self._components = tuple(
             _Component(network, name, before=set(network.sweep[:k]), asked=asked[name], held=held)
@@ -154,6 +156,9 @@ def _held(signals: Mapping[str, Signal], moved: Mapping[str, str], share: float)
 
 def _signal(network: Network, link: Link, before: Container[str]) -> Signal:
     """The source of a link, as seen by its target's component."""
+    known = network.held_place(link)
+    if known is not None:
+        return Signal(known, known, stepped=None, rate=None, curvature=None, stays=True)
     now, *rates = (network.index(port) for port in network.derivatives(link.source))
     rate, curvature = (*rates, None, None)[:2]
     return Signal(

@@ -167,8 +167,9 @@ class Part:
             operations.append(Get(self._instance, early, into[: self._early]))
         if at_end:
             operations += network.seeing(self.name)
-        if late:
+        if late and self._names:
             operations += self._give(self._way.at(piece / self.pieces))
+        if late:
             operations.append(Get(self._instance, late, into[self._early :]))
         return (*operations, *(found.operations if found and at_end else ()))
 

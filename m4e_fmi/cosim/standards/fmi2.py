@@ -10,6 +10,7 @@ from fmpy import fmi2
 
 from m4e_fmi.cosim.standards.classic import Classic
 from m4e_fmi.cosim.standards.standard import WARNING, Call, Status
+from m4e_fmi.cosim.standards.typed import Layout
 from m4e_fmi.fmu.messages import Messages
 from m4e_fmi.fmu.reading import Variable
 
@@ -22,6 +23,7 @@ class Fmi2(Classic):
     """See the module."""
 
     BOOLEAN = fmi2.fmi2Boolean
+    TRUTH = Layout.I32
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)

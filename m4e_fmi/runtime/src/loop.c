@@ -11,6 +11,7 @@ typedef int set_derivatives(void *component, const uint32_t *references, size_t 
 typedef int do_step(void *component, double t, double h, int no_return);
 typedef int save(void *component, void **state);
 typedef int restore(void *component, void *state);
+typedef int call(void *access, void *cells);
 
 static const double SECOND = 1e9;
 static const double ROUNDING = 1e-9; /* share of a component's own step */
@@ -60,6 +61,8 @@ static int perform(const m4e_operation *o, double t, double h, uint64_t row) {
     case M4E_DO_STEP: return step(o, t, h);
     case M4E_SAVE: return ((save *)f)(o->component, o->state);
     case M4E_RESTORE: return ((restore *)f)(o->component, *o->state);
+    case M4E_MONITOR: *values = m4e_monitor(o->terms, o->source, o->weights, o->past); return 0;
+    case M4E_CALL: return ((call *)f)(o->component, values);
     default: combine(o, values); return 0;
     }
 }
@@ -91,7 +94,7 @@ static int is_over(const m4e_loop_state *s) {
 }
 
 int m4e_loop(m4e_loop_state *s, uint64_t steps) {
-    for (; steps > 0 && !is_over(s); --steps) {
+    for (uint64_t made = 0; made < steps && !is_over(s) && !(made && s->halt); ++made) {
         const double t = (double)s->now / SECOND, h = (double)s->size / SECOND;
         const int at_row = s->since + 1 >= s->every || s->now + s->size >= s->rows_from;
         int status = perform_all(s->step, s->step_count, t, h, s->noted, at_row, &s->failed);

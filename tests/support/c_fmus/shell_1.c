@@ -31,7 +31,7 @@ fmi1Status FMI(fmiInitializeSlave)(fmi1Component c, fmi1Real t0, fmi1Boolean sto
         return fmi1Error;
     }
     m->t = t0;
-    m->running = 1;
+    m->running = m->initialised = 1;
     show(m);
     return fmi1OK;
 }

@@ -11,10 +11,17 @@ from xml.sax.saxutils import quoteattr
 import fmpy
 from support.c_fmus.build import HERE, MODELS, OPTIONS, UNITS, V
 
-OPTIONS_1 = {"inputs": 'canInterpolateInputs="true"', "clears": ""}
+OPTIONS_1 = {
+    "inputs": 'canInterpolateInputs="true"',
+    "clears": "",
+    "lazy": "",
+    "picky": "",
+}
 OPTIONS_3 = {
     "state": 'canGetAndSetFMUState="true"',
     "jacobian": 'providesDirectionalDerivatives="true"',
+    "lazy": "",
+    "picky": "",
     "events": 'hasEventMode="true" mightReturnEarlyFromDoStep="true"',
     "clears": "",
     "tenth": 'fixedInternalStepSize="0.1"',
