@@ -22,6 +22,7 @@ from m4e_fmi.cosim.standards import (
     EARLY,
     ERROR,
     FATAL,
+    NEAR,
     RESTLESS,
     STANDARDS,
     WARNING,
@@ -68,6 +69,10 @@ class DiscardedError(RunError):
 
 class EventWithinError(DiscardedError):
     """An FMU has an event within the step, at `reached`."""
+
+
+class EndWithinError(DiscardedError):
+    """An FMU asked for the end of the simulation within the step, at `reached`."""
 
 
 class Instance:
@@ -166,6 +171,22 @@ class Instance:
     def events(self) -> Events:
         """What the FMU has told of events."""
         return self._fmu.events
+
+    @property
+    def has_ended(self) -> bool:
+        """Whether the FMU asked for the end of the simulation."""
+        return math.isfinite(self._fmu.events.ended)
+
+    def ends_at(self, time: float) -> bool:
+        """Whether the step to `time` [s] that the FMU has discarded is whole, and to be the last.
+
+        The FMU makes no further step then, and nothing may be set in it.
+        """
+        reached = self._fmu.reached() if self._fmu.wants_end() else None
+        if reached is None or reached < time - NEAR:
+            return False
+        self._fmu.events.ended = reached
+        return True
 
     def stop_at_events(self) -> None:
         """From now on, a step ends at an event within it, with EventWithinError."""
@@ -334,8 +355,13 @@ class Instance:
             self._fmu.component = None
         message = f"{self._origin}: {what}{words}"
         if function == "fmi2DoStep" and status in (DISCARD, EARLY):
-            kind = DiscardedError if status == DISCARD else EventWithinError
-            raise kind(message, remedy, self._fmu.reached())
+            kind, reached = EventWithinError, self._fmu.reached()
+            if status == DISCARD:
+                kind = DiscardedError
+            if status == DISCARD and self._fmu.wants_end():
+                kind, self._broken = EndWithinError, False
+                self._fmu.events.ended = self.time if reached is None else reached
+            raise kind(message, remedy, reached)
         raise RunError(message, remedy)
 
     def not_finite(self, names: Sequence[str], values: np.ndarray) -> NoReturn:

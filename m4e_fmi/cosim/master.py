@@ -17,7 +17,7 @@ from m4e_fmi.cosim.certificate import Certificate, certificate, spans
 from m4e_fmi.cosim.companion import Companion
 from m4e_fmi.cosim.connect import Wiring
 from m4e_fmi.cosim.energy import BondEnergy, EnergyBalance
-from m4e_fmi.cosim.events import ended, event_notes, telling
+from m4e_fmi.cosim.events import ended, event_notes
 from m4e_fmi.cosim.instability import Stability
 from m4e_fmi.cosim.instance import Instance
 from m4e_fmi.cosim.interruption import quiet, same_folder, stepping
@@ -156,7 +156,6 @@ class Master:
         if isinstance(self._algorithm, Undoing) and self._shortens:
             for instance in self.network.instances.values():
                 instance.stop_at_events()
-        self._telling = telling(self.network.instances.values())
         self._energy = EnergyBalance(self.network, self._wiring.bonds)
         self._witness: Witness | Companion | None = None
         self._unwatched = ""
@@ -286,7 +285,12 @@ class Master:
     @property
     def done(self) -> bool:
         """Whether the stop time is reached, or an FMU has asked for the end."""
-        return self._course.now >= self._stop or bool(ended(self._telling))
+        return self._course.now >= self._stop or self._course.over
+
+    @property
+    def ended(self) -> str:
+        """Which FMUs asked for the end of the simulation, and when; empty if none did."""
+        return ended(self.network.instances.values())
 
     @property
     def order(self) -> int:
@@ -297,16 +301,14 @@ class Master:
     def notes(self) -> tuple[str, ...]:
         """Components' own steps, what the algorithm does without, and events; one line each."""
         own = [f"{name} {rate}" for name, rate in self._rates.items()]
-        instances = self.network.instances.values()
-        end = ended(instances)
-        seen = [*self._second_look.notes, *event_notes(instances)]
+        seen = [*self._second_look.notes, *event_notes(self.network.instances.values())]
         seen += self._course.switches.notes
         if rough := self.network.roughness:
             seen.append(
                 f"inputs are solved for to {rough:.1e} of their size only: what FMUs answer to "
                 "nearly the same inputs jumps by as much"
             )
-        return (*own, *self._algorithm.notes, *seen, *([end] if end else []))
+        return (*own, *self._algorithm.notes, *seen, *([self.ended] if self.ended else []))
 
     @property
     def warnings(self) -> tuple[str, ...]:

@@ -337,7 +337,12 @@ class Network:
             reading.into[stays] = before[stays]
 
     def _run_exchange(self) -> None:
+        over = [
+            i for i in self.instances.values() if i.has_ended and i.description.version == "2.0"
+        ]
         for part in self._exchange:
+            if over and isinstance(part, Schedule):
+                part = part.without_sets(over)
             part.run(self.time)
 
     @property

@@ -16,13 +16,13 @@ a delay of one step.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 
 import networkx as nx
 import numpy as np
 
-from m4e_fmi.cosim.binary import Binary
+from m4e_fmi.cosim.binary import Binary, Files
 from m4e_fmi.cosim.connect import Wiring
 from m4e_fmi.cosim.dependence import ASSUMED, LOST, PROBED, STEPPED, how_known, resolve
 from m4e_fmi.cosim.instance import WARNING, Instance
@@ -152,7 +152,8 @@ class _Instances:
         name, times = self._component.name, self._simulation
         origin = f"{name} ({self._description.path.name})"
         with (
-            Binary(self._description, origin=origin) as binary,
+            closing(Files(self._description)) as files,
+            Binary(self._description, files, origin=origin) as binary,
             Instance(f"{name}_probe", self._description, binary) as instance,
         ):
             instance.setup(start=times.start_time, stop=times.stop_time, tolerance=times.tolerance)

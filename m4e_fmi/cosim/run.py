@@ -298,6 +298,8 @@ def _begun(
                 except BaseException:
                     found.failed = True
                     raise
+                if master.ended:
+                    writer.close(master.ended)
         found.outcome = Outcome(
             prepared=system,
             path=None if results is None else stream_of(results),
@@ -438,7 +440,8 @@ def _finer(prepared: Prepared) -> Prepared:
                 f"--check runs at half the step, which {part.name} cannot: it {rate}",
                 "leave it out: what each run tells of its error needs no other step",
             )
-        if rate and part.step_size is not None and not rate.is_sampled:
+        halved = prepared.descriptions[part.name].internal_step is None
+        if rate and halved and part.step_size is not None and not rate.is_sampled:
             part = replace(part, step_size=rate.step / 2)
         parts.append(part)
     simulation = replace(

@@ -210,6 +210,12 @@ NODE = (
     *(V(f"u{k}", "1", "input", 0.0) for k in range(3)),
     *(V(f"y{k}", "1", "output", 0.0, initial="exact") for k in range(3)),
 )
+ENDING = (
+    parameter("when", "s", 1.0),
+    V("u", "1", "input", 0.0),
+    V("y", "s", "output", 0.0, initial="exact"),
+)
+KEEPER = (parameter("gain", "1/s", 1.0), V("u", "1", "input", 0.0), V("y", "1", "output"))
 ROGUE = (parameter("what", "1", 0.0), parameter("when", "s", 1.0), V("y", "s", "output"))
 VANDAL = (*ROGUE[:2], parameter("pause", "s", 0.0), ROGUE[2])
 TALKER = (
@@ -254,6 +260,8 @@ MODELS: dict[str, tuple[str, tuple[V, ...]]] = {
     "switch": ("switch.c", SWITCH),
     "relay": ("relay.c", RELAY),
     "node": ("node.c", NODE),
+    "ending": ("ending.c", ENDING),
+    "keeper": ("keeper.c", KEEPER),
     "rogue": ("rogue.c", ROGUE),
     "talker": ("talker.c", TALKER),
     "vandal": ("vandal.c", VANDAL),
