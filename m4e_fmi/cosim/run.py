@@ -167,8 +167,9 @@ def run(
         system = prepare(system, build_directory=build_directory, tell=tell)
     if results is not None:
         system = _thinned(system, variables, tell)
-    for line in system.warnings if warn else ():
-        warn(f"warning: {line}")
+    if warn:
+        for line in system.warnings:
+            warn(f"warning: {line}")
     return (_checked if check else _once)(
         system,
         results=results,

@@ -22,9 +22,9 @@ def part(fmus: Fmus, model: str, name: str, **values: float) -> Component:
     )
 
 
-def failure(system: System, **more: Path) -> RunError:
+def failure(system: System, results: Path | None = None) -> RunError:
     with pytest.raises(RunError) as caught:
-        run(system, **more)
+        run(system, results=results)
     return caught.value
 
 
@@ -73,10 +73,10 @@ def test_an_fmu_that_fails_by_itself_after_something_grew(
 ) -> None:
     parts = (part(c_fmu, "mass", "a", body__m__x=1.0), part(c_fmu, "fuse", "b", stiffness=40.0))
     system = System("s", parts, ("a.m <-> b.end",), Simulation(1e4, 1.0, "gauss_seidel"))
-    for more in ({}, {"results": tmp_path / "r.nc"}):
-        if more:  # no look falls into the growth: the rows tell
+    for file in (None, tmp_path / "r.nc"):
+        if file:  # no look falls into the growth: the rows tell
             monkeypatch.setattr(Stability, "look", lambda *_: None)
-        error = failure(system, **more)
+        error = failure(system, file)
         assert error.message.startswith("unstable: a.body.m.")
         assert "; then b (fuse.fmu): the step from t = " in error.message
         assert "the fuse has blown" in error.message
