@@ -27,6 +27,9 @@ class _Described:
 class TensionSpring(_Described):
     """Tension stiffness·l [N] along the line between two points; it pushes, too.
 
+    Where the points coincide the line has no direction and there is no force; of a spring whose
+    `length` is the number 0 the force is linear in their distance, there and everywhere.
+
     The extension l is distance − length. A `law` in `l` and its rate `ld` [m/s] is the tension
     itself.
     """
@@ -78,6 +81,22 @@ class TensionStop(_Described):
     type: ClassVar = "tension_stop"
     scalars: ClassVar = {"stiffness": "N/m", "lower": "m", "upper": "m", "damping": "N.s/m"}
     positive: ClassVar = ("stiffness",)
+
+
+@dataclass(frozen=True)
+class Bushing(_Described):
+    """Holds two points together: force stiffness·r + damping·ṙ [N] on the first one.
+
+    r leads from the first point to the second, in world axes; the second feels the opposite. It is
+    linear in r, so the points may coincide and pass through one another.
+    """
+
+    points: tuple[str, str]
+    stiffness: Quantity = 0.0
+    damping: Quantity = 0.0
+
+    type: ClassVar = "bushing"
+    scalars: ClassVar = {"stiffness": "N/m", "damping": "N.s/m"}
 
 
 @dataclass(frozen=True)
@@ -238,6 +257,7 @@ Load = (
     TensionSpring
     | TensionDamper
     | TensionStop
+    | Bushing
     | TorsionSpring
     | TorsionDamper
     | PointForce
