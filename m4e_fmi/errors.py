@@ -7,6 +7,7 @@
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
@@ -63,8 +64,14 @@ class RunError(M4eError):
 
 
 def suggestion(word: str, known: Iterable[str], noun: str = "") -> str:
-    """A remedy for an unknown `word`: the nearest known one, or a list of what there is."""
+    """A remedy for an unknown `word`: the nearest known one, or a list of what there is.
+
+    Names of which the word is a part, as ``spring`` of ``torsion_spring``, are nearest.
+    """
     names: Sequence[str] = sorted(known)
+    whole = [name for name in names if word and word in re.split(r"[._]", name)]
+    if 1 <= len(whole) <= 3:
+        return f"did you mean {' or '.join(map(repr, whole))}?"
     near = difflib.get_close_matches(word, names, n=3, cutoff=0.6)
     if near:
         likeness = [difflib.SequenceMatcher(None, name, word).ratio() for name in near]

@@ -25,6 +25,7 @@ from m4e_fmi.analysis.points import (
     At,
     Evaluation,
     Floats,
+    Lines,
     Matrix,
     OperatingPoint,
     System,
@@ -134,14 +135,16 @@ class Linearizer:
         self._rows = [rows.index(name) for name in wanted]
         everything = observed(self.program, rows)
         self._values = Evaluation(everything)
+        self._lines = Lines(self.program)
         by = [*names, *(v.name for v in self.inputs)]
         self._slopes = Matrix(jacobian(everything, "outputs", by))
         self._changes: dict[tuple[str, ...], Evaluation] = {}
         self._mass = None if model is None else Evaluation(mass_matrix_program(model))
 
     def at(self, at: At = None, *, time: float | None = None) -> Linearization:
-        """The linear equations about a point."""
+        """The linear equations about a point; RunError where a force has no derivative."""
         point = operating_point(self.program, at, time=time)
+        self._lines.check(point)
         n = len(self.states)
         values, slopes = self._values.at(point), self._slopes.at(point)
         A, B = slopes[:n, :n], slopes[:n, n:]

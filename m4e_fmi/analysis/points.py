@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -63,6 +64,12 @@ class OperatingPoint:
         return replace(self, states=states)
 
 
+LARGEST_DERIVATIVE = 1e100
+"""Beyond this it is that of a direction whose length is zero: see `planar.norm`."""
+COINCIDING = 1e-100
+"""Distance [m] below which points coincide."""
+MEASURE = re.compile(r"load\.\w+\.(distance|extension|gap|power)")
+
 At = OperatingPoint | Mapping[str, float | str] | None
 """Where: values by name, as for `simulate`; what is not named has its start value."""
 
@@ -119,14 +126,47 @@ class Matrix:
         d = self.derivatives
         matrix = np.zeros((len(d.rows), len(d.columns)))
         matrix[list(d.row_indices), list(d.column_indices)] = self._entries.at(point)
-        if not np.isfinite(matrix).all():
-            row, column = np.argwhere(~np.isfinite(matrix))[0]
+        wrong = ~(np.abs(matrix) < LARGEST_DERIVATIVE)
+        if wrong.any():
+            row, column = np.argwhere(wrong)[0]
             message = (
                 f"{d.program.name}: the derivative of {d.rows[row]} by {d.columns[column]} "
                 f"is {matrix[row, column]} at t = {point.time:g} s"
             )
             raise RunError(message, "look for a singular configuration or a division by zero")
         return matrix
+
+
+class Lines:
+    """The loads of a program that act along the line between two points."""
+
+    def __init__(self, program: Program) -> None:
+        names = [v.name for v in program.outputs if MEASURE.fullmatch(v.name)]
+        self._observed = observed(program, names)
+        self._evaluation = Evaluation(self._observed) if names else None
+
+    def check(self, point: OperatingPoint) -> None:
+        """RunError if a force has no derivative at `point`: its two points coincide there.
+
+        A stop that is not in contact has one, and a spring that is at rest there and has a
+        potential.
+        """
+        if self._evaluation is None:
+            return
+        outputs = zip(self._observed.outputs, self._evaluation.at(point), strict=True)
+        loads: dict[str, dict[str, float]] = {}
+        for variable, value in outputs:
+            _, load, measure = variable.name.split(".")
+            loads.setdefault(load, {})[measure] = float(value)
+        for load, measures in loads.items():
+            free = measures.get("gap", 0.0) > 0.0
+            resting = "power" not in measures and abs(measures.get("extension", 1.0)) < COINCIDING
+            if measures.get("distance", 1.0) < COINCIDING and not free and not resting:
+                name = self._observed.name
+                message = f"{name}: the two points of load {load} coincide at t = {point.time:g} s"
+                why = "its force acts along the line between them, and has no derivative there"
+                remedy = "take another point, or a bushing, which is linear in place and velocity"
+                raise RunError(f"{message}: {why}", remedy)
 
 
 def rate_unit(unit: str) -> str:

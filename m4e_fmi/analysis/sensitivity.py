@@ -21,6 +21,7 @@ from m4e_fmi.analysis.modes import Modes, modes
 from m4e_fmi.analysis.points import (
     At,
     Floats,
+    Lines,
     Matrix,
     OperatingPoint,
     System,
@@ -82,6 +83,7 @@ class Sensitivities:
         self._balance = Balance(self.program)
         chosen = observed(self.program, of)
         self.of = chosen.outputs
+        self._lines = Lines(self.program)
         self._slopes = Matrix(jacobian(chosen, "outputs", [*by, *self._moved]))
         if moving:
             self._pushes = Matrix(jacobian(self._balance.observed, "outputs", by))
@@ -96,8 +98,9 @@ class Sensitivities:
         return [self.program.states[k].name for k in self._balance.unknowns] if self.moving else []
 
     def at(self, at: At = None, *, time: float | None = None) -> Sensitivity:
-        """Of `of` by `by` at a point."""
+        """Of `of` by `by` at a point; RunError where a force has no derivative."""
         point = operating_point(self.program, at, time=time)
+        self._lines.check(point)
         slopes = self._slopes.at(point)
         n = len(self.by)
         return Sensitivity(self.of, self.by, slopes[:, :n] + slopes[:, n:] @ self._shift(point))

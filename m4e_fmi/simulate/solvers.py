@@ -31,9 +31,9 @@ class Task:
     """What is to be integrated, and how.
 
     `times` [s] ascend from the start. Steps of rk4 are at most `step_size` [s]. The last
-    `quadratures` states have an error norm of their own. `watches` name outputs of the program. At `kinks`
-    [s], which ascend, rates change their slopes: methods other than SciPy's make no step across
-    them. `explain` says what is wrong at a time and states.
+    `quadratures` states have an error norm of their own. `watches` name outputs of the program. At
+    `kinks` [s], which ascend, rates change their slopes: methods other than SciPy's make no step
+    across them. `explain` says what is wrong at a time and states.
     """
 
     program: Program
