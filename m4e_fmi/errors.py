@@ -8,8 +8,11 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
+
+Value = TypeVar("Value")
 
 
 class M4eError(Exception):
@@ -52,6 +55,37 @@ class InputError(M4eError):
     @classmethod
     def single(cls, message: str, remedy: str = "", file: str = "") -> InputError:
         return cls([Problem(message, remedy, file)])
+
+
+class UnknownNameError(InputError, KeyError):
+    """A name that is not there; a KeyError as well, for those who catch that."""
+
+    @classmethod
+    def of(cls, complaint: str, unknown: Sequence[str], known: Iterable[str]) -> UnknownNameError:
+        """`complaint`, the names that are `unknown`, and the nearest that is `known`."""
+        return cls([Problem(f"{complaint} {', '.join(unknown)}", suggestion(unknown[0], known))])
+
+    def __str__(self) -> str:
+        return str(self.args[0])  # a KeyError's is in quotation marks
+
+
+class Named(dict[str, Value]):
+    """Values by name. A name that is not there raises UnknownNameError: `complaint` and the name.
+
+    >>> Named("the buoy has no variable", {"heave": 1.0})["haeve"]
+    UnknownNameError: the buoy has no variable haeve
+          did you mean 'heave'?
+    """
+
+    def __init__(self, complaint: str, members: Mapping[str, Value]) -> None:
+        super().__init__(members)
+        self.complaint = complaint
+
+    def __missing__(self, name: str) -> Value:
+        raise UnknownNameError.of(self.complaint, [str(name)], self)
+
+    def __reduce__(self) -> tuple:
+        return Named, (self.complaint, dict(self))
 
 
 class RunError(M4eError):

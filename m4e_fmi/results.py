@@ -14,25 +14,20 @@ from pathlib import Path
 
 import numpy as np
 
-from m4e_fmi.errors import InputError
+from m4e_fmi.errors import InputError, Named
+from m4e_fmi.series import Series
+from m4e_fmi.shown import listing, span
 from m4e_fmi.writing import check_suffix, written
 
 NETCDF, CSV, PARQUET = ".nc", ".csv", ".parquet"
 
 
 @dataclass(frozen=True)
-class Series:
-    """One recorded variable: `values` over `Results.time`, its unit and what it is."""
-
-    name: str
-    unit: str
-    long_name: str
-    values: np.ndarray
-
-
-@dataclass(frozen=True)
 class Results:
-    """A results file in memory: `time` [s], `components[component][variable]`, the attributes."""
+    """A results file in memory: `time` [s], `components[component][variable]`, the attributes.
+
+    UnknownNameError, which is a KeyError, where there is no such component or variable.
+    """
 
     path: Path
     time: np.ndarray
@@ -40,18 +35,26 @@ class Results:
     attributes: dict[str, str]
 
     def __getitem__(self, name: str) -> Series:
-        """The series ``component.variable``; KeyError if there is none."""
-        component, _, variable = name.partition(".")
-        return self.components[component][variable]
+        """The series ``component.variable``."""
+        return self.series[name]
 
     @property
     def series(self) -> dict[str, Series]:
         """All series by ``component.variable``."""
-        return {
-            f"{component}.{name}": one
-            for component, members in self.components.items()
-            for name, one in members.items()
-        }
+        return Named(
+            f"{self.path.name} has no variable",
+            {
+                f"{component}.{name}": one
+                for component, members in self.components.items()
+                for name, one in members.items()
+            },
+        )
+
+    def __repr__(self) -> str:
+        return listing(
+            f"Results of {str(self.path)!r}: {span(self.time)}",
+            **{name: tuple(members) for name, members in self.components.items()},
+        )
 
 
 def load(path: str | Path) -> Results:
@@ -60,13 +63,19 @@ def load(path: str | Path) -> Results:
 
     with Dataset(Path(path)) as file:
         file.set_auto_mask(False)
-        components = {
-            component: {
-                name: Series(name, variable.units, variable.long_name, variable[:])
-                for name, variable in group.variables.items()
-            }
-            for component, group in file.groups.items()
-        }
+        components = Named(
+            "there are no results of a component",
+            {
+                component: Named(
+                    f"{component} has no variable",
+                    {
+                        name: Series(name, variable.units, variable.long_name, variable[:])
+                        for name, variable in group.variables.items()
+                    },
+                )
+                for component, group in file.groups.items()
+            },
+        )
         attributes = {name: str(file.getncattr(name)) for name in file.ncattrs()}
         return Results(Path(path), file["time"][:], components, attributes)
 

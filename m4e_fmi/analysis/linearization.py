@@ -38,11 +38,13 @@ from m4e_fmi.analysis.points import (
 from m4e_fmi.errors import RunError
 from m4e_fmi.multibody import mass_matrix_program
 from m4e_fmi.program import Variable, jacobian, tangent
+from m4e_fmi.shown import listing, short
 
 if TYPE_CHECKING:
     import control
 
 
+@short
 @dataclass(frozen=True)
 class Mechanical:
     """M δq̈ + C δq̇ + K δq = F δinput: n×n, n×n, n×n, n×m, of the coordinates' generalised forces.
@@ -105,6 +107,16 @@ class Linearization:
             inputs=names(self.inputs),
             outputs=names(self.outputs),
             name=self.point.program.name,
+        )
+
+    def __repr__(self) -> str:
+        return listing(
+            f"Linearization of {self.point.program.name!r} at t = {self.point.time:g} s: "
+            f"A {_shape(self.A)}, B {_shape(self.B)}, C {_shape(self.C)}, D {_shape(self.D)}"
+            f"{', mechanical M, C, K, F' if self.mechanical else ''}",
+            states=self.states,
+            inputs=self.inputs,
+            outputs=self.outputs,
         )
 
 
@@ -190,6 +202,18 @@ class Linearizer:
         n = len(self.states) // 2
         M = self._mass.at(point).reshape(n, n)
         return Mechanical(M, C=-M @ A[n:, n:], K=-M @ A[n:, :n], F=M @ B[n:])
+
+    def __repr__(self) -> str:
+        return listing(
+            f"Linearizer of {self.program.name!r}",
+            states=self.states,
+            inputs=self.inputs,
+            outputs=self.outputs,
+        )
+
+
+def _shape(matrix: Floats) -> str:
+    return "×".join(map(str, matrix.shape))
 
 
 def linearize(

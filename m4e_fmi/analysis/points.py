@@ -12,12 +12,13 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from m4e_fmi.errors import InputError, RunError, suggestion
+from m4e_fmi.errors import Named, RunError, UnknownNameError
 from m4e_fmi.model import Model, load_model
 from m4e_fmi.multibody import model_program
 from m4e_fmi.program import Jacobian, Program, Variable
 from m4e_fmi.program.python_form import load_python
 from m4e_fmi.runtime.library import library
+from m4e_fmi.shown import listing
 from m4e_fmi.simulate import started
 
 Floats = NDArray[np.float64]
@@ -51,17 +52,32 @@ class OperatingPoint:
             (self.program.inputs, self.inputs),
             (self.program.parameters, self.parameters),
         )
-        return {
-            v.name: float(value)
-            for variables, vector in groups
-            for v, value in zip(variables, vector, strict=True)
-        }
+        return Named(
+            f"{self.program.name} has no state, input or parameter",
+            {
+                v.name: float(value)
+                for variables, vector in groups
+                for v, value in zip(variables, vector, strict=True)
+            },
+        )
 
     def __getitem__(self, name: str) -> float:
         return self.values[name]
 
     def with_states(self, states: Floats) -> OperatingPoint:
         return replace(self, states=states)
+
+    def __repr__(self) -> str:
+        def told(variables: Sequence[Variable], vector: Floats) -> list[str]:
+            pairs = zip(variables, vector, strict=True)
+            return [f"{v.name} = {value:.6g} {v.unit}" for v, value in pairs]
+
+        return listing(
+            f"OperatingPoint of {self.program.name!r} at t = {self.time:g} s",
+            states=told(self.program.states, self.states),
+            inputs=told(self.program.inputs, self.inputs),
+            parameters=told(self.program.parameters, self.parameters),
+        )
 
 
 LARGEST_DERIVATIVE = 1e100
@@ -202,8 +218,16 @@ def _chosen(known: Mapping[str, T], names: Sequence[str], complaint: str) -> lis
     """The members with these names; InputError with all that are unknown."""
     unknown = [name for name in names if name not in known]
     if unknown:
-        raise InputError.single(f"{complaint} {', '.join(unknown)}", suggestion(unknown[0], known))
+        raise UnknownNameError.of(complaint, unknown, known)
     return [known[name] for name in names]
+
+
+def place(name: str, variables: Sequence[Variable]) -> int:
+    """The place of a variable among others; UnknownNameError if it is not one of them."""
+    names = [v.name for v in variables]
+    if name not in names:
+        raise UnknownNameError.of("there is no", [name], names)
+    return names.index(name)
 
 
 def motion(program: Program) -> list[tuple[int, int]]:

@@ -23,6 +23,7 @@ import numpy as np
 from m4e_fmi.cosim.connect import Port
 from m4e_fmi.cosim.network import Network
 from m4e_fmi.cosim.system import SECOND
+from m4e_fmi.shown import short
 
 
 @dataclass(frozen=True)
@@ -34,6 +35,7 @@ class CouplingError:
     error: float
 
 
+@short
 @dataclass(frozen=True)
 class Certificate:
     """Estimated coupling errors of a run, the largest first, and what half the step would give."""

@@ -35,6 +35,8 @@ from m4e_fmi.cosim.schedule import Schedule
 from m4e_fmi.cosim.start_values import Value
 from m4e_fmi.cosim.structure import Loop, Structure, Transfer, derivative_chain
 from m4e_fmi.cosim.system import SECOND
+from m4e_fmi.errors import UnknownNameError
+from m4e_fmi.shown import listing
 
 Made = TypeVar("Made")
 Action = Callable[[], None]
@@ -120,8 +122,15 @@ class Network:
         self._exchange = tuple(self._exchanged(structure.exchange))
 
     def read(self, name: str) -> float:
-        """The present value of the Real variable ``component.variable``, exchanged or not."""
+        """The present value of the Real variable ``component.variable``, exchanged or not.
+
+        UnknownNameError, a KeyError, if there is none of this name.
+        """
         component, _, variable = name.partition(".")
+        description = self._descriptions.get(component)
+        if description is None or variable not in description.variables:
+            known = [f"{c}.{v}" for c, d in self._descriptions.items() for v in d.variables]
+            raise UnknownNameError.of("no variable is called", [name], known)
         return self.instances[component].read(variable)
 
     def due(self, component: str) -> Due | None:
@@ -330,6 +339,10 @@ class Network:
         view = self.inputs[start : start + count]
         sources = [self.index(link.source) for link in self.links[start : start + count]]
         return (gather(view, self.values, sources), *setting(instance, names, view))
+
+    def __repr__(self) -> str:
+        title = f"Network at t = {self.time:.9g} s"
+        return listing(title, components=self.instances, inputs=[str(p) for p in self.targets])
 
 
 def _judged(links: Sequence[Link], ends: Sequence[Port]) -> Iterator[tuple[int, Port]]:

@@ -124,6 +124,9 @@ class Expression:
             return f"({self.arguments[0]} {_SIGNS[self.kind]} {self.arguments[1]})"
         return f"{self.kind}({', '.join(map(str, self.arguments))})"
 
+    def __repr__(self) -> str:
+        return f"Expression({self})"
+
 
 def _power(base: Any, exponent: Any) -> Any:
     """base ** exponent; of floats, the real power or ValueError, never a complex number."""

@@ -10,6 +10,7 @@ from numbers import Real
 from typing import Any
 
 from m4e_fmi.program import maximum, minimum
+from m4e_fmi.shown import short
 from m4e_fmi.units import parse_unit
 
 MOST_ROWS = 10_000
@@ -23,6 +24,7 @@ class TableError(ValueError):
         super().__init__(message)
 
 
+@short
 @dataclass(frozen=True)
 class Table:
     """`values` in `unit` at `times` [s], linear in between, constant before and after.

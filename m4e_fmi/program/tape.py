@@ -230,6 +230,9 @@ class Tape:
         named = {b: _selected(names, b) for b in {bits[k] for k in roots}}
         return {k: named[bits[k]] for k in roots}
 
+    def __repr__(self) -> str:
+        return f"Tape of {len(self)} nodes"
+
 
 def _selected(names: list[str], bits: int) -> frozenset[str]:
     """The names whose bit is set."""

@@ -15,11 +15,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from m4e_fmi.program import Program, Variable
+from m4e_fmi.shown import short
 
 KINETIC, POTENTIAL, TOTAL = "energy.kinetic", "energy.potential", "energy.total"
 POWER = re.compile(r"(load\.\w+|inputs)\.power")
 
 
+@short
 @dataclass(frozen=True)
 class EnergyAudit:
     """How far the energy balance of a simulation is from closing.

@@ -7,12 +7,15 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
+from m4e_fmi.shown import listing, short
+
 Severity = Literal["error", "warning", "note"]
 SEVERITIES: tuple[Severity, ...] = ("error", "warning", "note")
 SHOWN = 5
 """Of many things wrong in one way, how many a finding names."""
 
 
+@short
 @dataclass(frozen=True)
 class Finding:
     """One thing found by the check `id` (``group.name``).
@@ -42,6 +45,7 @@ class Finding:
         return replace(self, message=message, basis=basis)
 
 
+@short
 @dataclass(frozen=True)
 class Group:
     """A group of checks: its findings, or why it was not run; `seconds` it took."""
@@ -90,6 +94,14 @@ class Report:
         """The report as JSON values."""
         groups = [asdict(group) for group in self.groups]
         return {"fmu": str(self.path), "ok": self.ok, "groups": groups}
+
+    def __repr__(self) -> str:
+        counts = (f"{len(self.of_severity(s))} {s}s" for s in SEVERITIES)
+        return listing(
+            f"Report on {self.path.name!r}: {', '.join(counts)}",
+            groups=self.groups,
+            findings=[f"{f.severity}: {f.message}" for f in self.findings],
+        )
 
 
 def some(names: Iterable[str]) -> str:
