@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, get_args
 
 from m4e_fmi.document import Location
 from m4e_fmi.errors import suggestion
+from m4e_fmi.model.dimensions import dimension_findings
 from m4e_fmi.model.elements import (
     GROUND,
     AngleReference,
@@ -55,6 +56,7 @@ def whole_findings(model: Any) -> Iterator[Finding]:
     """What is wrong with the tree and with the numbers, given that every element is right."""
     yield from _tree_findings(model)
     yield from _value_findings(model)
+    yield from dimension_findings(model, _all_quantities(model))
 
 
 def element_findings(model: Any, names: Names) -> Iterator[Finding]:

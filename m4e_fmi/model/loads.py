@@ -4,8 +4,8 @@ Unlike geometry and masses, loads may depend on the time `t`, on tables, and on 
 expression names variables as the FMU does, `joint.<name>.q` and `u`; `body.<name>.x`, `z`, `theta`,
 `vx`, `vz`, `omega`; `point.<name>.x`, `z`, `vx`, `vz`.
 
-`type` is a load's name in files. `scalars` and `vectors` are its quantities, the scalars with their
-units; one that is None is not used. Of the fields in `either`, one is given.
+`type` is a load's name in files. `scalars` and `vectors` are its quantities with their units; one
+that is None is not used. Of the fields in `either`, one is given.
 """
 
 from __future__ import annotations
@@ -145,7 +145,7 @@ class PointForce(_Described):
     axes: Axes = "world"
 
     type: ClassVar = "point_force"
-    vectors: ClassVar = ("force",)
+    vectors: ClassVar = {"force": "N"}
 
 
 @dataclass(frozen=True)
@@ -162,7 +162,7 @@ class BodyForce(_Described):
 
     type: ClassVar = "body_force"
     scalars: ClassVar = {"moment": "N.m"}
-    vectors: ClassVar = ("force",)
+    vectors: ClassVar = {"force": "N"}
 
 
 @dataclass(frozen=True)
@@ -178,7 +178,7 @@ class PointDrag(_Described):
 
     type: ClassVar = "point_drag"
     scalars: ClassVar = {"coefficient": "kg/m"}
-    vectors: ClassVar = ("flow",)
+    vectors: ClassVar = {"flow": "m/s"}
 
 
 @dataclass(frozen=True)
@@ -195,7 +195,7 @@ class BodyDrag(_Described):
 
     type: ClassVar = "body_drag"
     scalars: ClassVar = {"coefficient": "kg/m", "moment_coefficient": "N.m.s2/rad2"}
-    vectors: ClassVar = ("flow",)
+    vectors: ClassVar = {"flow": "m/s"}
 
 
 @dataclass(frozen=True)

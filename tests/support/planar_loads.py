@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 Function = Callable[[list[Any]], Any]
 
-TABLES = {"gust": Table((-1.0, 0.0, 0.5, 2.5), (0.0, 3.0, -1.0, 1.0), "N")}
+TABLES = {"gust": Table((-1.0, 0.0, 0.5, 2.5), (0.0, 3.0, -1.0, 1.0))}
 """With slopes that doubles hold exactly."""
 
 
