@@ -13,6 +13,8 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 Value = TypeVar("Value")
+CLOSE = 0.8
+"""Likeness (difflib's) of a word that is one letter off."""
 
 
 class M4eError(Exception):
@@ -100,15 +102,18 @@ class RunError(M4eError):
 def suggestion(word: str, known: Iterable[str], noun: str = "") -> str:
     """A remedy for an unknown `word`: the nearest known one, or a list of what there is.
 
-    Names of which the word is a part, as ``spring`` of ``torsion_spring``, are nearest.
+    Before names that are only somewhat alike come those of which the word is a part, as ``spring``
+    of ``torsion_spring``.
     """
     names: Sequence[str] = sorted(known)
+    same = [name for name in names if name.lower() == word.lower()]
     whole = [name for name in names if word and word in re.split(r"[._]", name)]
-    if 1 <= len(whole) <= 3:
-        return f"did you mean {' or '.join(map(repr, whole))}?"
     near = difflib.get_close_matches(word, names, n=3, cutoff=0.6)
+    likeness = [difflib.SequenceMatcher(None, name, word).ratio() for name in near]
+    likely = same or (whole if len(whole) <= 3 and max(likeness, default=0) < CLOSE else [])
+    if likely:
+        return f"did you mean {' or '.join(map(repr, likely))}?"
     if near:
-        likeness = [difflib.SequenceMatcher(None, name, word).ratio() for name in near]
         nearest = sorted(n for n, ratio in zip(near, likeness, strict=True) if ratio == likeness[0])
         return f"did you mean {' or '.join(map(repr, nearest))}?"
     if not names:

@@ -78,6 +78,8 @@ class Table:
         if not 2 <= len(self.times) <= MOST_ROWS:
             message = f"expected 2 to {MOST_ROWS} rows, got {len(self.times)}"
             remedy = "every row costs time in each step: leave out rows on a straight line"
+            if len(self.times) < 2:
+                remedy = "a value that does not change is a parameter"
             raise TableError(message, remedy)
         for row in range(1, len(self.times)):
             if not self.times[row] > self.times[row - 1]:
