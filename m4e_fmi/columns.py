@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from m4e_fmi.errors import InputError, Problem, suggestion
+from m4e_fmi.files_read import read_text
 
 LARGEST_FILE = 20_000_000
 """Bytes that are read of one file."""
@@ -83,7 +84,7 @@ def _text(path: Path) -> str:
         if path.stat().st_size > LARGEST_FILE:
             message = f"is longer than {LARGEST_FILE // 1_000_000} MB"
             raise InputError.single(message, "leave out rows, or columns", str(path))
-        return path.read_text(encoding="utf-8-sig")
+        return read_text(path, encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise InputError.single(f"cannot be read: {error}", "", str(path)) from None
 

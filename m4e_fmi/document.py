@@ -23,6 +23,7 @@ from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
 from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.file_kinds import YAML_FILE, check_suffix
+from m4e_fmi.files_read import read_text
 
 Location = tuple[str | int, ...]
 
@@ -80,7 +81,7 @@ class Document:
         path = Path(path)
         check_suffix(path, YAML_FILE)
         try:
-            text = path.read_text(encoding="utf-8-sig")
+            text = read_text(path, encoding="utf-8-sig")
         except FileNotFoundError:
             here = path.parent if path.parent.is_dir() else Path()
             names = [p.name for p in here.glob("*.yaml")]

@@ -1,25 +1,38 @@
-"""Results files in memory: what runs and simulations have written (netCDF-4), and other forms.
+"""Results files: what runs and simulations have written, in memory and in other forms.
 
-The dimension and the variable `time` are at the root; each group holds the variables of one
-component, or of the one model that was simulated. CSV and Parquet have one column for each
+Whole files are netCDF-4: the dimension and the variable `time` are at the root; each group holds
+the variables of one component, or of the one model that was simulated. A run that goes on, or was
+killed, has rows in netCDF's classic form: see `row_file`. CSV and Parquet have one column for each
 variable, ``component.variable``; in CSV its unit follows in brackets.
 """
 
 from __future__ import annotations
 
 import csv
+import json
+import os
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from m4e_fmi.errors import InputError, Named
+from m4e_fmi.recorded import recorded_as
+from m4e_fmi.row_file import TIME, Section, is_row_file, read_rows
 from m4e_fmi.series import Series
 from m4e_fmi.shown import listing, span
-from m4e_fmi.writing import check_suffix, written
+from m4e_fmi.writing import check_suffix, netcdf, written
 
 NETCDF, CSV, PARQUET = ".nc", ".csv", ".parquet"
+FORMAT = "m4e_fmi_format"
+"""The attribute that has the number of a file's form."""
+FORMAT_NUMBER = 1
+"""That of files which are written now; earlier ones have none."""
+WRITTEN = "give what `m4e-fmi run` or `m4e-fmi simulate` has written"
+_HDF5 = b"\x89HDF"
 
 
 @dataclass(frozen=True)
@@ -33,6 +46,11 @@ class Results:
     time: np.ndarray
     components: dict[str, dict[str, Series]]
     attributes: dict[str, str]
+
+    def __post_init__(self) -> None:
+        named = {c: Named(f"{c} has no variable", one) for c, one in self.components.items()}
+        components = Named(f"{self.path.name} has no component", named)
+        object.__setattr__(self, "components", components)
 
     def __getitem__(self, name: str) -> Series:
         """The series ``component.variable``."""
@@ -58,26 +76,112 @@ class Results:
 
 
 def load(path: str | Path) -> Results:
-    """The results in a file that a run has written."""
+    """The results in a file that a run or a simulation has written.
+
+    Of a run that goes on or was killed: all rows that had reached the disk, each of them complete.
+    InputError for a file that is not there, empty, damaged, of another kind or of a newer form.
+    """
+    path = Path(path)
+    if not path.is_file():
+        what = "is a folder, not a file of results" if path.is_dir() else "no such file"
+        raise InputError.single(what, "", str(path))
+    if not path.stat().st_size:
+        raise InputError.single("is empty: it has no results", "run again", str(path))
+    try:
+        return _of_rows(path) if is_row_file(path) else _of_netcdf(path)
+    except (OSError, RuntimeError) as error:
+        with path.open("rb") as file:
+            known = file.read(len(_HDF5)) == _HDF5
+        message = "is cut off or damaged" if known else "is not a file of results (netCDF)"
+        remedy = "copy it again, or run again" if known else WRITTEN
+        raise InputError.single(f"{message}: {error}", remedy, str(path)) from error
+
+
+def _of_rows(path: Path) -> Results:
+    attributes, variables = read_rows(path)
+    _check_format(path, attributes)
+    components: dict[str, dict[str, Series]] = {}
+    for column, values in variables[1:]:
+        component, _, name = column.name.partition(".")
+        one = column.recorded
+        series = Series(name, column.unit, column.long_name, one.values(values), one)
+        components.setdefault(component, {})[name] = series
+    told = {name: str(value) for name, value in attributes.items()}
+    return Results(path, variables[0][1], components, told)
+
+
+def _of_netcdf(path: Path) -> Results:
     from netCDF4 import Dataset
 
-    with Dataset(Path(path)) as file:
+    with Dataset(path) as file:
         file.set_auto_mask(False)
-        components = Named(
-            "there are no results of a component",
-            {
-                component: Named(
-                    f"{component} has no variable",
-                    {
-                        name: Series(name, variable.units, variable.long_name, variable[:])
-                        for name, variable in group.variables.items()
-                    },
-                )
-                for component, group in file.groups.items()
-            },
-        )
-        attributes = {name: str(file.getncattr(name)) for name in file.ncattrs()}
-        return Results(Path(path), file["time"][:], components, attributes)
+        attributes = {name: file.getncattr(name) for name in file.ncattrs()}
+        _check_format(path, attributes)
+        if "time" not in file.variables:
+            message = "is netCDF, but not results: it has no variable `time`"
+            raise InputError.single(message, WRITTEN, str(path))
+        components = {
+            component: {name: _series(variable) for name, variable in group.variables.items()}
+            for component, group in file.groups.items()
+        }
+        told = {name: str(value) for name, value in attributes.items()}
+        return Results(path, file["time"][:], components, told)
+
+
+def _series(variable: Any) -> Series:
+    told = {name: variable.getncattr(name) for name in variable.ncattrs()}
+    one = recorded_as(variable.dtype, told)
+    return Series(variable.name, told["units"], told["long_name"], one.values(variable[:]), one)
+
+
+def _check_format(path: Path, attributes: Mapping[str, object]) -> None:
+    number = int(str(attributes.get(FORMAT, 0)))
+    if number > FORMAT_NUMBER:
+        message = f"is of format {number}, and this m4e_fmi reads formats up to {FORMAT_NUMBER}"
+        raise InputError.single(message, "update m4e_fmi", str(path))
+
+
+def write_netcdf(
+    path: Path,
+    sections: Sequence[Section],
+    attributes: Mapping[str, str],
+    count: int,
+    blocks: Iterable[Sequence[np.ndarray]],
+    texts: Sequence[str] = (),
+) -> None:
+    """Write `count` rows as netCDF-4 to `path`, which appears whole or not at all.
+
+    Each of `blocks` holds further rows: the times (rows, 1), then an array (rows, columns) for each
+    of `sections`; what is not Real is there as cells, Strings by their places among `texts`.
+    RunError if the file cannot be written.
+    """
+    with written(path) as part:
+        with netcdf(part) as file:
+            file.set_fill_off()  # every value is written
+            file.setncatts({FORMAT: FORMAT_NUMBER, **attributes})
+            file.createDimension("time", count)
+            variables = []
+            for section in (TIME, *sections):
+                group = file.createGroup(section.component) if section.component else file
+                if section.component:
+                    group.setncatts(section.attributes)
+                variables.append([])
+                for column in section.columns:
+                    one = column.recorded
+                    variable = group.createVariable(column.name, one.file_type, ("time",))
+                    told = {"units": column.unit, "long_name": column.long_name}
+                    variable.setncatts({**told, **one.attributes})
+                    variables[-1].append((variable, one))
+            file.set_auto_maskandscale(False)  # nothing is missing, nothing is packed
+            first = 0
+            for block in blocks:  # after all declarations: half the time
+                last = first + len(block[0])
+                for members, values in zip(variables, block, strict=True):
+                    for (variable, one), column in zip(members, values.T, strict=True):
+                        variable[first:last] = one.stored(column, texts.__getitem__)
+                first = last
+        with part.open("rb+") as whole:
+            os.fsync(whole.fileno())
 
 
 def stream_of(path: str | Path) -> Path:
@@ -105,12 +209,18 @@ def export(results: Path, path: Path) -> None:
 
 def _write_csv(results: Results, path: Path) -> None:
     series = results.series
-    rows = np.column_stack([results.time, *(one.values for one in series.values())])
+    columns = [results.time.tolist(), *(_plain(one) for one in series.values())]
     with written(path) as part, part.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         units = (f"{name} [{one.unit}]" for name, one in series.items())
         writer.writerow(["time [s]", *units])
-        writer.writerows(rows.tolist())  # all digits of each number
+        writer.writerows(zip(*columns, strict=True))
+
+
+def _plain(series: Series) -> list:
+    """The values as they stand in CSV: all digits of numbers, 0 or 1 for Booleans, texts."""
+    values = series.values
+    return (values.astype(np.int8) if values.dtype == bool else values).tolist()
 
 
 def _write_parquet(results: Results, path: Path) -> None:
@@ -118,11 +228,23 @@ def _write_parquet(results: Results, path: Path) -> None:
     import pyarrow.parquet  # pyright: ignore[reportMissingImports]
 
     columns = {"time": Series("time", "s", "simulated time", results.time), **results.series}
+    arrays = [
+        pyarrow.array(one.values, pyarrow.string() if one.recorded.is_text else None)
+        for one in columns.values()
+    ]
     fields = [
-        pyarrow.field(name, pyarrow.float64(), metadata={"unit": s.unit, "long_name": s.long_name})
-        for name, s in columns.items()
+        pyarrow.field(name, array.type, metadata=_parquet_metadata(one))
+        for (name, one), array in zip(columns.items(), arrays, strict=True)
     ]
     schema = pyarrow.schema(fields, metadata=results.attributes)
-    arrays = [pyarrow.array(one.values) for one in columns.values()]
     with written(path) as part:
         pyarrow.parquet.write_table(pyarrow.table(arrays, schema=schema), part)
+
+
+def _parquet_metadata(series: Series) -> dict[str, str]:
+    items = dict(series.recorded.items)
+    return {
+        "unit": series.unit,
+        "long_name": series.long_name,
+        **({"items": json.dumps(items)} if items else {}),
+    }

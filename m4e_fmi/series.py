@@ -6,9 +6,14 @@ from typing import Any
 
 import numpy as np
 
+from m4e_fmi.recorded import REAL, Recorded
+
 
 class Series(np.ndarray):
     """Values of one variable over time, with its `name`, its `unit` and what it is (`long_name`).
+
+    They are in the type of what was `recorded`: floats, whole numbers (an enumeration's items by
+    their numbers), truth values, or objects that are texts.
 
     NumPy and matplotlib take it as the array it is. A slice and a copy keep name and unit; the
     results of arithmetic and of NumPy's functions, whose units are others, are plain arrays.
@@ -17,10 +22,13 @@ class Series(np.ndarray):
     name: str
     unit: str
     long_name: str
+    recorded: Recorded
 
-    def __new__(cls, name: str, unit: str, long_name: str, values: Any) -> Series:
+    def __new__(
+        cls, name: str, unit: str, long_name: str, values: Any, recorded: Recorded = REAL
+    ) -> Series:
         made = np.asarray(values).view(cls)
-        made.name, made.unit, made.long_name = name, unit, long_name
+        made.name, made.unit, made.long_name, made.recorded = name, unit, long_name, recorded
         return made
 
     @property
@@ -30,9 +38,11 @@ class Series(np.ndarray):
 
     def __array_finalize__(self, source: Any) -> None:
         self.name = self.unit = self.long_name = ""
+        self.recorded = REAL
 
     def _named_like(self, other: Series) -> Series:
         self.name, self.unit, self.long_name = other.name, other.unit, other.long_name
+        self.recorded = other.recorded
         return self
 
     def __getitem__(self, index: Any) -> Any:
@@ -54,7 +64,7 @@ class Series(np.ndarray):
         return _plain(result)
 
     def __reduce__(self) -> Any:
-        return Series, (self.name, self.unit, self.long_name, self.values)
+        return Series, (self.name, self.unit, self.long_name, self.values, self.recorded)
 
     def __repr__(self) -> str:
         head = f"{self.name} [{self.unit}]" if self.name else "Series"

@@ -3,7 +3,13 @@
 from __future__ import annotations
 
 import errno
+import hashlib
 import os
+import platform
+import re
+import shutil
+import sys
+import time
 import uuid
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
@@ -14,6 +20,12 @@ from m4e_fmi.errors import InputError, RunError
 
 PROBE = 2**18
 """Bytes: more than what is left of a disk on which a block of results did not fit, usually."""
+OLD = 86400.0
+"""Seconds after which a part of a file is left over, whoever writes it."""
+_PATIENCE = 2.0
+"""Seconds that a file which is open elsewhere gets; Windows does not replace one."""
+_HOST = hashlib.sha256(platform.node().encode()).hexdigest()[:8]
+_PART = re.compile(r"\.part-([0-9a-f]{8})-(\d+)-")
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 _FORBIDDEN = (errno.EROFS, errno.EACCES, errno.EPERM)
 _REMEDIES = {
@@ -39,7 +51,7 @@ def written(path: str | Path) -> Iterator[Path]:
     Folders are made where there are none. RunError, and no file, if one cannot be written.
     """
     path = Path(path)
-    part = path.with_name(f".{uuid.uuid4().hex}{path.suffix}")
+    part = path.with_name(f"{part_prefix()}{uuid.uuid4().hex}{path.suffix}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         if path.exists() and not path.is_file():  # a device would be replaced by a file
@@ -47,12 +59,55 @@ def written(path: str | Path) -> Iterator[Path]:
         if path.exists() and not os.access(path, os.W_OK):
             raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
         yield part
-        part.replace(path)
+        _replace(path, part)
     except OSError as error:
         raise cannot_write(path, error) from error
     finally:
         with suppress(OSError):
             part.unlink(missing_ok=True)
+
+
+def part_prefix() -> str:
+    """How the names of files and folders begin that this process writes before it renames them."""
+    return f".part-{_HOST}-{os.getpid()}-"
+
+
+def remove_leftovers(folder: Path) -> None:
+    """Remove what killed processes have left in `folder` of files that they were writing.
+
+    Left over is what a process of this machine was writing that has ended, and what is `OLD`.
+    """
+    for part in folder.glob(".part-*"):
+        found = _PART.match(part.name)
+        with suppress(OSError):
+            if found and (_has_ended(*found.groups()) or part.stat().st_mtime < time.time() - OLD):
+                shutil.rmtree(part) if part.is_dir() else part.unlink()
+
+
+def _has_ended(host: str, process: str) -> bool:
+    if host != _HOST or int(process) == os.getpid():
+        return False
+    if sys.platform == "win32":
+        return True  # Windows removes no file that is open
+    try:
+        os.kill(int(process), 0)
+    except (ProcessLookupError, OverflowError):
+        return True
+    except PermissionError:  # somebody else's
+        return False
+    return False
+
+
+def _replace(path: Path, part: Path) -> None:
+    end = time.monotonic() + _PATIENCE
+    while True:
+        try:
+            part.replace(path)
+            return
+        except PermissionError:
+            if sys.platform != "win32" or time.monotonic() > end:
+                raise
+            time.sleep(0.05)
 
 
 def cannot_write(path: Path, error: Exception) -> RunError:
@@ -67,7 +122,7 @@ def _plain_cause(path: Path) -> OSError | None:
     """Why a plain file beside `path` cannot be written; None if it can, or there is no folder."""
     if not path.parent.is_dir():
         return None
-    probe = path.with_name(f".{uuid.uuid4().hex}")
+    probe = path.with_name(f"{part_prefix()}{uuid.uuid4().hex}")
     try:
         probe.write_bytes(bytes(PROBE))
     except OSError as error:

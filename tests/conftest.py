@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from support.c_fmus.build import build
+from support.c_fmus.kinds import build_kinds
 from support.c_fmus.versions import build_version
 
 
@@ -21,6 +22,9 @@ def c_fmu(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
 
     def built(name: str) -> Path:
         version, colon, model = name.partition(":")
+        what, *options = (model or name).split("+")
+        if what == "kinds":
+            return build_kinds(int(version) if colon else 2, options, folder)
         return build_version(version, model, folder) if colon else build(name, folder)
 
     return cache(built)

@@ -1,4 +1,5 @@
-"""The command `m4e-fmi`. Exit codes: 0 done, 1 the work failed, 2 wrong input or usage.
+"""The command `m4e-fmi`. Exit codes: 0 done, 1 the work failed, 2 wrong input or usage; 130 after
+Ctrl-C, 128 plus its number after another signal that asks for the end.
 
 One module for each command: `add` says what it takes, `_run` does it. `options` has what they
 share. Nothing heavy is imported before a command runs, so that `--help` answers at once.
@@ -9,11 +10,13 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 
 import m4e_fmi
 from m4e_fmi.cli import build, doctor, draw, equations, info, linearize, run, simulate, validate
 from m4e_fmi.cli.options import EXIT_FAILED
 from m4e_fmi.errors import InputError, M4eError, RunError
+from m4e_fmi.signals import Terminated, ending_cleanly
 
 EXIT_USAGE = 2
 EXIT_INTERRUPTED = 130
@@ -24,8 +27,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit code."""
     options = _parser().parse_args(arguments)
     try:
-        code = options.command(options) or 0
-        sys.stdout.flush()
+        with ending_cleanly():
+            code = options.command(options) or 0
+            sys.stdout.flush()
         return code
     except InputError as error:
         print(f"error: {error}", file=sys.stderr)
@@ -39,6 +43,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
         return EXIT_INTERRUPTED
+    except Terminated as error:
+        with suppress(OSError):  # the terminal may be gone
+            print(error, file=sys.stderr)
+        return error.code
     except BrokenPipeError:
         sys.stderr.close()  # the reader of our output has left: nothing to tell it
         return 0

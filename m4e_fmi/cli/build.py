@@ -75,7 +75,22 @@ def _run(options: argparse.Namespace) -> None:
         return
     if options.ssp:
         raise InputError.single("--ssp packs a system, not the FMU of a model")
-    from m4e_fmi.fmu import build_fmu, matching
+    from m4e_fmi.files_read import files_read
+    from m4e_fmi.fmu.build_record import BuildRecord, write_record
+    from m4e_fmi.writing import remove_leftovers
+
+    remove_leftovers(options.build_folder)
+    with files_read() as files:
+        path, content = _build_model(options)
+    write_record(path, BuildRecord(fmu=content, files=files))
+    print_files([path])
+
+
+def _build_model(options: argparse.Namespace) -> tuple[Path, str]:
+    """The FMU of a model, and the SHA-256 of its content."""
+    from m4e_fmi.fmu import Options, matching
+    from m4e_fmi.fmu.archive import write_archive
+    from m4e_fmi.fmu.build import fmu_files
     from m4e_fmi.model import load_model
     from m4e_fmi.multibody import model_program
 
@@ -88,12 +103,12 @@ def _run(options: argparse.Namespace) -> None:
         program = model_program(model, inputs=matching(program.inputs, options.inputs, "input"))
     documentation: dict[str, bytes] = {}
     if not options.no_documentation:
-        from m4e_fmi.fmu import Options
         from m4e_fmi.report import fmu_documentation
 
         documentation = fmu_documentation(model, program, Options(**chosen))
     path = options.build_folder / f"{program.name}.fmu"
-    print_files([build_fmu(program, path, documentation=documentation, **chosen)])
+    asked = Options(documentation=documentation, **chosen)
+    return path, write_archive(fmu_files(program, asked), path)
 
 
 def _build_system(options: argparse.Namespace) -> None:

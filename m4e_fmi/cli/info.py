@@ -46,7 +46,7 @@ def _run(options: argparse.Namespace) -> None:
             check_picture_path(options.output_file)
         system = load_system(options.source).changed(algorithm=options.algorithm)
         folder = options.build_folder
-        prepared = prepare(system, build_directory=folder, tell=say, refuse_loops=False)
+        prepared = prepare(system, build_directory=folder, tell=say)
         print(prepared)
         if options.output_file:
             print_files([draw_system(prepared, options.output_file)])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from m4e_fmi.cli.options import (
     add_build_folder,
@@ -16,6 +17,9 @@ from m4e_fmi.cli.options import (
     say,
     start_values,
 )
+
+if TYPE_CHECKING:
+    from m4e_fmi.cosim import System
 
 
 def add(commands: argparse._SubParsersAction) -> None:
@@ -41,7 +45,7 @@ def add(commands: argparse._SubParsersAction) -> None:
         action="extend",
         default=[],
         metavar="NAME",
-        help="what the results hold, as 'buoy.*'; default: all outputs but arrays",
+        help="what the results hold, as 'buoy.*'; default: all outputs, of arrays those connected",
     )
     command.add_argument(
         "--parameters",
@@ -57,8 +61,9 @@ def add(commands: argparse._SubParsersAction) -> None:
 
 
 def _run(options: argparse.Namespace) -> None:
-    from m4e_fmi.cosim import prepare, read_parameters, run
-    from m4e_fmi.report import plot_run, progress_bar, run_summary
+    from m4e_fmi.cosim import read_parameters
+    from m4e_fmi.locks import claimed
+    from m4e_fmi.results import stream_of
 
     values = read_parameters(options.parameters) if options.parameters else {}
     system = load_system(options.system).changed(
@@ -69,6 +74,14 @@ def _run(options: argparse.Namespace) -> None:
         algorithm=options.algorithm,
     )
     output = output_file(options, system.name)
+    with claimed(stream_of(output)):  # and the picture
+        _run_to(output, system, options)
+
+
+def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
+    from m4e_fmi.cosim import prepare, run
+    from m4e_fmi.report import plot_run, progress_bar, run_summary
+
     prepared = prepare(
         system, build_directory=options.build_folder, native=options.native, tell=say
     )
@@ -82,6 +95,7 @@ def _run(options: argparse.Namespace) -> None:
             progress=progress,
             check=options.check,
             variables=options.variables,
+            tell=say,
         )
     assert outcome.path is not None
     picture = plot_run(outcome.path, output.with_suffix(".png"))

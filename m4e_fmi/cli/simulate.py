@@ -65,7 +65,20 @@ def add(commands: argparse._SubParsersAction) -> None:
 
 
 def _run(options: argparse.Namespace) -> None:
+    from m4e_fmi.locks import claimed
     from m4e_fmi.model import load_model
+    from m4e_fmi.results import stream_of
+
+    model = load_model(options.model)
+    output = output_file(options, model.name)
+    animation = _animation_file(options, model.name)
+    with claimed(stream_of(output)):  # and the pictures
+        _simulate_to(output, animation, model, options)
+
+
+def _simulate_to(
+    output: Path, animation: Path | None, model: Model, options: argparse.Namespace
+) -> None:
     from m4e_fmi.report import (
         animate,
         plot_simulation,
@@ -75,9 +88,6 @@ def _run(options: argparse.Namespace) -> None:
     )
     from m4e_fmi.simulate import Watch, simulate
 
-    model = load_model(options.model)
-    output = output_file(options, model.name)
-    animation = _animation_file(options, model.name)
     events = [Watch(name) for name in options.event]
     events += [Watch(name, terminal=True) for name in options.stop_at]
     with progress_bar(options.stop_time) as progress:

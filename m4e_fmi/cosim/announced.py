@@ -19,6 +19,7 @@ from functools import partial
 
 import numpy as np
 
+from m4e_fmi.cosim.connect import Port
 from m4e_fmi.cosim.instance import WARNING, Instance
 from m4e_fmi.cosim.network import Network
 from m4e_fmi.cosim.system import SECOND
@@ -50,9 +51,10 @@ class Announced:
 
     def __init__(self, network: Network) -> None:
         self._readers: list[Callable[[], float]] = []
-        for instance in network.instances.values():
+        for name, instance in network.instances.items():
+            place = network.known(Port(name, NEXT_EVENT_TIME))
             if announces(instance.description):
-                self._readers.append(_reader(instance))
+                self._readers.append(_reader(instance, network.values, place))
             elif instance.description.has_events:
                 self._readers.append(partial(_next_event, instance))
 
@@ -71,15 +73,20 @@ def _next_event(instance: Instance) -> float:
     return instance.events.next_event
 
 
-def _reader(instance: Instance) -> Callable[[], float]:
-    """Reads the announced time [s] of an FMU; RunError if that fails, or is no number."""
+def _reader(instance: Instance, values: np.ndarray, place: int | None) -> Callable[[], float]:
+    """Reads the announced time [s] of an FMU; RunError if that fails, or is no number.
+
+    It is at a `place` of `values`; where there is none, the FMU tells it.
+    """
     names, value = (NEXT_EVENT_TIME,), np.zeros(1)
     call = instance.own_getter(names, value)
+    if place is not None:
+        value = values[place : place + 1]
     unit = instance.description.variables[NEXT_EVENT_TIME].dimension
     factor = 1.0 if unit is None else unit.factor
 
     def read() -> float:
-        status = call()
+        status = call() if place is None else 0
         if status > WARNING:
             instance.fail(status, "fmi2GetReal")
         if not math.isfinite(value[0]):

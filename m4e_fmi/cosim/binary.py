@@ -30,7 +30,7 @@ class Binary:
 
     def __init__(self, description: Description, *, origin: str) -> None:
         self.in_use = 0
-        self._unpacked = Unpacked(description.path)
+        self._unpacked = Unpacked(description.path, description.content)
         _keep_signatures(CLASSES[description.version])
         here = Path.cwd()
         try:

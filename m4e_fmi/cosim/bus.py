@@ -1,9 +1,10 @@
 """Buses: signals with names of their own, between those that give them and those that take them.
 
-A bus is declared with its signals and their units. On a connection it stands where a component
-stands: what leads to a signal gives it, what leads from it takes it. Each signal has one source, of
-its dimension; values are converted to the signal's unit, and from there to each taker's. Nothing
-passes through a bus at run time: a connection to it and one from it make one link.
+A bus is declared with its signals and their units; of a signal that is not Real the type stands
+there. On a connection it stands where a component stands: what leads to a signal gives it, what
+leads from it takes it. Each signal has one source, of its dimension; values are converted to the
+signal's unit, and from there to each taker's. Nothing passes through a bus at run time: a
+connection to it and one from it make one link.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from m4e_fmi.cosim.system import System
+from m4e_fmi.cosim.type_rules import REAL, TYPES
 from m4e_fmi.errors import Problem
 from m4e_fmi.fmu.reading import Variable
 from m4e_fmi.units import parse_unit
@@ -57,10 +59,12 @@ def bus_problems(system: System) -> Iterator[Problem]:
             message = f"{bus!r} is a bus, and also a component"
             yield system.problem(("buses", bus), message, "rename one of the two")
         for name, unit in signals.items():
+            if unit in TYPES:
+                continue
             try:
                 parse_unit(unit)
             except ValueError as error:
-                remedy = "write it like N.s/m or kg.m2, and 1 for none"
+                remedy = "write it like N.s/m or kg.m2, and 1 for none; or a type, like Boolean"
                 yield system.problem(("buses", bus, name), str(error), remedy)
 
 
@@ -100,10 +104,13 @@ def _joined(giving: Link, taking: Link) -> Link:
     """One link of two: ``taking.factor · (giving.factor · y + giving.offset) + taking.offset``."""
     factor = taking.factor * giving.factor
     offset = taking.factor * giving.offset + taking.offset
-    return replace(taking, source=giving.source, factor=factor, offset=offset)
+    delayed = giving.delayed or taking.delayed
+    return replace(taking, source=giving.source, factor=factor, offset=offset, delayed=delayed)
 
 
 def _variable(name: str, unit: str) -> Variable:
+    kind = unit if unit in TYPES else REAL
+    unit = unit if kind == REAL else ""
     try:
         dimension = parse_unit(unit)
     except ValueError:
@@ -111,9 +118,9 @@ def _variable(name: str, unit: str) -> Variable:
     return Variable(
         name=name,
         value_reference=0,
-        type="Real",
+        type=kind,
         causality=BUS,
-        variability="continuous",
+        variability="continuous" if kind == REAL else "discrete",
         initial=None,
         unit=unit,
         dimension=dimension,

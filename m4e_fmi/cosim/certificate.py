@@ -1,7 +1,7 @@
 """How far the coupling is off: the estimated error of each connection.
 
 A run makes some of its steps a second time, in half as many that are twice as long, or where these
-cannot be in twice as many that are half as long (`witness`).
+cannot be in twice as many that are half as long; all of them are watched for kinks (`witness`).
 With `--check` all of it is made again at half the step; two runs of order p, y at the step H and z
 at H/2, differ by most of the error of the first:
 
@@ -21,6 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from m4e_fmi.cosim.connect import Port
+from m4e_fmi.cosim.coverage import Coverage
 from m4e_fmi.cosim.network import Network
 from m4e_fmi.cosim.system import SECOND
 from m4e_fmi.shown import short
@@ -28,20 +29,24 @@ from m4e_fmi.shown import short
 
 @dataclass(frozen=True)
 class CouplingError:
-    """The largest error over the range of one connection, and the output that has it."""
+    """The largest error over the range of one connection, and the output that has it.
+
+    `halved` is what half the step would give.
+    """
 
     connection: str
     source: Port
     error: float
+    halved: float
 
 
 @short
 @dataclass(frozen=True)
 class Certificate:
-    """Estimated coupling errors of a run, the largest first, and what half the step would give."""
+    """Estimated coupling errors of a run, the largest first, and how much of it was watched."""
 
     errors: tuple[CouplingError, ...]
-    factor: float
+    coverage: Coverage | None = None
 
     def __str__(self) -> str:
         if not self.errors:
@@ -49,7 +54,7 @@ class Certificate:
         worst = self.errors[0]
         return (
             f"largest coupling error {worst.error:.1e} of range, at {worst.source} "
-            f"({worst.connection}); halve the step for {worst.error / self.factor:.1e}"
+            f"({worst.connection}); halve the step for {worst.halved:.1e}"
         )
 
 
@@ -68,27 +73,38 @@ class Trace:
         self.points[round(time * SECOND)] = network.values[self._places]
 
 
+def spans(network: Network, ranges: np.ndarray) -> np.ndarray:
+    """The largest range of all judged outputs of its unit for each of them; 0 if none has any."""
+    units = [network.unit(port) for _, port in network.judged]
+    of_unit: dict[str, float] = {}
+    for unit, span in zip(units, ranges.tolist(), strict=True):
+        of_unit[unit] = max(span, of_unit.get(unit, 0.0))
+    return np.array([of_unit[unit] for unit in units])
+
+
 def certificate(
     network: Network,
     connections: Sequence[str],
     *,
     errors: np.ndarray,
+    halved: np.ndarray,
     ranges: np.ndarray,
-    order: float,
+    coverage: Coverage | None = None,
 ) -> Certificate:
-    """The certificate of a run of this order; `errors` and `ranges` are of the judged outputs."""
-    units = [network.unit(port) for _, port in network.judged]
-    of_unit: dict[str, float] = {}
-    for unit, span in zip(units, ranges.tolist(), strict=True):
-        of_unit[unit] = max(span, of_unit.get(unit, 0.0))
+    """The certificate of a run; `errors`, what half the step would leave of them, and `ranges` are
+    of the judged outputs, each in its unit.
+    """
     largest: dict[int, CouplingError] = {}
-    for (connection, port), unit, error in zip(network.judged, units, errors.tolist(), strict=True):
-        relative = error / of_unit[unit] if of_unit[unit] else 0.0
+    found = (spans(network, ranges), errors, halved)
+    for (connection, port), span, *both in zip(
+        network.judged, *map(np.ndarray.tolist, found), strict=True
+    ):
+        error, half = (value / span if span else 0.0 for value in both)
         known = largest.get(connection)
-        if known is None or relative > known.error:
-            largest[connection] = CouplingError(connections[connection], port, relative)
+        if known is None or error > known.error:
+            largest[connection] = CouplingError(connections[connection], port, error, half)
     ordered = sorted(largest.values(), key=lambda found: -found.error)
-    return Certificate(tuple(ordered), 2.0**order)
+    return Certificate(tuple(ordered), coverage)
 
 
 def compared(run: Trace, finer: Trace, connections: Sequence[str], order: float) -> Certificate:
@@ -100,5 +116,5 @@ def compared(run: Trace, finer: Trace, connections: Sequence[str], order: float)
     second = np.array([finer.points[time] for time in common])
     share = 2.0**order / (2.0**order - 1)
     errors = np.abs(first - second).max(axis=0) * share
-    ranges = np.ptp(second, axis=0)
-    return certificate(network, connections, errors=errors, ranges=ranges, order=order)
+    ranges, halved = np.ptp(second, axis=0), errors / 2.0**order
+    return certificate(network, connections, errors=errors, halved=halved, ranges=ranges)

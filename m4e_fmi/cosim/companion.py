@@ -13,22 +13,36 @@ from dataclasses import replace
 import numpy as np
 
 from m4e_fmi.cosim.algorithms import Algorithm
+from m4e_fmi.cosim.coverage import Coverage
 from m4e_fmi.cosim.energy import BLOCK, EnergyBalance
 from m4e_fmi.cosim.network import TWICE, Change, Network
 from m4e_fmi.cosim.operations import Operation, gather
+from m4e_fmi.cosim.roughness import Roughness, fourth_differences
 from m4e_fmi.cosim.stepping import Course
 from m4e_fmi.cosim.system import SECOND, Simulation
-from m4e_fmi.cosim.witness import FAR, off
+from m4e_fmi.cosim.witness import FAR, NOISE, SMALL, off
 from m4e_fmi.errors import RunError
+
+KINKED = 0.5
+"""Order that is taken where outputs have kinks: two courses may meet a kink alike, by chance."""
+HISTORY = 4
+"""Steps before a block that are needed for its fourth differences."""
 
 
 class Recorder:
-    """Keeps the values of some outputs, `sources`, at the points that a run comes to: `count`."""
+    """Keeps the values of some outputs, `sources`, at the points that a run comes to: `count`.
+
+    `kinks` (n,) are the largest fourth differences of the sources in steps that are rough at once.
+    """
 
     room, open = FAR, True
 
     def __init__(self, network: Network, sources: np.ndarray) -> None:
         self._network, self._sources = network, sources
+        self._roughness = Roughness(network)
+        self._last = np.zeros((0, len(sources)))
+        self._size = 0
+        self.kinks = np.zeros(len(sources))
         self._block = np.zeros((BLOCK, len(sources)))
         self._now = round(network.time * SECOND)
         self._times = [np.zeros(0, dtype=np.int64)]
@@ -38,18 +52,37 @@ class Recorder:
     @property
     def operations(self) -> tuple[Operation, ...]:
         """What notes a step in a row of a block."""
-        return (gather(self._block, self._network.values, self._sources),)
+        gathered = gather(self._block, self._network.values, self._sources)
+        return gathered, self._roughness.operation
+
+    @property
+    def open_operations(self) -> tuple[Operation, ...]:
+        """The same: it is always open."""
+        return self.operations
 
     def before(self) -> None:
         """Before a step."""
 
     def after(self, steps: int, size: int, row: int, *, jumped: bool = False) -> None:
         """After so many steps of `size` [ns]; the operations have filled rows from `row` on."""
-        del jumped
+        values = self._block[row : row + steps].copy()
+        if jumped or size != self._size:
+            self._roughness.forget()
+        else:
+            self._note(self._roughness.sudden(row, steps), values)
+        self._last, self._size = values[-HISTORY:], size
         self._times.append(self._now + size * np.arange(1, steps + 1))
         self._now += size * steps
-        self._values.append(self._block[row : row + steps].copy())
+        self._values.append(values)
         self.count += steps
+
+    def _note(self, sudden: np.ndarray, values: np.ndarray) -> None:
+        """Some steps are rough at once."""
+        if len(sudden):
+            rough = fourth_differences(np.concatenate((self._last, values)))
+            found = rough[len(self._last) + sudden].max(axis=0)
+            found[found <= NOISE * np.abs(values).max(axis=0)] = 0.0
+            self.kinks = np.maximum(self.kinks, found)
 
     def take(self, until: int) -> tuple[np.ndarray, np.ndarray]:
         """Times [ns] up to `until` (n,) and the values there (n, sources); they are dropped."""
@@ -64,7 +97,8 @@ class Companion:
     """Follows a run of `network` with `other`, a network of the same system at its start.
 
     `make` gives the algorithm that steps `other`; `simulation` is that of the run. Steps have this
-    `length` over the run's, TWICE or HALF.
+    `length` over the run's, TWICE or HALF. `spans` gives the range of all outputs of its unit for
+    the range of each source.
     """
 
     room, open = FAR, True
@@ -78,6 +112,7 @@ class Companion:
         sources: np.ndarray,
         *,
         length: float,
+        spans: Callable[[np.ndarray], np.ndarray],
     ) -> None:
         self._network, self._copy = network, other
         self._run, self._other = Recorder(network, sources), Recorder(other, sources)
@@ -91,16 +126,25 @@ class Companion:
         self._size, stop = round(size * SECOND), round(simulation.stop_time * SECOND)
         self._rest = stop if all(rate.shortens for rate in other.rates.values()) else None
         self._twice, self._order = length == TWICE, algorithm.order
+        self._spans = spans
         self._steps = 0
         values = network.values[sources]
         self._difference = np.zeros(len(values))
+        self._start = round(network.time * SECOND)
         self._extremes = np.array([values, values])
         self.failure = ""
         """Why nothing can be told, if so."""
+        self.switched = False
+        """Whether discrete values have changed, at other times in the other set."""
 
     @property
     def operations(self) -> tuple[Operation, ...]:
-        """What notes a step of the run in a row of a block."""
+        """Note a step of the run in a row of a block."""
+        return self._run.operations
+
+    @property
+    def open_operations(self) -> tuple[Operation, ...]:
+        """The same: it is always open."""
         return self._run.operations
 
     def before(self) -> None:
@@ -155,9 +199,28 @@ class Companion:
         differences = off(again[theirs], values[mine], largest)
         self._difference = np.maximum(self._difference, differences.max(axis=0, initial=0.0))
 
-    def difference(self) -> np.ndarray:
-        """What the two sets have differed by at most, for each source."""
-        return self._difference * (1.0 if self._twice else 2.0**self._order)
+    def errors(self, *, halved: bool = False) -> np.ndarray:
+        """The largest errors that are known, for each source, in its unit; or at half the step.
+
+        Two courses alone do not tell their order: it is the algorithm's. Where outputs have kinks
+        it changes with where these fall in a step, and is taken as KINKED.
+        """
+        order = float(self._order)
+        found = self._at(order)
+        spans = self._spans(self.ranges())
+        shares = np.divide(found, spans, out=np.zeros_like(spans), where=spans > 0.0)
+        if self.switched or (self._run.kinks > SMALL * shares.max(initial=0.0) * spans).any():
+            order = KINKED
+        return self._at(order) / (2.0**order if halved else 1.0)
+
+    def _at(self, order: float) -> np.ndarray:
+        """The errors of an algorithm of this order."""
+        return self._difference / (2.0**order - 1) * (1.0 if self._twice else 2.0**order)
+
+    def coverage(self) -> Coverage:
+        """All of the run was followed."""
+        start, end = self._start, round(self._network.time * SECOND)
+        return Coverage(start, end, followed=((start, end),))
 
     def ranges(self) -> np.ndarray:
         """How far the values of each source have been apart."""

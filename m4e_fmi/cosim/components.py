@@ -3,26 +3,31 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterator
-from dataclasses import replace
-from functools import cache
-from importlib.util import find_spec
+import sys
+import sysconfig
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from m4e_fmi.code_hash import code_hash
 from m4e_fmi.cosim.system import Component, FmuFile, Kind, ModelFile, System, kind_module, kinds
 from m4e_fmi.errors import InputError, Problem, RunError
+from m4e_fmi.files_read import files_read
+from m4e_fmi.fmu.build_record import BuildRecord, read_record, write_record
 from m4e_fmi.fmu.reading import Description
-from m4e_fmi.writing import cannot_write, written
+from m4e_fmi.writing import remove_leftovers
 
 Tell = Callable[[str], None]
 
 NATIVE = True
 """Whether programs become native FMUs where nobody says how; Python code never does."""
 
-_MODEL_CODE = ("model", "multibody", "program", "fmu", "runtime")
-_KIND_CODE = ("m4e_adapters", "m4e_fmus")
-_SOURCES = {".py", ".c", ".h"}
+_WARNING = "warning"
+"""How lines of progress begin that matter to everyone who uses what is built."""
 
 
 def fmu_files(
@@ -38,23 +43,50 @@ def fmu_files(
     it to `NATIVE` and to whether this machine has a library for them. Python code, as that of the
     mooring, is a Python FMU either way.
 
-    Beside each built ``name.fmu`` a file ``name.stamp`` holds the hash of what it was made from
-    (the model file or configuration, the files it names, and the code that builds); while it
-    agrees, the FMU is used as it is. `tell` is called with one line per step of a build.
+    Beside each built ``name.fmu``, ``name.build.json`` records what it was made from: the files
+    that were read for it, by their content, its configuration, and the code that builds it. While
+    that agrees, the FMU is used as it is. `tell` is called with one line per step of a build, and
+    with the warnings of earlier ones. Processes may build the same at one time: each FMU appears
+    whole or not at all. InputError with all problems; RunError if a file cannot be written.
     """
+    ready = ready_fmus(system, build_directory, native=native, tell=tell)
+    return {name: fmu.path for name, fmu in ready.items()}
+
+
+@dataclass(frozen=True)
+class ReadyFmu:
+    """The FMU of a component; `content` is the SHA-256 of one that was built, "" of others."""
+
+    path: Path
+    content: str = ""
+
+
+def ready_fmus(
+    system: System,
+    build_directory: str | Path = "build",
+    *,
+    native: bool | None = None,
+    tell: Tell | None = None,
+) -> dict[str, ReadyFmu]:
+    """As `fmu_files`."""
     folder = Path(build_directory) / system.name
+    remove_leftovers(folder)
     tell = tell or _silent
     if native is None:
         native = NATIVE and _library_is_there(tell)
-    files: dict[str, Path] = {}
+    files: dict[str, ReadyFmu] = {}
     problems: list[Problem] = []
+    alike: Counter[str] = Counter()  # names that are one file where capitals do not count
     for component in system.components:
-        source = component.source
+        name, source = component.name, component.source
+        alike[name.casefold()] += 1
+        number = alike[name.casefold()]
+        fmu = folder / (f"{name}.fmu" if number == 1 else f"{name}-{number}.fmu")
         try:
-            files[component.name] = (
-                _found(source, folder)
+            files[name] = (
+                ReadyFmu(_found(source, folder))
                 if isinstance(source, FmuFile)
-                else _built(system, component, source, folder, native=native, tell=tell)
+                else _built(system, name, source, fmu, native=native, tell=tell)
             )
         except InputError as error:
             problems += error.problems
@@ -100,87 +132,58 @@ def _silent(_: str) -> None:
 
 
 def _built(
-    system: System,
-    component: Component,
-    source: ModelFile | Kind,
-    folder: Path,
-    *,
-    native: bool,
-    tell: Tell,
-) -> Path:
-    fmu, stamp = folder / f"{component.name}.fmu", folder / f"{component.name}.stamp"
-    wanted = _stamp(system, component.name, source, native=native)
-    if fmu.is_file() and stamp.is_file() and stamp.read_text(encoding="ascii") == wanted:
-        return fmu
-    from m4e_fmi.fmu import build_fmu
+    system: System, name: str, source: ModelFile | Kind, fmu: Path, *, native: bool, tell: Tell
+) -> ReadyFmu:
+    """The FMU of a component, at the path `fmu`."""
+    made_from = _made_from(system, name, source, native=native)
+    record = read_record(fmu)
+    if record is not None and record.is_current(made_from):
+        for warning in record.warnings:
+            tell(f"{name}: {warning}")
+        return ReadyFmu(fmu, record.fmu)
+    from m4e_fmi.fmu import Options
+    from m4e_fmi.fmu.archive import write_archive
+    from m4e_fmi.fmu.build import fmu_files as fmu_archive
     from m4e_fmi.program import Program
 
-    tell(f"{component.name}: building {fmu}")
-    made = _made(system, component.name, source, tell)
-    try:
-        stamp.unlink(missing_ok=True)  # of the FMU that goes now
-    except OSError as error:
-        raise cannot_write(fmu, error) from error
-    build_fmu(made, fmu, native=native and isinstance(made, Program))
-    with written(stamp) as part:
-        part.write_text(wanted, encoding="ascii")
-    return fmu
+    tell(f"{name}: building {fmu}")
+    warnings: list[str] = []
+
+    def progress(text: str) -> None:
+        tell(f"{name}: {text}")
+        if text.startswith(_WARNING):
+            warnings.append(text)
+
+    with files_read() as files:
+        made = _made(system, name, source, progress)
+        options = Options(native=native and isinstance(made, Program))
+        content = write_archive(fmu_archive(made, options), fmu)
+    record = BuildRecord(fmu=content, made_from=made_from, files=files, warnings=tuple(warnings))
+    write_record(fmu, record)
+    return ReadyFmu(fmu, content)
 
 
-def _made(system: System, name: str, source: ModelFile | Kind, tell: Tell) -> Any:
+def _made(system: System, name: str, source: ModelFile | Kind, progress: Tell) -> Any:
     """The Program or PythonSource of a component."""
     if isinstance(source, ModelFile):
         from m4e_fmi.multibody import model_program
 
         return model_program(source.path)
     module = kind_module(source.name)
-    return module.make(
-        source.config,
-        name=name,
-        folder=system.folder,
-        progress=lambda text: tell(f"{name}: {text}"),
-    )
+    return module.make(source.config, name=name, folder=system.folder, progress=progress)
 
 
-def _stamp(system: System, name: str, source: ModelFile | Kind, *, native: bool) -> str:
-    code = [_package_hash(f"m4e_fmi.{part}") for part in _MODEL_CODE]
-    digest = hashlib.sha256("\n".join([name, str(native), *code]).encode())
+def _made_from(system: System, name: str, source: ModelFile | Kind, *, native: bool) -> str:
+    """Hash of what the FMU of a component is made from, but for the content of files."""
+    said: dict[str, Any] = {"name": name, "native": native, "machine": sysconfig.get_platform()}
+    package = ""
     if isinstance(source, ModelFile):
-        digest.update(source.path.read_bytes())
-        return digest.hexdigest()
-    own = kinds()[source.name].value.partition(".")[0]  # all of it: a kind may use any of its files
-    for package in dict.fromkeys((own, *_KIND_CODE)):
-        digest.update(_package_hash(package).encode())
-    digest.update(source.config.model_dump_json().encode())
-    for text in _texts(source.config.model_dump()):
-        path = system.folder / text
-        if len(text) < 1024 and path.is_file():
-            digest.update(path.read_bytes())
-    return digest.hexdigest()
-
-
-def _texts(value: Any) -> Iterator[str]:
-    """All texts in a configuration; those that are file names count with the file's content."""
-    if isinstance(value, str | Path):
-        yield str(value)
-    elif isinstance(value, dict):
-        for item in value.values():
-            yield from _texts(item)
-    elif isinstance(value, list | tuple):
-        for item in value:
-            yield from _texts(item)
-
-
-@cache
-def _package_hash(name: str) -> str:
-    """Hash of all Python and C sources of a package, or of a module."""
-    spec = find_spec(name)
-    digest = hashlib.sha256(name.encode())
-    if spec is None:
-        return digest.hexdigest()
-    folders = [Path(folder) for folder in spec.submodule_search_locations or ()]
-    files = [f for folder in folders for f in folder.rglob("*") if f.suffix in _SOURCES]
-    for file in sorted(files or [Path(spec.origin or "")]):
-        if file.is_file():
-            digest.update(file.read_bytes())
-    return digest.hexdigest()
+        said["model"] = str(source.path.absolute())
+    else:
+        module = kinds()[source.name].value
+        said |= {"kind": module, "folder": str(system.folder.absolute())}
+        said |= {"config": source.config.model_dump(serialize_as_any=True)}
+        package = module.partition(":")[0].partition(".")[0]
+    with np.printoptions(threshold=sys.maxsize, floatmode="unique"):  # arrays with all their digits
+        text = repr((said, code_hash(package)))
+    return hashlib.sha256(text.encode(errors="surrogateescape")).hexdigest()

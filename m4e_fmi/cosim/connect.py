@@ -7,7 +7,8 @@ ways.
 
 ``a.variable -> b.variable`` connects one variable, or all elements of an array given by its base
 name; `connection` tells how a factor and an offset are written. What leads into a parameter is
-carried over once, at initialisation. Values are converted where units differ.
+carried over once, at initialisation. Values are converted where units differ; `type_rules` tells
+which types fit.
 
 A bus of the system (`bus`) may stand on either side, its signals as a component's variables. Its
 name alone is the connector of all its signals that have no dot.
@@ -17,12 +18,14 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from m4e_fmi.cosim.bus import BUS, BusSignal, bus_problems, bus_variables, through_buses
 from m4e_fmi.cosim.connection import Connection, parse_connection
+from m4e_fmi.cosim.dependence import dependency_problems
 from m4e_fmi.cosim.start_values import start_problems
 from m4e_fmi.cosim.system import System
+from m4e_fmi.cosim.type_rules import REAL, misfit
 from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.fmu.reading import Description, Variable
 from m4e_fmi.shown import short
@@ -51,7 +54,9 @@ class Link:
     """`target` takes `factor` · the value of `source` + `offset`.
 
     Both include the conversion between the units of the two FMUs. `connection` is the index of the
-    text that the link comes from.
+    text that the link comes from, `kind` the type of the source. One that is `delayed` carries the
+    value that its source had one communication point before, to a communication point and through
+    the step from there.
     """
 
     source: Port
@@ -59,6 +64,13 @@ class Link:
     connection: int
     factor: float = 1.0
     offset: float = 0.0
+    delayed: bool = False
+    kind: str = REAL
+
+    @property
+    def is_real(self) -> bool:
+        """Whether it carries a Real; other values are exchanged at communication points only."""
+        return self.kind == REAL
 
     @property
     def is_plain(self) -> bool:
@@ -102,6 +114,11 @@ class Wiring:
     unconnected: tuple[Port, ...]
     signals: tuple[BusSignal, ...] = ()
 
+    @property
+    def sources(self) -> tuple[Port, ...]:
+        """The outputs whose values are carried at every communication point."""
+        return tuple(link.source for link in self.links)
+
 
 def connect(system: System, descriptions: Mapping[str, Description]) -> Wiring:
     """The wiring of `system`, whose components' FMUs say `descriptions`.
@@ -116,8 +133,11 @@ def connect(system: System, descriptions: Mapping[str, Description]) -> Wiring:
         links += _Connection(system, variables, index, text, problems).links()
     links = _one_source_each(system, links, problems)
     links, signals = through_buses(links, system.buses)
-    problems += _constant_problems(system, variables, links)
+    links = [replace(k, kind=variables[k.source.component][k.source.variable].type) for k in links]
+    problems += _through_problems(system, variables, links)
     problems += start_problems(system, descriptions)
+    problems += dependency_problems(system, descriptions)
+    problems += _delay_problems(system, descriptions, links)
     problems += _moved_problems(system, descriptions, links)
     problems += _outside_problems(system, descriptions, {link.target for link in links})
     if problems:
@@ -132,7 +152,7 @@ def connect(system: System, descriptions: Mapping[str, Description]) -> Wiring:
     return Wiring(
         links=steady,
         initial_links=tuple(link for link in links if causality(link) == "parameter"),
-        bonds=tuple(_bonds(system, steady)),
+        bonds=tuple(_bonds(system, [link for link in steady if link.is_real])),
         unconnected=tuple(port for port in inputs if port not in driven),
         signals=tuple(signals),
     )
@@ -177,7 +197,7 @@ class _Connection:
         if not written.units_ignored:
             scale, shift = conversion(self._variable(source), self._variable(target))
         factor, offset = written.factor * scale, written.factor * shift + written.offset
-        return Link(source, target, self._index, factor, offset)
+        return Link(source, target, self._index, factor, offset, written.delayed)
 
     def _end(self, text: str, both_ways: bool) -> Port | None:
         """Component and the rest of one end; of a connector, a bus alone."""
@@ -272,9 +292,9 @@ class _Connection:
             self._reject(f"{target} ({take.causality}) is not an input", remedy)
         elif (give.causality, take.causality) == CONSTANT_TO_INPUT:
             self._reject(f"{source} is constant, {target} is an input", CARRIED_ONCE)
-        elif give.type != "Real" or take.type != "Real":
-            remedy = "only Real variables can be connected"
-            self._reject(f"{source} is {give.type}, {target} is {take.type}", remedy)
+        elif found := misfit(give, take, plain=(written.factor, written.offset) == (1.0, 0.0)):
+            what, remedy = found
+            self._reject(f"{source} -> {target}: {source} {what}", remedy)
         else:
             return written.units_ignored or self._units_fit(source, target, written)
         return False
@@ -290,15 +310,32 @@ class _Connection:
         return False
 
 
-def _constant_problems(
+def _through_problems(
     system: System, variables: Mapping[str, Mapping[str, Variable]], links: Iterable[Link]
 ) -> Iterable[Problem]:
-    """Calculated parameters that lead to inputs, over a bus."""
+    """Calculated parameters that lead to inputs over a bus, and types that do not fit."""
     for link in links:
         give, take = (variables[p.component][p.variable] for p in (link.source, link.target))
+        if found := misfit(give, take, plain=link.is_plain):
+            message = f"{link}: {link.source} {found[0]}"
+            yield system.problem(("connections", link.connection), message, found[1])
         if (give.causality, take.causality) == CONSTANT_TO_INPUT:
             message = f"{link.source} is constant, {link.target} is an input"
             yield system.problem(("connections", link.connection), message, CARRIED_ONCE)
+
+
+def _delay_problems(
+    system: System, descriptions: Mapping[str, Description], links: Iterable[Link]
+) -> Iterable[Problem]:
+    """Parameters that take values with a delay."""
+    for link in links:
+        taking = descriptions[link.target.component].variables[link.target.variable]
+        if link.delayed and taking.causality == "parameter":
+            message = (
+                f"{link.target} is a parameter, to which values are carried once, at the start"
+            )
+            remedy = "leave out ', delayed'"
+            yield system.problem(("connections", link.connection), message, remedy)
 
 
 def conversion(give: Variable, take: Variable) -> tuple[float, float]:
@@ -328,6 +365,8 @@ def _one_source_each(system: System, links: list[Link], problems: list[Problem])
                 "or connect both to a component of 'kind: sum', and its sum here"
             )
             problems.append(system.problem(("connections", link.connection), message, remedy))
+        elif link.delayed:  # beside a connector that carries it, too
+            first[link.target] = link
     return list(first.values())
 
 

@@ -4,9 +4,11 @@
     a.variable -> b.variable
     a.variable * 2.5 + 1 -> b.variable
     a.variable * 2.5 + 1 -> b.variable, units ignored
+    a.variable -> b.variable, delayed
 
 Factor and offset act on the value in the target's unit: it is converted first. Where units are
-ignored, they act on the bare number.
+ignored, they act on the bare number. What is delayed is carried over one step late. Both may
+stand behind a connection: ``, units ignored, delayed``.
 """
 
 from __future__ import annotations
@@ -21,7 +23,7 @@ _TEXT = re.compile(
     rf"(?:\s+\*\s+(?P<factor>{_NUMBER}))?"
     rf"(?:\s+(?P<sign>[+-])\s+(?P<offset>{_NUMBER}))?"
     r"\s*(?P<arrow><->|->)\s*(?P<right>\S.*?)"
-    r"(?P<ignored>\s*,\s*units ignored)?\s*$"
+    r"(?P<ignored>\s*,\s*units ignored)?(?P<delayed>\s*,\s*delayed)?\s*$"
 )
 _OPERATOR = re.compile(r"\s[*/+-]\s")
 
@@ -31,7 +33,7 @@ class Connection:
     """A connection's text in parts: target = `factor` · source + `offset`.
 
     `left` and `right` are ``component.name``; with `both_ways` they name groups, whose members
-    are carried as they are.
+    are carried as they are. One that is `delayed` carries the value of the step before.
     """
 
     left: str
@@ -40,6 +42,7 @@ class Connection:
     factor: float = 1.0
     offset: float = 0.0
     units_ignored: bool = False
+    delayed: bool = False
 
     def __str__(self) -> str:
         text = self.left
@@ -48,7 +51,8 @@ class Connection:
         if self.offset != 0.0:
             text += f" {'-' if self.offset < 0 else '+'} {abs(self.offset)!r}"
         text += f" {'<->' if self.both_ways else '->'} {self.right}"
-        return text + (", units ignored" if self.units_ignored else "")
+        text += ", units ignored" if self.units_ignored else ""
+        return text + (", delayed" if self.delayed else "")
 
 
 def parse_connection(text: str) -> Connection:
@@ -67,6 +71,7 @@ def parse_connection(text: str) -> Connection:
         factor=factor,
         offset=offset,
         units_ignored=match["ignored"] is not None,
+        delayed=match["delayed"] is not None,
     )
     if _OPERATOR.search(found.left):
         remedy = "one number may follow '*', and after that one '+' or '-': 'a.y * 2.5 + 1 -> b.u'"
@@ -76,4 +81,7 @@ def parse_connection(text: str) -> Connection:
     if found.both_ways and (factor, offset, found.units_ignored) != (1.0, 0.0, False):
         remedy = "connect single variables with '->'; units are converted in both"
         raise ValueError("a connector '<->' takes no factor, no offset and heeds units", remedy)
+    if found.both_ways and found.delayed:
+        remedy = "beside it, write 'a.g.y -> b.g.y, delayed' for each variable that is to be late"
+        raise ValueError("a connector '<->' is not delayed as a whole", remedy)
     return found

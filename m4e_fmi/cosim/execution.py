@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from m4e_fmi.cosim.connect import Port, Wiring
 from m4e_fmi.cosim.master import Master, State
 from m4e_fmi.cosim.start_values import Value, value_of
+from m4e_fmi.cosim.type_rules import TYPES
 from m4e_fmi.errors import InputError, RunError, UnknownNameError, suggestion
 from m4e_fmi.fmu.reading import Description, Variable
 from m4e_fmi.shown import listing
@@ -25,8 +26,11 @@ class CommunicationPoint:
         self._execution = execution
         self.time = time
 
-    def __getitem__(self, name: str) -> float:
-        """The value of a Real variable, in the unit of its FMU; RunError once the run is past."""
+    def __getitem__(self, name: str) -> Any:
+        """The value of a variable, in its own type and the unit of its FMU.
+
+        An item of an enumeration is its number. RunError once the run is past.
+        """
         if self._execution.point is not self:
             raise RunError(
                 f"the run has left t = {self.time:.9g} s: {name} cannot be read there any more",
@@ -42,8 +46,9 @@ class Execution:
     """A run in progress, at a communication point: see `start`.
 
     Iterating over it gives the present point, then makes a step for each further one, to the stop
-    time. ``run["component.variable"]`` reads a Real variable, assigning to it sets a variable, in
-    the unit of its FMU. `outcome` is there when the ``with`` block has ended without an error.
+    time. ``run["component.variable"]`` reads a variable, assigning to it sets it, in the unit of
+    its FMU; an item of an enumeration is read by its number. `outcome` is there when the ``with``
+    block has ended without an error.
     """
 
     def __init__(
@@ -107,13 +112,13 @@ class Execution:
         self._master.restore(state)
         return self._arrived()
 
-    def __getitem__(self, name: str) -> float:
+    def __getitem__(self, name: str) -> Any:
         self._refresh()
         port, variable = self._variable(name)
-        if variable.type != "Real":
-            raise InputError.single(f"{port} is of type {variable.type}", "only Reals can be read")
+        if variable.type not in TYPES:
+            raise InputError.single(f"{port} is of type {variable.type}", "it cannot be read")
         value = self._master.network.read(name)
-        if not math.isfinite(value):
+        if isinstance(value, float) and not math.isfinite(value):
             raise RunError(f"{port} at t = {self.time:.9g} s is {value}", "check what was set")
         return value
 

@@ -17,18 +17,25 @@ import numpy as np
 from m4e_fmi.cosim.binary import Binary
 from m4e_fmi.cosim.standards import (
     DISCARD,
+    DOES_NOT_FIT,
     EARLY,
     ERROR,
     FATAL,
     RESTLESS,
     STANDARDS,
     WARNING,
+    Access,
     Call,
     Events,
     RawCall,
     Standard,
     Status,
+    Taken,
+    Texts,
+    Value,
+    value_in,
 )
+from m4e_fmi.cosim.type_rules import REAL
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.messages import STATUS, Messages
 from m4e_fmi.fmu.reading import Description
@@ -69,6 +76,8 @@ class Instance:
         self.scales: dict[str, tuple[float, float]] = {}
         self._states: dict[int, ctypes.c_void_p] = {}
         self._readers: dict[str, tuple[Call, np.ndarray]] = {}
+        self._typed: dict[str, tuple[Access, np.ndarray]] = {}
+        self._texts = Texts()
         self._binary = binary
         self._fmu = STANDARDS[description.version](binary.functions, description, self.fail)
         try:
@@ -101,7 +110,7 @@ class Instance:
         self.time = start
         self._usable.setup(start=start, stop=stop, tolerance=tolerance)
 
-    def set_values(self, values: Mapping[str, float | int | bool | str]) -> None:
+    def set_values(self, values: Mapping[str, Value]) -> None:
         """Set variables of any type by name, as far as FMI lets them be set at this time."""
         if values:
             self._usable.set_values(values)
@@ -183,6 +192,17 @@ class Instance:
         """As `setter`, in the FMU's own units."""
         return self._fmu.setter(names, view)
 
+    def typed(
+        self,
+        names: Sequence[str],
+        texts: Texts,
+        *,
+        taken: Sequence[Taken] = (),
+        changed: np.ndarray | None = None,
+    ) -> Access:
+        """Access to variables that are not Real, or that take the values of such."""
+        return self._fmu.typed(names, texts, taken=taken, changed=changed)
+
     def raw(self, function: str, names: Sequence[str] = ()) -> RawCall:
         """The C function that does what `function` of FMI 2.0 does, for Real variables `names`."""
         return self._fmu.raw(function, names)
@@ -235,6 +255,19 @@ class Instance:
         value = self._usable.directional_derivative(variables[output], variables[known])
         return value * self.scales.get(known, (1.0, 0.0))[0]
 
+    def value(self, name: str) -> Value:
+        """The present value of a variable in its own type; an item of an enumeration by number."""
+        variable = self.description.variables[name]
+        if variable.type == REAL:
+            return self.read(name)
+        if name not in self._typed:
+            self._typed[name] = self.typed([name], self._texts), np.zeros(1, dtype=np.int64)
+        access, cells = self._typed[name]
+        status = access.get(cells)
+        if not 0 <= status <= WARNING:
+            self.fail_typed(status, access, cells)
+        return value_in(int(cells[0]), variable, self._texts)
+
     def read(self, name: str) -> float:
         """The present value of the Real variable `name`."""
         if name not in self._readers:
@@ -283,6 +316,24 @@ class Instance:
         told = f" ({what})" if what else ""
         message = f"{self.name}.{name} {when} is {value}{told}{self._own_words(DISCARD)}"
         raise RunError(message, "try a smaller step_size; check parameters and start values")
+
+    def fail_typed(self, status: Status, access: Access, cells: np.ndarray) -> NoReturn:
+        """Raise what this status of an access to `cells` means."""
+        if status < 0 and status != DOES_NOT_FIT:
+            raise MemoryError
+        if status != DOES_NOT_FIT:
+            self.fail(status, access.function)
+        name, taken = access.names[access.failed], access.taken[access.failed]
+        variable = self.description.variables[name]
+        cell = int(cells[taken.source])
+        given = cell % 2**64 if taken.large else cell
+        when = f"at t = {self.time:.9g} s" if self._initialised else "during initialisation"
+        kind = variable.fmi_type + (f" ({', '.join(variable.items)})" if variable.items else "")
+        raise RunError(
+            f"{taken.origin} {when} is {given}, which {self.name}.{name} cannot take: it is of "
+            f"type {kind}, here from {taken.low} to {taken.high}",
+            "keep the value in that range, or connect another input",
+        )
 
     def _own_words(self, status: Status = FATAL) -> str:
         """What the FMU says about its failure, to stand behind our own message.

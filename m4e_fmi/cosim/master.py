@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from typing import cast
@@ -11,18 +11,20 @@ from typing import cast
 import numpy as np
 
 from m4e_fmi.cosim.algorithms import ALGORITHMS, Algorithm, Returning, Undoing, returning
+from m4e_fmi.cosim.announced import NEXT_EVENT_TIME
 from m4e_fmi.cosim.binary import Binary, binaries
-from m4e_fmi.cosim.certificate import Certificate, certificate
+from m4e_fmi.cosim.certificate import Certificate, certificate, spans
 from m4e_fmi.cosim.companion import Companion
 from m4e_fmi.cosim.connect import Wiring
 from m4e_fmi.cosim.energy import BondEnergy, EnergyBalance
 from m4e_fmi.cosim.events import ended, event_notes, telling
 from m4e_fmi.cosim.instance import Instance
-from m4e_fmi.cosim.interruption import quiet, stepping
+from m4e_fmi.cosim.interruption import quiet, same_folder, stepping
 from m4e_fmi.cosim.memory import Memory, recall, remember
 from m4e_fmi.cosim.network import HALF, TWICE, Change, Network, Point
 from m4e_fmi.cosim.pacing import Rates
 from m4e_fmi.cosim.results import Mark, ResultsWriter
+from m4e_fmi.cosim.second_look import SecondLook
 from m4e_fmi.cosim.start_values import Value, start_values
 from m4e_fmi.cosim.step_control import StepControl
 from m4e_fmi.cosim.stepping import Course
@@ -78,10 +80,14 @@ class Master:
         *,
         certify: bool = True,
         changeable: bool = False,
+        recorded: Mapping[str, Collection[str]] | None = None,
+        watched: bool = False,
     ) -> None:
         """With `certify`, steps are made twice, from which `certificate` follows.
 
-        A run is `changeable` if values may be set between its steps.
+        A run is `changeable` if values may be set between its steps. `recorded` are the outputs by
+        component that its results will have (None: all scalars), `watched` tells that observers may
+        read all others.
         """
         self._system = system
         self._descriptions = descriptions
@@ -89,12 +95,15 @@ class Master:
         self._structure = structure
         self._rates = rates
         self._certify, self._changeable = certify, changeable
+        self._recorded, self._watched = recorded, watched or changeable
+        if recorded is not None:
+            self._recorded = {c: {*recorded.get(c, ()), NEXT_EVENT_TIME} for c in descriptions}
         self._changes: list[Change] = []
         self._open = ExitStack()
         self._stop = round(system.simulation.stop_time * SECOND)
 
     def __enter__(self) -> Master:
-        with ExitStack() as stack:
+        with same_folder(), ExitStack() as stack:
             self._loaded = binaries(self._descriptions, stack)
             self.network = self._initialised(self._loaded, stack)
             self._prepare(stack)
@@ -102,7 +111,8 @@ class Master:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._open.close()
+        with same_folder():
+            self._open.close()
 
     def _initialised(
         self, loaded: Mapping[str, Binary], stack: ExitStack, suffix: str = ""
@@ -121,7 +131,13 @@ class Master:
             instance.set_values(start_values(component, description))
             instances[name] = instance
         known = (self._wiring, self._structure, self._rates)
-        network = Network(instances, *known, time=simulation.start_time)
+        network = Network(
+            instances,
+            *known,
+            time=simulation.start_time,
+            recorded=self._recorded,
+            watched=self._watched,
+        )
         with quiet():
             network.initialise()
         return network
@@ -138,7 +154,8 @@ class Master:
         self._energy = EnergyBalance(self.network, self._wiring.bonds)
         self._witness: Witness | Companion | None = None
         self._unwatched = ""
-        if self._certify and self.network.links:
+        self._second_look = SecondLook(self.network)
+        if self._certify and self.network.judged:
             self._watch(stack)
 
     def _make(self, network: Network) -> Algorithm:
@@ -181,7 +198,15 @@ class Master:
         sources = np.array(places, dtype=np.intp)
         rigid = self._rigid()
         if not rigid:
-            self._witness = Witness(self.network, self._make, sources, lengths, order=self.order)
+            self._witness = Witness(
+                self.network,
+                self._make,
+                sources,
+                lengths,
+                order=self.order,
+                spans=self._spans,
+                refines=self._shortens,
+            )
             return
         try:
             loaded = binaries(self._descriptions, stack, self._loaded)
@@ -195,22 +220,36 @@ class Master:
         settings = self._system.simulation
         single = settings.stop_time - settings.start_time <= settings.step_size
         length = lengths[-1] if self._changeable or single else lengths[0]
-        self._witness = Companion(self.network, other, self._make, settings, sources, length=length)
+        self._witness = Companion(
+            self.network, other, self._make, settings, sources, length=length, spans=self._spans
+        )
+
+    def _spans(self, ranges: np.ndarray) -> np.ndarray:
+        return spans(self.network, ranges)
 
     def certificate(self) -> Certificate | str:
         """The coupling errors of the run that has ended, or why they are not known."""
         witness, network = self._witness, self.network
-        if not network.links:
-            return Certificate((), 1.0)
+        if not network.links and not network.discrete:
+            return Certificate(())
+        if not network.judged:
+            return "no Real is exchanged"
         if witness is None:
             return self._unwatched
-        witness.finish()
+        with same_folder():
+            witness.finish()
         if witness.failure:
             return witness.failure
-        errors = witness.difference() / (2.0**self.order - 1)
-        connections = self._system.connections
-        ranges = witness.ranges()
-        return certificate(network, connections, errors=errors, ranges=ranges, order=self.order)
+        if isinstance(witness, Companion) and self._course.switches.count:
+            witness.switched = True  # the two sets switch at different times
+        return certificate(
+            network,
+            self._system.connections,
+            errors=witness.errors(),
+            halved=witness.errors(halved=True),
+            ranges=witness.ranges(),
+            coverage=witness.coverage(),
+        )
 
     def _step_control(self, algorithm: Returning) -> StepControl:
         simulation = self._system.simulation
@@ -254,7 +293,14 @@ class Master:
         own = [f"{name} {rate}" for name, rate in self._rates.items()]
         instances = self.network.instances.values()
         end = ended(instances)
-        return (*own, *self._algorithm.notes, *event_notes(instances), *([end] if end else []))
+        seen = [*self._second_look.notes, *event_notes(instances)]
+        seen += self._course.switches.notes
+        if rough := self.network.roughness:
+            seen.append(
+                f"inputs are solved for to {rough:.1e} of their size only: what FMUs answer to "
+                "nearly the same inputs jumps by as much"
+            )
+        return (*own, *self._algorithm.notes, *seen, *([end] if end else []))
 
     @property
     def energy(self) -> tuple[BondEnergy, ...]:
@@ -268,17 +314,17 @@ class Master:
         observers: Sequence[Observer] = (),
         progress: Progress | None = None,
     ) -> None:
-        """Step to the stop time; KeyboardInterrupt stops at a communication point."""
+        """Step to the stop time; KeyboardInterrupt and Terminated stop at a communication point."""
         self.begin(results, singly=bool(observers))
         tell = _ticker(progress)
         self._observe(observers)
-        with stepping() as interrupted:
+        with stepping(self._course.halt) as check:
             while not self.done:
                 self._course.advance()
+                self._second_look.look(self.steps, last=self.done)
                 self._observe(observers)
                 tell(self._course.now / SECOND)
-                if interrupted():
-                    raise KeyboardInterrupt
+                check()
 
     def begin(self, results: ResultsWriter | None = None, *, singly: bool) -> None:
         """Make ready for steps that are recorded in `results`, one at a time if `singly`."""
@@ -299,11 +345,10 @@ class Master:
             results.record(self.network.time)
 
     def step(self) -> None:
-        """Make one step; KeyboardInterrupt comes after it."""
-        with stepping() as interrupted:
+        """Make one step; KeyboardInterrupt and Terminated come after it."""
+        with stepping():
             self._course.advance()
-            if interrupted():
-                raise KeyboardInterrupt
+            self._second_look.look(self.steps, last=self.done)
 
     def set(self, component: str, values: Mapping[str, Value]) -> None:
         """Set variables of a component at the present point; `refresh` is to follow."""
@@ -314,7 +359,7 @@ class Master:
         """Make the present point consistent with what was set there, if anything was."""
         if not self._changes:
             return
-        self.network.refresh()
+        self.network.refresh(self._changes)
         self._energy.jump()
         if self._witness:
             self._witness.changed(self._changes)

@@ -13,19 +13,24 @@ import numpy as np
 from m4e_fmi.cosim.instance import Instance
 from m4e_fmi.cosim.operations import (
     Combine,
+    Copy,
     DoStep,
     Get,
+    GetTyped,
+    Monitor,
     Operation,
     Restore,
     Save,
     Set,
     SetDerivatives,
+    SetTyped,
 )
 from m4e_fmi.cosim.standards import RawCall
 from m4e_fmi.cosim.standards.access3 import RawComponent
+from m4e_fmi.cosim.standards.typed import RawCopied, function
 
 NOT_A_NUMBER = -1
-GET, SET, SET_DERIVATIVES, DO_STEP, SAVE, RESTORE, COMBINE = range(7)
+GET, SET, SET_DERIVATIVES, DO_STEP, SAVE, RESTORE, COMBINE, MONITOR, CALL = range(9)
 
 
 class RawOperation(ctypes.Structure):
@@ -43,6 +48,7 @@ class RawOperation(ctypes.Structure):
         ("weights", c_void_p),
         ("source", c_void_p),
         ("offset", c_void_p),
+        ("past", c_void_p),
         ("values", c_void_p),
         ("stride", c_uint64),
         ("start", c_double),
@@ -50,6 +56,8 @@ class RawOperation(ctypes.Structure):
         ("own", c_double),
         ("origin", c_int64),
         ("period", c_int64),
+        ("in_rows", c_int32),
+        ("unchecked", c_int32),
     ]
 
 
@@ -63,6 +71,7 @@ class State(ctypes.Structure):
         ("row_count", c_uint64),
         ("now", c_int64),
         ("size", c_int64),
+        ("rows_from", c_int64),
         ("every", c_uint64),
         ("since", c_uint64),
         ("noted", c_uint64),
@@ -71,6 +80,7 @@ class State(ctypes.Structure):
         ("in_row", c_int32),
         ("ends", c_void_p),
         ("end_count", c_uint64),
+        ("halt", c_int32),
     ]
 
 
@@ -96,8 +106,8 @@ class NativeExecutor:
         return (status, failed.value) if status else (0, 0)
 
 
-Translated = tuple[RawOperation, tuple[np.ndarray, ...]]
-"""An operation for the C library, and arrays of it that nothing else holds."""
+Translated = tuple[RawOperation, tuple[np.ndarray | RawCopied, ...]]
+"""An operation for the C library, and what of it nothing else holds."""
 
 _known: WeakKeyDictionary[Operation, Translated] = WeakKeyDictionary()
 
@@ -117,6 +127,7 @@ def _translation(operation: Operation) -> Translated:
     match operation:
         case Get(instance, names, values):
             raw, references = _call(GET, instance.raw("fmi2GetReal", names))
+            raw.in_rows, raw.unchecked = operation.in_rows, not operation.checked
             _fill(raw, values)
             return raw, (references,)
         case Set(instance, names, values):
@@ -147,6 +158,24 @@ def _translation(operation: Operation) -> Translated:
             raw.weights, raw.source = _address(weight), _address(source)
             raw.offset = None if offset is None else _address(offset)
             _fill(raw, into)
+        case Monitor(into, source, gate, past):
+            raw = RawOperation(kind=MONITOR, terms=len(source), source=_address(source))
+            raw.weights, raw.past = _address(gate), _address(past)
+            _fill(raw, into)
+        case GetTyped(_, access, cells):
+            raw = RawOperation(kind=CALL, component=access.address)
+            raw.function, raw.in_rows = function("m4e_get_typed"), operation.in_rows
+            _fill(raw, cells)
+        case SetTyped(_, access, cells):
+            raw = RawOperation(kind=CALL, component=access.address)
+            raw.function = function("m4e_set_typed")
+            _fill(raw, cells)
+        case Copy(source, places, into):
+            copied = RawCopied(_address(source), _address(places), len(places))
+            raw = RawOperation(kind=CALL, component=ctypes.addressof(copied))
+            raw.function = function("m4e_copy_cells")
+            _fill(raw, into)
+            return raw, (copied,)
     return raw, ()
 
 
@@ -164,22 +193,23 @@ def _fill(raw: RawOperation, values: np.ndarray) -> None:
 
 def _address(array: np.ndarray) -> int:
     assert array.flags.c_contiguous
-    assert array.dtype in (np.float64, np.uint32, np.int32)
+    assert array.dtype in (np.float64, np.uint32, np.int32, np.int64)
     return array.ctypes.data
 
 
-def ends(instances: Sequence[Instance]) -> ctypes.Array[c_void_p]:
-    """Where these, of FMI 3.0, have the time when they asked for the end of the simulation."""
+def ends(instances: Sequence[Instance], stops: np.ndarray) -> ctypes.Array[c_void_p]:
+    """Where these, of FMI 3.0, have the time when they asked for the end, and where `stops` are."""
     offset = RawComponent.ended.offset  # pyright: ignore[reportAttributeAccessIssue]
     events = [instance.events for instance in instances]
     assert all(isinstance(one, RawComponent) for one in events)
     places = [ctypes.addressof(one) + offset for one in events if isinstance(one, RawComponent)]
+    places += [stops.ctypes.data + k * stops.itemsize for k in range(len(stops))]
     return (c_void_p * len(places))(*places)
 
 
 def run(step: NativeExecutor, row: NativeExecutor, state: State, steps: int) -> int:
-    """So many steps, fewer if an operation fails, its status then, or if a component has asked for
-    the end. `state` tells how far it came.
+    """So many steps, fewer if an operation fails, its status then, if a component has asked for the
+    end, or another thread for a halt, after one at least. `state` tells how far it came.
     """
     state.step, state.step_count = ctypes.addressof(step.array), step.count
     state.row, state.row_count = ctypes.addressof(row.array), row.count

@@ -12,26 +12,45 @@ component:
 ====================  ==========================================================================
 
 An algorithm steps every component from `now`; `advance` then makes the new point the present one.
+
+Outputs that do not depend on connected inputs within an instant are read straight after the last
+step of their component (`arrival`), before any of its inputs is set: there are FMUs that lose them
+then. They are in `stepped` when `advance` begins; the others are read by the exchange. Behind the
+five blocks are outputs that are not exchanged, but wanted by results or observers (`arrivals`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import count
-from typing import TypeVar
+from typing import Any, TypeVar
 from weakref import finalize
 
 import numpy as np
 
+from m4e_fmi.cosim.arrivals import Arrivals, following
 from m4e_fmi.cosim.connect import Link, Port, Wiring
+from m4e_fmi.cosim.discrete import Discrete
 from m4e_fmi.cosim.instance import WARNING, Call, Instance
 from m4e_fmi.cosim.memory import Memory, recall, remember
 from m4e_fmi.cosim.newton import AlgebraicLoop
-from m4e_fmi.cosim.operations import Combine, DoStep, Due, Get, Operation, Set, gather, setting
+from m4e_fmi.cosim.operations import (
+    Combine,
+    DoStep,
+    Due,
+    Get,
+    GetTyped,
+    Operation,
+    Set,
+    SetTyped,
+    gather,
+    setting,
+)
 from m4e_fmi.cosim.pacing import Rates
 from m4e_fmi.cosim.rates import Rate
 from m4e_fmi.cosim.schedule import Schedule
+from m4e_fmi.cosim.standards import Texts
 from m4e_fmi.cosim.start_values import Value
 from m4e_fmi.cosim.structure import Loop, Structure, Transfer, derivative_chain
 from m4e_fmi.cosim.system import SECOND
@@ -53,7 +72,8 @@ TWICE, HALF = 2.0, 0.5
 class Point:
     """A communication point to which a network can return; the FMUs keep their states in `place`.
 
-    `values` and `inputs` are copies of the network's, `loops` what its algebraic loops start from.
+    `values`, `inputs` and those that are not Real (`discrete`) are copies of the network's, `loops`
+    what its algebraic loops start from.
     """
 
     place: int
@@ -61,6 +81,7 @@ class Point:
     last: float
     values: np.ndarray
     inputs: np.ndarray
+    discrete: np.ndarray
     loops: tuple[Memory, ...]
 
 
@@ -76,8 +97,13 @@ class Network:
     `inputs[k]` is the value of the connected input `targets[k]` at the present point, in the unit
     of its source, and `links[k]` what leads there; inputs of one component are consecutive
     (`input_slice`), and so are its outputs (`output_slice`, within a block of `values`).
+    `has_loops` tells of algebraic loops, which are solved at each point; `roughness` is the largest
+    share of an input's size by which it still misses its source where inputs are solved for.
     `judged` are the outputs by which the coupling is judged, each with the number of a connection
     that it belongs to: the sources of all links, and what comes of them where they end.
+    All that is so far is Real; what is not, and what takes such values, is `discrete`.
+    `recorded` are the outputs by component that results will have (None: all scalars); those that
+    are not exchanged are read too, and all others if they are `watched`.
     """
 
     def __init__(
@@ -88,10 +114,12 @@ class Network:
         rates: Rates,
         *,
         time: float,
+        recorded: Mapping[str, Collection[str]] | None = None,
+        watched: bool = False,
     ) -> None:
         self.instances = dict(instances)
         for link in (*wiring.initial_links, *wiring.links):
-            if not link.is_plain:
+            if link.is_real and not link.is_plain:
                 instance = self.instances[link.target.component]
                 instance.scale_input(link.target.variable, link.factor, link.offset)
         self._free: list[int] = []
@@ -108,21 +136,41 @@ class Network:
         self.targets = _grouped(structure.exchange, "set", self.instances)
         by_target = {link.target: link for link in wiring.links}
         self.links: list[Link] = [by_target[target] for target in self.targets]
-        self.judged = tuple(_judged(self.links, structure.ends))
+        self.has_loops = bool(structure.loops)
+        self.roughness = 0.0
+        self.judged = tuple(_judged(self.links, structure.ends, wiring.links))
         size = len(self.outputs)
-        self.values = np.zeros(5 * size)
-        self.now, self.before, self.stepped, self.middle, self.earlier = (
-            k * size for k in range(5)
+        self.now, self.before, self.stepped, self.middle, self.earlier, first_seen = (
+            k * size for k in range(6)
         )
         self.inputs = np.zeros(len(self.targets))
         self._index = {port: k for k, port in enumerate(self.outputs)}
         self._place = {port: k for k, port in enumerate(self.targets)}
         self._output_ranges, self._input_ranges = _ranges(self.outputs), _ranges(self.targets)
         self._descriptions = {name: i.description for name, i in self.instances.items()}
+        self._arrivals = Arrivals(self._descriptions, structure.exchange, recorded, watched=watched)
+        self.discrete = Discrete(
+            self.instances, structure.exchange, by_target, Texts(), self._arrivals
+        )
+        self._seen_index = {port: first_seen + k for k, port in enumerate(self._arrivals.ports)}
+        self.values = np.zeros(first_seen + len(self._seen_index))
+        block = self.values[self.before : self.stepped]
+        shift: list[Operation] = [gather(block, self.values, range(size))] if size else []
+        self._shift = Schedule([*shift, *self.discrete.shift])
         self._exchange = tuple(self._exchanged(structure.exchange))
 
-    def read(self, name: str) -> float:
-        """The present value of the Real variable ``component.variable``, exchanged or not.
+    @property
+    def sources(self) -> tuple[Port, ...]:
+        """The outputs that connections carry, of all types."""
+        return self._wiring.sources
+
+    @property
+    def stops(self) -> np.ndarray:
+        """What becomes finite where steps that are made at once have to stop: at a change."""
+        return self.discrete.changed if self.discrete else np.zeros(0)
+
+    def read(self, name: str) -> Any:
+        """The present value of ``component.variable``, exchanged or not, in its own type.
 
         UnknownNameError, a KeyError, if there is none of this name.
         """
@@ -131,7 +179,51 @@ class Network:
         if description is None or variable not in description.variables:
             known = [f"{c}.{v}" for c, d in self._descriptions.items() for v in d.variables]
             raise UnknownNameError.of("no variable is called", [name], known)
-        return self.instances[component].read(variable)
+        port = Port(component, variable)
+        place = self.known(port)
+        if place is not None:
+            return float(self.values[place])
+        cell = self.discrete.known(port)
+        if cell is not None:
+            return self.discrete.value(port, cell)
+        return self.instances[component].value(variable)
+
+    def known(self, port: Port) -> int | None:
+        """Where in `values` the present value of an output is; None if only its FMU can tell it.
+
+        So it is of outputs that nobody wanted, of those that follow inputs but are not exchanged,
+        and of FMUs with event mode, which may have changed them since.
+        """
+        if self._descriptions[port.component].has_events:
+            return None
+        place = self._index.get(port)
+        return self._seen_index.get(port) if place is None else self.now + place
+
+    def arrival(self, component: str) -> list[Get | GetTyped]:
+        """Reads what a component gives before its inputs are set; to follow its last step."""
+        early, names = self.early(component), self._arrivals.early(component)
+        found = [self._reading(component, names, self.stepped + early.start)] if names else []
+        return [*found, *self.seeing(component)]
+
+    def seeing(self, component: str) -> list[Get | GetTyped]:
+        """The part of `arrival` that reads the outputs that are not Real, or not exchanged."""
+        recorded, watched = self._arrivals.further(component)
+        found: list[Get | GetTyped] = []
+        for names, checked in ((recorded, True), (watched, False)):
+            if names:
+                start = self._seen_index[Port(component, names[0])]
+                reading = self._reading(component, names, start)
+                found.append(replace(reading, in_rows=True, checked=checked))
+        return [*found, *self.discrete.arrival(component, self.due(component))]
+
+    def early(self, component: str) -> slice:
+        """Places of the exchanged outputs that a component gives before its inputs are set."""
+        start = self.output_slice(component).start
+        return slice(start, start + len(self._arrivals.early(component)))
+
+    def _reading(self, component: str, names: tuple[str, ...], start: int) -> Get:
+        view = self.values[start : start + len(names)]
+        return Get(self.instances[component], names, view, due=self.due(component))
 
     def due(self, component: str) -> Due | None:
         """When the component has a point, if not at every communication point."""
@@ -189,16 +281,36 @@ class Network:
     def input_slice(self, component: str) -> slice:
         return self._input_ranges.get(component, slice(0, 0))
 
-    def advance(self, time: float) -> None:
-        """Make `time` [s], which all instances have reached by a step, the present point."""
-        self.time, self.last = time, self.size
-        self._run_exchange()
+    def advance(self, time: float) -> tuple[Port, ...]:
+        """Make `time` [s], which all instances have reached by a step, the present point.
 
-    def change(self, changes: Iterable[Change]) -> None:
+        The outputs that are not Real and have changed there.
+        """
+        self.time, self.last = time, self.size
+        self._shift.run(time)
+        self._run_exchange()
+        return self.settle()
+
+    def within_step(self, ports: Iterable[Port]) -> list[Port]:
+        """Those of some outputs that may change anywhere within a step, and not at its end."""
+        return [
+            port
+            for port in ports
+            if not self._descriptions[port.component].has_events and not self.due(port.component)
+        ]
+
+    def settle(self) -> tuple[Port, ...]:
+        """After an exchange: outputs that are not Real and have changed. That is a jump."""
+        changed = tuple(self.discrete.settle()) if self.discrete else ()
+        if changed:
+            self.last = 0.0
+        return changed
+
+    def change(self, changes: Sequence[Change]) -> None:
         """Set these at the present point, and exchange again."""
         for component, values in changes:
             self.instances[component].set_values(values)
-        self.refresh()
+        self.refresh(changes)
 
     def made(self, make: Callable[[Network], Made], length: float) -> Made:
         """What `make` makes of this network for steps of this `length` over the simulation's."""
@@ -212,11 +324,25 @@ class Network:
         """Something has jumped in the step being made: the points before it tell nothing more."""
         self.size = 0.0
 
-    def refresh(self) -> None:
-        """Exchange again at the present point, after something was set in an FMU."""
-        before = self.values[self.before : self.stepped].copy()
+    def refresh(self, changes: Iterable[Change]) -> None:
+        """Exchange again at the present point, after these were set in FMUs."""
+        self.values[self.stepped : self.middle] = self.values[self.now : self.before]
+        names: dict[str, set[str]] = {}
+        for component, values in changes:
+            names.setdefault(component, set()).update(values)
+        for component, changed in names.items():
+            self._read_again(component, changed)
         self._run_exchange()
-        self.values[self.before : self.stepped] = before
+        self.settle()
+
+    def _read_again(self, component: str, changed: Collection[str]) -> None:
+        """Read outputs that may follow variables which were set; the others may be lost by that."""
+        follows = following(self._descriptions[component], changed)
+        for reading in self.arrival(component):
+            before = reading.into.copy()
+            Schedule([reading]).run(self.time)
+            stays = [not follows(name) for name in reading.names]
+            reading.into[stays] = before[stays]
 
     def _run_exchange(self) -> None:
         for part in self._exchange:
@@ -228,7 +354,14 @@ class Network:
         parts = [part for part in self._exchange if isinstance(part, Schedule)]
         if len(parts) < len(self._exchange):
             return None
-        return tuple(operation for part in parts for operation in part.operations)
+        return tuple(o for part in (self._shift, *parts) for o in part.operations)
+
+    def held_place(self, link: Link) -> int | None:
+        """Where in `values` the value is that a link carries all through a step, if it is known.
+
+        That is so for those that are delayed.
+        """
+        return self.before + self.index(link.source) if link.delayed else None
 
     def feeds_through(self, component: str, outputs: Sequence[Port]) -> bool:
         """Whether any of a component's `outputs` depends on one of its connected inputs."""
@@ -241,7 +374,7 @@ class Network:
         for instance in self.instances.values():
             instance.save_state(place)
         loops = tuple(remember(part) for part in self._exchange)
-        copies = self.values.copy(), self.inputs.copy()
+        copies = self.values.copy(), self.inputs.copy(), self.discrete.cells.copy()
         return Point(place, self.time, self.last, *copies, loops)
 
     def keep(self) -> Point:
@@ -258,18 +391,24 @@ class Network:
         self.time, self.last = point.time, point.last
         self.values[:] = point.values
         self.inputs[:] = point.inputs
+        self.discrete.bring(point.discrete)
         for part, memory in zip(self._exchange, point.loops, strict=True):
             recall(part, memory)
 
     def initialise(self) -> None:
         """In initialization mode: carry over parameters, then outputs, along declared dependencies.
 
-        Afterwards, out of it, everything is exchanged once at the start time.
+        Afterwards, out of it, everything is exchanged once at the start time. Inputs that come
+        late have their start values, and then what their sources have shown with these.
         """
         for instance in self.instances.values():
             instance.enter_initialization()
-        sources = {k.target: k.source for k in (*self._wiring.initial_links, *self._wiring.links)}
+        links = (*self._wiring.initial_links, *self._wiring.links)
+        sources = {link.target: link.source for link in links if not link.delayed}
         found: dict[Port, float] = {}
+        everything = {k.target: k for k in (*self._wiring.initial_links, *self._wiring.links)}
+        others = Discrete(self.instances, self._structure.initial, everything, self.discrete.texts)
+        arrived: set[str] = set()
         for transfer in self._structure.initial:
             if isinstance(transfer, Loop):
                 loop = AlgebraicLoop(self.instances, transfer, sources)
@@ -277,18 +416,40 @@ class Network:
                 found.update(zip(loop.outputs, loop.output_values.tolist(), strict=True))
                 continue
             instance = self.instances[transfer.component]
+            if transfer.discrete:
+                others.perform(transfer)
+                self._arrive_at_once(transfer, arrived)
+                continue
             ports = [Port(transfer.component, name) for name in transfer.variables]
             view = np.zeros(len(ports))
             if transfer.action == "get":
                 self.reader(transfer.component, transfer.variables, view)()
                 found.update(zip(ports, view.tolist(), strict=True))
+                self._arrive_at_once(transfer, arrived)
             else:
                 view[:] = [found[sources[port]] for port in ports]
                 self._checked(instance, instance.setter(transfer.variables, view), "fmi2SetReal")()
-        for instance in self.instances.values():
+        for component, instance in self.instances.items():
             instance.exit_initialization()
+            if component not in arrived:
+                self._arrive(component)
+        for link in self.links:
+            self.values[self.before + self.index(link.source)] = found[link.source]
+        self.discrete.begin(others)
         self._run_exchange()
+        self.settle()
         self.values[self.before : self.stepped] = self.values[self.now : self.before]
+
+    def _arrive_at_once(self, transfer: Transfer, arrived: set[str]) -> None:
+        """Read the outputs of an FMU that was initialised by this transfer, and note that."""
+        component = transfer.component
+        version = self.instances[component].description.version
+        if version == "1.0" and transfer.action == "get" and component not in arrived:
+            self._arrive(component)
+            arrived.add(component)
+
+    def _arrive(self, component: str) -> None:
+        Schedule([replace(o, due=None) for o in self.arrival(component)]).run(self.time)
 
     def reader(self, component: str, names: Sequence[str], view: np.ndarray) -> Action:
         """An action that reads outputs into `view`; RunError if one is nan or infinite."""
@@ -316,11 +477,14 @@ class Network:
 
     def _exchanged(self, transfers: Sequence[Transfer | Loop]) -> Iterator[Schedule | _SolvedLoop]:
         """The exchange at a communication point: schedules, and the loops between them."""
-        count = len(self.outputs)
-        block = self.values[self.before : self.stepped]
-        operations: list[Operation] = [gather(block, self.values, range(count))] if count else []
+        now, places = self.values[: self.before], np.arange(len(self.outputs))
+        for component in self.instances:
+            places[self.early(component)] += self.stepped
+        operations: list[Operation] = [gather(now, self.values, places)] if len(places) else []
         for transfer in transfers:
             if isinstance(transfer, Transfer):
+                if self._arrivals.has(transfer):
+                    continue
                 due = self.due(transfer.component)
                 operations += [replace(o, due=due) for o in self._transfer(transfer)]
                 continue
@@ -329,7 +493,11 @@ class Network:
             yield _SolvedLoop(self, transfer)
         yield Schedule(operations)
 
-    def _transfer(self, transfer: Transfer) -> tuple[Get | Set | Combine, ...]:
+    def _transfer(
+        self, transfer: Transfer
+    ) -> tuple[Get | Set | Combine | GetTyped | SetTyped, ...]:
+        if transfer.discrete:
+            return (self.discrete.operation(transfer, None),)
         instance, names = self.instances[transfer.component], transfer.variables
         first, count = Port(transfer.component, names[0]), len(names)
         if transfer.action == "get":
@@ -337,7 +505,10 @@ class Network:
             return (Get(instance, names, self.values[start : start + count]),)
         start = self._place[first]
         view = self.inputs[start : start + count]
-        sources = [self.index(link.source) for link in self.links[start : start + count]]
+        links = self.links[start : start + count]
+        sources = [
+            self.index(k.source) if (held := self.held_place(k)) is None else held for k in links
+        ]
         return (gather(view, self.values, sources), *setting(instance, names, view))
 
     def __repr__(self) -> str:
@@ -345,8 +516,10 @@ class Network:
         return listing(title, components=self.instances, inputs=[str(p) for p in self.targets])
 
 
-def _judged(links: Sequence[Link], ends: Sequence[Port]) -> Iterator[tuple[int, Port]]:
-    into = {link.target.component: link.connection for link in reversed(links)}
+def _judged(
+    links: Sequence[Link], ends: Sequence[Port], everything: Sequence[Link]
+) -> Iterator[tuple[int, Port]]:
+    into = {link.target.component: link.connection for link in reversed(everything)}
     yield from ((link.connection, link.source) for link in links)
     yield from ((into[port.component], port) for port in ends)
 
@@ -366,6 +539,7 @@ class _SolvedLoop:
 
     def run(self, _time: float) -> None:
         self._loop.solve()
+        self._network.roughness = max(self._network.roughness, self._loop.roughness)
         self._network.values[self._outputs] = self._loop.output_values
         self._network.inputs[self._inputs] = self._loop.input_values
 
@@ -377,7 +551,7 @@ def _grouped(
     found: dict[str, list[Port]] = {component: [] for component in components}
     for step in steps:
         for transfer in (*step.sets, *step.gets) if isinstance(step, Loop) else (step,):
-            if transfer.action == action:
+            if transfer.action == action and not transfer.discrete:
                 found[transfer.component] += [
                     Port(transfer.component, name) for name in transfer.variables
                 ]

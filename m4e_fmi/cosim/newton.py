@@ -18,13 +18,20 @@ from m4e_fmi.cosim.structure import Loop
 from m4e_fmi.errors import RunError
 
 TOLERANCE = 1e-9
-"""Residual over the scale of its variable at which an iteration has converged."""
-ITERATIONS, RENEWALS = 12, 3
-"""Iterations with one Jacobian, and Jacobians found anew, before it is given up."""
+"""Residual over the size of its variable at which an iteration has converged."""
+ROUGH = 1e-6
+"""Residual, likewise, at which an iteration ends that comes no further: outputs are rough."""
+ITERATIONS, RENEWALS, STUCK = 12, 3, 4
+"""Iterations with one Jacobian; Jacobians found anew, before it is given up; and iterations after
+which the residual must have halved."""
 MOST_NAMED = 4
 """Members of a loop that a message names."""
 DIFFERENCE = 1e-6
 """Step of a difference, over the scale of the variable."""
+LOST = 1e-6
+"""What the solution of equations may miss, over the largest right-hand side."""
+OF_NOMINAL = 0.01
+"""Share of a variable's nominal value below which its size does not matter (FMI 2.0, 2.2.7)."""
 
 Residual = Callable[[np.ndarray], np.ndarray]
 
@@ -50,12 +57,17 @@ class NotConvergedError(Exception):
 
 
 class QuasiNewton:
-    """Solves residual(x) = 0 again and again, with a Jacobian that it keeps; `forget` drops it."""
+    """Solves f(x) = x again and again, with a Jacobian that it keeps; `forget` drops it.
 
-    REMEMBERED = ("_matrix",)
+    `roughness` is the largest residual, over the size of its variable, that was left because the
+    iteration came no further; 0 if all have converged.
+    """
+
+    REMEMBERED = ("_matrix", "roughness")
 
     def __init__(self) -> None:
         self._matrix: np.ndarray | None = None
+        self.roughness = 0.0
 
     def forget(self) -> None:
         self._matrix = None
@@ -63,29 +75,56 @@ class QuasiNewton:
     def solve(
         self, residual: Residual, jacobian: Jacobian, x: np.ndarray, scale: np.ndarray
     ) -> np.ndarray:
-        """The zero near `x`; `scale` are magnitudes of the unknowns and residuals.
+        """The zero near `x` of `residual`, f(x) - x; `scale` are the least sizes of the unknowns.
 
+        `jacobian` may enlarge them in place. An unknown is as large as x and f(x) are, there.
         The last call of `residual` is the one at the zero. NotConvergedError if there is none.
         """
         r = residual(x)
-        size, made = 0.0, 0
+        least = np.maximum(np.abs(x), np.abs(x + r))
+        made, sizes = 0, np.abs(r) / np.maximum(scale, least)
         for renewal in range(RENEWALS):
+            best = [float("inf")] * STUCK
             for _ in range(ITERATIONS):
-                size = float(np.abs(r / scale).max(initial=0.0))
+                size = float(sizes.max(initial=0.0))
                 if size <= TOLERANCE:
                     return x
+                if not size < best[-STUCK] / 2:
+                    break
+                best.append(min(size, best[-1]))
                 if self._matrix is None:
-                    self._matrix = jacobian(x, r, again=renewal > 0) * scale / scale[:, None]
+                    self._matrix = jacobian(x, r, again=renewal > 0)
                     r = residual(x)
-                way = np.linalg.lstsq(self._matrix, -r / scale, rcond=None)[0]
+                scaled = self._matrix * scale / scale[:, None]
+                way = _solution(scaled, -r / scale)
                 if not np.isfinite(way).all():
                     break
                 x, made = x + way * scale, made + 1
                 before, r = r, residual(x)
-                missed = (r - before) / scale - self._matrix @ way
-                self._matrix += np.outer(missed, way) / max(float(way @ way), 1e-300)
+                missed = (r - before) / scale - scaled @ way
+                scaled += np.outer(missed, way) / max(float(way @ way), 1e-300)
+                self._matrix = scaled * scale[:, None] / scale
+                sizes = np.abs(r) / np.maximum(scale, least)
+            if float(sizes.max(initial=0.0)) <= ROUGH:
+                self.roughness = max(self.roughness, float(sizes.max()))
+                return x
             self.forget()
-        raise NotConvergedError(int(np.abs(r / scale).argmax()), size, made)
+        raise NotConvergedError(int(sizes.argmax()), float(sizes.max()), made)
+
+
+def _solution(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Of the linear equations; the smallest that fits best if they are singular.
+
+    Elimination keeps apart what is not connected: a motion that symmetry forbids stays zero.
+    """
+    try:
+        found = np.linalg.solve(matrix, right)
+    except np.linalg.LinAlgError:
+        return np.linalg.lstsq(matrix, right, rcond=None)[0]
+    size = np.abs(right).max(initial=0.0)
+    if np.abs(matrix @ found - right).max(initial=0.0) <= LOST * size:
+        return found
+    return np.linalg.lstsq(matrix, right, rcond=None)[0]
 
 
 class AlgebraicLoop:
@@ -94,7 +133,7 @@ class AlgebraicLoop:
     `outputs` and `inputs` are the ports, `solve` finds values for both; the FMUs then have them.
     """
 
-    REMEMBERED = ("input_values", "output_values", "_newton", "_started")
+    REMEMBERED = ("input_values", "output_values", "_newton", "_started", "_scale")
 
     def __init__(
         self, instances: Mapping[str, Instance], loop: Loop, sources: Mapping[Port, Port]
@@ -108,8 +147,18 @@ class AlgebraicLoop:
         self._first = _calls(instances, loop.sets, self.input_values, "getter")
         self._set = _calls(instances, loop.sets, self.input_values, "setter")
         self._get = _calls(instances, loop.gets, self.output_values, "getter")
+        nominals = [
+            instances[port.component].description.variables[port.variable].nominal
+            for port in self.inputs
+        ]
+        self._scale = OF_NOMINAL * np.array(nominals)
         self._newton = QuasiNewton()
         self._started = False
+
+    @property
+    def roughness(self) -> float:
+        """The largest residual that was left, as of `QuasiNewton`."""
+        return self._newton.roughness
 
     def solve(self) -> None:
         """Bring inputs and outputs into agreement; RunError naming a variable if that fails."""
@@ -117,9 +166,9 @@ class AlgebraicLoop:
             self._first()
             self._started = True
         guess = self.input_values.copy()
-        scale = np.maximum(np.abs(guess), 1.0)
+        self._scale = np.maximum(self._scale, np.abs(guess))
         try:
-            self._newton.solve(self._residual, self._jacobian, guess, scale)
+            self._newton.solve(self._residual, self._jacobian, guess, self._scale)
         except NotConvergedError as failure:
             port = self.inputs[failure.worst]
             time = self._instances[port.component].time
@@ -130,7 +179,9 @@ class AlgebraicLoop:
                 f"the algebraic loop of {loop} at t = {time:.9g} s is not solved after "
                 f"{failure.iterations} iterations: {port} still misses its source by "
                 f"{failure.size:.3g} of its value",
-                "check the start values and the signs of the connections: it may have no solution",
+                "check the start values and the signs of the connections: it may have no solution; "
+                "or write ', delayed' behind one of these connections, or what the outputs depend "
+                "on under `dependencies` of the component, if that is less",
             ) from failure
 
     def _residual(self, x: np.ndarray) -> np.ndarray:
@@ -149,7 +200,7 @@ class AlgebraicLoop:
         for column, port in enumerate(self.inputs):
             instance = self._instances[port.component]
             if not instance.description.directional_derivatives:
-                delta = DIFFERENCE * max(abs(float(x[column])), 1.0)
+                delta = DIFFERENCE * max(abs(float(x[column])), float(self._scale[column]))
                 moved = x.copy()
                 moved[column] += delta
                 matrix[:, column] = (self._residual(moved) - r) / delta

@@ -1,6 +1,7 @@
 """What a macro step is made of: operations on FMUs and on arrays of the values they exchange.
 
-An algorithm lists them once; `schedule` performs the list as often as wanted. Arrays are float64.
+An algorithm lists them once; `schedule` performs the list as often as wanted. Arrays are float64,
+cells int64.
 What FMUs are called for has one class each, and one function in the C library.
 Where an operation writes `into` a block (2-D), it fills one of its rows.
 """
@@ -13,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from m4e_fmi.cosim.instance import Instance
+from m4e_fmi.cosim.standards import Access
 from m4e_fmi.cosim.system import SECOND
 
 ROUNDING = 1e-9
@@ -36,12 +38,18 @@ class Due:
 
 @dataclass(frozen=True, eq=False)
 class Get:
-    """Reads the Real variables `names`, which must be finite, into a vector or a block's row."""
+    """Reads the Real variables `names` into a vector or a block's row.
+
+    They must be finite, if it is `checked`. One that is for `in_rows` only is left out of a
+    `Loop`'s steps that end at no row of results.
+    """
 
     instance: Instance
     names: tuple[str, ...]
     into: np.ndarray
     due: Due | None = None
+    in_rows: bool = False
+    checked: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +127,68 @@ class Combine:
     due: Due | None = None
 
 
-Operation = Get | Set | SetDerivatives | DoStep | Save | Restore | Combine
+@dataclass(frozen=True, eq=False)
+class Monitor:
+    """``into[0]`` = number of values of `source` (n,) that are rough at once: kinks and jumps.
+
+    See the runtime's monitor.c. `gate` (n,) are the fourth differences below which nothing is told.
+    `past` (6 n + 1) is what is known of the steps before, in this order: last value, first, second,
+    third difference, level, and largest of the fourth differences; steps to wait.
+    """
+
+    into: np.ndarray
+    source: np.ndarray
+    gate: np.ndarray
+    past: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class GetTyped:
+    """Reads variables that are not Real into cells (int64), a vector or a block's row."""
+
+    instance: Instance
+    access: Access
+    into: np.ndarray
+    due: Due | None = None
+    in_rows: bool = False
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return self.access.names
+
+
+@dataclass(frozen=True, eq=False)
+class Copy:
+    """Copies the cells `places` of `source` into a vector or a block's row."""
+
+    source: np.ndarray
+    places: np.ndarray
+    into: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class SetTyped:
+    """Sets variables from the `cells` of others that are not Real."""
+
+    instance: Instance
+    access: Access
+    cells: np.ndarray
+    due: Due | None = None
+
+
+Operation = (
+    Get
+    | Set
+    | SetDerivatives
+    | DoStep
+    | Save
+    | Restore
+    | Combine
+    | Monitor
+    | GetTyped
+    | SetTyped
+    | Copy
+)
 
 
 def gather(into: np.ndarray, source: np.ndarray, places: Sequence[int] | np.ndarray) -> Combine:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from m4e_fmi.cosim.connect import Link
-from m4e_fmi.cosim.system import SOLVES_LOOPS
 from m4e_fmi.cosim.timing import Timing, component_cycles
+from m4e_fmi.cosim.volume import thinned, volume
 
 if TYPE_CHECKING:
     from m4e_fmi.cosim.run import Prepared
@@ -27,12 +27,7 @@ def overview(prepared: Prepared) -> str:
         lines.append("components that act on one another:")
         lines += ["  " + ", ".join(n for n in structure.sweep if n in cycle) for cycle in cycles]
     if structure.loops:
-        solved = system.simulation.algorithm in SOLVES_LOOPS
-        how = "solved at every communication point" if solved else (
-            f"which {system.simulation.algorithm} does not solve: "
-            f"choose algorithm {' or '.join(SOLVES_LOOPS)}"
-        )  # fmt: skip
-        lines.append(f"algebraic loops, {how}:")
+        lines.append("algebraic loops, solved at every communication point:")
         lines += [f"  {' -> '.join(map(str, (*loop, loop[0])))}" for loop in structure.loops]
     if wiring.signals:
         lines += ["signals of buses:", *(f"  {signal}" for signal in wiring.signals)]
@@ -41,6 +36,8 @@ def overview(prepared: Prepared) -> str:
     simulation = system.simulation
     times = f"{simulation.start_time:g} s to {simulation.stop_time:g} s"
     lines.append(f"{times}, step {simulation.step_size:g} s, {simulation.algorithm}")
+    _, note = thinned(simulation, prepared.descriptions)
+    lines.append(note or f"results: {volume(simulation, prepared.descriptions)}")
     return "\n".join(lines)
 
 
@@ -52,7 +49,9 @@ def _connections(prepared: Prepared) -> list[str]:
         own = [link for link in prepared.wiring.links if link.connection == index]
         once = [link for link in prepared.wiring.initial_links if link.connection == index]
         count = len(own) + len(once)
-        lines.append(f"  {text}  ({count} variable{'s' * (count != 1)})")
+        kinds = dict.fromkeys(link.kind for link in (*own, *once) if not link.is_real)
+        told = ", ".join([f"{count} variable{'s' * (count != 1)}", *kinds])
+        lines.append(f"  {text}  ({told})")
         for timing in Timing:
             late = [link for link in own if timings[link] is timing]
             if late:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from fractions import Fraction
 
-from m4e_fmi.cosim.connect import Port
 from m4e_fmi.cosim.rates import Rate, common_step, fits, rate, seconds
 from m4e_fmi.cosim.system import SECOND, TICK, Component, System
 from m4e_fmi.errors import InputError, Problem
@@ -46,16 +45,13 @@ def refined(system: System, descriptions: Mapping[str, Description]) -> tuple[Sy
     return replace(system, components=components, simulation=finer), note
 
 
-def pace(
-    system: System, descriptions: Mapping[str, Description], loops: Iterable[Iterable[Port]]
-) -> dict[str, Rate]:
+def pace(system: System, descriptions: Mapping[str, Description]) -> dict[str, Rate]:
     """The rates of the components that have one: given in the system, or wanted by their FMU.
 
     An FMU that makes no steps of different sizes (canHandleVariableCommunicationStepSize) is
     stepped by the system's step if nothing else is given; one that tells the step it goes by inside
     (fixedInternalStepSize), by that. InputError with all problems: steps that do not fit to that of
-    the system, or to what the FMU says; that the run, adaptive steps or an algebraic loop (of
-    `loops`) do not allow.
+    the system, or to what the FMU says; that the run or adaptive steps do not allow.
     """
     problems: list[Problem] = []
     found: dict[str, Rate] = {}
@@ -64,7 +60,7 @@ def pace(
         try:
             own = _rate(component, description, system)
             if own is not None:
-                _check(own, system, component.name, loops)
+                _check(own, system)
                 found[component.name] = own
         except ValueError as error:
             message, remedy = error.args
@@ -102,7 +98,7 @@ def _rate(component: Component, description: Description, system: System) -> Rat
     return rate(own, macro, constant=constant)
 
 
-def _check(own: Rate, system: System, name: str, loops: Iterable[Iterable[Port]]) -> None:
+def _check(own: Rate, system: System) -> None:
     """ValueError, whose arguments are message and remedy, if the run does not allow this rate."""
     simulation = system.simulation
     only = "its FMU makes steps of one size only (canHandleVariableCommunicationStepSize)"
@@ -119,9 +115,4 @@ def _check(own: Rate, system: System, name: str, loops: Iterable[Iterable[Port]]
         raise ValueError(
             f"{only}, and the last step would be one of {float(left):g} s",
             f"take a stop_time of {float(stop):g} s or {float(stop + simulation.step):g} s",
-        )
-    if own.is_sampled and any(port.component == name for loop in loops for port in loop):
-        raise ValueError(
-            f"it is part of an algebraic loop, which is solved at every point, but it {own}",
-            "let it step with the system, or break the loop with a state",
         )

@@ -1,38 +1,38 @@
-"""Results on disk: netCDF-4, one group per component, streamed while the run goes on.
+"""Results of a run: rows that reach the disk while it goes on, and a netCDF-4 file at its end.
 
-The dimension and the variable `time` are at the root; a group `buoy` holds the variables of the
-component `buoy` under their FMI names, each with `units` and `long_name`.
+The rows are in a file of the form of `row_file`, from the first step on at the place of the
+results. At the end a netCDF-4 file takes that place: see `m4e_fmi.results`.
 """
 
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from math import ceil
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from m4e_fmi.cosim.instance import Instance
+from m4e_fmi.cosim.blocks import blocks
 from m4e_fmi.cosim.network import Network
-from m4e_fmi.cosim.operations import Get
-from m4e_fmi.cosim.rates import Rate
 from m4e_fmi.cosim.schedule import Schedule
 from m4e_fmi.cosim.selection import chosen
 from m4e_fmi.errors import RunError
-from m4e_fmi.fmu.reading import Variable
+from m4e_fmi.locks import ROWS, claimed
+from m4e_fmi.results import FORMAT, FORMAT_NUMBER, write_netcdf
+from m4e_fmi.row_file import RowFile, Section
+from m4e_fmi.signals import Terminated
 from m4e_fmi.writing import cannot_write
 
-CHUNK = 64, 16384
-"""Least and most rows of a variable that lie together in the file."""
-MOST_ROWS, MOST_VALUES = 65536, 2**22
-"""Rows, and values in all of them, that are kept in memory before they are written."""
-FLUSH = 5.0
-"""Seconds of wall time after which rows reach the disk even if the block is not full."""
+LEAST_ROWS, MOST_ROWS, MOST_VALUES = 64, 65536, 2**22
+"""Rows that are kept in memory, and values in all of them."""
+FLUSH = 1.0
+"""Seconds of wall time after which rows reach the disk; at first an eighth of them."""
+SHARE = 0.1
+"""Part of the wall time that this may take where the disk is slow."""
+AT_STOP = "at the stop time"
 
 
 @dataclass(frozen=True)
@@ -45,12 +45,12 @@ class Mark:
 
 
 class ResultsWriter:
-    """Writes rows of Real variables of a network; use it as a context manager.
+    """Writes rows of variables of a network; use it as a context manager.
 
-    These are all scalar outputs, or what `variables` choose (see `chosen`). A row reaches the disk
-    with its block (of 4 million values at most), or after five seconds; a run that is killed leaves
-    a readable file. `expected` is the number of rows, for a file of the right size: there may be
-    more or less. The file's attribute `ended` says how the run did.
+    These are all scalar outputs and connected arrays, or what `variables` choose (see `chosen`).
+    Rows reach the disk after a second; a run that is killed leaves a file with them. What was at
+    `path` before stays until the first step is on the disk. The file's attribute `ended` says how
+    the run did. RunError if another run writes to `path`, or if the disk takes nothing.
     """
 
     def __init__(
@@ -59,60 +59,49 @@ class ResultsWriter:
         network: Network,
         attributes: Mapping[str, str],
         *,
-        expected: int,
         variables: Sequence[str] = (),
     ) -> None:
-        from netCDF4 import Dataset
-
-        self.path = Path(path)
-        descriptions = {name: i.description for name, i in network.instances.items()}
-        names = chosen(descriptions, variables)
-        try:
-            self.path.parent.mkdir(parents=True, exist_ok=True)
-            self._file = Dataset(self.path, "w", format="NETCDF4")
-        except (OSError, RuntimeError) as error:
-            with suppress(OSError):
-                if not self.path.stat().st_size:
-                    self.path.unlink()
-            raise cannot_write(self.path, error) from error
-        self._rows = 0
-        self._written = 0
-        self._backs: list[int] = []
-        self.last = network.time
-        self._flushed = clock.monotonic()
-        with self._errors():
-            self._declare(network, attributes, names, expected)
-
-    def _declare(
-        self,
-        network: Network,
-        attributes: Mapping[str, str],
-        outputs: Mapping[str, list[Variable]],
-        expected: int,
-    ) -> None:
-        self._file.setncatts({**attributes, "created": datetime.now(UTC).isoformat("T", "seconds")})
-        self._file.createDimension("time", None)
-        count = sum(map(len, outputs.values()))
-        self._block, chunk = _sizes(expected, count + 1)
-        self._time = self._file.createVariable("time", "f8", ("time",), chunksizes=(chunk,))
-        self._time.setncatts({"units": "s", "long_name": "simulated time"})
-        self._times = np.zeros(self._block)
+        self.path, instances = Path(path), network.instances
+        descriptions = {name: i.description for name, i in instances.items()}
+        names = chosen(descriptions, variables, network.sources)
+        columns = 1 + sum(map(len, names.values()))
+        self._block = max(LEAST_ROWS, min(MOST_ROWS, MOST_VALUES // columns))
         self._groups = [
-            _Group(self._file, instance, outputs[name], self._block, chunk, network.rates.get(name))
-            for name, instance in network.instances.items()
+            block for name in instances for block in blocks(network, name, names[name], self._block)
         ]
+        self._times = np.zeros((self._block, 1))
+        self._texts = network.discrete.texts
         self.schedule = Schedule([o for group in self._groups for o in group.operations])
-        self._file.sync()
+        created = datetime.now(UTC).isoformat("T", "seconds")
+        self._attributes = {**attributes, "created": created}
+        self._before = self._rows = 0  # rows of the run before those of the block, and these
+        self._backs: list[int] = []
+        self._last = network.time
+        self._saved: float | None = None
+        self.notes: tuple[str, ...] = ()
+        """What is odd about the file, once it is closed; one line each."""
+        with ExitStack() as stack:
+            self._place = stack.enter_context(claimed(self.path))
+            self._file = self._created()
+            stack.callback(self._file.close)
+            self._open = stack.pop_all()
+        self._interval = FLUSH / 8
+        self._due = clock.monotonic() + self._interval
+
+    def _created(self) -> RowFile:
+        hidden = self._place.with_name(f".{self._place.name}{ROWS}")
+        with self._errors():
+            return RowFile(hidden, self._sections, {FORMAT: FORMAT_NUMBER, **self._attributes})
 
     def __enter__(self) -> ResultsWriter:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: object, _: object) -> None:
-        self.close("at the stop time" if kind is None else _ending(error))
+        self.close(AT_STOP if kind is None else _ending(error))
 
     def mark(self) -> Mark:
         """The present end of the rows."""
-        return Mark(self._written + self._rows, self.last, len(self._backs))
+        return Mark(self._before + self._rows, self._last, len(self._backs))
 
     def back(self, mark: Mark) -> None:
         """Go on after the rows that there were at `mark`; RunError if they were given up since."""
@@ -123,9 +112,18 @@ class ResultsWriter:
                 "restore states from the latest to the earliest, or run without results",
             )
         self._backs.append(mark.rows)
-        self._rows = max(0, mark.rows - self._written)
-        self._written = min(mark.rows, self._written)
-        self.last = mark.last
+        self._rows = max(0, mark.rows - self._before)
+        self._before = min(mark.rows, self._before)
+        self._last = mark.last
+        if mark.rows < self._file.count:
+            with self._errors():
+                self._file.cut(mark.rows)
+            self._saved = mark.last
+
+    @property
+    def saved(self) -> float | None:
+        """The time [s] of the last row in the file at `path`; None if it has no row of this run."""
+        return self._saved
 
     @property
     def row(self) -> int:
@@ -145,110 +143,110 @@ class ResultsWriter:
     def keep(self, times: np.ndarray) -> None:
         """Further rows are filled, read at `times` [s] (n,), one at least."""
         last = self._rows + len(times)
-        self._times[self._rows : last] = times
-        self.last = float(times[-1])
+        self._times[self._rows : last, 0] = times
+        self._last = float(times[-1])
         self._rows = last
-        if self._rows == self._block or clock.monotonic() - self._flushed > FLUSH:
+        if self._rows == self._block:
+            self.flush()
+            self._before += self._rows
+            self._rows = 0
+        elif clock.monotonic() > self._due:
             self.flush()
 
     def flush(self) -> None:
-        """Bring all rows to the disk; RunError if it does not take them."""
-        with self._errors():
-            self._flush()
+        """Bring all rows to the disk, once there is a step; RunError if it does not take them."""
+        began = clock.monotonic()
+        if self._before + self._rows > 1:
+            with self._errors():
+                self._flush()
+        now = clock.monotonic()
+        self._interval = min(2 * self._interval, FLUSH)
+        self._due = now + max(self._interval, (now - began) / SHARE)
 
     def _flush(self) -> None:
-        if self._rows:
-            rows = slice(self._written, self._written + self._rows)
-            self._time[rows] = self._times[: self._rows]
-            for group in self._groups:
-                group.write(rows, self._rows)
-            self._file.sync()
-            self._written += self._rows
-            self._rows = 0
-        self._flushed = clock.monotonic()
+        new = slice(self._file.count - self._before, self._rows)
+        try:
+            if new.start < new.stop:
+                self._file.keep_texts(self._texts)
+                self._file.append(self._file.count, self._parts(new))
+        finally:  # some rows may have come there
+            self._publish()
+
+    def _publish(self) -> None:
+        """Put the rows on the disk where results belong, once there is a step."""
+        count = self._file.count
+        if self._file.path != self._place and (count > 1 or not self._place.exists()):
+            self._file.move(self._place)
+        if count > self._before:
+            self._saved = float(self._times[count - self._before - 1, 0])
+
+    def _parts(self, rows: slice) -> list[np.ndarray]:
+        return [self._times[rows], *(group.filled(rows) for group in self._groups)]
 
     def close(self, ended: str) -> None:
         """Write what is left and how the run has `ended`, and close the file.
 
-        RunError if the disk does not take it.
+        A run without a step does not replace results that are there, unless it is at its stop time.
+        RunError if the disk does not take the rows.
         """
-        if self._file.isopen():
-            with self._errors():
+        open_, self._open = self._open, ExitStack()
+        with open_:
+            if self._file.closed:
+                return
+            began = ended == AT_STOP or self._before + self._rows > 1
+            if self._rows and (began or not self._place.exists()):
+                self._finish(ended)
+
+    def _finish(self, ended: str) -> None:
+        """Put the netCDF-4 file in place; the rows if there is no room for it."""
+        if self._file.path != self._place:  # no row is on the disk: all are in the block
+            try:
+                self._write(ended, [self._filled()])
+            except RunError:
+                pass  # the rows need less
+            else:
+                self._saved = self._last
+                return
+        with self._errors():
+            try:
                 self._flush()
-                self._file.setncattr("ended", ended)
-                longer = len(self._time) > self._written
-                self._file.close()
-                if longer:
-                    _cut(self.path, self._written)
+            except OSError as error:
+                self._file.end(_ending(cannot_write(self.path, error)))
+                raise
+            self._file.end(ended)
+        blocks = self._file.blocks() if self._before else [self._filled()]
+        self._file.close()  # Windows replaces no open file
+        try:
+            self._write(ended, blocks)
+        except RunError as error:
+            self.notes = (
+                "the results are complete, but of netCDF's classic form, without groups, which "
+                f"m4e_fmi.results.load reads as well: {error.message}",
+            )
+
+    def _filled(self) -> list[np.ndarray]:
+        return self._parts(slice(self._rows))
+
+    def _write(self, ended: str, blocks: Iterable[list[np.ndarray]]) -> None:
+        attributes, count = {**self._attributes, "ended": ended}, self._before + self._rows
+        write_netcdf(self._place, self._sections, attributes, count, blocks, self._texts)
+
+    @property
+    def _sections(self) -> list[Section]:
+        return [group.section for group in self._groups]
 
     @contextmanager
     def _errors(self) -> Iterator[None]:
-        """Errors of netCDF as RunError; what had reached the disk before can be read, if any."""
+        """Errors of the disk as RunError."""
         try:
             yield
-        except (OSError, RuntimeError) as error:
-            with suppress(RuntimeError):
-                self._file.close()
-            if not self._written:
-                self.path.unlink(missing_ok=True)
+        except OSError as error:
             raise cannot_write(self.path, error) from error
-
-
-def _sizes(expected: int, columns: int) -> tuple[int, int]:
-    """Rows that are written together, and those of a chunk: whole chunks, the last one full too."""
-    most = max(CHUNK[0], min(MOST_ROWS, MOST_VALUES // columns))
-    chunks = ceil(expected / min(CHUNK[1], most))
-    chunk = max(CHUNK[0], ceil(expected / chunks))
-    return max(1, most // chunk) * chunk, chunk
-
-
-def _cut(path: Path, rows: int) -> None:
-    """Leave the first `rows` in the file: those after them are of a course that was given up."""
-    from netCDF4 import Dataset
-
-    cut = path.with_suffix(".cut")
-    with Dataset(path) as whole, Dataset(cut, "w", format="NETCDF4") as file:
-        file.createDimension("time", None)
-        for source in (whole, *whole.groups.values()):
-            target = file if source is whole else file.createGroup(source.name)
-            target.setncatts({name: source.getncattr(name) for name in source.ncattrs()})
-            for name, old in source.variables.items():
-                new = target.createVariable(name, "f8", ("time",))
-                new.setncatts({key: old.getncattr(key) for key in old.ncattrs()})
-                new[:] = old[:rows]
-    cut.replace(path)
 
 
 def _ending(error: object) -> str:
     if isinstance(error, RunError):
         return f"failed: {error.message}"
+    if isinstance(error, Terminated):
+        return str(error)
     return "interrupted" if isinstance(error, KeyboardInterrupt) else f"failed: {error}"
-
-
-class _Group:
-    """What is recorded of one component: a block of rows, and the netCDF variables they go to."""
-
-    def __init__(
-        self,
-        file: Any,
-        instance: Instance,
-        outputs: Sequence[Variable],
-        rows: int,
-        chunk: int,
-        rate: Rate | None,
-    ) -> None:
-        group = file.createGroup(instance.name)
-        if rate:
-            group.setncattr("step_size", f"{rate.step:g} s")
-        self._variables = []
-        for output in outputs:
-            variable = group.createVariable(output.name, "f8", ("time",), chunksizes=(chunk,))
-            variable.setncatts({"units": output.unit or "1", "long_name": output.description})
-            self._variables.append(variable)
-        self._block = np.zeros((rows, len(outputs)))
-        names = tuple(output.name for output in outputs)
-        self.operations = (Get(instance, names, self._block),) if names else ()
-
-    def write(self, rows: slice, count: int) -> None:
-        for variable, column in zip(self._variables, self._block.T, strict=True):
-            variable[rows] = column[:count]

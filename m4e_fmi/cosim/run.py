@@ -4,30 +4,37 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cache
-from math import ceil
 from pathlib import Path
 
 from m4e_fmi.cosim.certificate import Certificate, Trace, compared
-from m4e_fmi.cosim.components import fmu_files, with_units
+from m4e_fmi.cosim.components import ready_fmus, with_units
 from m4e_fmi.cosim.connect import Link, Wiring, connect
+from m4e_fmi.cosim.delays import broken
+from m4e_fmi.cosim.dependence import with_stated
 from m4e_fmi.cosim.energy import BondEnergy
 from m4e_fmi.cosim.execution import Execution
 from m4e_fmi.cosim.forgotten import forgotten
 from m4e_fmi.cosim.master import Master, Observer, Progress
 from m4e_fmi.cosim.overview import overview
 from m4e_fmi.cosim.pacing import Rates, pace, refined
+from m4e_fmi.cosim.probing import probed
 from m4e_fmi.cosim.results import ResultsWriter
+from m4e_fmi.cosim.selection import chosen
 from m4e_fmi.cosim.structure import Structure, analyse
-from m4e_fmi.cosim.system import SOLVES_LOOPS, Component, Simulation, System
+from m4e_fmi.cosim.system import Component, System
 from m4e_fmi.cosim.timing import Timing, timings
+from m4e_fmi.cosim.volume import thinned
 from m4e_fmi.errors import InputError, Problem, RunError
 from m4e_fmi.fmu import Description, read_description
+from m4e_fmi.fmu.opening import replaced
 from m4e_fmi.fmu.reading import resized
+from m4e_fmi.locks import claimed
 from m4e_fmi.results import Results, check_export, export, load, stream_of
 from m4e_fmi.shown import listing
+from m4e_fmi.signals import ending_cleanly
 
 
 @dataclass(frozen=True)
@@ -105,33 +112,35 @@ def prepare(
     build_directory: str | Path = "build",
     native: bool | None = None,
     tell: Callable[[str], None] | None = None,
-    refuse_loops: bool = True,
 ) -> Prepared:
     """Build what is missing (`native` or not: see `fmu_files`), read the FMUs, connect them.
 
     InputError with all problems of the FMU files, then of the connections, then of components'
-    own steps; RunError for a build
-    that failed and, unless they are only to be looked at, for algebraic loops that the system's
-    algorithm does not solve. `tell` receives a line per step of a build.
+    own steps; RunError for a build that failed. `tell` receives a line per step of a build. FMUs
+    that declare no dependencies, and so may be part of an algebraic loop, are probed (`probing`).
     """
     problems: list[Problem] = []
     descriptions: dict[str, Description] = {}
-    files = fmu_files(system, build_directory, native=native, tell=tell)
+    fmus = ready_fmus(system, build_directory, native=native, tell=tell)
     read = cache(read_description)  # many components may be of one file
     for component in system.components:
         try:
-            description = resized(read(files[component.name]), component.start)
+            fmu = fmus[component.name]
+            description = resized(read(fmu.path), component.start)
+            if fmu.content not in ("", description.content):
+                raise replaced(fmu.path)
             descriptions[component.name] = with_units(component, description)
         except InputError as error:
             problems += error.problems
     if problems:
         raise InputError(problems)
     wiring = connect(system, descriptions)
-    solves_loops = not refuse_loops or system.simulation.algorithm in SOLVES_LOOPS
-    structure = analyse(descriptions, wiring, solves_loops=solves_loops)
     paced, note = refined(system, descriptions)
-    rates = pace(paced, descriptions, structure.loops)
-    notes = (*forgotten(system, descriptions, wiring), *([note] if note else []))
+    rates = pace(paced, descriptions)
+    descriptions, found = probed(paced, with_stated(system, descriptions), wiring)
+    wiring, late = broken(descriptions, wiring, rates)
+    structure = analyse(descriptions, wiring)
+    notes = (*forgotten(system, descriptions, wiring), *([note] if note else []), *found, *late)
     return Prepared(paced, descriptions, wiring, structure, rates, notes)
 
 
@@ -155,10 +164,14 @@ def run(
     ``progress(time)`` about ten times a second. With `check`, the system runs once more at half the
     step (and an eighth of the coupling tolerance), and the outcome has `checked`. RunError
     names component, variable and time; the results up to there are then on disk, as they are after
-    KeyboardInterrupt.
+    KeyboardInterrupt, and after SIGTERM, which raises Terminated (a SystemExit). Results that would
+    be huge if every step were a row have fewer rows, which `tell` receives and the notes tell.
+    RunError before the first step if another run writes to the same file.
     """
     if isinstance(system, System):
         system = prepare(system, build_directory=build_directory, tell=tell)
+    if results is not None:
+        system = _thinned(system, variables, tell)
     if check:
         return _checked(
             system, results=results, observers=observers, progress=progress, variables=variables
@@ -184,6 +197,8 @@ def start(
     """
     if isinstance(system, System):
         system = prepare(system, build_directory=build_directory, tell=tell)
+    if results is not None:
+        system = _thinned(system, variables, tell)
     with _begun(system, results=results, variables=variables, changeable=True) as begun:
         master, writer = begun.master, begun.results
         execution = Execution(master, system.descriptions, system.wiring)
@@ -206,7 +221,9 @@ def _once(
     variables: Sequence[str] = (),
     certify: bool = True,
 ) -> Outcome:
-    with _begun(system, results=results, variables=variables, certify=certify) as begun:
+    with _begun(
+        system, results=results, variables=variables, certify=certify, watched=bool(observers)
+    ) as begun:
         begun.master.run(results=begun.results, observers=observers, progress=progress)
     assert begun.outcome
     return begun.outcome
@@ -229,71 +246,111 @@ def _begun(
     variables: Sequence[str],
     certify: bool = True,
     changeable: bool = False,
+    watched: bool = False,
 ) -> Iterator[_Begun]:
     begun = clock.perf_counter()
-    if results is not None:
-        check_export(results)
+    system = _at_home(system)
     parts = (system.system, system.descriptions, system.wiring, system.structure, system.rates)
-    with Master(*parts, certify=certify, changeable=changeable) as master:
-        path = None
-        if results is None:
-            found = _Begun(master)
+    recorded: dict[str, list[str]] = {}
+    if results is not None:
+        members = chosen(system.descriptions, variables, system.wiring.sources)
+        recorded = {name: [v.name for v in members] for name, members in members.items()}
+    with ExitStack() as stack:
+        stack.enter_context(ending_cleanly())
+        place = stack.enter_context(_claimed(results)) if results is not None else None
+        file = Path(results or "").absolute()
+        master = stack.enter_context(
+            Master(
+                *parts, certify=certify, changeable=changeable, recorded=recorded, watched=watched
+            )
+        )
+        found = _Begun(master)
+        if place is None or results is None:
             yield found
         else:
-            path = stream_of(results)
-            writer = ResultsWriter(
-                path,
-                master.network,
-                _attributes(system.system),
-                expected=_rows(system.system.simulation),
-                variables=variables,
-            )
-            found = _Begun(master, writer)
-            with _exported(path, Path(results), writer), writer:
+            attributes = _attributes(system)
+            writer = ResultsWriter(place, master.network, attributes, variables=variables)
+            found.results = writer
+            with _exported(file, Path(results), writer), writer:
                 yield found
         found.outcome = Outcome(
             prepared=system,
-            path=path,
+            path=None if results is None else stream_of(results),
             steps=master.steps,
             wall_time=clock.perf_counter() - begun,
             energy=master.energy,
-            notes=(*system.notes, *master.notes),
+            notes=(*system.notes, *master.notes, *(found.results.notes if found.results else ())),
             order=master.order,
             rejected=master.rejected,
             certificate=master.certificate() if certify else "",
         )
 
 
-def _rows(simulation: Simulation) -> int:
-    """How many rows of results are expected."""
-    interval = simulation.output_interval or simulation.step_size
-    return ceil((simulation.stop_time - simulation.start_time) / interval) + 1
+def _thinned(
+    prepared: Prepared, variables: Sequence[str], tell: Callable[[str], None] | None
+) -> Prepared:
+    """The same, with an output interval if the results would be huge; large ones are told."""
+    settings, note = thinned(prepared.system.simulation, prepared.descriptions, variables)
+    if not note:
+        return prepared
+    if tell:
+        tell(note)
+    system = replace(prepared.system, simulation=settings)
+    return replace(prepared, system=system, notes=(*prepared.notes, note))
 
 
-def _attributes(system: System) -> dict[str, str]:
+def _at_home(system: Prepared) -> Prepared:
+    """The same, with files that are found from any folder: FMUs may change that of the process."""
+    found = {n: replace(d, path=d.path.absolute()) for n, d in system.descriptions.items()}
+    return replace(system, descriptions=found)
+
+
+@contextmanager
+def _claimed(results: str | Path) -> Iterator[Path]:
+    """Where the results are streamed to, absolute; InputError or RunError before any work."""
+    check_export(results)
+    with claimed(stream_of(results)) as place:
+        yield place
+
+
+def _attributes(prepared: Prepared) -> dict[str, str]:
+    system, settings = prepared.system, prepared.system.simulation
+    interval = settings.output_interval
     return {
         "title": system.name,
         "comment": system.description,
-        "algorithm": system.simulation.algorithm,
-        "step_size": f"{system.simulation.step_size:g} s",
+        "algorithm": settings.algorithm,
+        "step_size": f"{settings.step_size:g} s",
+        "output_interval": "every step" if interval is None else f"{interval:g} s",
+        "notes": "\n".join(prepared.notes),
     }
 
 
 @contextmanager
-def _exported(path: Path, results: Path, writer: ResultsWriter) -> Iterator[None]:
-    """Writes the results in the form wanted, however the run ends, and tells how far they go."""
+def _exported(file: Path, given: Path, writer: ResultsWriter) -> Iterator[None]:
+    """Writes the results to `file`, however the run ends, and tells how far they go."""
     try:
         yield
     except RunError as error:
-        if not path.is_file():  # the disk was full from the start
-            raise
-        export(path, results)
-        note = f"results until t = {writer.last:.9g} s are in {results}"
-        raise RunError(error.message, f"{error.remedy}; {note}".lstrip("; ")) from error
+        note = _kept(file, given, writer)
+        raise RunError(error.message, f"{error.remedy}; {note}".strip("; ")) from error
     except BaseException:
-        export(path, results)
+        _kept(file, given, writer)
         raise
-    export(path, results)
+    export(writer.path, file)
+
+
+def _kept(file: Path, given: Path, writer: ResultsWriter) -> str:
+    """Export the results of a run that did not reach its end; what there is, as text."""
+    if writer.saved is None:
+        old = file.is_file() and "the run made no step: {} is as it was"
+        return old.format(given) if old else ""
+    until = f"results until t = {writer.saved:.9g} s are in"
+    try:
+        export(writer.path, file)
+    except RunError as error:
+        return f"{until} {stream_of(given)}; {error.message}"
+    return f"{until} {given}"
 
 
 def _checked(
@@ -343,5 +400,5 @@ def _finer(prepared: Prepared) -> Prepared:
         coupling_tolerance=None if tolerance is None else tolerance / 8,
     )
     finer = replace(system, components=tuple(parts), simulation=simulation)
-    rates = pace(finer, prepared.descriptions, prepared.structure.loops)
+    rates = pace(finer, prepared.descriptions)
     return replace(prepared, system=finer, rates=rates)

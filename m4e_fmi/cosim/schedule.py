@@ -9,18 +9,24 @@ import ctypes
 from collections.abc import Sequence
 from typing import NoReturn
 
+import numpy as np
+
 from m4e_fmi.cosim import native_loop, python_loop
 from m4e_fmi.cosim.instance import Instance
 from m4e_fmi.cosim.native_loop import NOT_A_NUMBER, NativeExecutor, State
 from m4e_fmi.cosim.operations import (
     Combine,
+    Copy,
     DoStep,
     Get,
+    GetTyped,
+    Monitor,
     Operation,
     Restore,
     Save,
     Set,
     SetDerivatives,
+    SetTyped,
 )
 from m4e_fmi.cosim.python_loop import PythonExecutor
 from m4e_fmi.cosim.system import SECOND
@@ -28,6 +34,8 @@ from m4e_fmi.runtime.library import library
 
 NEVER = 2**63
 """Steps from row to row where there are no rows."""
+FAR = 2**62
+"""A time [ns] that no run reaches."""
 
 
 class Schedule:
@@ -83,8 +91,12 @@ class Schedule:
                 instance.fail(status, "fmi2GetFMUstate")
             case Restore(instance):
                 instance.fail(status, "fmi2SetFMUstate")
-            case Combine():
-                raise AssertionError("combinations do not fail")
+            case GetTyped(instance, access, cells):
+                instance.fail_typed(status, access, cells)
+            case SetTyped(instance, access, cells):
+                instance.fail_typed(status, access, cells)
+            case Combine() | Copy() | Monitor():
+                raise AssertionError("these do not fail")
 
 
 class Loop:
@@ -92,22 +104,30 @@ class Loop:
 
     `state` has the present time `now`, the step `size` [ns], the next places of blocks that each
     step (`noted`) and each row (`written`) fill, and the steps `since` the last of the rows, which
-    are `every` so many steps. One of the instances `telling` may ask for the end.
+    are `every` so many steps. All steps that end at `rows_from` [ns] or later may end at a row. One
+    of the instances `telling` may ask for the end; one of `stops` (float64) that becomes finite
+    ends it, too.
     """
 
     def __init__(
-        self, step: Schedule, row: Schedule | None, *, every: int, telling: Sequence[Instance]
+        self,
+        step: Schedule,
+        row: Schedule | None,
+        *,
+        every: int,
+        telling: Sequence[Instance],
+        stops: np.ndarray,
     ) -> None:
         self.step = step
         self.row = row or Schedule(())
-        self.state = State(every=every if row else NEVER)
-        self._telling = telling
+        self.state = State(every=every if row else NEVER, rows_from=FAR)
+        self._telling, self._stops = telling, stops
         if isinstance(step.executor, NativeExecutor):
-            self._ends = native_loop.ends(telling)
-            self.state.ends, self.state.end_count = ctypes.addressof(self._ends), len(telling)
+            self._ends = native_loop.ends(telling, stops)
+            self.state.ends, self.state.end_count = ctypes.addressof(self._ends), len(self._ends)
 
     def advance(self, steps: int) -> None:
-        """Make so many macro steps, up to the end that a component asks for.
+        """Make so many macro steps, up to the end that a component asks for, or to a stop.
 
         RunError as `Schedule.run`, `state` telling how far it came.
         """
@@ -118,7 +138,7 @@ class Loop:
         else:
             assert isinstance(step, PythonExecutor)
             assert isinstance(row, PythonExecutor)
-            status = python_loop.run(step, row, state, steps, self._telling)
+            status = python_loop.run(step, row, state, steps, self._telling, self._stops)
         now, size = state.now / SECOND, state.size / SECOND
         if state.now > before:
             self.step.arrive(now)

@@ -15,7 +15,8 @@ The change falls with a power p of the step, so the next step is the last one ti
 0.9 (tolerance/error)^(1/p), but at most doubled, at least a fifth, and not larger right after a
 rejection. Steps never exceed the `step_size` of the simulation.
 
-Where an output jumps, steps shrink onto the jump; the smallest passes over it. If the next step
+Where an output jumps, steps shrink onto the jump; the smallest passes over it. So they do where an
+output that is not Real changes. If the next step
 misses the tolerance too, however small, it is no jump: that ends the run.
 """
 
@@ -104,6 +105,15 @@ class StepControl:
         self._just_rejected = not accepted
         self.size = int(min(max(wanted, self._smallest), self._largest))
         return accepted
+
+    def shrinks(self, size: int) -> bool:
+        """Whether a step of `size` [ns] within which a value switches is to be made smaller."""
+        if size <= self._smallest:
+            return False
+        self.rejected += 1
+        self._just_rejected = True
+        self.size = max(self._smallest, round(LEAST * size))
+        return True
 
     def pass_over(self, end: np.ndarray, time: int) -> None:
         """The run has passed over a jump to `time` [ns], where all exchanged outputs are `end`."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time as clock
+from collections.abc import Sequence
 from functools import cached_property
 from typing import Protocol, cast
 
@@ -11,6 +12,8 @@ import numpy as np
 from m4e_fmi.cosim.algorithms import Algorithm, Returning, Undoing
 from m4e_fmi.cosim.algorithms.scheduled import Scheduled, looped
 from m4e_fmi.cosim.announced import NEVER, Announced, in_nanoseconds
+from m4e_fmi.cosim.connect import Port
+from m4e_fmi.cosim.discrete import Switches
 from m4e_fmi.cosim.energy import BLOCK as ENERGY_BLOCK
 from m4e_fmi.cosim.energy import EnergyBalance
 from m4e_fmi.cosim.events import ended, event_count, telling
@@ -24,13 +27,16 @@ from m4e_fmi.cosim.system import SECOND, Simulation
 
 
 class Watcher(Protocol):
-    """What looks at every step of a run; where many are made at once, as far as there is `room`.
+    """Looks at every step of a run; where many are made at once, as far as there is `room`.
 
-    While it is `open`, its `operations` are performed after each step, in rows of a block.
+    Its `operations` are performed after each step, in rows of a block; while it is `open`, its
+    `open_operations`.
     """
 
     @property
     def operations(self) -> tuple[Operation, ...]: ...
+    @property
+    def open_operations(self) -> tuple[Operation, ...]: ...
     @property
     def open(self) -> bool: ...
     @property
@@ -45,9 +51,10 @@ class Course:
     Steps of a `Scheduled` algorithm are made many at once, as long as `most_time` [s of wall time]
     allows; with `singly` one by one. They are adaptive with a `control`. Where all FMUs can go back
     (`returns`), a step that one of them discards is made again, shorter; `shortened` counts them.
+    `switches` are the steps within which values changed that are not Real.
     """
 
-    REMEMBERED = ("now", "_row", "steps", "shortened", "_jump")
+    REMEMBERED = ("now", "_row", "steps", "shortened", "_jump", "switches")
 
     def __init__(
         self,
@@ -74,18 +81,20 @@ class Course:
         self._announced = Announced(network)
         self._telling = telling(network.instances.values())
         self._note = Schedule(witness.operations if witness else ())
+        self._note_open = Schedule(witness.open_operations if witness else ())
         self._most = 1
         self.now = self._row = self._start
         self.steps = self.shortened = 0
+        self.switches = Switches()
         self._jump = NEVER
 
     @cached_property
     def _unwatched(self) -> Loop | None:
-        return self._looped(())
+        return self._looped(self._witness.operations if self._witness else ())
 
     @cached_property
     def _watched(self) -> Loop | None:
-        return self._looped(self._witness.operations if self._witness else ())
+        return self._looped(self._witness.open_operations if self._witness else ())
 
     def _looped(self, watched: tuple[Operation, ...]) -> Loop | None:
         if self._control or self._announced:
@@ -93,7 +102,17 @@ class Course:
         noted = (*self._energy.operations(self._algorithm.held), *watched)
         rows = self._results.schedule if self._results else None
         every = -(-self._every // self._size)
-        return looped(self._algorithm, self._network, noted, rows, every=every)
+        loop = looped(self._algorithm, self._network, noted, rows, every=every)
+        if loop:
+            anywhere = self._singly or self._telling  # where rows end is not known before
+            loop.state.rows_from = self._start if anywhere else self._stop
+        return loop
+
+    def halt(self) -> None:
+        """End what `advance` does at the next point, called by another thread."""
+        for loop in (self.__dict__.get("_unwatched"), self.__dict__.get("_watched")):
+            if loop:
+                loop.state.halt = 1
 
     def advance(self, most: int = ENERGY_BLOCK) -> None:
         """Make as many steps as can be made at once, `most` at most, or one."""
@@ -115,7 +134,7 @@ class Course:
     def _repeat(self, loop: Loop, size: int, most: int) -> None:
         """Make equal steps of `size` [ns], `most` at most."""
         state, began, first = loop.state, clock.perf_counter(), self.now
-        state.now, state.size, state.noted = first, size, self._energy.noted
+        state.now, state.size, state.noted, state.halt = first, size, self._energy.noted, 0
         state.since = max(0, state.every - -(-(self._row + self._every - first) // size))
         state.written = row = self._results.row if self._results else 0
         start, noted = first - state.since * size, state.noted
@@ -131,8 +150,10 @@ class Course:
                 points = start + state.every * size * ends
                 self._row = int(points[-1])
                 self._results.keep(points / SECOND)
+            changed = self._network.settle()
+            self._switched(changed, size)
             if self._witness:
-                self._witness.after(made, size, noted)
+                self._witness.after(made, size, noted, jumped=bool(changed))
         last = self.now == self._stop or ended(self._telling)
         if last and self._row != self.now:
             self._record()
@@ -165,15 +186,20 @@ class Course:
         jumped = event_count(self._telling) > before or self.now == self._jump
         if jumped:
             self._network.forget()
-        self._network.advance(self.now / SECOND)
+        changed = self._network.advance(self.now / SECOND)
+        self._switched(changed, size)
         self._energy.add(self._algorithm.held, size / SECOND)
         self.steps += 1
         if self._witness:
-            self._note.run(self._network.time)
-            self._witness.after(1, size, 0, jumped=jumped)
+            (self._note_open if self._witness.open else self._note).run(self._network.time)
+            self._witness.after(1, size, 0, jumped=jumped or bool(changed))
         last = self.now == self._stop or ended(self._telling)
         if last or self.now >= self._row + self._every:
             self._record()
+
+    def _switched(self, changed: Sequence[Port], size: int) -> None:
+        within = self._network.within_step(changed)
+        self.switches.note(within, self.now / SECOND, size / SECOND)
 
     def _record(self) -> None:
         self._row = self.now
@@ -183,6 +209,7 @@ class Course:
     def _step(self, size: int) -> int:
         """Step all components by `size` if that may be; the size of the step [ns]."""
         now, control, algorithm = self.now, self._control, self._algorithm
+        discrete = self._network.discrete.values.copy()
         while True:
             try:
                 algorithm.step(now / SECOND, size / SECOND)
@@ -192,6 +219,10 @@ class Course:
             if control is None:
                 return size
             algorithm = cast("Returning", algorithm)
+            if self._network.discrete.differs(discrete) and control.shrinks(size):
+                algorithm.undo()
+                size = self._wanted()
+                continue
             if now + size == self._jump:
                 control.pass_over(algorithm.end, self._jump)
                 return size

@@ -1,32 +1,35 @@
 """In which order values are exchanged, and components stepped; what loops there are.
 
 At one communication point an input is as new as the output it comes from, and an output with
-feed-through as new as the inputs it depends on. Exchanging along the declared dependencies makes
-all of them belong to the same instant; read in any other order, outputs would show inputs of the
-step before.
+feed-through as new as the inputs it depends on. Exchanging along the dependencies makes all of them
+belong to the same instant; read in any other order, outputs would show inputs of the step before.
+How dependencies are known, `dependence` tells. A link that is delayed carries an older value, and
+waits for nothing.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from functools import partial
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import networkx as nx
 
 from m4e_fmi.cosim.connect import Link, Port, Wiring
-from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.reading import Description
 
 
 @dataclass(frozen=True)
 class Transfer:
-    """One FMI call of an exchange: get or set these variables of this component."""
+    """One FMI call of an exchange: get or set these variables of this component.
+
+    Those of a `discrete` one are not Real, or take the values of such.
+    """
 
     action: Literal["get", "set"]
     component: str
     variables: tuple[str, ...]
+    discrete: bool = False
 
 
 @dataclass(frozen=True)
@@ -44,6 +47,8 @@ class Loop:
 @dataclass(frozen=True)
 class Structure:
     """What follows from the wiring.
+
+    In a loop at initialisation, inputs that are not Real have their start values.
 
     `initial` are the transfers in initialization mode, `exchange` those at a communication point;
     `sweep` is the order of components in which sources of unpredictable values come first, and
@@ -63,33 +68,50 @@ class Structure:
         return tuple(step.cycle for step in self.exchange if isinstance(step, Loop))
 
 
-def analyse(
-    descriptions: Mapping[str, Description], wiring: Wiring, *, solves_loops: bool = False
-) -> Structure:
-    """The structure of a system.
-
-    RunError naming the variables if it has an algebraic loop, unless the algorithm `solves_loops`.
-    """
-
-    def now(port: Port) -> frozenset[str]:
-        return descriptions[port.component].dependencies[port.variable]
+def analyse(descriptions: Mapping[str, Description], wiring: Wiring) -> Structure:
+    """The structure of a system."""
 
     def initially(port: Port) -> frozenset[str]:
         return descriptions[port.component].initial_dependencies[port.variable]
 
-    order = partial(_order, descriptions, solves_loops)
-    ends = tuple(_ends(descriptions, wiring.links))
-    needed = [*_with_derivatives(descriptions, wiring.links), *ends]
     everything = (*wiring.initial_links, *wiring.links)
-    sources = dict.fromkeys(link.source for link in everything)
+    prompt = [link for link in everything if not link.delayed]
+    unsolved = apart(
+        loop_links(prompt, instant_graph(prompt, [k.source for k in prompt], initially))
+    )
+    prompt = [link for link in prompt if link not in unsolved]
+    sources = list(dict.fromkeys(link.source for link in everything))
     sweep, delayed = sweep_order(descriptions, wiring.links)
+    discrete = {port for k in everything if not k.is_real for port in (k.source, k.target)}
     return Structure(
-        initial=order(everything, sources, initially, "at initialisation"),
-        exchange=order(wiring.links, needed, now, "at communication points"),
+        initial=_order(prompt, instant_graph(prompt, sources, initially), discrete),
+        exchange=_order(wiring.links, exchange_graph(descriptions, wiring), discrete),
         sweep=sweep,
         delayed=delayed,
-        ends=ends,
+        ends=tuple(_ends(descriptions, wiring.links)),
     )
+
+
+def loop_links(links: Iterable[Link], graph: nx.DiGraph) -> list[Link]:
+    """The links that are part of algebraic loops."""
+    knots = [knot for knot in nx.strongly_connected_components(graph) if len(knot) > 1]
+    return [k for k in links if any(k.source in knot and k.target in knot for knot in knots)]
+
+
+def apart(links: Iterable[Link]) -> list[Link]:
+    """Those of some links that are not Real: no loop can be solved for them."""
+    return [link for link in links if not link.is_real]
+
+
+def exchange_graph(descriptions: Mapping[str, Description], wiring: Wiring) -> nx.DiGraph:
+    """Which ports wait for which at a communication point."""
+
+    def now(port: Port) -> frozenset[str]:
+        return descriptions[port.component].dependencies[port.variable]
+
+    ends = _ends(descriptions, wiring.links)
+    needed = dict.fromkeys((*_with_derivatives(descriptions, wiring.links), *ends))
+    return instant_graph(wiring.links, list(needed), now)
 
 
 def _ends(descriptions: Mapping[str, Description], links: Sequence[Link]) -> Iterator[Port]:
@@ -133,8 +155,10 @@ def sweep_order(
     binding = [
         link
         for link in links
-        if link.source.variable not in descriptions[link.source.component].output_derivatives
+        if link.is_real
+        and link.source.variable not in descriptions[link.source.component].output_derivatives
         and link.source.component != link.target.component
+        and not link.delayed
     ]
     before: dict[str, set[str]] = {name: set() for name in descriptions}
     for link in binding:
@@ -150,26 +174,25 @@ def sweep_order(
     return tuple(order), tuple(delayed)
 
 
+def instant_graph(
+    links: Iterable[Link], outputs: Sequence[Port], depends: Callable[[Port], Iterable[str]]
+) -> nx.DiGraph:
+    """Which ports wait for which at one instant, those waited for first."""
+    driven = {link.target: link for link in links}
+    graph: nx.DiGraph = nx.DiGraph()
+    graph.add_nodes_from((*outputs, *driven))
+    for output in outputs:
+        known = (Port(output.component, name) for name in depends(output))
+        graph.add_edges_from((port, output) for port in known if port in driven)
+    graph.add_edges_from((k.source, k.target) for k in driven.values() if not k.delayed)
+    return graph
+
+
 def _order(
-    descriptions: Mapping[str, Description],
-    solves_loops: bool,
-    links: Sequence[Link],
-    outputs: Iterable[Port],
-    depends: Callable[[Port], frozenset[str]],
-    when: str,
+    links: Sequence[Link], graph: nx.DiGraph, discrete: Container[Port]
 ) -> tuple[Transfer | Loop, ...]:
     """Rounds of gets and sets in which each value is carried over when it is final."""
     driven = {link.target: link.source for link in links}
-    graph: nx.DiGraph = nx.DiGraph()
-    for output in outputs:
-        graph.add_node(output)
-        for name in depends(output):
-            known = Port(output.component, name)
-            if known in driven:
-                graph.add_edge(known, output)
-    graph.add_edges_from((source, target) for target, source in driven.items())
-    if not solves_loops:
-        _refuse_loops(descriptions, graph, when)
     steps: list[Transfer | Loop] = []
     transfers: list[Transfer] = []
     knots = nx.condensation(graph)
@@ -177,10 +200,10 @@ def _order(
         # a generation is all inputs or outputs that wait for nothing but earlier generations
         members = [knots.nodes[knot]["members"] for knot in generation]
         single = [port for ports in members if len(ports) == 1 for port in ports]
-        transfers += _transfers(single, driven)
+        transfers += _transfers(single, driven, discrete)
         for ports in members:
             if len(ports) > 1:
-                calls = _transfers(ports, driven)
+                calls = _transfers(ports, driven, discrete)
                 steps += _merged(transfers)
                 transfers = []
                 sets, gets = ([t for t in calls if t.action == a] for a in ("set", "get"))
@@ -188,12 +211,16 @@ def _order(
     return (*steps, *_merged(transfers))
 
 
-def _transfers(ports: Iterable[Port], driven: Mapping[Port, Port]) -> list[Transfer]:
-    by_call: dict[tuple[Literal["get", "set"], str], list[str]] = {}
+def _transfers(
+    ports: Iterable[Port], driven: Mapping[Port, Port], discrete: Container[Port]
+) -> list[Transfer]:
+    by_call: dict[tuple[Literal["get", "set"], str, bool], list[str]] = {}
     for port in sorted(ports):
         action: Literal["get", "set"] = "set" if port in driven else "get"
-        by_call.setdefault((action, port.component), []).append(port.variable)
-    return [Transfer(a, c, tuple(names)) for (a, c), names in by_call.items()]
+        call = action, port.component, port in discrete
+        by_call.setdefault(call, []).append(port.variable)
+    calls = [Transfer(a, c, tuple(names), apart) for (a, c, apart), names in by_call.items()]
+    return sorted(calls, key=lambda call: call.action == "set")  # some lose outputs when set
 
 
 def _merged(transfers: list[Transfer]) -> tuple[Transfer, ...]:
@@ -201,11 +228,10 @@ def _merged(transfers: list[Transfer]) -> tuple[Transfer, ...]:
     result: list[Transfer] = []
     for transfer in transfers:
         same = [k for k, t in enumerate(result) if t.component == transfer.component]
-        last = same[-1] if same else -1
-        if transfer.action == "set" and last >= 0 and result[last].action == "set":
-            earlier = result.pop(last)
-            names = (*earlier.variables, *transfer.variables)
-            transfer = Transfer("set", transfer.component, names)
+        alike = replace(result[same[-1]], variables=transfer.variables) if same else None
+        if transfer.action == "set" and alike == transfer:
+            names = (*result.pop(same[-1]).variables, *transfer.variables)
+            transfer = replace(transfer, variables=names)
         result.append(transfer)
     return tuple(result)
 
@@ -215,22 +241,3 @@ def _cycle(graph: nx.DiGraph, members: Iterable[Port]) -> tuple[Port, ...]:
     ports = [edge[0] for edge in nx.find_cycle(graph.subgraph(members))]
     start = ports.index(min(ports))
     return (*ports[start:], *ports[:start])
-
-
-def _refuse_loops(descriptions: Mapping[str, Description], graph: nx.DiGraph, when: str) -> None:
-    loops = [c for c in nx.strongly_connected_components(graph) if len(c) > 1]
-    if not loops:
-        return
-    texts = []
-    blind: set[str] = set()
-    for loop in loops:
-        ports = _cycle(graph, loop)
-        texts.append(" -> ".join(str(port) for port in [*ports, ports[0]]))
-        blind |= {p.component for p in ports if p.variable in descriptions[p.component].undeclared}
-    remedy = "give one of these FMUs an output that does not depend on its input within an instant"
-    if blind:
-        remedy = (
-            f"{' and '.join(sorted(blind))} declare{'s' * (len(blind) == 1)} no dependencies in "
-            "ModelStructure, so that each output may depend on every input: export it with them"
-        )
-    raise RunError(f"algebraic loop {when}: {'; '.join(texts)}", remedy)

@@ -19,8 +19,6 @@ from m4e_fmi.shown import listing, short
 from m4e_fmi.units import Quantity, Unit
 
 ALGORITHMS = ("corrector", "gauss_seidel", "implicit", "jacobi")
-SOLVES_LOOPS = ("implicit",)
-"""Those that solve algebraic loops."""
 KIND_GROUP = "m4e_fmi.fmus"
 PACKAGE = ".ssp"
 """Suffix of an SSP package; any other file with a system is YAML."""
@@ -74,6 +72,9 @@ class Component:
     equal steps in each macro step; if it is m times that of the simulation, it makes one in
     every m-th; else the system makes shorter macro steps that meet its points. None leaves it
     to the algorithm.
+
+    `dependencies` names, for some outputs, the inputs that they depend on within an instant, in
+    place of what the FMU declares.
     """
 
     name: str
@@ -81,6 +82,12 @@ class Component:
     start: Start = field(default_factory=dict)
     units: Mapping[str, Unit] = field(default_factory=dict)
     step_size: float | str | None = None
+    dependencies: Mapping[str, Sequence[str]] = field(default_factory=dict)
+
+    @property
+    def own_step(self) -> Fraction | None:
+        """`step_size` [s], if it has one."""
+        return None if self.step_size is None else seconds(self.step_size)
 
 
 @dataclass(frozen=True)

@@ -48,6 +48,7 @@ class _ComponentSection(Section):
 
     start: dict[str, bool | int | float | str] = Field(default_factory=dict)
     step_size: Number | str | None = None
+    dependencies: dict[str, tuple[str, ...]] = Field(default_factory=dict)
 
 
 class _FileSection(_ComponentSection):
@@ -144,7 +145,7 @@ def _read_component(document: Document, name: str, keys: dict[str, Any]) -> Comp
         others = tuple(key for key in keys if key not in COMMON)
         own = document.validate(_ComponentSection, at=at, drop=others)
         kind = _read_kind(document, at, keys["kind"])
-        return Component(name, kind, own.start, step_size=own.step_size)
+        return _component(name, kind, own)
     section = document.validate(_FileSection, at=at)
     path = document.path.parent / str(section.model or section.fmu)
     if not path.is_file():
@@ -152,7 +153,19 @@ def _read_component(document: Document, name: str, keys: dict[str, Any]) -> Comp
         message = f"no such file: {path}"
         raise InputError([document.problem((*at, given[0]), message, suggestion(path.name, near))])
     source = ModelFile(path) if given[0] == "model" else FmuFile(path)
-    return Component(name, source, section.start, step_size=section.step_size)
+    return _component(name, source, section)
+
+
+def _component(
+    name: str, source: FmuFile | ModelFile | Kind, section: _ComponentSection
+) -> Component:
+    return Component(
+        name,
+        source,
+        section.start,
+        step_size=section.step_size,
+        dependencies=section.dependencies,
+    )
 
 
 def _read_kind(document: Document, at: Location, kind: Any) -> Kind:

@@ -27,7 +27,9 @@ class Timing(Enum):
     EXTRAPOLATED = "extrapolated from the step before"
     LATE = "one step late: held at its value at the start of the step"
     TAKEN = "taken at the points of a component that steps more rarely"
+    DELAYED = "one step late, as its connection says: held at its source's value a step before"
     HELD = "held from one point of a component that steps more rarely to the next"
+    SWITCHED = "held during each step: a change acts from the end of its step on"
 
 
 def timings(
@@ -45,11 +47,16 @@ def timings(
     followed = [
         link
         for link in wiring.links
-        if not (is_sampled(link.source.component) or is_sampled(link.target.component))
+        if link.is_real
+        and not (
+            link.delayed or is_sampled(link.source.component) or is_sampled(link.target.component)
+        )
     ]
     knots = component_cycles(descriptions, followed)
     knot_of = {name: knot for knot in knots for name in knot}
-    corrects = all(any(descriptions[name].saves_state for name in knot) for knot in knots)
+    corrects = not structure.loops and all(
+        any(descriptions[name].saves_state for name in knot) for knot in knots
+    )
     place = {name: k for k, name in enumerate(structure.sweep)}
 
     def in_sweep(link: Link) -> Timing:
@@ -61,10 +68,14 @@ def timings(
         return Timing.EXTRAPOLATED
 
     def timing(link: Link) -> Timing:
+        if link.delayed:
+            return Timing.DELAYED
         if is_sampled(link.target.component):
             return Timing.TAKEN
         if is_sampled(link.source.component):
             return Timing.HELD
+        if not link.is_real:
+            return Timing.SWITCHED
         if algorithm == "jacobi":
             return Timing.LATE
         if algorithm == "implicit":

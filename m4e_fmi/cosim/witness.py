@@ -1,17 +1,16 @@
-"""What tells the coupling error while the run goes on: a second course at twice the step.
+"""Online estimate of the coupling error: parts of the run are made a second time.
 
-Two courses of an algorithm of order p from one point, y at the step H and z at 2H, differ by most
-of the error of the second:
+**Smooth courses.** Two courses of an algorithm of order p from one point, y at the step H and z at
+2H, differ by most of the error of the second:
 
     error of y = |y − z| / (2^p − 1)
 
 So at the end of a *window* of steps the FMUs go back to its start, make it again in half as many
 steps of twice the length, and return; the run is not touched by it. Nothing is assumed of the FMUs,
-and errors propagate in both courses as they do. The first 256 steps are a window. Then follow
-octaves (256 to 512, 512 to 1024 ...) of which the first eighth is one, so that this costs half of
-the first steps again, and a sixteenth of later ones. Jumps that FMUs announce are met by both
-courses; steps between them whose number is odd leave one that is not longer, for which the
-differences are scaled up.
+and errors propagate in both courses as they do. The first 2048 steps are a window. Then follow
+octaves (2048 to 4096, 4096 to 8192 ...) of which the first sixteenth is one. Jumps that FMUs
+announce, and steps about kinks, are made by both courses alike; where this leaves steps that are
+not longer, the differences are scaled up.
 
 Where steps of twice the length cannot be (they fail, most of them would end at jumps, values were
 set between the run's steps, a component's own points are not met) a window is made again at H/2:
@@ -28,105 +27,128 @@ damped and forced), the octave's error is E, and the largest counts. In between,
 
     error = (Σ E^(1/γ) S/τ)^γ     over all octaves.
 
+**Everywhere else** fourth differences of the outputs are watched in every step (`roughness`), in
+*stretches*. One that is rougher than all windows is made a window too.
+
+**Kinks and jumps** that no FMU announces (a contact, a switch) lower the order where they are, and
+what they change remains. From the stretch in which the first is found, the run is *followed*: a
+second course makes the same steps, but those about kinks sixteen times finer. It is the run without
+the errors of kinks, so that |y − z| is their part of the error, in all that follows; it adds to
+that of smooth courses. It ends where its difference has died out. Kinks smaller than a tenth of the
+error that is known already are passed over.
+
 A run that goes back to a saved state takes what was seen since then back, too.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from m4e_fmi.cosim.algorithms.scheduled import Scheduled, looped
+from m4e_fmi.cosim.coverage import Coverage
 from m4e_fmi.cosim.energy import BLOCK
-from m4e_fmi.cosim.events import ended
+from m4e_fmi.cosim.memory import Memory, recall, remember
 from m4e_fmi.cosim.network import HALF, TWICE, Change, Network, Point
 from m4e_fmi.cosim.operations import Operation, gather
-from m4e_fmi.cosim.schedule import Loop
+from m4e_fmi.cosim.roughness import Roughness, fourth_differences
+from m4e_fmi.cosim.second_course import (
+    SecondCourse,
+    about,
+    doubled,
+    halved,
+    other_steps,
+    refined,
+)
 from m4e_fmi.cosim.system import SECOND
 from m4e_fmi.errors import RunError
 
 if TYPE_CHECKING:
     from m4e_fmi.cosim.algorithms import Algorithm
 
-FIRST, SHARE = 256, 8
+FIRST, SHARE = 2048, 16
 """Steps of the first window; octaves over windows after it."""
+PART = 8
+"""Steps of the run over those of a stretch without windows."""
+MEASURED = 128
+"""Steps over which the order is measured, at most."""
 FAR = 2**62
 """More steps than a run has."""
 LEAST, MOST = 0.05, 1.0
 """Bounds of the exponent."""
 ROUNDING = 1e-14
 """Share of the largest value up to which a difference says nothing."""
+NOISE = 8 * ROUNDING
+"""The same of a fourth difference."""
+SMALL = 0.1
+"""Share of the known error up to which a kink is passed over."""
+ROUGHER = 2.0
+"""Times as rough as all windows, from which on a stretch is made a window too."""
+RESOLVED = 0.3
+"""Difference over range up to which the order of an algorithm shows."""
+DIED = 0.01
+"""Share of the error that is known below which the run is not followed any more."""
 
 
-@dataclass
+@dataclass(frozen=True)
 class _Told:
-    """What the two courses of a window tell of each source: `errors` (2, sources), the largest
-    differences in its first half and in all of it; `extremes`, the smallest and largest values.
+    """What two courses of a window of `span` [ns] from `begin` [ns] tell of each source.
 
-    The window is of `span` [ns], 0 if nothing is told yet.
+    `errors` (2, sources) are the largest differences in its first half and in all of it. The window
+    `speaks` for its octave, or else for itself alone.
     """
 
     errors: np.ndarray
-    extremes: np.ndarray
-    span: int = 0
+    begin: int
+    span: int
+    speaks: bool
 
 
 @dataclass
-class _Window:
-    """Steps that are made again: `times` [ns] and source values of the run, piece by piece.
+class _Stretch:
+    """Steps since `start`: `times` [ns] and, if it is `recorded`, source values, piece by piece.
 
-    `jumps` are the times to which a jump has led, `changes` what was set at some times.
+    `jumps` are the times to which a jump has led, `kinks` numbers of steps that are rough at once,
+    `changes` what was set at some times. A `window` is made again in any case, up to the step `end`
+    of the run.
     """
 
     start: Point
+    window: bool
+    recorded: bool
+    end: int
     times: list[np.ndarray]
     values: list[np.ndarray]
-    told: _Told
     jumps: list[int] = field(default_factory=list)
+    kinks: list[np.ndarray] = field(default_factory=list)
     changes: dict[int, list[Change]] = field(default_factory=dict)
 
-    def copy(self) -> _Window:
+    def copy(self) -> _Stretch:
         """The same, which stays as it is while this goes on."""
         changes = {time: changes.copy() for time, changes in self.changes.items()}
-        times, values, jumps = self.times.copy(), self.values.copy(), self.jumps.copy()
-        told = replace(self.told)
-        return replace(self, times=times, values=values, told=told, jumps=jumps, changes=changes)
+        lists = {n: getattr(self, n).copy() for n in ("times", "values", "jumps", "kinks")}
+        return replace(self, changes=changes, **lists)
 
     @property
-    def began(self) -> int:
-        """The time [ns] of its start."""
-        return int(self.times[0][0])
+    def steps(self) -> int:
+        """The steps made so far."""
+        return sum(map(len, self.times)) - 1
+
+    @property
+    def span(self) -> int:
+        """How long [ns] it is so far."""
+        return int(self.times[-1][-1] - self.times[0][0])
 
 
-def _coarse(times: np.ndarray, jumps: Sequence[int]) -> np.ndarray:
-    """Times of steps of twice the length: every second one, and both ends of a jump."""
-    last = len(times) - 1
-    after = np.searchsorted(times, jumps)
-    edges = np.concatenate([[0], np.column_stack((after - 1, after)).ravel(), [last]])
-    kept = np.unique(np.concatenate([edges, *(np.arange(a, b, 2) for a, b in pairwise(edges))]))
-    if len(kept) > 1 and kept[-1] - kept[-2] == 1 and last not in after:
-        kept = kept[:-1]  # a single step at the end tells nothing
-    return times[kept]
+@dataclass(frozen=True)
+class _Followed:
+    """A course without the errors of kinks, at `point`; `since` [ns] it goes beside the run."""
 
-
-def _fine(times: np.ndarray, jumps: Sequence[int]) -> np.ndarray:
-    """Times of steps of half the length, but over jumps."""
-    smooth = ~np.isin(times[1:], jumps)
-    middles = times[:-1] + np.diff(times) // 2
-    return np.unique(np.concatenate([times, middles[smooth]]))
-
-
-def _other_steps(times: np.ndarray, run: np.ndarray) -> int:
-    """How long [ns] the steps take that lead along `times`, and that the run has not made."""
-    place = np.searchsorted(run, times)
-    met = run[np.minimum(place, len(run) - 1)] == times
-    same = met[:-1] & met[1:] & (np.diff(place) == 1)
-    return int(np.diff(times)[~same].sum())
+    point: Point
+    since: int
 
 
 def _nanoseconds(time: float) -> int:
@@ -141,13 +163,11 @@ def off(values: np.ndarray, others: np.ndarray, largest: np.ndarray) -> np.ndarr
 
 @dataclass(frozen=True)
 class Seen:
-    """What a witness knows at a point of the run; `open` is the open window as it is there."""
+    """What a witness knows at a point of the run."""
 
-    steps: int
-    begins: int
-    ends: int
-    windows: tuple[_Window, ...]
-    open: _Window | None
+    known: Memory
+    roughness: Memory
+    stretch: _Stretch | None
 
 
 class _UntoldError(Exception):
@@ -157,9 +177,16 @@ class _UntoldError(Exception):
 class Witness:
     """Follows a run of `network` by an algorithm of this `order`, which `make` makes anew.
 
-    While it is `open`, the `operations` are to be performed after each step of the run. `lengths`
-    are those of the other course's steps over the run's, TWICE and HALF, to be tried in this order.
+    The `operations` are to be performed after each step of the run: those of `open` steps while it
+    is `open`. `lengths` are those of the other course's steps over the run's, TWICE and HALF, to be
+    tried in this order. `spans` gives the range of all outputs of its unit for the range of each
+    source. With `refines`, steps may be of any length.
     """
+
+    REMEMBERED = (
+        "_steps", "_begins", "_told", "_bounds", "_kinked", "_followed", "_watched",
+        "_coverage", "_measured",
+    )  # fmt: skip
 
     def __init__(
         self,
@@ -169,120 +196,220 @@ class Witness:
         lengths: Sequence[float],
         *,
         order: int,
+        spans: Callable[[np.ndarray], np.ndarray],
+        refines: bool,
     ) -> None:
         self._network = network
-        self._others = {c: _Other(network, make, sources, length=c) for c in lengths}
-        self._order = order
-        self._sources = sources
+        self._others = {c: SecondCourse(network, make, sources, length=c) for c in lengths}
+        self._same = SecondCourse(network, make, sources, length=1.0)
+        self._refines = refines
+        self._order, self._sources, self._spans = order, sources, spans
+        self._measured = float(order)
+        self._roughness = Roughness(network)
         self._values = np.zeros((BLOCK, len(sources)))
-        self.operations: tuple[Operation, ...] = (gather(self._values, network.values, sources),)
-        self._steps = 0
-        self._begins, self._ends = 0, FIRST
-        self._window: _Window | None = None
-        self._windows: list[_Window] = []
+        self.operations: tuple[Operation, ...] = (self._roughness.operation,)
+        self.open_operations: tuple[Operation, ...] = (
+            gather(self._values, network.values, sources),
+            self._roughness.operation,
+        )
+        self._steps = self._begins = 0
+        self._stretch: _Stretch | None = None
+        self._told: list[_Told] = []
+        self._bounds = np.repeat(network.values[sources][None], 2, axis=0)
+        self._kinked = np.zeros(len(sources))  # the largest differences of the followed course
+        self._followed: _Followed | None = None
+        self._watched = np.zeros(len(network.outputs))  # how rough windows have been
         self._start = _nanoseconds(network.time)
+        self._coverage = Coverage(self._start, self._start)
         self.failure = ""
         """Why nothing can be told, if so."""
 
     @property
     def open(self) -> bool:
-        """Whether the present steps are those of a window."""
-        return self._window is not None
+        """Whether the present steps are recorded."""
+        return self._stretch is not None and self._stretch.recorded
 
     def before(self) -> None:
-        """Before a step of the run: keeps the point where a window begins."""
-        if self._steps == self._begins and not self.open and not self.failure:
-            start = self._network.keep()
-            now, values = _nanoseconds(start.time), self._network.values[self._sources][None]
-            told = _Told(np.zeros((2, values.shape[1])), np.repeat(values, 2, axis=0))
-            self._window = _Window(start, [np.array([now])], [values], told)
-            self._windows.append(self._window)
+        """Before a step of the run: keeps the point where a stretch begins."""
+        if self._stretch is not None or self.failure:
+            return
+        window = self._steps == self._begins
+        if window:
+            self._begins = max(2 * self._begins, FIRST)
+            end = self._steps + (self._steps // SHARE or FIRST)
+        else:
+            end = min(self._begins, self._steps + self._steps // PART)
+        start = self._network.keep()
+        now, values = _nanoseconds(start.time), self._network.values[self._sources][None]
+        recorded = window or self._followed is not None
+        self._stretch = _Stretch(start, window, recorded, end, [np.array([now])], [values])
+        self._roughness.start_over()
 
     def changed(self, changes: Sequence[Change]) -> None:
         """Some values were set at the present point, and exchanged."""
-        if self._window:
+        self._roughness.forget()
+        if self._stretch:
             now = _nanoseconds(self._network.time)
-            self._window.changes.setdefault(now, []).extend(changes)
+            self._stretch.changes.setdefault(now, []).extend(changes)
+        elif self._followed:
+            end = self._network.keep()
+            self._network.restore(self._followed.point)
+            self._network.change(changes)
+            self._followed = replace(self._followed, point=self._network.keep())
+            self._network.restore(end)
 
     def seen(self) -> Seen:
         """What it knows at the present point, to which the run may go `back`."""
-        closed = tuple(window for window in self._windows if window is not self._window)
-        kept = self._window.copy() if self._window else None
-        return Seen(self._steps, self._begins, self._ends, closed, kept)
+        kept = self._stretch.copy() if self._stretch else None
+        return Seen(remember(self), remember(self._roughness), kept)
 
     def back(self, seen: Seen) -> None:
         """The run has gone back to where it had `seen` so much."""
-        self._steps, self._begins, self._ends = seen.steps, seen.begins, seen.ends
-        self._window = seen.open.copy() if seen.open else None
-        self._windows = [*seen.windows, *([self._window] if self._window else [])]
+        recall(self, seen.known)
+        recall(self._roughness, seen.roughness)
+        self._stretch = seen.stretch.copy() if seen.stretch else None
 
     @property
     def room(self) -> int:
         """How many steps may be made at once before `after` is told."""
-        if self.failure:
+        if self.failure or self._stretch is None:
             return FAR
-        return (self._ends if self.open else self._begins) - self._steps
+        return self._stretch.end - self._steps
 
     def after(self, steps: int, size: int, row: int, *, jumped: bool = False) -> None:
         """After so many steps of `size` [ns]; the operations have filled rows from `row` on.
 
         The last has `jumped`: what was before it is forgotten.
         """
+        stretch = self._stretch
         self._steps += steps
-        window = self._window
-        if window is None or not steps:
+        if stretch is None or not steps:
             return
-        last = int(window.times[-1][-1])
-        window.times.append(last + size * np.arange(1, steps + 1))
+        last = int(stretch.times[-1][-1])
+        if jumped or (stretch.steps and size != last - self._last_but_one(stretch)):
+            self._roughness.forget()
+        else:
+            stretch.kinks.append(stretch.steps + self._roughness.sudden(row, steps))
+        stretch.times.append(last + size * np.arange(1, steps + 1))
         if jumped:
-            window.jumps.append(last + size * steps)
-        window.values.append(self._values[row : row + steps].copy())
-        if self._steps == self._ends:
+            stretch.jumps.append(last + size * steps)
+        if stretch.recorded:
+            stretch.values.append(self._values[row : row + steps].copy())
+        if self._steps == stretch.end:
             self._close()
 
+    @staticmethod
+    def _last_but_one(stretch: _Stretch) -> int:
+        times = stretch.times[-1]
+        return int(times[-2] if len(times) > 1 else stretch.times[-2][-1])
+
     def _close(self) -> None:
-        """Make the steps of the open window again, of another length."""
-        window, self._window = self._window, None
-        self._begins = max(2 * self._begins, FIRST)
-        self._ends = self._begins + self._begins // SHARE
-        if window is None or len(window.times) < 2:
+        """Make the open stretch again, in steps of other lengths, as far as that is wanted."""
+        stretch, self._stretch = self._stretch, None
+        if stretch is None or not stretch.steps:
             return
-        times, values = np.concatenate(window.times), np.concatenate(window.values)
-        if len(times) == 2 and HALF not in self._others:
-            return  # a single step tells nothing
-        end, why = self._network.keep(), []
-        for length in tuple(self._others):
-            try:
-                self._judge(window, times, values, length)
-                break
-            except _UntoldError as error:
-                why.append(str(error))
-        else:
-            self.failure = ", and ".join(why)
+        rough = self._roughness.largest > np.maximum(ROUGHER * self._watched, self._roughness.gate)
+        kinks = np.concatenate([np.zeros(0, dtype=np.intp), *stretch.kinks])
+        window = stretch.window or bool(rough.any() and not len(kinks))
+        if not (window or self._followed or len(kinks)):
+            return
+        end = self._network.keep()
+        why = self._made_again(stretch, kinks, window=window)
         try:
             self._network.restore(end)
         except RunError as error:
             raise RunError(
-                f"the coupling error is told by steps of another length: {', and '.join(why)}; "
-                f"there is no way back from that ({error.message})",
+                f"the coupling error is told by steps of another length: {why}; there is no way "
+                f"back from that ({error.message})",
                 "an FMU should discard a step that it cannot make, and not answer Fatal",
             ) from error
-        window.values.clear()
 
-    def _judge(self, window: _Window, run: np.ndarray, values: np.ndarray, length: float) -> None:
+    def _made_again(self, stretch: _Stretch, kinks: np.ndarray, *, window: bool) -> str:
+        """Learn from a stretch by making it again; why courses have failed, if some have."""
+        times, why = np.concatenate(stretch.times), []
+        values = self._recorded(stretch, times)
+        kinks = kinks[self._beyond_rounding(kinks, values)]
+        if window:
+            edges = times[1 + about(kinks, stretch.steps)]
+            few = len(edges) < stretch.steps / 2  # else it is rough throughout
+            why = self._judged(stretch, times, values, edges if few else edges[:0])
+            np.maximum(self._watched, self._roughness.largest, out=self._watched)
+            self._set_gates(values)
+        kinks = kinks[self._relevant(kinks, values)]
+        if self._refines and not self.failure and (self._followed or len(kinks)):
+            why += self._follow(stretch, times, values, kinks)
+            self._set_gates(values)
+        return ", and ".join(why)
+
+    def _recorded(self, stretch: _Stretch, times: np.ndarray) -> np.ndarray:
+        """Source values of a stretch (times, sources); made again where they are not known."""
+        if stretch.recorded:
+            return np.concatenate(stretch.values)
+        self._network.restore(stretch.start)
+        return self._same.values(times, stretch.jumps, stretch.changes)
+
+    @staticmethod
+    def _beyond_rounding(kinks: np.ndarray, values: np.ndarray) -> np.ndarray:
+        """Which of some steps are rough by more than rounding (kinks,)."""
+        rough = fourth_differences(values)[kinks + 1]
+        return (rough > NOISE * np.abs(values).max(axis=0)).any(axis=1)
+
+    def _relevant(self, kinks: np.ndarray, values: np.ndarray) -> np.ndarray:
+        """Which of some steps are rough by more than a share of the known error (kinks,)."""
+        spans = self._spans(self.ranges())
+        rough = fourth_differences(values)[kinks + 1]
+        return (rough > SMALL * self._known_error() * spans).any(axis=1)
+
+    def _known_error(self) -> float:
+        """The largest error over range that is known so far."""
+        return float(_over(self.errors(), self._spans(self.ranges())).max()) if self._told else 0.0
+
+    def _set_gates(self, values: np.ndarray) -> None:
+        spans = self._spans(self.ranges())
+        least = np.maximum(NOISE * np.abs(values).max(axis=0), SMALL * self._known_error() * spans)
+        self._roughness.gate[self._sources] = least
+
+    def _judged(
+        self, stretch: _Stretch, run: np.ndarray, values: np.ndarray, kinks: np.ndarray
+    ) -> list[str]:
+        """Note what a course of another length tells of a stretch, but of steps to `kinks` [ns].
+
+        Why courses have failed; `failure` is told where all have.
+        """
+        why: list[str] = []
+        if stretch.steps == 1 and HALF not in self._others:
+            return why  # a single step tells nothing
+        for length in tuple(self._others):
+            try:
+                self._judge(stretch, run, values, length, kinks)
+                return why
+            except _UntoldError as error:
+                why.append(str(error))
+        self.failure = ", and ".join(why)
+        return why
+
+    def _judge(
+        self,
+        stretch: _Stretch,
+        run: np.ndarray,
+        values: np.ndarray,
+        length: float,
+        kinks: np.ndarray,
+    ) -> None:
         """Note the largest differences to a course with steps of this `length`, or _UntoldError."""
         twice = length == TWICE
-        if twice and window.changes:
+        if twice and stretch.changes:
             raise _UntoldError("values were set between steps")
-        times = (_coarse if twice else _fine)(run, window.jumps)
-        span, other = int(times[-1] - times[0]), _other_steps(times, run)
+        alike = sorted({*stretch.jumps, *kinks.tolist()})
+        times = doubled(run, alike) if twice else halved(run, stretch.jumps)
+        span, other = int(times[-1] - times[0]), other_steps(times, run)
         if other < span / 2 or not span:
             if twice:
                 raise _UntoldError("most steps end at jumps")
             return  # there is nothing but jumps
         try:
-            self._network.restore(window.start)
-            again = self._others[length].course(times, window.jumps, window.changes)
+            self._network.restore(stretch.start)
+            again = self._others[length].values(times, stretch.jumps, stretch.changes)
         except RunError as error:
             del self._others[length]
             name = "twice" if twice else "half"
@@ -290,107 +417,127 @@ class Witness:
         _, mine, theirs = np.intersect1d(run, times, assume_unique=True, return_indices=True)
         errors = off(again[theirs], values[mine], np.abs(values).max(axis=0))
         first = errors[: len(errors) // 2 + 1].max(axis=0)
-        scale = span / other * (1.0 if twice else 2.0**self._order)
-        told, better = window.told, values if twice else again
-        told.errors = scale * np.array([first, errors.max(axis=0)])
-        told.extremes = np.array([better.min(axis=0), better.max(axis=0)])
-        told.span = span
+        if twice and not self._told and HALF in self._others:
+            self._measure(stretch, run, values, again, times, alike)
+        scale = span / other * (1.0 if twice else 2.0**self._measured)
+        better = values if twice else again
+        found = scale * np.array([first, errors.max(axis=0)])
+        self._told = [*self._told, _Told(found, int(run[0]), span, stretch.window)]
+        self._bounds = _wider(self._bounds, better)
+        self._coverage = self._coverage.twice(span)
+
+    def _measure(
+        self,
+        stretch: _Stretch,
+        run: np.ndarray,
+        values: np.ndarray,
+        twice: np.ndarray,
+        times: np.ndarray,
+        alike: Sequence[int],
+    ) -> None:
+        """Measure the order by a third course at H/2 over the first steps.
+
+        It may be lower than the algorithm promises, as where FMUs are not linear in inputs that
+        they hold, or higher by one.
+
+        Where differences are rounding, or so large that no order shows, the algorithm's counts.
+        """
+        first = run[: min(MEASURED, len(run) // 4) + 1]
+        met, mine, theirs = np.intersect1d(first, times, assume_unique=True, return_indices=True)
+        if self._order < 2 or len(met) < 2:
+            return
+        shorter = halved(first, alike)
+        try:
+            self._network.restore(stretch.start)
+            half = self._same.values(shorter, stretch.jumps, stretch.changes)
+        except RunError:
+            return
+        largest, spans = np.abs(values).max(axis=0), self._spans(np.ptp(values, axis=0))
+        large, small = (
+            _over(off(again, values[mine], largest).max(axis=0), spans).max()
+            for again in (twice[theirs], half[np.searchsorted(shorter, met)])
+        )
+        if small > 0.0 and large < RESOLVED:
+            self._measured = float(np.clip(np.log2(large / small), 1.0, self._order + 1))
+
+    def _follow(
+        self, stretch: _Stretch, run: np.ndarray, values: np.ndarray, kinks: np.ndarray
+    ) -> list[str]:
+        """Make the stretch a second time, in finer steps about `kinks` (k,); why that fails, if so.
+
+        The second course begins where it has ended before, or at the start of the stretch.
+        """
+        followed = self._followed or _Followed(stretch.start, int(run[0]))
+        times = refined(run, stretch.jumps, about(kinks, stretch.steps))
+        try:
+            self._network.restore(followed.point)
+            again = self._same.values(times, stretch.jumps, stretch.changes)
+            point = self._network.keep()
+        except RunError as error:
+            self._followed = None
+            why = f"steps of a part of the length fail ({error.message})"
+            self._coverage = self._coverage.lose(int(run[0]), why)
+            return [why]
+        errors = off(again[np.isin(times, run)], values, np.abs(values).max(axis=0))
+        self._kinked = np.maximum(self._kinked, errors.max(axis=0))
+        self._bounds = _wider(self._bounds, again)
+        self._coverage = self._coverage.follow(followed.since, int(run[-1]), run[1 + kinks])
+        spans = self._spans(self.ranges())
+        died = (errors[-1] <= DIED * self._known_error() * spans).all()
+        self._followed = None if died else replace(followed, point=point)
+        return []
 
     def finish(self) -> None:
-        """At the end of the run: judge the window that is open."""
+        """At the end of the run: judge the stretch that is open."""
         try:
             self._close()
         except RunError as error:
             self.failure = error.message
-        if not self.failure and not any(window.told.span for window in self._windows):
+        if not self.failure and not self._told:
             self.failure = "the run has but one step" if self._steps else "the run has no steps"
 
-    def difference(self) -> np.ndarray:
-        """What the two courses would differ by at most, for each source, had both gone all the way.
+    def errors(self, *, halved: bool = False) -> np.ndarray:
+        """The largest errors that are known, for each source, in its unit; or at half the step.
 
-        To be called after `finish`, without a `failure`.
+        To be called without a `failure`.
         """
-        windows = [window for window in self._windows if window.told.span]
-        told = [window.told for window in windows]
+        smooth = self._smooth() / (2.0**self._measured - 1)
+        return smooth / 2.0**self._measured + self._kinked / 2 if halved else smooth + self._kinked
+
+    def coverage(self) -> Coverage:
+        """How much of the run up to the present point was watched."""
+        return replace(self._coverage, end=_nanoseconds(self._network.time))
+
+    def _smooth(self) -> np.ndarray:
+        """What two courses would differ by at most, had both gone all the way, but for kinks."""
+        told = self._told
         last = _nanoseconds(self._network.time)
-        edges = [self._start, *(window.began for window in windows[1:]), last]
-        octaves = [end - begin for begin, end in pairwise(edges)]
+        edges = [self._start, *(one.begin for one in told[1:] if one.speaks), last]
+        octaves = iter([end - begin for begin, end in pairwise(edges)])
         first, whole = max(told, key=lambda one: one.span).errors
         grown = np.divide(whole, first, out=np.ones_like(whole), where=first > 0.0)
         exponent = np.clip(np.log2(np.maximum(grown, 1.0)), LEAST, MOST)
         largest = np.max([one.errors[1] for one in told], axis=0)
         scale = np.where(largest > 0.0, largest, 1.0)
         total = sum(
-            (one.errors[1] / scale) ** (1 / exponent) * max(octave / one.span, 1.0)
-            for one, octave in zip(told, octaves, strict=True)
+            (one.errors[1] / scale) ** (1 / exponent)
+            * (max(next(octaves) / one.span, 1.0) if one.speaks else 1.0)
+            for one in told
         )
         return scale * np.where(largest > 0.0, total, 0.0) ** exponent
 
     def ranges(self) -> np.ndarray:
-        """How far the values of each source have been apart in the windows."""
-        extremes = np.array([window.told.extremes for window in self._windows])
-        return extremes[:, 1].max(axis=0) - extremes[:, 0].min(axis=0)
+        """How far the values of each source have been apart where they are known."""
+        return np.ptp(self._bounds, axis=0)
 
 
-class _Other:
-    """The second course, made where the run has just been, with steps of another `length`."""
+def _wider(bounds: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Smallest and largest values (2, n) of those in `bounds`, and of `values` (m, n)."""
+    return np.array(
+        [np.minimum(bounds[0], values.min(axis=0)), np.maximum(bounds[1], values.max(axis=0))]
+    )
 
-    def __init__(
-        self,
-        network: Network,
-        make: Callable[[Network], Algorithm],
-        sources: np.ndarray,
-        *,
-        length: float,
-    ) -> None:
-        self._network, self._make, self._sources = network, make, sources
-        self._length = length
-        self._values = np.zeros((BLOCK, len(sources)))
 
-    @cached_property
-    def _algorithm(self) -> Algorithm:
-        return self._network.made(self._make, self._length)
-
-    @cached_property
-    def _loop(self) -> Loop | None:
-        noted = gather(self._values, self._network.values, self._sources)
-        return looped(self._algorithm, self._network, [noted])
-
-    def course(
-        self, times: np.ndarray, jumps: Sequence[int], changes: Mapping[int, Sequence[Change]]
-    ) -> np.ndarray:
-        """Values of the sources at these times [ns], a step from each to the next.
-
-        Some are `jumps`, at some `changes` are made.
-        """
-        sizes = np.diff(times)
-        found = [self._network.values[self._sources][None]]
-        other = np.flatnonzero(np.diff(sizes)) + 1
-        changing = np.searchsorted(times, sorted(changes))
-        for first, last in pairwise(sorted({0, *other.tolist(), *changing.tolist(), len(sizes)})):
-            now, size, left = int(times[first]), int(sizes[first]), last - first
-            if now in changes:
-                self._network.change(changes[now])
-            while left:
-                found.append(self._steps(now, size, left, jumps))
-                now += len(found[-1]) * size
-                left -= len(found[-1])
-        return np.concatenate(found)
-
-    def _steps(self, now: int, size: int, most: int, jumps: Sequence[int]) -> np.ndarray:
-        """Values after each of some steps of `size` from `now` [ns], one at least."""
-        network, algorithm = self._network, self._algorithm
-        loop = None if jumps else self._loop
-        if loop and isinstance(algorithm, Scheduled) and algorithm.repeats(size / SECOND):
-            made = min(most, BLOCK)
-            loop.state.now, loop.state.size, loop.state.noted = now, size, 0
-            loop.advance(made)
-            network.time = loop.state.now / SECOND
-            if loop.state.now < now + made * size:
-                raise RunError(ended(network.instances.values()))
-            return self._values[:made].copy()
-        algorithm.step(now / SECOND, size / SECOND)
-        if now + size in jumps:
-            network.forget()
-        network.advance((now + size) / SECOND)
-        return network.values[self._sources][None]
+def _over(values: np.ndarray, spans: np.ndarray) -> np.ndarray:
+    """Their shares of the spans; 0 where nothing moves."""
+    return np.divide(values, spans, out=np.zeros_like(spans), where=spans > 0.0)

@@ -46,9 +46,18 @@ def content_hash(files: Files, *, length: int = HASH_LENGTH) -> str:
     return digest.hexdigest()[:length]
 
 
-def write_archive(files: Files, path: Path) -> None:
-    """Write a ZIP whose bytes depend on `files` only; RunError if it cannot be written."""
-    with written(path) as part, zipfile.ZipFile(part, "x") as archive:
+def write_archive(files: Files, path: Path) -> str:
+    """Write a ZIP whose bytes depend on `files` only, and return its SHA-256 (hexadecimal).
+
+    RunError if it cannot be written.
+    """
+    with written(path) as part:
+        _write(files, part)
+        return hashlib.sha256(part.read_bytes()).hexdigest()
+
+
+def _write(files: Files, path: Path) -> None:
+    with zipfile.ZipFile(path, "x") as archive:
         for name in sorted(files):
             info = zipfile.ZipInfo(name, EARLIEST_ZIP_DATE)
             info.compress_type = zipfile.ZIP_DEFLATED

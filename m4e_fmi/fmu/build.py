@@ -13,6 +13,7 @@ from pathlib import Path
 
 from m4e_fmi.errors import InputError
 from m4e_fmi.fmu.archive import write_archive
+from m4e_fmi.fmu.build_record import BuildRecord, write_record
 from m4e_fmi.fmu.description import FmuVariable, ModelDescription, PythonSource
 from m4e_fmi.fmu.from_program import describe, python_slave, with_rates
 from m4e_fmi.fmu.native_fmu import native_fmu_files
@@ -42,6 +43,8 @@ def build_fmu(
     sources: bool = False,
 ) -> Path:
     """Write the FMU of `source` to `path` (replaced as a whole) and return the path.
+
+    Beside it, ``name.build.json`` records that this FMU was built here: see `build_record`.
 
     A `native` FMU needs no Python where it runs, and serves co-simulation and model exchange; `fmi`
     is the version of the standard, "2" or, for native ones, "3": `arrays` says what becomes one.
@@ -75,7 +78,7 @@ def build_fmu(
         sources=sources,
     )
     path = Path(path)
-    write_archive(fmu_files(source, options), path)
+    write_record(path, BuildRecord(fmu=write_archive(fmu_files(source, options), path)))
     return path
 
 

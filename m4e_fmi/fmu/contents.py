@@ -95,6 +95,8 @@ def _variable(raw: Any) -> dict[str, Any]:
     found["unit"] = raw.unit or (of_type.unit if of_type is not None else None)
     found["derivative"] = raw.derivative.name if raw.derivative is not None else None
     found["shape"] = list(raw.shape) if raw.shape else None
+    items = of_type.items if of_type is not None else None
+    found["items"] = {item.name: int(item.value) for item in items} if items else None
     return {key: value for key, value in found.items() if value is not None}
 
 

@@ -13,7 +13,11 @@ from typing import Any
 from fmpy.model_description import Unknown
 
 _WAYS = ("CoSimulation_StandAlone", "CoSimulation_Tool")
-_CAPABILITIES = ("canInterpolateInputs", "canBeInstantiatedOnlyOncePerProcess")
+_CAPABILITIES = (
+    "canHandleVariableCommunicationStepSize",
+    "canInterpolateInputs",
+    "canBeInstantiatedOnlyOncePerProcess",
+)
 _TRUE = ("true", "1")
 
 

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import hashlib
 import zipfile
 import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import BinaryIO
 
-from m4e_fmi.errors import InputError, Problem, suggestion
+from m4e_fmi.errors import InputError, Problem, RunError, suggestion
 from m4e_fmi.file_kinds import FMU, check_suffix
 
 MODEL_DESCRIPTION = "modelDescription.xml"
@@ -54,6 +58,25 @@ def check_archive(path: Path) -> tuple[set[str], bytes]:
         remedy = "copy or export the file again: it is truncated, or was never an FMU"
         raise refusal(path, f"not a readable ZIP archive: {error}", remedy) from error
     return {info.filename for info in infos}, text
+
+
+def replaced(path: Path) -> RunError:
+    """The error that says that another FMU has come to the place of one that was built or read."""
+    remedy = "start again; runs of different systems at one time need build folders of their own"
+    return RunError(f"{path}: was replaced by another FMU meanwhile", remedy)
+
+
+@contextmanager
+def opened(path: Path, content: str) -> Iterator[BinaryIO]:
+    """The FMU file at `path`, open for reading; RunError unless its SHA-256 is `content`, if given.
+
+    So that an FMU is never used by the description of another that was at its place before.
+    """
+    with path.open("rb") as file:
+        if content and hashlib.file_digest(file, "sha256").hexdigest() != content:
+            raise replaced(path)
+        file.seek(0)
+        yield file
 
 
 def check_entries(path: Path, infos: list[zipfile.ZipInfo]) -> None:

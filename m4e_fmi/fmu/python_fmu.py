@@ -11,6 +11,7 @@ import json
 import math
 
 from m4e_fmi.errors import InputError, Problem
+from m4e_fmi.files_read import read_bytes
 from m4e_fmi.fmu.archive import content_guid, content_hash, model_identifier
 from m4e_fmi.fmu.binaries import binaries, pythonfmu_folder
 from m4e_fmi.fmu.description import ModelDescription, PythonSource
@@ -83,7 +84,7 @@ def _package_files(source: PythonSource, description: ModelDescription) -> dict[
         listed[group].append(entry)
     return {
         "__init__.py": b"",
-        **{name: path.read_bytes() for name, path in modules.items()},
+        **{name: read_bytes(path) for name, path in modules.items()},
         **source.data,
         "description.json": json.dumps(listed).encode(),
     }

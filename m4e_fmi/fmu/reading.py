@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,7 @@ import fmpy
 from fmpy.model_description import ValidationError
 
 from m4e_fmi.errors import InputError, Problem
+from m4e_fmi.files_read import file_hash
 from m4e_fmi.fmu.elements import SCALARS, flattened, owner
 from m4e_fmi.fmu.flaws import flaws
 from m4e_fmi.fmu.fmi1 import translate
@@ -32,9 +33,9 @@ class Variable:
     `dimension` is the unit with its base-unit exponents and factor, None where the FMU gives no
     unit; `offset` is what the unit adds after the factor (0 for all but temperatures). `items` are
     the values of an enumeration by their names. `nominal` is the order of magnitude of a Real in
-    its unit, 1 where the FMU says nothing. `type` is FMI 2.0's name for what `fmi_type` is called
-    in the FMU's own version, `start` the start value as the FMU writes it. Of an element of an
-    array, `value_reference` is a key: see `elements.locate`.
+    its unit, 1 where the FMU says nothing, `minimum` and `maximum` are its range. `type` is FMI
+    2.0's name for what `fmi_type` is called in the FMU's own version, `start` the start value as
+    the FMU writes it. Of an element of an array, `value_reference` is a key: see `elements.locate`.
     """
 
     name: str
@@ -52,18 +53,24 @@ class Variable:
     nominal: float = 1.0
     fmi_type: str = ""
     start: str | None = None
+    minimum: float = -math.inf
+    maximum: float = math.inf
 
 
 @dataclass(frozen=True)
 class Description:
     """A co-simulation FMU: its file, identity, variables and declared dependencies.
 
+    `content` is the SHA-256 of the file as it was read, which is not used once it is another.
+
     `version` is 1.0, 2.0 or 3.0; the rest is told in FMI 2.0's words, arrays as their elements.
     `dependencies[y]` are the inputs that output y depends on at a communication point,
     `initial_dependencies[y]` the inputs and parameters that the initial value of output or
-    calculated parameter y depends on. Where an FMU declares nothing (`undeclared`), FMI says that
-    everything may matter, and that is what stands here. `output_derivatives` and
-    `input_derivatives` lead from a variable to the one declared as its time derivative.
+    calculated parameter y depends on. Where an FMU declares nothing (`undeclared`, for outputs at a
+    communication point), FMI says that everything may matter, and that is what stands here;
+    `resolved` tells of outputs whose dependencies are known from elsewhere, and how (see
+    `cosim.dependence`). `output_derivatives` and `input_derivatives` lead from a variable to the
+    one declared as its time derivative.
     `step_size` is the default experiment's [s], `internal_step` that by which the FMU goes inside,
     if it tells one (fixedInternalStepSize, FMI 3.0).
 
@@ -82,6 +89,7 @@ class Description:
     undeclared: frozenset[str] = field(repr=False)
     output_derivatives: dict[str, str] = field(repr=False)
     input_derivatives: dict[str, str] = field(repr=False)
+    resolved: Mapping[str, str] = field(default_factory=dict, repr=False)
     version: str = "2.0"
     step_size: float | None = None
     internal_step: float | None = None
@@ -91,6 +99,7 @@ class Description:
     directional_derivatives: bool = False
     has_events: bool = False
     once_per_process: bool = False
+    content: str = ""
 
     def of_causality(self, *causalities: str) -> list[Variable]:
         return [v for v in self.variables.values() if v.causality in causalities]
@@ -112,15 +121,17 @@ def read_description(path: str | Path, structure: Mapping[str, int] | None = Non
     binary for this platform. InputError names the file and the remedy.
     """
     path = Path(path)
+    content = file_hash(path) or ""
     names, text = check_archive(path)
     raw = raw_description(path, text)
     tool = translate(raw, text) if raw.fmiVersion == "1.0" else ""
     _check_kind(path, raw, names, tool)
     if not raw.fmiVersion.startswith("3."):
-        return _translated(path, raw, {})
+        return replace(_translated(path, raw, {}), content=content)
     _resize(path, raw, structure or {})
     types = {v.valueReference: v.type for v in raw.modelVariables}
-    return _translated(path, flattened(raw, text, SCALARS, named=True), types)
+    flat = flattened(raw, text, SCALARS, named=True)
+    return replace(_translated(path, flat, types), content=content)
 
 
 def resized(description: Description, start: Mapping[str, Any]) -> Description:
@@ -207,31 +218,22 @@ def _translated(path: Path, raw: Any, types: Mapping[int, str]) -> Description:
     variables = {v.name: _variable(v, units, types) for v in raw.modelVariables}
     inputs = frozenset(n for n, v in variables.items() if v.causality == "input")
     known = frozenset(n for n, v in variables.items() if v.causality in KNOWN)
-    undeclared: set[str] = set()
 
-    def declared(unknowns: list[Any], all_known: frozenset[str]) -> dict[str, frozenset[str]]:
-        found = {}
-        for unknown in unknowns:
-            if unknown.dependencies is None:
-                undeclared.add(unknown.variable.name)
-                found[unknown.variable.name] = all_known
-            else:
-                found[unknown.variable.name] = frozenset(d.name for d in unknown.dependencies)
-        return found
+    def declared(unknowns: list[Any]) -> dict[str, frozenset[str]]:
+        return {
+            unknown.variable.name: frozenset(d.name for d in unknown.dependencies)
+            for unknown in unknowns
+            if unknown.dependencies is not None
+        }
 
-    now = {name: needs & inputs for name, needs in declared(raw.outputs, inputs).items()}
-    initial = declared(raw.initialUnknowns, known)
+    now = {name: needs & inputs for name, needs in declared(raw.outputs).items()}
+    initial = declared(raw.initialUnknowns)
+    outputs = [name for name, v in variables.items() if v.causality == "output"]
+    undeclared = frozenset(name for name in outputs if name not in now)
+    now |= dict.fromkeys(undeclared, inputs)
     for name, variable in variables.items():
-        if variable.causality not in ("output", "calculatedParameter"):
-            continue
-        if variable.causality == "output" and name not in now:
-            undeclared.add(name)
-            now[name] = inputs
-        if name not in initial:
-            exact = variable.initial == "exact"
-            initial[name] = frozenset() if exact else known
-            if not exact:
-                undeclared.add(name)
+        if variable.causality in ("output", "calculatedParameter") and name not in initial:
+            initial[name] = frozenset() if variable.initial == "exact" else known
     return Description(
         path=path,
         identifier=raw.coSimulation.modelIdentifier,
@@ -240,7 +242,7 @@ def _translated(path: Path, raw: Any, types: Mapping[int, str]) -> Description:
         variables=variables,
         dependencies=now,
         initial_dependencies=initial,
-        undeclared=frozenset(undeclared),
+        undeclared=undeclared,
         output_derivatives=_derivatives(variables, "output"),
         input_derivatives=_derivatives(variables, "input"),
         step_size=_step_size(raw.defaultExperiment),
@@ -293,7 +295,18 @@ def _variable(raw: Any, units: dict[str, Any], types: Mapping[int, str]) -> Vari
         nominal=_nominal(raw),
         fmi_type=types.get(owner(raw), raw.type),
         start=raw.start,
+        minimum=_bound(raw, "min", -math.inf),
+        maximum=_bound(raw, "max", math.inf),
     )
+
+
+def _bound(raw: Any, name: str, default: float) -> float:
+    """The least or the largest value, of the variable or its type."""
+    text = getattr(raw, name) or getattr(raw.declaredType, name, None)
+    try:
+        return float(text) if text is not None else default
+    except ValueError:
+        return default
 
 
 def _nominal(raw: Any) -> float:

@@ -3,32 +3,39 @@
 from __future__ import annotations
 
 import re
-import shutil
 import tempfile
-import weakref
 from pathlib import Path
 
 import fmpy
 import platformdirs
 
 from m4e_fmi.errors import RunError
+from m4e_fmi.fmu.opening import opened
+from m4e_fmi.temporary import TemporaryFolder
 
 # FMUs get this path as a percent-encoded URI, which some cannot decode and crash
 _PLAIN = re.compile(r"[A-Za-z0-9_./\\:-]+$")
 
 
 class Unpacked:
-    """The content of an FMU in a folder of its own, until `remove` or the interpreter's end."""
+    """The content of an FMU in a folder of its own, until `remove` or the interpreter's end.
 
-    def __init__(self, fmu: Path) -> None:
+    `content` is the SHA-256 of the file as it was read before; "" for one that was not.
+    """
+
+    def __init__(self, fmu: Path, content: str = "") -> None:
         try:
-            self.folder = Path(tempfile.mkdtemp(prefix="m4e_fmi_", dir=_plain_folder()))
+            self._temporary = TemporaryFolder(_plain_folder())
         except OSError as error:
             remedy = "free disk space, or set TMPDIR to another folder"
             raise RunError(f"{fmu}: no folder to unpack it into: {error}", remedy) from error
-        self._finalizer = weakref.finalize(self, shutil.rmtree, self.folder, ignore_errors=True)
+        self.folder = self._temporary.path
         try:
-            fmpy.extract(fmu, self.folder)
+            with opened(fmu, content) as file:
+                fmpy.extract(file, self.folder)  # type: ignore[arg-type]  what zipfile takes
+        except RunError:
+            self.remove()
+            raise
         except Exception as error:
             self.remove()
             raise RunError(
@@ -37,7 +44,7 @@ class Unpacked:
             ) from error
 
     def remove(self) -> None:
-        self._finalizer()
+        self._temporary.remove()
 
 
 def _plain_folder() -> Path:

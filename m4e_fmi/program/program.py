@@ -13,9 +13,11 @@ from itertools import chain
 from pathlib import Path
 from typing import Protocol
 
-from m4e_fmi.errors import InputError, RunError, UnknownNameError
+from m4e_fmi.errors import InputError, UnknownNameError
+from m4e_fmi.files_read import read_bytes
 from m4e_fmi.program.tape import Scalar, Tape
 from m4e_fmi.shown import listing
+from m4e_fmi.writing import written
 
 TIME = "time"
 
@@ -154,10 +156,8 @@ class Program:
         """
         from m4e_fmi.program.binary_form import encode
 
-        try:
-            Path(path).write_bytes(encode(self))
-        except OSError as error:
-            raise RunError(f"{path}: cannot be written: {error}") from error
+        with written(path) as part:
+            part.write_bytes(encode(self))
 
     @staticmethod
     def load(path: str | Path) -> Program:
@@ -165,7 +165,7 @@ class Program:
         from m4e_fmi.program.binary_form import decode
 
         try:
-            data = Path(path).read_bytes()
+            data = read_bytes(path)
         except OSError as error:
             raise InputError.single(f"{path}: cannot be read: {error.strerror}") from error
         try:

@@ -60,6 +60,11 @@ def _shown(series: dict[str, Series], variables: Sequence[str]) -> list[Panel]:
         for name in variables
         if name not in series
     ]
+    problems += [
+        Problem(f"{name} is text, which cannot be drawn", "name other variables")
+        for name in variables
+        if name in series and series[name].recorded.is_text
+    ]
     if problems:
         raise InputError(problems)
     return by_unit({name: series[name] for name in variables})
@@ -82,7 +87,10 @@ def _draw(title: str, time: np.ndarray, shown: list[Panel], picture: Path) -> Pa
     for row, panel in zip(axes, shown, strict=False):
         for axis in row:
             _fill(axis, time, panel)
-        row[0].set_ylabel(f"{panel.title}\n[{panel.unit}]" if panel.title else f"[{panel.unit}]")
+        unit = f"[{panel.unit}]" if panel.unit else ""
+        row[0].set_ylabel("\n".join(filter(None, (panel.title, unit))))
+        if panel.items:
+            row[0].set_yticks(list(panel.items.values()), list(panel.items))
         row[0].legend(
             handles=_by_rows(row[0].get_lines()), loc="upper left", ncols=LEGEND_COLUMNS,
             fontsize=7, frameon=False, borderaxespad=0.1, handlelength=3,
@@ -118,7 +126,9 @@ def _fill(axis: Any, time: np.ndarray, panel: Panel) -> None:
         colour = BODY_COLOURS[k % len(BODY_COLOURS)]
         below, there = places[k]
         dashes = (DASH * (there - below), DASH * below)
-        axis.plot(time, curve, color=colour, lw=0.9, label=name, ls=(0, dashes) if below else "-")
+        style = (0, dashes) if below else "-"
+        drawn = "steps-post" if panel.steps else "default"
+        axis.plot(time, curve, color=colour, lw=0.9, label=name, ls=style, drawstyle=drawn)
     axis.grid(color="#d8dde2", lw=0.5)
     axis.tick_params(labelsize=8)
     axis.margins(x=0)

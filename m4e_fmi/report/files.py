@@ -5,8 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from m4e_fmi.results import check_export, export, stream_of
-from m4e_fmi.writing import netcdf, written
+import numpy as np
+
+from m4e_fmi.locks import claimed
+from m4e_fmi.results import check_export, export, stream_of, write_netcdf
+from m4e_fmi.row_file import Column, Section
 
 if TYPE_CHECKING:
     from m4e_fmi.simulate import Simulation
@@ -15,27 +18,21 @@ if TYPE_CHECKING:
 def write_simulation(simulation: Simulation, path: Path) -> list[Path]:
     """Write a simulation to `path`, as a run's results; returns the files that are there now.
 
-    netCDF; for `.csv` and `.parquet` both that and a netCDF file beside it.
+    netCDF; for `.csv` and `.parquet` both that and a netCDF file beside it. RunError if a run
+    writes to these files.
     """
     check_export(path)
     stream = stream_of(path)
-    _write_netcdf(simulation, stream)
-    export(stream, path)
+    with claimed(stream):
+        _write_netcdf(simulation, stream)
+        export(stream, path)
     return list(dict.fromkeys((stream, path)))
 
 
 def _write_netcdf(simulation: Simulation, path: Path) -> None:
-    with written(path) as part, netcdf(part) as file:
-        file.setncatts({"title": simulation.program.name, "Conventions": "CF-1.11"})
-        file.createDimension("time", len(simulation.time))
-        time = file.createVariable("time", "f8", ("time",))
-        time.setncatts({"units": "s", "long_name": "simulated time"})
-        time[:] = simulation.time
-        group = file.createGroup(simulation.program.name)
-        columns = []
-        for name, variable in simulation.variables.items():
-            columns.append(group.createVariable(name, "f8", ("time",)))
-            columns[-1].setncatts({"units": variable.unit, "long_name": variable.description})
-        file.set_auto_maskandscale(False)  # nothing is missing, nothing is packed
-        for name, column in zip(simulation.variables, columns, strict=True):
-            column[:] = simulation.values[name]  # after all declarations: half the time
+    program, time, values = simulation.program, simulation.time, simulation.values
+    columns = tuple(Column(n, v.unit, v.description) for n, v in simulation.variables.items())
+    attributes = {"title": program.name, "Conventions": "CF-1.11"}
+    rows = np.array([values[column.name] for column in columns]).T
+    section = Section(program.name, columns)
+    write_netcdf(path, [section], attributes, len(time), [(time[:, np.newaxis], rows)])

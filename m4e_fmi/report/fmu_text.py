@@ -14,6 +14,8 @@ ORDER = (
     "local",
     "independent",
 )
+REALS = ("Real", "Float64")
+"""Types that are not told."""
 
 
 def fmu_text(path: Path) -> str:
@@ -48,7 +50,13 @@ def fmu_text(path: Path) -> str:
 
 
 def _line(variable: dict[str, Any], needs: dict[str, list[str] | None]) -> str:
-    name, unit = variable["name"], variable.get("unit", "-")
+    name = variable["name"]
+    if variable.get("shape"):
+        name += f"[{','.join(map(str, variable['shape']))}]"
+    kind = variable["type"]
+    unit = variable.get("unit", "-") if kind in REALS else kind
+    if "items" in variable:
+        unit += f" ({', '.join(variable['items'])})"
     line = f"  {name:<32} {unit:<10} {variable.get('description', '')}"
     through = needs.get(name, [])
     if through is None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -20,7 +20,8 @@ SAME = 0.005  # of a panel's height: a line's width, so that one hides the other
 class Panel:
     """Series shown together: `unit` is what the axis shows, SI values times `scale`.
 
-    `left_out` is how many others belong here and are not shown.
+    `left_out` is how many others belong here and are not shown. What is not Real is drawn in
+    `steps`; `items` are names of its values.
     """
 
     title: str
@@ -29,13 +30,16 @@ class Panel:
     series: dict[str, Series] = field(default_factory=dict)
     from_start: bool = False
     left_out: int = 0
+    steps: bool = False
+    items: Mapping[str, int] = field(default_factory=dict)
 
     @property
     def curves(self) -> dict[str, np.ndarray]:
         """What is drawn over time, by the names of the series, in `unit`."""
+        found = {name: one.values.astype(float) for name, one in self.series.items()}
         return {
-            name: self.scale * (one.values - (one.values[:1] if self.from_start else 0.0))
-            for name, one in self.series.items()
+            name: self.scale * (values - (values[:1] if self.from_start else 0.0))
+            for name, values in found.items()
         }
 
 
@@ -65,10 +69,23 @@ def panels(series: dict[str, Series]) -> list[Panel]:
 
 
 def by_unit(series: dict[str, Series]) -> list[Panel]:
-    """One panel for each unit, with all `series` (full name → series) of that unit."""
-    return [
-        Panel("", unit, 1.0, {name: one for name, one in series.items() if one.unit == unit})
-        for unit in dict.fromkeys(one.unit for one in series.values())
+    """One panel for each unit, with all `series` (full name → series) of that unit.
+
+    One more for each type that is not Real, and each enumeration; texts are in none.
+    """
+    reals = {name: one for name, one in series.items() if one.recorded.is_real}
+    found = [
+        Panel("", unit, 1.0, {name: one for name, one in reals.items() if one.unit == unit})
+        for unit in dict.fromkeys(one.unit for one in reals.values())
+    ]
+    others: dict[tuple, dict[str, Series]] = {}
+    for name, one in series.items():
+        kind = one.recorded
+        if not (kind.is_real or kind.is_text):
+            others.setdefault((kind.type, *kind.named.items()), {})[name] = one
+    return found + [
+        Panel(key[0], "", 1.0, members, steps=True, items=dict(key[1:]))
+        for key, members in others.items()
     ]
 
 
@@ -131,6 +148,6 @@ def _matching(rule: _Rule, series: dict[str, Series]) -> Panel:
     found = {
         name: one
         for name, one in series.items()
-        if one.unit == rule.si_unit and re.search(rule.pattern, one.name)
+        if one.recorded.is_real and one.unit == rule.si_unit and re.search(rule.pattern, one.name)
     }
     return Panel(rule.title, rule.unit, rule.scale, found, rule.from_start)

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from m4e_fmi.simulate import Simulation
 
 
+MOST_SWITCHES = 12
+"""Variables that are not Real and are told of."""
 LARGE = 0.1
 """Coupling error over the range with which a run tells nothing but that it is wrong."""
 
@@ -30,6 +32,7 @@ def run_summary(outcome: Outcome) -> str:
         *(f"  {note}" for note in outcome.notes),
         *_certified(outcome),
         *_extremes(loaded),
+        *_switches(loaded),
     ]
     if outcome.energy:
         width = max(len(bond.connection) for bond in outcome.energy)
@@ -51,8 +54,13 @@ def _certified(outcome: Outcome) -> list[str]:
         lines = [f"  coupling error not known: {outcome.certificate}"]
         if outcome.checked is None:
             lines[0] += "; --check runs once more, at half the step"
-    elif outcome.certificate.errors and outcome.certificate.errors[0].error > LARGE:
-        lines.append("  warning: that is no result; take a smaller step_size, or another algorithm")
+    else:
+        if outcome.certificate.coverage:
+            lines.append(f"  {outcome.certificate.coverage}")
+        if outcome.certificate.errors and outcome.certificate.errors[0].error > LARGE:
+            lines.append(
+                "  warning: that is no result; take a smaller step_size, or another algorithm"
+            )
     if outcome.checked is not None:
         lines.append(f"  checked at half the step: {outcome.checked}")
     return lines
@@ -68,12 +76,13 @@ def _sizes(outcome: Outcome) -> str:
 
 def _extremes(results: Results) -> list[str]:
     """Mean of every power first; then smallest, mean, largest value of what a figure would show."""
-    found = [fitting(panel) for panel in panels(results.series)]
+    reals = {name: one for name, one in results.series.items() if one.recorded.is_real}
+    found = [fitting(panel) for panel in panels(reals)]
     shown = [(panel, name, one) for panel in found for name, one in panel.series.items()]
     span = float(results.time[-1] - results.time[0])
     lines = [
         f"mean power {_mean(results.time, one.values) / 1e3:.3f} kW over {span:g} s ({name})"
-        for name, one in results.series.items()
+        for name, one in reals.items()
         if one.unit == "W"
     ]
     lines.append(f"  {'':<36} {'min':>10} {'mean':>10} {'max':>10}")
@@ -93,6 +102,22 @@ def _mean(time: np.ndarray, values: np.ndarray) -> float:
     """The mean of `values` over `time` [s], by the trapezoidal rule."""
     span = float(time[-1] - time[0])
     return float(np.trapezoid(values, time) / span if span else values[0])
+
+
+def _switches(results: Results) -> list[str]:
+    """Of what is not Real: how often it has changed, most often first, and its last value."""
+    others = {name: one for name, one in results.series.items() if not one.recorded.is_real}
+    counts = {name: int((one.values[1:] != one.values[:-1]).sum()) for name, one in others.items()}
+    ordered = sorted(others, key=lambda name: -counts[name])
+    lines = []
+    for name in ordered[:MOST_SWITCHES]:
+        one, count = others[name], counts[name]
+        last = one.recorded.told(one.values[-1]) if len(one.values) else "nothing"
+        changes = f"{count} change{'s' * (count != 1)}"
+        lines.append(f"  {name:<36} {one.recorded.type}: {changes}, {last} at the end")
+    if len(ordered) > MOST_SWITCHES:
+        lines.append(f"  {len(ordered) - MOST_SWITCHES} more that are not Real are in the results")
+    return lines
 
 
 def simulation_summary(simulation: Simulation) -> str:

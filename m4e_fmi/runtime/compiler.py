@@ -15,6 +15,7 @@ import sys
 import sysconfig
 import tempfile
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 
 SOURCES = Path(__file__).with_name("src")
@@ -37,7 +38,7 @@ RUNTIME_FLAGS = ("-DM4E_SHARED", "-s")
 """Of the runtime as a library of its own, which exports its functions, those of masters too."""
 SHELL_FLAGS = ("-s",)
 """Of the library of native FMUs, which exports nothing but FMI."""
-NOT_IN_FMUS = ("component_3.c", "ensemble.c", "lanes.c", "loop.c")
+NOT_IN_FMUS = ("component_3.c", "ensemble.c", "lanes.c", "loop.c", "monitor.c", "typed.c")
 """What runs many models, or a master."""
 
 VECTOR_FLAGS = {
@@ -89,16 +90,18 @@ def compile_shared(
     *,
     flags: Sequence[str] = (),
     command: Sequence[str] | None = None,
+    prefix: str | None = None,
 ) -> None:
     """Compile C files into the shared library `target`, which appears whole or not at all.
 
-    `command` is that of another compiler than this machine's. Raises CompilationError.
+    `command` is that of another compiler than this machine's, `prefix` how the name of the folder
+    begins in which it is made, beside `target`. Raises CompilationError.
     """
     command = command or compiler()
     if command is None:
         raise CompilationError("no C compiler was found (cc, gcc, clang, or the package ziglang)")
     target.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=target.parent) as folder:
+    with tempfile.TemporaryDirectory(dir=target.parent, prefix=prefix) as folder:
         made = Path(folder) / target.name
         place = () if target.suffix == ".dll" else ("-fPIC",)
         arguments = [*command, *FLAGS, *place, *flags, "-I", str(SOURCES), "-o", str(made)]
@@ -118,24 +121,40 @@ def cached_shared(
 ) -> Path:
     """Path of the library compiled from `sources`, or from `text`, compiled now unless it is kept.
 
-    The name in the cache carries a hash of all that it is made from. Raises CompilationError.
+    The name in the cache carries a hash of all that it is made from, the compiler among it.
+    Processes may compile the same at one time. Raises CompilationError.
     """
-    parts = [" ".join([*(compiler() or [""]), *FLAGS, *flags]), platform.machine(), text]
+    from m4e_fmi.writing import part_prefix, remove_leftovers
+
+    command = compiler() or [""]
+    parts = [" ".join([*command, *FLAGS, *flags]), _program_file(command[0]), platform.machine()]
+    parts += [text]
     parts += [sysconfig.get_platform()]
     headers = [h for folder in {SOURCES, *(s.parent for s in sources)} for h in folder.glob("*.h")]
     parts += [path.read_text("utf-8") for path in sorted({*sources, *headers})]
     digest = hashlib.sha256("\0".join(parts).encode()).hexdigest()[:20]
+    target = cache_folder() / f"{name}-{digest}{SUFFIX}"
     try:
-        target = cache_folder() / f"{name}-{digest}{SUFFIX}"
         if target.exists():
             return target
-        if not text:
-            compile_shared(sources, target, flags=flags)
-            return target
+        remove_leftovers(target.parent)
         with tempfile.TemporaryDirectory() as folder:
-            source = Path(folder) / f"{name}.c"
-            source.write_text(text, encoding="utf-8")
-            compile_shared([source], target, flags=flags)
+            if text:
+                sources = [Path(folder) / f"{name}.c"]
+                sources[0].write_text(text, encoding="utf-8")
+            compile_shared(sources, target, flags=flags, prefix=part_prefix())
     except OSError as error:
+        with suppress(OSError):
+            if target.exists():  # Windows does not replace what another process has loaded
+                return target
         raise CompilationError(f"the cache cannot be written: {error}") from error
     return target
+
+
+def _program_file(name: str) -> str:
+    """The file that a command runs, its size and time: another version of it is another."""
+    path = shutil.which(name) if name else None
+    if path is None:
+        return ""
+    file = Path(path).resolve()
+    return f"{file} {file.stat().st_size} {file.stat().st_mtime_ns}"

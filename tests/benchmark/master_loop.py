@@ -173,7 +173,7 @@ def _ours(
                 results = None
                 if written:
                     path = folder / "results.nc"
-                    results = ResultsWriter(path, master.network, {}, expected=steps + 1)
+                    results = ResultsWriter(path, master.network, {})
                     stack.enter_context(results)
                 master.run(results=results, observers=observers)
                 if certified:

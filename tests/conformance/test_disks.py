@@ -36,6 +36,8 @@ TO_DISK = {  # DISK: the folder that cannot be written, WELL: one that can
     "run": ("run", "system.yaml", "--output-file", "DISK/r.nc", "--build-folder", "WELL"),
     "run, built": ("run", "system.yaml", "--output-file", "WELL/r.nc", "--build-folder", "DISK"),
 }
+SMALL = 2**21
+"""Bytes of a disk that takes a part of the results."""
 
 
 @pytest.fixture
@@ -122,15 +124,43 @@ def test_a_disk_that_takes_nothing_is_found_before_the_first_step(disk, project:
     assert seen == []
 
 
+@contextlib.contextmanager
+def small(folder: Path) -> Iterator[None]:
+    with mounted(folder, f"size={SMALL}"):
+        yield
+
+
+@contextlib.contextmanager
+def short(folder: Path) -> Iterator[None]:
+    """No file may be longer: as a small disk, without the right to mount one."""
+    del folder
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (SMALL, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+@pytest.mark.parametrize("disk", [small, short])
 def test_a_disk_that_fills_up_during_a_run(
-    project: Path, capsys: pytest.CaptureFixture[str]
+    disk, project: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """What was written before can be read."""
-    disk = project / "disk"
-    disk.mkdir()
-    words = ["run", "system.yaml", "--output-file", str(disk / "r.nc"), "--stop-time", "15000"]
-    with mounted(disk, "size=32m"):
+    """What it took are complete rows, and the message tells how far they go."""
+    place = project / "disk"
+    place.mkdir()
+    words = ["run", "system.yaml", "--output-file", "disk/r.nc", "--stop-time", "4000"]
+    ready = prepare(System.load("system.yaml").changed(stop_time=4000))
+    whole = run(ready, results="whole.nc").results()
+    with disk(place):
         assert main(words) == 1
-        time = load(disk / "r.nc").time
-    assert 1024 <= len(time) < 150_000
-    assert "cannot be written" in capsys.readouterr().err
+        results = load(place / "r.nc")
+    count = len(results.time)
+    row = 8 * (1 + len(whole.series))
+    assert 0.95 * SMALL < row * count < SMALL
+    assert results.time.tolist() == whole.time[:count].tolist()
+    for name, series in whole.series.items():
+        assert results[name].values.tobytes() == series.values[:count].tobytes()
+    assert re.match(r"failed: \S+r\.nc: cannot be written: ", results.attributes["ended"])
+    error = capsys.readouterr().err
+    assert f"results until t = {results.time[-1]:.9g} s are in disk/r.nc" in error

@@ -18,7 +18,7 @@ from types import ModuleType
 import pytest
 from doc_tools.run_page import run_page
 
-from m4e_fmi import doctor
+from m4e_fmi import code_hash, doctor
 from m4e_fmi.cosim import System, components, run
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.fmu import PythonSource, build_fmu, validate_fmu
@@ -117,7 +117,8 @@ def test_an_exception_ends_the_run_and_the_page_quotes_it(tmp_path: Path) -> Non
 def test_it_is_built_again_when_any_of_its_files_changes(site: Path, tmp_path: Path) -> None:
     def built() -> set[str]:
         told: list[str] = []
-        components._package_hash.cache_clear()
+        code_hash.code_hash.cache_clear()
+        code_hash.package_hash.cache_clear()
         components.fmu_files(System.load(EXAMPLE / "system.yaml"), tmp_path, tell=told.append)
         return {line.partition(":")[0] for line in told}
 

@@ -25,6 +25,7 @@ from m4e_fmi.cosim import (
 from m4e_fmi.cosim import system as system_module
 from m4e_fmi.document import Section
 from m4e_fmi.errors import RunError
+from m4e_fmi.files_read import read_bytes, read_text
 from m4e_fmi.fmu import native as native_module
 from m4e_fmi.fmu import read_description
 from m4e_fmi.program import Program, Recorder, Variable
@@ -41,7 +42,8 @@ class CoilConfig(Section):
 def coil(
     config: CoilConfig, *, name: str, folder: Path, progress: Callable[[str], None]
 ) -> Program:
-    del folder
+    if config.table:
+        read_bytes(folder / config.table)
     progress("winding")
     r = Recorder(name, "a spring")
     x = r.input(Variable("end.x", "m", "position"))
@@ -52,7 +54,7 @@ def coil(
 
 def mass(path: Path) -> Program:
     r = Recorder(path.stem, MASS)
-    m = r.parameter(Variable("mass", "kg", "mass", start=float(path.read_text())))
+    m = r.parameter(Variable("mass", "kg", "mass", start=float(read_text(path))))
     force = r.input(Variable("body.m.force_x", "N", "force"))
     x = r.state(Variable("body.m.x", "m", "position", start=1.0))
     v = r.state(Variable("body.m.vx", "m/s", "velocity", derivative_of="body.m.x"))
@@ -107,7 +109,7 @@ def test_only_what_changed_is_built_again(pair: Callable[..., System], tmp_path:
     assert built(pair(stiffness=2.0)) == ["coil"]
     (tmp_path / "mass.model.yaml").write_text("2.0")
     assert built(pair(stiffness=2.0)) == ["body"]
-    assert {p.suffix for p in (tmp_path / "build" / "pair").iterdir()} == {".fmu", ".stamp"}
+    assert {p.suffix for p in (tmp_path / "build" / "pair").iterdir()} == {".fmu", ".json"}
 
 
 def test_native_where_it_can_be(

@@ -228,17 +228,6 @@ def test_adaptive_steps_do_not_meet_the_points_of_a_sampled_component(c_fmu: Fmu
         prepare(pair(c_fmu, 0.1, coupling_tolerance=1e-4))
 
 
-def test_a_sampled_component_in_an_algebraic_loop_is_refused(c_fmu: Fmus) -> None:
-    parts = (
-        Component("a", FmuFile(c_fmu("stage+state")), {"gain": 0.2}),
-        Component("b", FmuFile(c_fmu("stage+state")), {"gain": 0.3}, step_size=0.2),
-    )
-    links = ("a.y -> b.u", "b.y -> a.u")
-    system = System("s", parts, links, Simulation(1, 0.1, "implicit"))
-    with pytest.raises(InputError, match="part of an algebraic loop"):
-        prepare(system)
-
-
 def test_a_step_inside_an_fmu(c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch) -> None:
     """As FMUs of FMI 3.0 tell it (fixedInternalStepSize)."""
     read = read_description

@@ -6,10 +6,8 @@ import csv
 import os
 import re
 import signal
-import subprocess
 import sys
 import tempfile
-import time
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
@@ -26,9 +24,11 @@ from m4e_fmi.cosim import (
     load,
     run,
 )
+from m4e_fmi.cosim.master import Observer
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.fmu.unpack import Unpacked
 from m4e_fmi.report.summaries import run_summary
+from m4e_fmi.signals import Terminated
 
 Fmus = Callable[[str], Path]
 Starts = Mapping[str, Mapping[str, float]]
@@ -342,27 +342,25 @@ def test_ctrl_c_stops_at_a_communication_point(c_fmu: Fmus, tmp_path: Path) -> N
     assert signal.getsignal(signal.SIGINT) is before
 
 
-KILLED = """
-import sys
-from pathlib import Path
-from m4e_fmi.cosim import Component, FmuFile, Simulation, System, run
-body = Component("body", FmuFile(Path(sys.argv[1])), {"body.m.vx": 1.0})
-run(System("s", (body,), (), Simulation(1e6, 0.01)), results=sys.argv[2])
-"""
+def test_signals_stop_at_a_communication_point_unless_ignored(c_fmu: Fmus, tmp_path: Path) -> None:
+    def send(number: signal.Signals) -> Observer:
+        return lambda t, _: os.kill(os.getpid(), number) if t == 0.5 else None
 
-
-def test_a_killed_run_keeps_its_results(c_fmu: Fmus, tmp_path: Path) -> None:
-    path = tmp_path / "r.nc"
-    process = subprocess.Popen([sys.executable, "-c", KILLED, str(c_fmu("mass")), str(path)])
-    deadline = time.monotonic() + 30
-    while time.monotonic() < deadline and not (path.exists() and path.stat().st_size > 60_000):
-        time.sleep(0.05)
-    process.kill()
-    process.wait()
-    results = load(path)
-    assert len(results.time) >= 256
-    written = results["body.body.m.x"].values
-    np.testing.assert_allclose(written, results.time, rtol=1e-9)  # x = t, integrated exactly
+    short = oscillator(c_fmu, Simulation(1, 0.1))
+    before = signal.getsignal(signal.SIGTERM)
+    with pytest.raises(Terminated) as caught:
+        run(short, results=tmp_path / "r.nc", observers=[send(signal.SIGTERM)])
+    assert caught.value.code == 128 + signal.SIGTERM
+    assert signal.getsignal(signal.SIGTERM) is before is signal.SIG_DFL
+    results = load(tmp_path / "r.nc")
+    assert (results.time[-1], results.attributes["ended"]) == (0.5, "ended by SIGTERM")
+    if hasattr(signal, "SIGHUP"):
+        usual = signal.signal(signal.SIGHUP, signal.SIG_IGN)  # as nohup does
+        try:
+            outcome = run(short, results=tmp_path / "r.nc", observers=[send(signal.SIGHUP)])
+        finally:
+            signal.signal(signal.SIGHUP, usual)
+        assert outcome.results().time[-1] == 1.0
 
 
 @pytest.mark.parametrize(("step", "warned"), [(0.01, False), (0.4, True)])

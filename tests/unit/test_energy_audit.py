@@ -74,7 +74,7 @@ def test_the_residual_falls_with_the_tolerance(method: str) -> None:
     assert relative[0] > 20 * relative[1] > 400 * relative[2] > 0
 
 
-@pytest.mark.parametrize("method", [m for m in METHODS if m != "rk4"])
+@pytest.mark.parametrize("method", ["dop853", "rk45", "rodas", "python", "scipy.RK45"])
 def test_works_allow_the_motion_no_larger_error(method: str) -> None:
     """Many works that hardly change beside a motion that does: the steps stay as short."""
     slow = {f"rub{k}": JointEffort("rail", "-1e-9*joint.rail.u") for k in range(40)}
@@ -82,11 +82,11 @@ def test_works_allow_the_motion_no_larger_error(method: str) -> None:
     points = {"wall": Point("ground", (0.0, 0.0)), "hook": Point("block", (0.0, 0.0))}
     model = replace(slider(), points=points, loads={"spring": spring})
     heavy = replace(model, loads={"spring": spring, **slow})
-    alone, beside = (simulate(m, stop_time=20.0, method=method) for m in (model, heavy))
+    alone, beside = (simulate(m, stop_time=5.0, method=method) for m in (model, heavy))
     exact = 3 / 5 * np.sin(5 * alone.time)
     errors = [np.abs(run["joint.rail.q"] - exact).max() for run in (alone, beside)]
     # the loads change the motion by 40e-9/4 of it in each second
-    assert errors[1] < 1.5 * errors[0] + 20 * 40e-9 / 4
+    assert errors[1] < 1.5 * errors[0] + 5 * 40e-9 / 4
     assert beside.evaluations > 0.9 * alone.evaluations
 
 

@@ -147,6 +147,9 @@ BODIES = "------ BODIES ------\nx\nx\n1 Coupled 0 0 0 0 0 0 1e3 0 1e3 1 0 0\n"
         ("0.001    dtM", "0.5 CFL", "is unstable", "RK4"),
         ("0.001    dtM", "AB3 tScheme", "scheme AB3 is not supported", "RK2, RK4"),
         ("0.001    dtM", "7 WaveKin", "water kinematics", "set WaveKin to 0"),
+        ("0.001    dtM", "floor.txt SeafloorFile", "sea floor from a file", "WtrDpth"),
+        ("0.001    dtM", "state.txt ICfile", "initial conditions", "set ICfile to 0"),
+        ("0.001    dtM", "0.1 DT", "time step 0.1 s is unstable", "RK4"),
         ("300      WtrDpth", "bath.txt WtrDpth", "'bath.txt' is not a number", "constant"),
         ("- POINTS -", "- PONITS -", "section POINTS is missing", "add it"),
         ("---------------------- POINTS", BODIES + "--- POINTS", "coupled bodies", "points"),
@@ -163,6 +166,15 @@ def test_what_is_not_supported_is_refused(tmp_path, before, after, message, reme
     assert len(matching) == 1
     assert remedy in matching[0].remedy
     assert matching[0].file == str(path)
+
+
+def test_the_step_of_a_ready_file_has_one_name(tmp_path):
+    """MoorDyn takes the last of dtM and DT."""
+    path = tmp_path / "lines.txt"
+    path.write_text(CASE1.read_text().replace("0.001    dtM", "0.0005 dtM\n0.001 DT"))
+    made = ready_mooring(path, fairleads={})
+    steps = [row.words for row in tables(made.text)["options"] if row.words[1] in ("dtM", "DT")]
+    assert (made.time_step, steps) == (0.001, [("0.001", "dtM")])
 
 
 def test_a_ready_file_without_a_step_gets_a_stable_one(tmp_path):

@@ -2,6 +2,7 @@
 
 import json
 import math
+import os
 import sys
 
 import pytest
@@ -208,7 +209,7 @@ def test_nothing_is_written_to_the_console_or_left_on_disk(capfd, tmp_path, monk
     lines = chain()
     lines.start(AT, REST)
     run(lines, 0, 2)
-    assert len(list(tmp_path.iterdir())) == 1
+    assert len(list(tmp_path.iterdir())) == (os.name != "posix")  # Windows removes no open file
     lines.start(AT, REST)
     with pytest.raises(MooringError):
         lines.advance(0.0, 0.05, [(math.nan, 0.0)] * 2, REST)

@@ -61,16 +61,16 @@ def of_the_coupling(folder: Path) -> Iterator[Any]:
     with cosim.start(prepared, results=folder / "s.nc") as run:
         yield from (run, run.step(), run.save(), run._master.network)
     yield from (run.outcome, run.outcome.results(), *prepared.descriptions.values())
-    yield cosim.CouplingError("a -> b", cosim.Port("a", "y"), 0.1)
+    yield cosim.CouplingError("a -> b", cosim.Port("a", "y"), 0.1, 0.05)
     found = tuple(fmu.Finding(f"id.{k}", "error", "text " * 40) for k in range(100))
     yield from (fmu.Report(folder / "x.fmu", (fmu.Group("archive", found),)), Options())
 
 
 def of_models() -> Iterator[Any]:
     """What follows from a model of 40 bodies with all loads, and from a small one."""
-    large = random_tree(3, size=40)
+    large = random_tree(3, size=25)
     yield from (large, multibody.Equations(large), multibody.topology(large))
-    yield from (load for seed in range(12) for load in random_tree(seed, size=6).loads.values())
+    yield from (load for seed in range(8) for load in random_tree(seed, size=6).loads.values())
     yield model.Table(range(5000), range(5000))  # type: ignore[arg-type]
     small = load_model(SPIDERFLOAT)
     made = multibody.model_program(large)

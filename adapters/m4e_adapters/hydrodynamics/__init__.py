@@ -5,7 +5,7 @@ lids), `solve_hulls` (potential flow by Capytaine, cached), `fit_radiation` (the
 space) and `hydrodynamics_program`, which takes `Coefficients` from any source. Start reading in
 `load` for the equation, in `coefficients` for the conventions.
 
-Imports of m4e_fmi only what an adapter may: errors, document, program.
+Imports of m4e_fmi only what an adapter may: see `m4e_adapters`.
 """
 
 from m4e_adapters.hydrodynamics.bem import solve_hulls

@@ -25,11 +25,12 @@ from m4e_adapters.hydrodynamics.config import Water
 from m4e_adapters.hydrodynamics.mesh import Hull
 from m4e_adapters.hydrodynamics.panels import Panels
 from m4e_adapters.hydrodynamics.waves import angular_frequency
+from m4e_fmi.code_hash import package_hash
 from m4e_fmi.errors import RunError
 
 METHOD = "direct"
 DOFS = ("Surge", "Heave", "Pitch")
-LAYOUT = 1  # of what is cached; to be raised whenever the computation changes
+LIBRARIES = ("capytaine", "numpy", "scipy")  # whose versions count
 PANELS_PER_WAVELENGTH = 8  # panel radius below wavelength / 8: Capytaine's own rule
 
 Progress = Callable[[str], object]
@@ -53,18 +54,28 @@ def solve_hulls(
     """
     _warn_of_coarse_panels(hulls, water, float(omega[-1]), progress)
     key = cache.content_key(_content(hulls, water, omega, wave_direction))
-    arrays = cache.load(key)
+    arrays = _cached(key, progress)
     if arrays is None:
         arrays = _solve(hulls, water, omega, wave_direction, progress)
         try:
             cache.store(key, arrays)
-        except OSError as error:
-            progress(f"warning: the coefficients could not be cached: {error}")
-    else:
-        progress("potential flow: coefficients taken from the cache")
+        except RunError as error:
+            progress(f"the coefficients are not cached: {error.message}")
     for text in arrays["warnings"]:
         progress(f"warning: capytaine: {text}")
     return _assembled(hulls, water, omega, wave_direction, arrays)
+
+
+def _cached(key: str, progress: Progress) -> dict[str, np.ndarray] | None:
+    """What is cached under `key`; None if nothing is, or nothing that can be used."""
+    try:
+        arrays = cache.load(key)
+    except (cache.DamagedError, OSError) as error:
+        progress(f"the coefficients in the cache cannot be used and are computed again: {error}")
+        return None
+    if arrays is not None:
+        progress("potential flow: coefficients taken from the cache")
+    return arrays
 
 
 def _content(
@@ -72,8 +83,8 @@ def _content(
 ) -> dict[str, Any]:
     """All that the solution depends on."""
     content: dict[str, Any] = {
-        "layout": LAYOUT,
-        "capytaine": version("capytaine"),
+        "code": package_hash("m4e_adapters.hydrodynamics"),
+        "libraries": [f"{name} {version(name)}" for name in LIBRARIES],
         "method": METHOD,
         "water": [water.density, water.depth, water.gravity],
         "omega": omega,

@@ -1,24 +1,29 @@
-"""A cache of arrays on disk, by content: one .npz file per key.
+"""A cache of arrays on disk, by content: one file per key.
 
-The folder is $M4E_FMI_CACHE, else the user's cache folder. Files are written beside their place
-and renamed into it, so that a reader sees a whole file or none; one that cannot be read (its
-checksums are checked) counts as not there.
+The folder is $M4E_FMI_CACHE, else the user's cache folder. Files appear whole or not at all, and
+begin with a hash of their key and content: one that was damaged since is known as such. Processes
+may read and write the same ones at one time.
 """
 
 from __future__ import annotations
 
 import hashlib
+import io
 import os
-import tempfile
-import zipfile
-import zlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from m4e_fmi.writing import remove_leftovers, written
+
 ENVIRONMENT = "M4E_FMI_CACHE"
+_HASH = hashlib.sha256().digest_size
+
+
+class DamagedError(Exception):
+    """A cached file is not what was stored; the message says which."""
 
 
 def cache_folder() -> Path:
@@ -42,23 +47,32 @@ def content_key(content: Mapping[str, Any]) -> str:
 
 
 def load(key: str) -> dict[str, np.ndarray] | None:
-    """The arrays stored under `key`, None if there are none or the file is damaged."""
+    """The arrays stored under `key`, None if there are none; DamagedError, OSError."""
+    path = _path(key)
     try:
-        with np.load(cache_folder() / f"{key}.npz", allow_pickle=False) as file:
-            return {name: file[name] for name in file.files}
-    except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile, zlib.error):
+        stored = path.read_bytes()
+    except FileNotFoundError:
         return None
+    if stored[:_HASH] != _hash(key, stored[_HASH:]):
+        raise DamagedError(f"{path} is damaged")
+    with np.load(io.BytesIO(stored[_HASH:]), allow_pickle=False) as file:
+        return {name: file[name] for name in file.files}
 
 
 def store(key: str, arrays: Mapping[str, np.ndarray]) -> None:
-    """Keep `arrays` under `key`; OSError if the folder cannot be written."""
-    folder = cache_folder()
-    folder.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(prefix=key, suffix=".tmp", dir=folder)
-    try:
-        with os.fdopen(handle, "wb") as file:
-            np.savez_compressed(file, allow_pickle=False, **arrays)
-        Path(name).replace(folder / f"{key}.npz")
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise
+    """Keep `arrays` under `key`; RunError if that cannot be written."""
+    packed = io.BytesIO()
+    np.savez_compressed(packed, allow_pickle=False, **arrays)
+    content = packed.getvalue()
+    path = _path(key)
+    remove_leftovers(path.parent)
+    with written(path) as part:
+        part.write_bytes(_hash(key, content) + content)
+
+
+def _path(key: str) -> Path:
+    return cache_folder() / f"{key}.coefficients"
+
+
+def _hash(key: str, content: bytes) -> bytes:
+    return hashlib.sha256(key.encode() + content).digest()

@@ -7,6 +7,7 @@ frequencies of the integral equation, at which its solution is otherwise wrong b
 from __future__ import annotations
 
 import math
+import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,6 +20,7 @@ from m4e_adapters.hydrodynamics.hydrostatics import Hydrostatics, hydrostatics_o
 from m4e_adapters.hydrodynamics.panels import RELATIVE_TOLERANCE, Panels, grid
 from m4e_adapters.hydrodynamics.shapes import box_panels, cylinder_panels, sphere_panels
 from m4e_fmi.errors import InputError, Problem
+from m4e_fmi.files_read import read_bytes
 
 LID_TRIALS = (1.0, 0.8, 0.6, 1.3)  # panel sizes tried, relative to the hull's
 
@@ -88,18 +90,24 @@ def _shape_panels(name: str, shape: Shape, count: int, folder: Path) -> Panels:
 
 
 def _loaded(path: Path, name: str) -> Panels:
-    """The panels of a mesh file, in any format that Capytaine reads."""
+    """The panels of a mesh file, in any format that Capytaine reads and that needs no other file.
+
+    It is read as a copy, away from files beside it: they would not count as what the FMU is of.
+    """
     if not path.is_file():
         message = f"body {name!r}: no such mesh file: {path}"
         raise InputError.single(message, "the name is relative to the system file's folder")
     capytaine = import_capytaine()
     try:
-        mesh = capytaine.load_mesh(path).merged()
+        with tempfile.TemporaryDirectory(prefix="m4e_fmi_") as alone:
+            copy = Path(alone, path.name)
+            copy.write_bytes(read_bytes(path))
+            mesh = capytaine.load_mesh(copy).merged()
     except Exception as error:  # noqa: BLE001  readers of a dozen formats raise what they like
         raise InputError.single(
             f"body {name!r}: the mesh cannot be read: {type(error).__name__}: {error}",
             "formats read as they are: gdf (WAMIT), nemoh, hst (Hydrostar), pnl (HAMS); "
-            "with the package meshio also stl, obj, msh, vtk",
+            "with the package meshio also stl, obj, msh, vtk; all of a mesh must be in one file",
             str(path),
         ) from None
     if not mesh.nb_faces:

@@ -210,6 +210,8 @@ class LineSystem:
                 f"MoorDyn cannot start with the fairleads at {places} m: check these positions "
                 f"against the anchors and the lengths of the lines. It reports:\n{_tail(report)}"
             )
+        if os.name == "posix":  # open files need no name, and a kill leaves none
+            self._folder.cleanup()
         moordyn.SetVerbosity(self._system, moordyn.LEVEL_NONE)
         lines = [moordyn.GetLine(self._system, k + 1) for k in range(len(self._names))]
         self._ends = [(line, moordyn.GetLineN(line)) for line in lines]

@@ -16,6 +16,7 @@ from m4e_adapters.moordyn.mooring import Fairlead, Mooring, internal_step
 from m4e_adapters.moordyn.sections import Row, tables
 from m4e_adapters.moordyn.stability import SCHEMES, Segment, damping_of_ratio
 from m4e_fmi.errors import InputError, Problem, suggestion
+from m4e_fmi.files_read import read_text
 
 COUPLED = ("FAIRLEAD", "VESSEL", "VES", "COUPLED", "CPLD")
 FIXED = ("ANCHOR", "FIXED", "FIX")
@@ -25,6 +26,9 @@ OTHER_FILES = {
     "currents": "currents",
     "fileic": "initial conditions",
 }
+SEA_FLOOR = "seafloorfile"
+ALIASES = {"dt": "dtm", "kb": "kbot", "cb": "cbot", "icfile": "fileic"}
+"""Names that MoorDyn takes as well (MoorDyn2.cpp, readOptionsLine)."""
 OURS = {"dtm", "cfl", "writelog", "disableoutput", "disableouttime", "writeunits", "dtout"}
 DEFAULT_SEABED = {"kbot": 3.0e6, "cbot": 3.0e5}  # MoorDyn's own, Pa/m and Pa·s/m
 
@@ -39,7 +43,7 @@ def ready_mooring(
     """
     path = Path(path)
     try:
-        text = path.read_text(encoding="utf-8")
+        text = read_text(path)
     except (OSError, UnicodeDecodeError) as error:
         reason = "no such file" if isinstance(error, FileNotFoundError) else str(error)
         raise InputError.single(f"MoorDyn file: {reason}", "", str(path)) from None
@@ -68,9 +72,7 @@ class _ReadyFile:
         self.problems: list[Problem] = []
         self._lines = text.splitlines()
         self._tables = tables(text)
-        self._options = {
-            row.words[1].lower(): row for row in self.rows("options") if len(row.words) > 1
-        }
+        self._options = {_option_name(row): row for row in self.rows("options") if row.words[1:]}
 
     def rows(self, section: str) -> tuple[Row, ...]:
         return self._tables.get(section, ())
@@ -168,7 +170,9 @@ class _ReadyFile:
         for row in self.rows("lines"):
             lines[row.line - 1] = " ".join([*row.words[: LINE_WORDS - 1], "-"])
         dropped = {row.line for row in self.rows("outputs")}
-        dropped |= {row.line for key, row in self._options.items() if key in OURS}
+        dropped |= {
+            row.line for row in self.rows("options") if row.words[1:] and _option_name(row) in OURS
+        }
         kept = [line for k, line in enumerate(lines) if k + 1 not in dropped]
         ours = [f"{value} {key}" for value, key in (*QUIET, (repr(time_step), "dtM"))]
         place = next((k for k, line in enumerate(kept) if _opens_options(line)), None)
@@ -219,6 +223,10 @@ class _ReadyFile:
             if row and row.words[0] != "0":
                 message = f"{row.words[1]} {row.words[0]}: {what} from files are not supported"
                 self._wrong(row, message, f"set {row.words[1]} to 0")
+        if SEA_FLOOR in self._options:
+            row = self._options[SEA_FLOOR]
+            message = f"{row.words[1]} {row.words[0]}: a sea floor from a file is not supported"
+            self._wrong(row, message, "remove the line: the sea floor is flat, at WtrDpth")
         for key in ("dtm", "cfl", "kbot", "cbot", "wtrdpth"):
             row = self._options.get(key)
             if not row or not self._numbers(row, (0,)):
@@ -257,6 +265,12 @@ class _ReadyFile:
 
 def _is(word: str, kinds: tuple[str, ...]) -> bool:
     return word.upper() in kinds
+
+
+def _option_name(row: Row) -> str:
+    """The name of an option, the same for all that MoorDyn calls it by."""
+    name = row.words[1].lower()
+    return ALIASES.get(name, name)
 
 
 def _number(word: str) -> bool:

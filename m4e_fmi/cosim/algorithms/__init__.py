@@ -12,6 +12,7 @@ and the C library makes its steps. To add one: a file here, an entry in `ALGORIT
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Protocol, runtime_checkable
 
 import numpy as np
@@ -21,6 +22,8 @@ from m4e_fmi.cosim.algorithms.doubling import Doubling
 from m4e_fmi.cosim.algorithms.gauss_seidel import GaussSeidel
 from m4e_fmi.cosim.algorithms.implicit import Implicit
 from m4e_fmi.cosim.algorithms.jacobi import Jacobi
+from m4e_fmi.cosim.connect import Link
+from m4e_fmi.cosim.dependence import STEPPED, how_known
 from m4e_fmi.cosim.network import Network
 
 
@@ -75,7 +78,9 @@ class Returning(Algorithm, Undoing, Protocol):
         ...
 
 
-ALGORITHMS: dict[str, Callable[[Network], Algorithm]] = {
+Own = Corrector | GaussSeidel | Implicit | Jacobi
+
+_OWN: dict[str, Callable[[Network], Own]] = {
     "corrector": corrector,
     "gauss_seidel": GaussSeidel,
     "implicit": Implicit,
@@ -83,9 +88,42 @@ ALGORITHMS: dict[str, Callable[[Network], Algorithm]] = {
 }
 
 
+def _made(make: Callable[[Network], Own], network: Network) -> Own:
+    """The algorithm for `network`: of first order where values come a step late."""
+    algorithm = make(network)
+    delayed = [str(link) for link in network.links if link.delayed]
+    stepped = dict.fromkeys(str(k.source) for k in network.links if _is_stepped(network, k))
+    notes = [
+        f"{_first_of(late)} {what}: first order, half the step leaves half the error"
+        for late, what in (
+            (delayed, "carries the value of the step before"),
+            (list(stepped), "shows the inputs of its FMU after the next step only"),
+        )
+        if late
+    ]
+    if notes:
+        algorithm.order = 1
+        algorithm.notes = (*algorithm.notes, *notes)
+    return algorithm
+
+
+def _is_stepped(network: Network, link: Link) -> bool:
+    source = link.source
+    return how_known(network.instances[source.component].description, source.variable) == STEPPED
+
+
+def _first_of(names: list[str]) -> str:
+    return names[0] + (f" (and {len(names) - 1} more)" if len(names) > 1 else "")
+
+
+ALGORITHMS: dict[str, Callable[[Network], Own]] = {
+    name: partial(_made, make) for name, make in _OWN.items()
+}
+
+
 def returning(name: str, network: Network) -> Returning:
     """The algorithm `name` with an estimate of its error in each step."""
     algorithm = ALGORITHMS[name](network)
-    if isinstance(algorithm, Corrector) and algorithm.estimates:
+    if isinstance(algorithm, Corrector) and algorithm.estimates and algorithm.order > 1:
         return algorithm
     return Doubling(network, algorithm)

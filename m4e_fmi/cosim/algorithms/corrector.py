@@ -17,6 +17,8 @@ What it does without:
 - rollback (`canGetAndSetFMUstate`). An FMU that cannot go back steps once, after the others' first
   pass, with the inputs these have found; the others then correct theirs. That is second order.
   Where no FMU of a cycle can go back there is nothing to correct, and `gauss_seidel` is used.
+- algebraic loops. They are solved at communication points, but not within a step: two passes make
+  an error larger by the square of what a loop multiplies it by. There `gauss_seidel` is used, too.
 - inputs that are followed (`canInterpolateInputs`). An FMU that holds its inputs gets values that
   act like the course, and needs more steps for it; an FMU that moves one input along another stays
   at second order.
@@ -43,12 +45,16 @@ from m4e_fmi.cosim.schedule import Schedule
 
 
 def corrector(network: Network) -> Corrector | GaussSeidel:
-    """The algorithm for `network`: `gauss_seidel` where no FMU of a cycle can go back."""
-    corrector = Corrector(network)
-    if corrector.can_correct:
-        return corrector
+    """The algorithm for `network`: `gauss_seidel` where no FMU of a cycle can go back.
+
+    So it is with algebraic loops: what goes round in one within a step, grows from pass to pass.
+    """
+    if not network.has_loops:
+        corrector = Corrector(network)
+        if corrector.can_correct:
+            return corrector
     sweep = GaussSeidel(network)
-    sweep.notes = (_NOTHING_RETURNS,)
+    sweep.notes = (_LOOPS if network.has_loops else _NOTHING_RETURNS,)
     return sweep
 
 
@@ -154,7 +160,7 @@ def _knots(network: Network) -> list[tuple[list[str], bool]]:
     """Names of the components of each knot, and whether it is a cycle; sources before targets."""
     graph: nx.DiGraph = nx.DiGraph()
     names = [name for name in network.sweep if not network.due(name)]
-    ends = [(k.source.component, k.target.component) for k in network.links]
+    ends = [(k.source.component, k.target.component) for k in network.links if not k.delayed]
     graph.add_nodes_from(names)
     graph.add_edges_from((a, b) for a, b in ends if a in graph and b in graph)
     whole = nx.condensation(graph)
@@ -171,6 +177,9 @@ _NOTHING_RETURNS = (
     "no FMU can go back (canGetAndSetFMUstate), so that nothing could be corrected: ran as "
     f"gauss_seidel, {_LOST}"
 )
+
+
+_LOOPS = f"an algebraic loop is solved at each communication point: ran as gauss_seidel, {_LOST}"
 
 
 def _once_note(name: str) -> str:

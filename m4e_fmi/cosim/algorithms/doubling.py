@@ -50,11 +50,12 @@ class Doubling:
         network.advance(time + half)
         algorithm.step(time + half, half)
         self.held += algorithm.held / 2
-        middle = network.values.copy()
+        middle, discrete = network.values.copy(), network.discrete.cells.copy()
         network.advance(time + size)
         self.end[:] = network.values[: self._count]
         self.change[:] = (whole - self.end) / (2.0**self.order - 1)
         network.values[:] = middle  # the master makes the end the present point
+        network.discrete.bring(discrete)
         network.time = time + half
 
     def undo(self) -> None:

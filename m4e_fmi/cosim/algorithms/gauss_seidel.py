@@ -61,7 +61,9 @@ class GaussSeidel(Scheduled):
         asked: dict[str, list[Port]] = {name: [] for name in place}
         for link in network.links:
             ends = link.source.component, link.target.component
-            if place[ends[0]] < place[ends[1]] and not any(map(network.due, ends)):
+            if link.delayed or any(map(network.due, ends)):
+                continue
+            if place[ends[0]] < place[ends[1]]:
                 asked[link.source.component].append(link.source)
         self._components = tuple(
             _Component(network, name, before=set(network.sweep[:k]), asked=asked[name], held=held)
@@ -100,7 +102,7 @@ class _Component:
         if network.due(name):
             noted = (gather(held[own], network.inputs, range(own.start, own.stop)),)
             self._formulas: list[tuple[Combine, list[Formula]]] = []
-            self.operations = (*(noted if inputs else ()), *steps)
+            self.operations = (*(noted if inputs else ()), *steps, *network.arrival(name))
             return
         signals = {k.target.variable: _signal(network, k, before) for k in network.links[own]}
         moved = _moved(network, name, signals)
@@ -114,12 +116,12 @@ class _Component:
                 self._formulas.append((combined, _held(signals, moved, step.start)))
                 operations += [combined, *setting(instance, inputs, into)]
             operations.append(step)
-        if asked:
-            if network.feeds_through(name, asked):
-                operations += [self._ends, *setting(instance, inputs, self._ends.into)]
-            outputs = network.output_slice(name)
-            names = tuple(port.variable for port in network.outputs[outputs])
-            operations.append(Get(instance, names, network.values[network.stepped :][outputs]))
+        operations += network.arrival(name)
+        if network.feeds_through(name, asked):
+            late = slice(network.early(name).stop, network.output_slice(name).stop)
+            names = tuple(port.variable for port in network.outputs[late])
+            operations += [self._ends, *setting(instance, inputs, self._ends.into)]
+            operations.append(Get(instance, names, network.values[network.stepped :][late]))
         self.operations = tuple(operations)
 
     def prepare(self, size: float, last: float) -> None:
@@ -154,6 +156,9 @@ def _held(signals: Mapping[str, Signal], moved: Mapping[str, str], share: float)
 
 def _signal(network: Network, link: Link, before: Container[str]) -> Signal:
     """The source of a link, as seen by its target's component."""
+    known = network.held_place(link)
+    if known is not None:
+        return Signal(known, known, stepped=None, rate=None, curvature=None, stays=True)
     now, *rates = (network.index(port) for port in network.derivatives(link.source))
     rate, curvature = (*rates, None, None)[:2]
     return Signal(

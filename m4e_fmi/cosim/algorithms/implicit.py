@@ -26,16 +26,20 @@ from m4e_fmi.cosim.algorithms.course import Way
 from m4e_fmi.cosim.algorithms.interface import Interface
 from m4e_fmi.cosim.algorithms.part import Courses, Part
 from m4e_fmi.cosim.network import Network
-from m4e_fmi.cosim.newton import DIFFERENCE, NotConvergedError, QuasiNewton
+from m4e_fmi.cosim.newton import DIFFERENCE, OF_NOMINAL, NotConvergedError, QuasiNewton
 from m4e_fmi.cosim.schedule import Schedule
 from m4e_fmi.cosim.step_control import Scale
 from m4e_fmi.errors import RunError
+
+SEEN, WIDER, WIDENINGS = 1e-10, 1e3, 5
+"""Share of its size by which an output has to change, that a difference tells something; by what
+the difference of the input grows until then, and how often it is tried."""
 
 
 class Implicit:
     """See the module."""
 
-    REMEMBERED = ("_newton", "_scale")
+    REMEMBERED = ("_newton", "_scale", "_felt")
 
     def __init__(self, network: Network) -> None:
         self._network = network
@@ -51,9 +55,12 @@ class Implicit:
             raise RunError(
                 f"implicit needs FMUs that can go back (canGetAndSetFMUstate), which "
                 f"{' and '.join(rigid)} cannot",
-                "choose algorithm: corrector, which does without",
+                "choose algorithm: corrector, which does without and solves loops, too",
             )
         self._scale = Scale(network, self._interface.sources)
+        nominals = [network.nominal(link.source) for link in network.links]
+        self._least = OF_NOMINAL * np.array(nominals)
+        self._felt = np.zeros(2 * count)
         self._newton = QuasiNewton()
         saved = [o for part in (*interface.parts, *interface.sampled) for o in part.save]
         self._begin = Schedule([*saved, *interface.begin])
@@ -70,16 +77,18 @@ class Implicit:
         interface.prepare(size)
         self._begin.run(time)
         self._inputs[: len(network.inputs)] = network.inputs
-        one = self._scale.with_values(interface.end)
-        one = np.where(one > 0.0, one, 1.0)
-        scale = np.concatenate((one, one))
+        one = np.maximum(self._scale.with_values(interface.end), self._least)
+        scale = np.maximum(np.concatenate((one, one)), self._felt)
 
         def residual(x: np.ndarray) -> np.ndarray:
             self._step(self._all, time, size, x)
             return self._found() - x
 
         def jacobian(x: np.ndarray, r: np.ndarray, *, again: bool) -> np.ndarray:
-            return self._jacobian(x, r, (time, size), DIFFERENCE * scale, declared=not again)
+            matrix = self._jacobian(x, r, (time, size), scale, declared=not again)
+            self._felt = np.abs(matrix + np.eye(len(x))) @ np.concatenate((one, one))
+            np.maximum(scale, self._felt, out=scale)
+            return matrix
 
         try:
             self._newton.solve(residual, jacobian, self._found(), scale)
@@ -91,6 +100,7 @@ class Implicit:
                 f"{worst.source} by {failure.size:.3g} of its range",
                 f"try a step_size below {size:g} s, or a smaller tolerance of the FMUs",
             ) from failure
+        network.roughness = max(network.roughness, self._newton.roughness)
         self._scale.keep(self._scale.with_values(interface.end))
         self._end.run(time, size)
 
@@ -99,10 +109,9 @@ class Implicit:
         self._interface.undo()
 
     def _found(self) -> np.ndarray:
-        """Values of the connected inputs' sources, in the middle and at the end."""
-        interface = self._interface
-        sources = interface.sources
-        return np.concatenate((interface.middle[sources], interface.end[sources]))
+        """Values of the connected inputs' sources, in the middle and at the end; or known ones."""
+        places = self._interface.places
+        return np.concatenate((self._network.values[places[1]], self._network.values[places[2]]))
 
     def _step(self, again: Schedule, time: float, size: float, x: np.ndarray) -> None:
         """Components' steps again, with inputs `x`."""
@@ -114,7 +123,7 @@ class Implicit:
         x: np.ndarray,
         r: np.ndarray,
         step: tuple[float, float],
-        deltas: np.ndarray,
+        scale: np.ndarray,
         *,
         declared: bool,
     ) -> np.ndarray:
@@ -130,12 +139,34 @@ class Implicit:
                 matrix[:, [*inputs, *(k + count for k in inputs)]] = self._at_once(part)
                 continue
             for column in (k + shift for k in inputs for shift in (0, count)):
-                moved = x.copy()
-                moved[column] += deltas[column]
-                self._step(self._again[part.name], *step, moved)
-                matrix[:, column] = (self._found() - moved - r) / deltas[column]
+                matrix[:, column] += self._difference(part, column, x, x + r, step, scale)
             self._step(self._again[part.name], *step, x)
         return matrix
+
+    def _difference(
+        self,
+        part: Part,
+        column: int,
+        x: np.ndarray,
+        found: np.ndarray,
+        step: tuple[float, float],
+        scale: np.ndarray,
+    ) -> np.ndarray:
+        """Derivatives of what is `found` for inputs `x` by one of them.
+
+        The input is moved by a share of its scale, or by more until that shows.
+        """
+        slope = np.zeros_like(x)
+        for wider in range(WIDENINGS):
+            delta = DIFFERENCE * float(scale[column]) * WIDER**wider
+            moved = x.copy()
+            moved[column] += delta
+            self._step(self._again[part.name], *step, moved)
+            change = self._found() - found
+            slope = change / delta
+            if (np.abs(change) > SEEN * np.maximum(scale, np.abs(found))).any():
+                break
+        return slope
 
     def _at_once(self, part: Part) -> np.ndarray:
         """Columns of the Jacobian for a component's inputs, in the middle and at the end."""

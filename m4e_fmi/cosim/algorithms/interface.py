@@ -21,7 +21,8 @@ class Interface:
 
     The latter two, of which `middle` and `end` are views, are predicted by the operations `begin`,
     and replaced as `parts` make their steps. `mean` brings the means over the step of all connected
-    inputs into `held`. Inputs follow the courses of their sources, unless others are given.
+    inputs into `held`. `places` (3, inputs) are those of their values at the start, in the middle
+    and at the end of the step. Inputs follow the courses of their sources, unless others are given.
     """
 
     def __init__(self, network: Network, way: Way, courses: Courses | None = None) -> None:
@@ -29,8 +30,13 @@ class Interface:
         values, self._count = network.values, len(network.outputs)
         self.middle, self.end = self._block(network.middle), self._block(network.stepped)
         self.sources = np.array([network.index(k.source) for k in network.links], dtype=np.intp)
-        blocks = np.array([[network.now], [network.middle], [network.stepped]])
-        found = Courses(values, self.sources + blocks)
+        self.places = places = self.sources + np.array(
+            [[network.now], [network.middle], [network.stepped]]
+        )
+        for column, link in enumerate(network.links):
+            if (known := network.held_place(link)) is not None:
+                places[:, column] = known
+        found = Courses(values, places)
         given = courses or found
         due = {name: network.due(name) for name in network.sweep}
         self.parts = tuple(Part(network, n, given, way) for n in network.sweep if not due[n])

@@ -22,7 +22,11 @@ class Jacobi(Scheduled):
         count = len(network.inputs)
         held = np.zeros(count)  # what the exchange before has set
         noted: list[Operation] = [gather(held, network.inputs, range(count))] if count else []
-        steps = [step for name in network.instances for step in network.steps(name)]
+        steps = [
+            operation
+            for name in network.instances
+            for operation in (*network.steps(name), *network.arrival(name))
+        ]
         super().__init__(network, [*noted, *steps], held)
 
     def prepare(self, size: float) -> None:

@@ -75,7 +75,7 @@ class Part:
         self.moved = [(w, u) for w, u in rates.items() if w in known and u in known]
         ports = network.outputs[self.outputs]
         self._outputs = tuple(port.variable for port in ports)
-        self._feeds = network.feeds_through(name, ports)
+        self._early = len(network.outputs[network.early(name)])
         self.holds = bool(self._names) and not self._follows
         rate = network.rates.get(name)
         self.pieces, self._steps = network.pieces(rate) if rate else (self._fewest(), 1)
@@ -124,7 +124,7 @@ class Part:
         elif self._names and (self.moved or not later):
             operations += self._hold(piece, later / self._steps)
         operations.append(DoStep(self._instance, k / count, 1 / count, self._own))
-        if self._outputs and later == self._steps - 1:
+        if later == self._steps - 1:
             operations += self._read(piece + 1)
         return operations
 
@@ -147,7 +147,10 @@ class Part:
         return FromPoints(self._network, self.outputs, points, self.pieces)
 
     def _read(self, piece: int) -> tuple[Operation, ...]:
-        """Reads the outputs at the end of so many pieces, if they are wanted there."""
+        """Reads the outputs at the end of so many pieces, if they are wanted there.
+
+        Those that follow no input at once are read first, before any is set.
+        """
         network, found = self._network, self._middle
         at_end = piece == self.pieces
         if at_end:
@@ -158,9 +161,17 @@ class Part:
             into = network.values[network.middle :][self.outputs]
         else:
             return ()
-        given = self._give(self._way.at(piece / self.pieces)) if self._feeds else ()
-        get = Get(self._instance, self._outputs, into)
-        return (*given, get, *(found.operations if found and at_end else ()))
+        early, late = self._outputs[: self._early], self._outputs[self._early :]
+        operations: list[Operation] = []
+        if early:
+            operations.append(Get(self._instance, early, into[: self._early]))
+        if at_end:
+            operations += network.seeing(self.name)
+        if late and self._names:
+            operations += self._give(self._way.at(piece / self.pieces))
+        if late:
+            operations.append(Get(self._instance, late, into[self._early :]))
+        return (*operations, *(found.operations if found and at_end else ()))
 
     def _give(self, weights: np.ndarray) -> tuple[Operation, ...]:
         """Sets all inputs to the same combination of the values of their courses."""
@@ -209,7 +220,7 @@ class Sampled:
         self.name = name
         self._network, self._instance = network, network.instances[name]
         self.inputs = network.input_slice(name)
-        self.operations = tuple(network.steps(name))
+        self.operations = (*network.steps(name), *network.arrival(name))
         returns = self._instance.description.saves_state
         self.save: tuple[Operation, ...] = (Save(self._instance),) if returns else ()
 

@@ -62,7 +62,7 @@ def looped(
     """The operations of a step, to be repeated while the algorithm `repeats`, and `noted` after it.
 
     None where no step is like another: the algorithm is not `Scheduled`, loops are solved, or FMUs
-    may have events.
+    may have events. It ends where a value changes that is no Real.
     """
     exchange = network.operations
     if exchange is None or not isinstance(algorithm, Scheduled):
@@ -70,4 +70,5 @@ def looped(
     if has_events(network.instances.values()):
         return None
     step = Schedule([*algorithm.operations, *exchange, *noted])
-    return Loop(step, rows, every=every, telling=telling(network.instances.values()))
+    told = telling(network.instances.values())
+    return Loop(step, rows, every=every, telling=told, stops=network.stops)

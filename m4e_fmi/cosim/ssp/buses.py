@@ -67,6 +67,7 @@ def _connection(link: Link, descriptions: Mapping[str, Description]) -> Connecti
         factor=factor,
         offset=link.offset - factor * shift,
         units_ignored=ignored,
+        delayed=link.delayed,
     )
 
 
@@ -100,5 +101,6 @@ def _alike(one: Wiring, other: Wiring) -> bool:
     return mine.keys() == others.keys() and all(
         math.isclose(link.factor, others[ends].factor, rel_tol=SAME_UNIT)
         and math.isclose(link.offset, others[ends].offset, rel_tol=SAME_UNIT, abs_tol=SAME_UNIT)
+        and link.delayed == others[ends].delayed
         for ends, link in mine.items()
     )

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import pathlib
 import re
-import tempfile
 from collections.abc import Iterable
 from dataclasses import replace
 
@@ -13,6 +11,7 @@ from m4e_fmi.cosim.ssp.package import Package, unpack_member
 from m4e_fmi.cosim.ssp.units import Definition
 from m4e_fmi.errors import InputError, suggestion
 from m4e_fmi.fmu.reading import Description, read_description
+from m4e_fmi.temporary import TemporaryFolder
 from m4e_fmi.units import Unit
 
 
@@ -36,11 +35,11 @@ def read_fmus(package: Package, parts: Iterable[Node]) -> dict[Path, Description
     """What the FMUs say; those that cannot be read are among the problems."""
     known: dict[str, Description | None] = {"": None}
     found = {}
-    with tempfile.TemporaryDirectory(prefix="m4e_fmi_") as folder:
+    with TemporaryFolder() as folder:
         for node in parts:
             if node.member not in known:
                 try:
-                    copy = unpack_member(package.path, node.member, pathlib.Path(folder))
+                    copy = unpack_member(package.path, node.member, folder)
                     known[node.member] = read_description(copy)
                 except InputError as error:
                     file = f"{package.path}/{node.member}"

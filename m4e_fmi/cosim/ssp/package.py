@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import zipfile
 import zlib
 from functools import cache
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any
 from urllib.parse import unquote, urlsplit
 
@@ -135,9 +136,13 @@ def _schema(namespace: str) -> Any:
 
 
 def unpack_member(package: Path, member: str, folder: Path) -> Path:
-    """`member` of the archive `package` as a file in `folder`, written anew if it is another."""
-    target = folder / member.removeprefix("resources/").replace("/", "_")
+    """`member` of the archive `package` as a file in `folder`, named after itself and its content.
+
+    So members of one name, of several packages or folders in them, never take each other's place.
+    """
     content = Package(package).bytes(member)
+    path = PurePosixPath(member)
+    target = folder / f"{path.stem}-{hashlib.sha256(content).hexdigest()[:12]}{path.suffix}"
     if target.is_file() and target.read_bytes() == content:
         return target
     with written(target) as part:

@@ -67,7 +67,7 @@ def read_ssp(path: str | Path) -> System:
                 FmuFile(package.path, node.member),
                 start.get(node.path, {}),
                 added[node.path],
-                step_size=_annotation(node.element).get("step_size"),
+                **_component_settings(node.element),
             )
             for node in parts
         ),
@@ -206,6 +206,12 @@ def _annotation(element: Element) -> dict[str, Any]:
                 return {}
             return found if isinstance(found, dict) else {}
     return {}
+
+
+def _component_settings(element: Element) -> dict[str, Any]:
+    """What our own annotation of a component says."""
+    told = _annotation(element)
+    return {key: told[key] for key in ("step_size", "dependencies") if key in told}
 
 
 def _simulation(package: Package, root: Element) -> Simulation:

@@ -35,6 +35,8 @@ from m4e_fmi.cosim.ssp.names import (
 from m4e_fmi.cosim.ssp.package import Element
 from m4e_fmi.cosim.ssp.units import Definition, write_units
 from m4e_fmi.cosim.start_values import start_values
+from m4e_fmi.cosim.system import Component
+from m4e_fmi.fmu.opening import opened
 from m4e_fmi.fmu.reading import Variable
 from m4e_fmi.writing import written
 
@@ -54,8 +56,9 @@ def write_ssp(prepared: Prepared, path: str | Path) -> Path:
         _add(archive, SSD_FILE, _xml(_description(prepared, resources, set(parameters), told)))
         for name, element in parameters.items():
             _add(archive, PARAMETER_FILE.format(name), _xml(element))
-        for file, fmu in {resources[n]: d.path for n, d in descriptions.items()}.items():
-            _add(archive, file, fmu.read_bytes(), zipfile.ZIP_STORED)
+        for file, description in {resources[n]: d for n, d in descriptions.items()}.items():
+            with opened(description.path, description.content) as fmu:
+                _add(archive, file, fmu.read(), zipfile.ZIP_STORED)
     return path
 
 
@@ -99,25 +102,35 @@ def _description(
     root.set("generationTool", OWN)
     element = etree.SubElement(root, f"{SSD}System", name=system.name)
     ports = _connected(prepared)
-    _system_connectors(prepared, element)
+    enumerations = _enumerations(prepared, ports)
+    _system_connectors(prepared, element, enumerations)
     elements = etree.SubElement(element, f"{SSD}Elements")
-    steps = {component.name: component.step_size for component in system.components}
+    ours = {component.name: _ours(component) for component in system.components}
     for name, file in resources.items():
         component = etree.SubElement(elements, f"{SSD}Component", name=name, source=file)
         component.set("type", "application/x-fmu-sharedlibrary")
         component.set("implementation", "CoSimulation")
         own = [port for port in ports if port.component == name]
-        _connectors(component, ((p.variable, _variable(prepared, p)) for p in own))
+        found = ((p.variable, _variable(prepared, p)) for p in own)
+        _connectors(component, found, enumerations)
         if name in with_parameters:
             bindings = etree.SubElement(component, f"{SSD}ParameterBindings")
             source = PARAMETER_FILE.format(name)
             etree.SubElement(bindings, f"{SSD}ParameterBinding", source=source)
-        if steps[name] is not None:
-            _annotate(component, {"step_size": steps[name]})
+        if ours[name]:
+            _annotate(component, ours[name])
     _connections(prepared, element)
+    _write_enumerations(root, enumerations)
     write_units(root, _units(prepared, ports))
     _experiment(prepared, root, told)
     return root
+
+
+def _ours(component: Component) -> dict[str, Any]:
+    """What system files say of a component, and SSP has no place for."""
+    needs = {name: list(inputs) for name, inputs in component.dependencies.items()}
+    given = {"step_size": component.step_size, "dependencies": needs}
+    return {key: value for key, value in given.items() if value}
 
 
 def _connected(prepared: Prepared) -> list[Port]:
@@ -132,7 +145,28 @@ def _connected(prepared: Prepared) -> list[Port]:
     return sorted(ports)
 
 
-def _connectors(parent: Element, variables: Iterable[tuple[str, Variable]]) -> None:
+Enumerations = dict[tuple[tuple[str, int], ...], str]
+"""Items and their numbers → the name that the package gives to the enumeration."""
+
+
+def _enumerations(prepared: Prepared, ports: Iterable[Port]) -> Enumerations:
+    items = dict.fromkeys(tuple(_variable(prepared, port).items.items()) for port in ports)
+    return {found: f"enumeration {k}" for k, found in enumerate(filter(None, items), 1)}
+
+
+def _write_enumerations(root: Element, enumerations: Enumerations) -> None:
+    if not enumerations:
+        return
+    parent = etree.SubElement(root, f"{SSD}Enumerations")
+    for items, name in enumerations.items():
+        element = etree.SubElement(parent, f"{SSC}Enumeration", name=name)
+        for item, number in items:
+            etree.SubElement(element, f"{SSC}Item", name=item, value=str(number))
+
+
+def _connectors(
+    parent: Element, variables: Iterable[tuple[str, Variable]], enumerations: Enumerations
+) -> None:
     connectors = None
     for name, variable in variables:
         if connectors is None:
@@ -143,13 +177,16 @@ def _connectors(parent: Element, variables: Iterable[tuple[str, Variable]]) -> N
         kind = etree.SubElement(element, f"{SSC}{variable.type}")
         if variable.type == "Real" and variable.dimension is not None:
             kind.set("unit", variable.unit)
+        elif variable.type == "Enumeration":
+            kind.set("name", enumerations[tuple(variable.items.items())])
 
 
-def _system_connectors(prepared: Prepared, parent: Element) -> None:
+def _system_connectors(prepared: Prepared, parent: Element, enumerations: Enumerations) -> None:
     system = prepared.system
     stand_for = {name: texts[0] for name, texts in system.inputs.items()} | dict(system.outputs)
     ports = {name: Port(*text.split(".", 1)) for name, text in stand_for.items()}
-    _connectors(parent, ((name, _variable(prepared, port)) for name, port in ports.items()))
+    found = ((name, _variable(prepared, port)) for name, port in ports.items())
+    _connectors(parent, found, enumerations)
 
 
 def _connections(prepared: Prepared, parent: Element) -> None:
@@ -177,7 +214,7 @@ def _connections(prepared: Prepared, parent: Element) -> None:
 
 def _stands_alone(written: Connection, members: list[Link]) -> bool:
     """Whether the one link says all that the text does."""
-    if written.both_ways or len(members) != 1:
+    if written.both_ways or written.delayed or len(members) != 1:
         return False
     return (written.left, written.right) == (str(members[0].source), str(members[0].target))
 

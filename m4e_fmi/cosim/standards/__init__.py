@@ -21,22 +21,31 @@ from m4e_fmi.cosim.standards.standard import (
     RawCall,
     Standard,
     Status,
+    Value,
 )
+from m4e_fmi.cosim.standards.texts import Texts
+from m4e_fmi.cosim.standards.typed import DOES_NOT_FIT, Access, Taken, value_in
 
 STANDARDS: dict[str, type[Standard]] = {"1.0": Fmi1, "2.0": Fmi2, "3.0": Fmi3}
 """By the version of FMI that a description names."""
 
 __all__ = [
     "DISCARD",
+    "DOES_NOT_FIT",
     "EARLY",
     "ERROR",
     "FATAL",
     "RESTLESS",
     "STANDARDS",
     "WARNING",
+    "Access",
     "Call",
     "Events",
     "RawCall",
     "Standard",
     "Status",
+    "Taken",
+    "Texts",
+    "Value",
+    "value_in",
 ]

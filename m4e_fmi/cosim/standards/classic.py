@@ -19,6 +19,7 @@ from m4e_fmi.cosim.standards.standard import (
     Value,
     check_view,
 )
+from m4e_fmi.cosim.standards.typed import Caller, Layout
 from m4e_fmi.fmu.reading import Variable
 
 _GET_OR_SET = ctypes.CFUNCTYPE(
@@ -39,9 +40,10 @@ _LAST_SUCCESSFUL_TIME = 2
 
 
 class Classic(Standard):
-    """See the module. `BOOLEAN` is the C type of a Boolean."""
+    """See the module. `BOOLEAN` is the C type of a Boolean, `TRUTH` how it lies in memory."""
 
     BOOLEAN: ClassVar[Any]
+    TRUTH: ClassVar[Layout]
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
@@ -78,6 +80,22 @@ class Classic(Standard):
         self._kept += [references, view]
         call = _GET_OR_SET(self.address(function))
         return partial(call, self.component, references.ctypes.data, len(names), view.ctypes.data)
+
+    def _caller(self) -> Caller:
+        assert self.component
+        return Caller("fmi2", self.layout, self.address, self.component, {}, self._ready)
+
+    def _ready(self) -> Status:
+        return 0
+
+    def layout(self, variable: Variable) -> tuple[str, Layout]:
+        return {
+            "Real": ("Real", Layout.F64),
+            "Integer": ("Integer", Layout.I32),
+            "Enumeration": ("Integer", Layout.I32),
+            "Boolean": ("Boolean", self.TRUTH),
+            "String": ("String", Layout.TEXT),
+        }[variable.type]
 
     def _references(self, names: Sequence[str]) -> np.ndarray:
         return np.array([v.value_reference for v in self.variables(names)], dtype=np.uint32)

@@ -15,6 +15,7 @@ from fmpy import fmi1
 
 from m4e_fmi.cosim.standards.classic import Classic
 from m4e_fmi.cosim.standards.standard import WARNING, Call, Status
+from m4e_fmi.cosim.standards.typed import Layout
 from m4e_fmi.fmu.messages import Messages
 
 _NAMES = {
@@ -28,6 +29,7 @@ class Fmi1(Classic):
     """See the module. No FMU of FMI 1.0 saves its state or has directional derivatives."""
 
     BOOLEAN = fmi1.fmi1Boolean
+    TRUTH = Layout.I8
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
@@ -58,6 +60,9 @@ class Fmi1(Classic):
             return 0
         self._initialised = True
         return self.function("fmi2ExitInitializationMode")(self.component, *self._experiment)
+
+    def _ready(self) -> Status:
+        return self._initialise()
 
     def getter(self, names: Sequence[str], view: np.ndarray) -> Call:
         call = super().getter(names, view)

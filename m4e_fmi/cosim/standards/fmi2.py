@@ -10,6 +10,7 @@ from fmpy import fmi2
 
 from m4e_fmi.cosim.standards.classic import Classic
 from m4e_fmi.cosim.standards.standard import Call, Status
+from m4e_fmi.cosim.standards.typed import Layout
 from m4e_fmi.fmu.messages import Messages
 from m4e_fmi.fmu.reading import Variable
 
@@ -20,6 +21,7 @@ class Fmi2(Classic):
     """See the module."""
 
     BOOLEAN = fmi2.fmi2Boolean
+    TRUTH = Layout.I32
 
     def instantiate(self, name: str, messages: Messages) -> None:
         self._functions.instanceName = name

@@ -29,6 +29,7 @@ from m4e_fmi.cosim.standards.standard import (
     Value,
     check_view,
 )
+from m4e_fmi.cosim.standards.typed import Caller, Layout
 from m4e_fmi.fmu.elements import locate
 from m4e_fmi.fmu.messages import Messages
 from m4e_fmi.fmu.reading import STRUCTURAL, Variable
@@ -45,6 +46,15 @@ _NAMES = {
     "fmi2FreeFMUstate": "fmi3FreeFMUState",
 }
 _METHODS = {"Enumeration": "Int64"}
+_LAYOUTS = {
+    **{f"Int{bits}": Layout[f"I{bits}"] for bits in (8, 16, 32, 64)},
+    **{f"UInt{bits}": Layout[f"U{bits}"] for bits in (8, 16, 32, 64)},
+    "Float32": Layout.F32,
+    "Float64": Layout.F64,
+    "Boolean": Layout.U8,
+    "Enumeration": Layout.I64,
+    "String": Layout.TEXT,
+}
 _DoStep = Callable[[float, float, int], tuple[Status, bool, bool, float]]
 """Time, size [s], final → status, event to be handled, end wanted, time reached."""
 _RAW = {
@@ -186,6 +196,24 @@ class Fmi3(Standard):
     def setter(self, names: Sequence[str], view: np.ndarray) -> Call:
         check_view(view, len(names))
         return partial(self._access(names).set, view, self._in_event_mode)
+
+    def _caller(self) -> Caller:
+        assert self.component
+        return Caller(
+            "fmi3",
+            self.layout,
+            self.address,
+            self.component,
+            self._sizes,
+            lambda: 0,
+            component=self._raw,
+            enter=lambda: self._dll.fmi3EnterEventMode(self.component),
+            settle=lambda: self._settle(self._raw.reached),
+        )
+
+    def layout(self, variable: Variable) -> tuple[str, Layout]:
+        kind = variable.fmi_type
+        return _METHODS.get(kind, kind), _LAYOUTS[kind]
 
     def _access(self, names: Sequence[str]) -> Access:
         return Access(self.variables(names), self._sizes, self.address, self._raw)

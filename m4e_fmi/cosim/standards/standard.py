@@ -12,6 +12,8 @@ from typing import Any, NoReturn, Protocol
 
 import numpy as np
 
+from m4e_fmi.cosim.standards.texts import Texts
+from m4e_fmi.cosim.standards.typed import Access, Caller, Layout, Taken
 from m4e_fmi.fmu.messages import Messages
 from m4e_fmi.fmu.reading import Description, Variable
 
@@ -113,6 +115,24 @@ class Standard(ABC):
     @abstractmethod
     def setter(self, names: Sequence[str], view: np.ndarray) -> Call:
         """A call that sets Reals from `view`."""
+
+    def typed(
+        self,
+        names: Sequence[str],
+        texts: Texts,
+        *,
+        taken: Sequence[Taken] = (),
+        changed: np.ndarray | None = None,
+    ) -> Access:
+        """Access to variables that are not Real, or take the values of such."""
+        return Access(self.variables(names), self._caller(), texts, taken=taken, changed=changed)
+
+    @abstractmethod
+    def _caller(self) -> Caller: ...
+
+    @abstractmethod
+    def layout(self, variable: Variable) -> tuple[str, Layout]:
+        """The type in the name of a variable's functions, and how its values lie in memory."""
 
     @abstractmethod
     def stepper(self) -> Callable[[float, float, int], Status]:

@@ -6,7 +6,6 @@ import json
 import os
 import subprocess
 import sys
-import tempfile
 import time
 from collections.abc import Callable, Collection
 from pathlib import Path
@@ -18,6 +17,7 @@ from m4e_fmi.fmu.validation.archive import description_findings
 from m4e_fmi.fmu.validation.findings import Group, Report
 from m4e_fmi.fmu.validation.host import RESULTS
 from m4e_fmi.fmu.validation.worker import MODULES
+from m4e_fmi.temporary import TemporaryFolder
 
 GROUPS = ("description", *MODULES)
 CALL_LIMIT = 20.0
@@ -69,8 +69,8 @@ def validate_fmu(
 
 
 def _elsewhere(fmu: Path, groups: list[str], call_limit: float, tell: Tell) -> list[Group]:
-    with tempfile.TemporaryDirectory(prefix="m4e_fmi_") as work:
-        command = [sys.executable, "-c", _HOST, work, str(fmu), str(call_limit), *groups]
+    with TemporaryFolder() as work:
+        command = [sys.executable, "-c", _HOST, str(work), str(fmu), str(call_limit), *groups]
         # threads of numpy's would be copied with each process, to no use
         environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
         errors = Path(work, "stderr")

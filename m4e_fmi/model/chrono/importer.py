@@ -7,6 +7,7 @@ from typing import Any
 
 from m4e_fmi.document import Document, Location, SectionType
 from m4e_fmi.errors import InputError, suggestion
+from m4e_fmi.files_read import depends_on
 from m4e_fmi.model.chrono.bodies import SMALL, Mechanism
 from m4e_fmi.model.chrono.loads import Loads
 from m4e_fmi.model.chrono.names import GROUPS, Places, entries, identifier
@@ -63,9 +64,10 @@ def _beside(document: Document) -> Document | None:
     """The file of the simulation that belongs to a model by its name, if there is one."""
     stem = document.path.name.removesuffix(".model.yaml")
     path = document.path.with_name(f"{stem}.simulation.yaml")
-    if "simulation" in document.data or stem == document.path.name or not path.is_file():
+    if "simulation" in document.data or stem == document.path.name:
         return None
-    return Document.load(path)
+    depends_on(path)
+    return Document.load(path) if path.is_file() else None
 
 
 def _gravity(document: Document, places: Places) -> Quantity:

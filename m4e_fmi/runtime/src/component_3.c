@@ -45,8 +45,7 @@ int m4e_get_3(void *access, const uint32_t *references, size_t count, double *va
     return status;
 }
 
-/* Event iteration, in event mode, and back to step mode. */
-static int settle(m4e_component_3 *c, double t) {
+int m4e_settle_3(m4e_component_3 *c, double t) {
     ++c->handled;
     for (int k = 0; k < MOST_EVENTS; ++k) {
         bool again = false, end = false, nominals = false, values = false, defined = false;
@@ -64,11 +63,15 @@ static int settle(m4e_component_3 *c, double t) {
     return M4E_RESTLESS;
 }
 
+int m4e_enter_event_mode_3(m4e_component_3 *c) {
+    return ((enter_mode *)c->enter_event_mode)(c->instance);
+}
+
 static int in_event_mode(m4e_component_3 *c, const m4e_part_3 *p) {
-    int status = ((enter_mode *)c->enter_event_mode)(c->instance);
+    int status = m4e_enter_event_mode_3(c);
     if (status > WARNING) return status;
     if (p) status = move(c, p, p->set);
-    return status > WARNING ? status : settle(c, c->reached);
+    return status > WARNING ? status : m4e_settle_3(c, c->reached);
 }
 
 static int set(m4e_component_3 *c, const m4e_part_3 *p, const double *values) {

@@ -58,5 +58,7 @@ M4E_API int m4e_set_3(void *access, const uint32_t *references, size_t count, co
 M4E_API int m4e_do_step_3(void *component, double t, double h, int no_return);
 M4E_API int m4e_save_3(void *component, void **state); /* *state is an m4e_state_3 already */
 M4E_API int m4e_restore_3(void *component, void *state);
+int m4e_enter_event_mode_3(m4e_component_3 *component);
+int m4e_settle_3(m4e_component_3 *component, double t); /* event iteration, and to step mode */
 
 #endif

@@ -11,6 +11,7 @@ typedef int set_derivatives(void *component, const uint32_t *references, size_t 
 typedef int do_step(void *component, double t, double h, int no_return);
 typedef int save(void *component, void **state);
 typedef int restore(void *component, void *state);
+typedef int call(void *access, void *cells);
 
 static const double SECOND = 1e9;
 static const double ROUNDING = 1e-9; /* share of a component's own step */
@@ -18,7 +19,7 @@ static const int WARNING = 1;
 
 static int get(const m4e_operation *o, double *values) {
     const int status = ((get_real *)o->function)(o->component, o->references, o->count, values);
-    if (status > WARNING) return status;
+    if (status > WARNING || o->unchecked) return status;
     for (uint32_t i = 0; i < o->count; ++i)
         if (!isfinite(values[i])) return M4E_NOT_A_NUMBER;
     return status;
@@ -60,14 +61,18 @@ static int perform(const m4e_operation *o, double t, double h, uint64_t row) {
     case M4E_DO_STEP: return step(o, t, h);
     case M4E_SAVE: return ((save *)f)(o->component, o->state);
     case M4E_RESTORE: return ((restore *)f)(o->component, *o->state);
+    case M4E_MONITOR: *values = m4e_monitor(o->terms, o->source, o->weights, o->past); return 0;
+    case M4E_CALL: return ((call *)f)(o->component, values);
     default: combine(o, values); return 0;
     }
 }
 
-int m4e_perform(const m4e_operation *operations, size_t count, double t, double h, uint64_t row,
-                uint64_t *failed) {
+/* Without those `in_rows` where the step ends at no row. */
+static int perform_all(const m4e_operation *operations, size_t count, double t, double h,
+                       uint64_t row, int at_row, uint64_t *failed) {
     for (size_t i = 0; i < count; ++i) {
         const m4e_operation *o = &operations[i];
+        if (o->in_rows && !at_row) continue;
         if (o->period && !is_due(o, t + h)) continue;
         const int status = perform(o, t, h, row);
         if (status >= 0 && status <= WARNING) continue;
@@ -77,6 +82,11 @@ int m4e_perform(const m4e_operation *operations, size_t count, double t, double 
     return 0;
 }
 
+int m4e_perform(const m4e_operation *operations, size_t count, double t, double h, uint64_t row,
+                uint64_t *failed) {
+    return perform_all(operations, count, t, h, row, 1, failed);
+}
+
 static int is_over(const m4e_loop_state *s) {
     for (uint64_t k = 0; k < s->end_count; ++k)
         if (*s->ends[k] < INFINITY) return 1;
@@ -84,9 +94,10 @@ static int is_over(const m4e_loop_state *s) {
 }
 
 int m4e_loop(m4e_loop_state *s, uint64_t steps) {
-    for (; steps > 0 && !is_over(s); --steps) {
+    for (uint64_t made = 0; made < steps && !is_over(s) && !(made && s->halt); ++made) {
         const double t = (double)s->now / SECOND, h = (double)s->size / SECOND;
-        int status = m4e_perform(s->step, s->step_count, t, h, s->noted, &s->failed);
+        const int at_row = s->since + 1 >= s->every || s->now + s->size >= s->rows_from;
+        int status = perform_all(s->step, s->step_count, t, h, s->noted, at_row, &s->failed);
         s->in_row = 0;
         if (status) return status;
         s->now += s->size;

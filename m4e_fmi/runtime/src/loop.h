@@ -14,8 +14,11 @@ enum {
     M4E_DO_STEP,         /* the component steps from `start` by `length`, shares of the macro step */
     M4E_SAVE,            /* keeps the component's state in *state */
     M4E_RESTORE,         /* brings it back */
-    M4E_COMBINE          /* values[i] = sum over the terms k of weights[k][i]
+    M4E_COMBINE,         /* values[i] = sum over the terms k of weights[k][i]
                             source[references[k][i]], + offset[i] unless NULL */
+    M4E_MONITOR,         /* values[0] = how many of the `terms` values at `source` are rough at once:
+                            see monitor.c; `past` is what it knows of them, `weights` are gates */
+    M4E_CALL             /* function(component, values), of typed.h; values are cells */
 };
 enum { M4E_NOT_A_NUMBER = -1 }; /* beside the statuses of FMI */
 
@@ -28,12 +31,20 @@ typedef struct {
     const int32_t *orders;
     void **state;
     const double *weights, *source, *offset;
+    double *past;
     double *values;
     uint64_t stride; /* of rows, if `values` is a block of them; else 0 */
     double start, length, own; /* own: the component's step [s], taken if `length` gives it */
     int64_t origin, period; /* ns; unless period is 0, performed only in steps that end at origin
                                plus a multiple of it, and a step by `own` ends there */
+    int32_t in_rows;   /* performed only in steps that end at a row of results */
+    int32_t unchecked; /* values that are got may be nan or infinite */
 } m4e_operation;
+
+/* How many of `count` values are rough at once. `past` has, for all of them one after the other: the
+   last value, its first three differences, the level and the largest of the fourth; then how many
+   steps are to be seen before anything is told. */
+double m4e_monitor(uint32_t count, const double *now, const double *gate, double *past);
 
 /* Performs the operations over the step of h [s] from t [s]; blocks are filled at `row`. The status
    (0 and 1 go on), and the operation that gave it. */
@@ -44,16 +55,18 @@ typedef struct {
     const m4e_operation *step, *row; /* of each step; after each step that is a row of results */
     uint64_t step_count, row_count;
     int64_t now, size;       /* ns */
+    int64_t rows_from;       /* ns; all steps that end then or later count as ending at a row */
     uint64_t every, since;   /* steps from row to row; steps since the last */
     uint64_t noted, written; /* rows of blocks that are filled, by `step` and by `row` */
     uint64_t failed;         /* the operation that ended the loop */
     int32_t in_row;          /* it is one of `row` */
     const double *const *ends; /* when components asked for the end; infinite if they did not */
     uint64_t end_count;
+    volatile int32_t halt; /* set by another thread: no further step */
 } m4e_loop_state;
 
-/* So many steps, fewer if an operation fails, its status then, or if a component has asked for the
-   end. The state tells how far it came. */
+/* So many steps, fewer if an operation fails, its status then, if a component has asked for the
+   end, or at a halt, after one at least. The state tells how far it came. */
 M4E_API int m4e_loop(m4e_loop_state *state, uint64_t steps);
 
 #endif

@@ -5,7 +5,7 @@ from __future__ import annotations
 import subprocess
 import zipfile
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
@@ -25,6 +25,8 @@ UNITS = {
     "kg": 'kg="1"',
     "N": 'kg="1" m="1" s="-2"',
     "N/m": 'kg="1" s="-2"',
+    "N/m3": 'kg="1" m="-2" s="-2"',
+    "s/m": 's="1" m="-1"',
     "N.s/m": 'kg="1" s="-1"',
 }
 
@@ -99,10 +101,36 @@ MIDDLE = (
     V("end.force_x", "N", "output", needs=END),
     *motion("body.m.", acceleration_needs=(*END, "body.m.force_x")),
 )
+MEMBER = (
+    parameter("mass", "kg", 1.0),
+    STIFFNESS,
+    parameter("cubic", "N/m3", 0.0),
+    parameter("wall_damping", "N.s/m", 0.0),
+    parameter("coupling", "N/m", 0.0),
+    parameter("coupling_cubic", "N/m3", 0.0),
+    parameter("damping", "N.s/m", 0.0),
+    parameter("stop", "m", 0.0),
+    parameter("stop_side", "1", 1.0),
+    parameter("stop_stiffness", "N/m", 0.0),
+    parameter("stop_damping", "s/m", 0.0),
+    parameter("between", "1", 0.0),
+    parameter("armed", "s", 1e9),
+    parameter("switched", "s", 1e9),
+    parameter("switch_factor", "1", 0.0),
+    parameter("burst", "s", 1e9),
+    parameter("burst_width", "s", 1.0),
+    parameter("burst_force", "N", 0.0),
+    parameter("inside", "s", 1e-3),
+    *end(moves=False),
+    V("body.m.force_x", "N", "input", 0.0),
+    V("end.force_x", "N", "output", needs=END),
+    *motion("body.m.", acceleration_needs=(*END, "body.m.force_x")),
+)
 MOVING_PARTNER = (*PARTNER[:5], *end(moves=True), *PARTNER[7:])
 SPRING = (STIFFNESS, DAMPING, *end(moves=False), V("end.force_x", "N", "output", needs=END))
 BLIND_SPRING = (*SPRING[:-1], V("end.force_x", "N", "output", needs=None))
 """Declares no dependencies, as the FMUs of some tools."""
+BLIND_MASS = (*MASS[:4], *(replace(v, needs=None) for v in MASS[4:]))
 ADDED_MASS = (
     parameter("added", "kg", 0.0),
     STIFFNESS,
@@ -110,6 +138,7 @@ ADDED_MASS = (
     V("end.ax", "m/s2", "input", 0.0),
     V("end.force_x", "N", "output", needs=("end.x", "end.ax")),
 )
+BLIND_ADDED_MASS = (*ADDED_MASS[:-1], replace(ADDED_MASS[-1], needs=None))
 MM_SPRING = (STIFFNESS, DAMPING, V("end.x", "mm", "input", 0.0), *SPRING[3:])
 DAMPER = (
     parameter("stiffness", "N/m", 0.0),
@@ -124,6 +153,12 @@ STAGE = (
     V("twice", "1", "calculatedParameter", needs=("gain",)),
     V("u", "s", "input", 0.0),
     V("y", "s", "output", needs=("u",)),
+)
+BLIND_STAGE = (*STAGE[:-1], V("y", "s", "output", needs=None))
+LATCH = (
+    parameter("when", "s", 0.5),
+    V("u", "1", "input", 0.0),
+    V("y", "1", "output", needs=None),
 )
 INTEGRATOR = (
     parameter("gain", "1/s", 1.0),
@@ -164,12 +199,14 @@ NODE = (
     *(V(f"y{k}", "1", "output", 0.0, initial="exact") for k in range(3)),
 )
 ROGUE = (parameter("what", "1", 0.0), parameter("when", "s", 1.0), V("y", "s", "output"))
+VANDAL = (*ROGUE[:2], parameter("pause", "s", 0.0), ROGUE[2])
 
 MODELS: dict[str, tuple[str, tuple[V, ...]]] = {
     "mass": ("mass.c", MASS),
     "mm_mass": ("mass.c", MM_MASS),
     "partner": ("partner.c", PARTNER),
     "middle": ("middle.c", MIDDLE),
+    "member": ("member.c", MEMBER),
     "moving_partner": ("partner.c", MOVING_PARTNER),
     "spring": ("spring.c", SPRING),
     "blind_spring": ("spring.c", BLIND_SPRING),
@@ -178,6 +215,10 @@ MODELS: dict[str, tuple[str, tuple[V, ...]]] = {
     "added_mass": ("added_mass.c", ADDED_MASS),
     "line": ("line.c", LINE),
     "stage": ("stage.c", STAGE),
+    "blind_stage": ("stage.c", BLIND_STAGE),
+    "latch": ("latch.c", LATCH),
+    "blind_mass": ("mass.c", BLIND_MASS),
+    "blind_added_mass": ("added_mass.c", BLIND_ADDED_MASS),
     "integrator": ("integrator.c", INTEGRATOR),
     "euler": ("euler.c", EULER),
     "blind_integrator": ("integrator.c", BLIND_INTEGRATOR),
@@ -189,6 +230,7 @@ MODELS: dict[str, tuple[str, tuple[V, ...]]] = {
     "relay": ("relay.c", RELAY),
     "node": ("node.c", NODE),
     "rogue": ("rogue.c", ROGUE),
+    "vandal": ("vandal.c", VANDAL),
 }
 
 
@@ -200,10 +242,14 @@ OPTIONS = {
     "alone": ("ALONE", 'canBeInstantiatedOnlyOncePerProcess="true"'),
     "constant": ("CONSTANT", 'canHandleVariableCommunicationStepSize="false"'),
     "hundredth": ("OWN_STEP=0.01", ""),
+    "clears": ("CLEARS", ""),
+    "lazy": ("LAZY", ""),
+    "picky": ("PICKY", ""),
 }
 """What an FMU can do besides, or cannot: flag of the compiler and attribute of the description.
 
-A constant one refuses steps of another size than its first, one of a hundredth all but 0.01 s.
+A constant one refuses steps of another size than its first, one of a hundredth all but 0.01 s. One
+that clears shows zeros when something has been set, until it has made a step.
 """
 
 

@@ -5,7 +5,10 @@
  * step; returns a status). Everything else of FMI answers "not supported", but is there, because
  * FMPy resolves all functions. STATE, INPUTS and JACOBIAN add what some FMUs can do: save and restore
  * their state, follow inputs that are polynomials of time (`at`), tell directional derivatives.
+ * LAZY makes it compute outputs in steps only, PICKY refuse values beyond 0.5 once it is initialised.
  * CONSTANT and OWN_STEP make it refuse steps of another size than its first, or than OWN_STEP.
+ * CLEARS makes it lose all that can be read when anything is set after initialization, up to the end
+ * of the next step.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -20,7 +23,10 @@ typedef struct {
     double reached; /* s, the last successful time of a step that was discarded */
     int stale;      /* outputs do not fit inputs and states */
     int running;    /* initialization mode or later */
+    int started;    /* initialization is over */
+    int initialised; /* later */
     double size;    /* s, of all steps, if it makes no other; 0 before it is known */
+    double *shown;  /* what is read, if inputs that are set clear it (CLEARS) */
     fmi2ComponentEnvironment environment;
     fmi2CallbackLogger log;
     char name[64];
@@ -35,10 +41,10 @@ static double at(const Model *m, int i, double s) {
 
 typedef void (*Rates)(const Model *m, double s, const double *x, double *dx);
 
-/* Runge-Kutta 4 in 20 substeps over h; s runs from 0 to h. Error far below that of any coupling. */
-static void rk4(const Model *m, int n, double *x, double h, Rates f) {
-    double k1[8], k2[8], k3[8], k4[8], y[8], d = h / 20;
-    for (int j = 0; j < 20; j++) {
+/* Runge-Kutta 4 in `pieces` substeps over h; s runs from 0 to h. */
+static void rk4_in(const Model *m, int n, double *x, double h, int pieces, Rates f) {
+    double k1[8], k2[8], k3[8], k4[8], y[8], d = h / pieces;
+    for (int j = 0; j < pieces; j++) {
         double s = j * d;
         f(m, s, x, k1);
         for (int i = 0; i < n; i++) y[i] = x[i] + d / 2 * k1[i];
@@ -50,12 +56,20 @@ static void rk4(const Model *m, int n, double *x, double h, Rates f) {
         for (int i = 0; i < n; i++) x[i] += d / 6 * (k1[i] + 2 * k2[i] + 2 * k3[i] + k4[i]);
     }
 }
+/* In 20 substeps: an error far below that of any coupling. */
+static void rk4(const Model *m, int n, double *x, double h, Rates f) { rk4_in(m, n, x, h, 20, f); }
 
 #include MODEL
 
 const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
 const char *fmi2GetVersion(void) { return fmi2Version; }
 fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String k[]) { return fmi2OK; }
+
+static void show(Model *m) {
+    update(m);
+    memcpy(m->shown, m->r, N * sizeof(double));
+    m->started = 1;
+}
 
 /* ONCE: one instance for each copy of the library. ALONE: one in the whole process. */
 static int instances;
@@ -86,6 +100,7 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
     memcpy(m->r, start, sizeof start);
     m->d1 = calloc(N, sizeof(double));
     m->d2 = calloc(N, sizeof(double));
+    m->shown = calloc(N, sizeof(double));
     m->environment = functions->componentEnvironment;
     m->log = functions->logger;
     m->stale = 1;
@@ -99,24 +114,37 @@ void fmi2FreeInstance(fmi2Component c) {
     free(m->r);
     free(m->d1);
     free(m->d2);
+    free(m->shown);
     free(m);
 }
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean d, fmi2Real tol, fmi2Real t0, fmi2Boolean e, fmi2Real t1) { ((Model *)c)->t = t0; return fmi2OK; }
 fmi2Status fmi2EnterInitializationMode(fmi2Component c) { ((Model *)c)->running = 1; return fmi2OK; }
-fmi2Status fmi2ExitInitializationMode(fmi2Component c) { return fmi2OK; }
+fmi2Status fmi2ExitInitializationMode(fmi2Component c) { ((Model *)c)->initialised = 1; show(c); return fmi2OK; }
 fmi2Status fmi2Terminate(fmi2Component c) { return fmi2OK; }
 fmi2Status fmi2Reset(fmi2Component c) { memcpy(((Model *)c)->r, start, sizeof start); return fmi2OK; }
 
 fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Real v[]) {
     Model *m = c;
     if (m->stale && m->running) { update(m); m->stale = 0; }
-    for (size_t i = 0; i < n; i++) v[i] = m->r[vr[i]];
+    const double *r = m->r;
+#ifdef CLEARS
+    if (m->started) r = m->shown;
+#endif
+    for (size_t i = 0; i < n; i++) v[i] = r[vr[i]];
     return fmi2OK;
 }
 
 fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Real v[]) {
     Model *m = c;
+#ifdef PICKY
+    for (size_t i = 0; i < n && m->running; i++)
+        if (fabs(v[i]) > 0.5) return fmi2Error;
+#endif
     for (size_t i = 0; i < n; i++) m->r[vr[i]] = v[i];
+    memset(m->shown, 0, N * sizeof(double));
+#ifdef LAZY
+    if (m->initialised) return fmi2OK;
+#endif
     m->stale = 1;
     return fmi2OK;
 }
@@ -139,7 +167,14 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_un
         m->d1[i] = m->d2[i] = 0;
     }
     m->t = t + h;
+#ifdef LAZY
+    update(m);
+#else
     m->stale = 1;
+#endif
+#ifdef CLEARS
+    show(m);
+#endif
     return status;
 }
 
@@ -168,10 +203,11 @@ NOT_SUPPORTED(fmi2GetStringStatus, fmi2Component c, const fmi2StatusKind k, fmi2
 #ifdef STATE
 fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *s) {
     Model *m = c;
-    double *kept = *s ? *s : malloc((N + 2) * sizeof(double));
+    double *kept = *s ? *s : malloc((2 * N + 2) * sizeof(double));
     memcpy(kept, m->r, N * sizeof(double));
     kept[N] = m->t;
     kept[N + 1] = m->stale;
+    memcpy(kept + N + 2, m->shown, N * sizeof(double));
     *s = kept;
     return fmi2OK;
 }
@@ -181,6 +217,7 @@ fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate s) {
     memcpy(m->r, kept, N * sizeof(double));
     m->t = kept[N];
     m->stale = (int)kept[N + 1];
+    memcpy(m->shown, kept + N + 2, N * sizeof(double));
     return fmi2OK;
 }
 fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *s) {

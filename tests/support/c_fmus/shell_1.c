@@ -31,7 +31,8 @@ fmi1Status FMI(fmiInitializeSlave)(fmi1Component c, fmi1Real t0, fmi1Boolean sto
         return fmi1Error;
     }
     m->t = t0;
-    m->running = 1;
+    m->running = m->initialised = 1;
+    show(m);
     return fmi1OK;
 }
 fmi1Status FMI(fmiTerminateSlave)(fmi1Component c) { return fmi1OK; }

@@ -11,11 +11,19 @@ from xml.sax.saxutils import quoteattr
 import fmpy
 from support.c_fmus.build import HERE, MODELS, OPTIONS, UNITS, V
 
-OPTIONS_1 = {"inputs": 'canInterpolateInputs="true"'}
+OPTIONS_1 = {
+    "inputs": 'canInterpolateInputs="true"',
+    "clears": "",
+    "lazy": "",
+    "picky": "",
+}
 OPTIONS_3 = {
     "state": 'canGetAndSetFMUState="true"',
     "jacobian": 'providesDirectionalDerivatives="true"',
+    "lazy": "",
+    "picky": "",
     "events": 'hasEventMode="true" mightReturnEarlyFromDoStep="true"',
+    "clears": "",
 }
 FLAGS = {**{name: flag for name, (flag, _) in OPTIONS.items()}, "events": "EVENTS"}
 

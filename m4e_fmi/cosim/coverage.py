@@ -1,0 +1,67 @@
+"""How much of a run the estimate of its coupling error has watched, and in which way."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from m4e_fmi.cosim.system import SECOND
+
+NAMED = 3
+"""Times that are named, of more."""
+
+
+@dataclass(frozen=True)
+class Coverage:
+    """Of a run from `start` to `end`, times in nanoseconds.
+
+    `doubled` is the time that was made twice in steps of another length; `followed` are the spans
+    over which a second course went beside the run, `kinks` the times of contacts, switches and
+    jumps that were met there in finer steps; `lost` are spans in which nothing is known, and why.
+    """
+
+    start: int
+    end: int
+    doubled: int = 0
+    followed: tuple[tuple[int, int], ...] = ()
+    kinks: tuple[int, ...] = ()
+    lost: tuple[tuple[int, int, str], ...] = ()
+
+    def twice(self, span: int) -> Coverage:
+        """With a further window."""
+        return replace(self, doubled=self.doubled + span)
+
+    def follow(self, since: int, until: int, kinks: np.ndarray) -> Coverage:
+        """With a course beside the run over this span, `kinks` within its last part."""
+        others = tuple(one for one in self.followed if one[0] != since)
+        met = (*self.kinks, *kinks.tolist())
+        return replace(self, followed=(*others, (since, until)), kinks=met)
+
+    def lose(self, since: int, why: str) -> Coverage:
+        """Without knowledge from some time on."""
+        return replace(self, lost=(*self.lost, (since, self.end, why)))
+
+    @property
+    def share(self) -> float:
+        """Share of the run that was made a second time, in one way or another."""
+        span = self.end - self.start
+        followed = sum(end - begin for begin, end in self.followed)
+        return min(1.0, (self.doubled + followed) / span) if span else 0.0
+
+    def __str__(self) -> str:
+        text = f"{100 * self.share:.0f} % of the run made twice, the rest watched for kinks"
+        if self.share == 1.0:
+            text = "all of the run made twice"
+        if self.kinks:
+            text += f"; finer steps about {_listed(self.kinks)}"
+        for begin, end, why in self.lost:
+            text += f"; not watched from t = {begin / SECOND:.6g} s to {end / SECOND:.6g} s: {why}"
+        return text
+
+
+def _listed(times: Sequence[int]) -> str:
+    named = ", ".join(f"{time / SECOND:.6g}" for time in times[:NAMED])
+    more = len(times) - NAMED
+    return f"t = {named} s" + (f" and {more} more" if more > 0 else "")

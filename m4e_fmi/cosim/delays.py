@@ -1,0 +1,70 @@
+"""Loops that cannot be solved at every communication point: broken by a delay of one step.
+
+A component that steps more rarely than the system does not answer between its own points, so that
+no loop through it can be solved there. Nor can one that leads over values that are not Real.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import replace
+
+from m4e_fmi.cosim.connect import Link, Wiring
+from m4e_fmi.cosim.rates import Rate
+from m4e_fmi.cosim.structure import Loop, analyse, apart, exchange_graph, loop_links
+from m4e_fmi.fmu.reading import Description
+
+
+def broken(
+    descriptions: Mapping[str, Description], wiring: Wiring, rates: Mapping[str, Rate]
+) -> tuple[Wiring, list[str]]:
+    """The wiring with delays where loops cannot be solved, and what is to be said of each.
+
+    Of the links of such a loop into the component that steps more rarely, and those out of it, the
+    fewer are delayed.
+    """
+    found = apart(loop_links(wiring.links, exchange_graph(descriptions, wiring)))
+    notes = []
+    if found:
+        wiring = _delayed(wiring, found)
+        notes = [
+            f"an algebraic loop leads over values that are not Real: {', '.join(map(str, found))} "
+            f"carr{'y' if len(found) > 1 else 'ies'} the value of the step before"
+        ]
+    for name, rate in rates.items():
+        if not rate.is_sampled:
+            continue
+        stuck = _loop_links(descriptions, wiring, name)
+        if not stuck:
+            continue
+        into = [link for link in stuck if link.target.component == name]
+        out = [link for link in stuck if link.source.component == name]
+        late = min(into, out, key=len)
+        wiring = _delayed(wiring, late)
+        notes.append(
+            f"an algebraic loop leads through {name}, which {rate}, and is broken there: "
+            f"{', '.join(map(str, late))} carr{'y' if len(late) > 1 else 'ies'} the value of the "
+            "step before"
+        )
+    return wiring, notes
+
+
+def _delayed(wiring: Wiring, late: Collection[Link]) -> Wiring:
+    links = tuple(replace(k, delayed=True) if k in late else k for k in wiring.links)
+    return replace(wiring, links=links)
+
+
+def _loop_links(descriptions: Mapping[str, Description], wiring: Wiring, name: str) -> list[Link]:
+    """The links into and out of a component that are part of an algebraic loop."""
+    found = []
+    for step in analyse(descriptions, wiring).exchange:
+        if isinstance(step, Loop):
+            ports = {(t.component, v) for t in (*step.sets, *step.gets) for v in t.variables}
+            found += [
+                link
+                for link in wiring.links
+                if name in (link.source.component, link.target.component)
+                and (link.source.component, link.source.variable) in ports
+                and (link.target.component, link.target.variable) in ports
+            ]
+    return found

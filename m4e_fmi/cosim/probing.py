@@ -1,0 +1,265 @@
+"""Dependencies that FMUs do not declare, found by moving their inputs.
+
+Where an FMU declares nothing, each output may depend on every input, and a ring of such FMUs is an
+algebraic loop that mostly is none. Which of the outputs in such loops follow which inputs, is seen
+in an instance that is thrown away: at three points (after initialisation, and after one and two
+steps with all inputs moved) each input is moved, and the outputs are read. First by little, then by
+its nominal or its start value, within its range. An output that changes, depends; so does one that
+changes between two readings, and all where the FMU answers with an error to a value.
+
+Some FMUs compute outputs in steps only. What an input is moved by shows after the next step then,
+and no longer when the input is back one step later; what is integrated stays. That is no loop, but
+a delay of one step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import networkx as nx
+import numpy as np
+
+from m4e_fmi.cosim.binary import Binary
+from m4e_fmi.cosim.connect import Wiring
+from m4e_fmi.cosim.dependence import ASSUMED, LOST, PROBED, STEPPED, how_known, resolve
+from m4e_fmi.cosim.instance import WARNING, Instance
+from m4e_fmi.cosim.start_values import start_values
+from m4e_fmi.cosim.structure import exchange_graph
+from m4e_fmi.cosim.system import Component, Simulation, System
+from m4e_fmi.errors import RunError
+from m4e_fmi.fmu.reading import Description, Variable
+
+SHARES = (1e-3, 1.0)
+"""By how much an input is moved, over its size."""
+POINTS = 3
+SHORTER, LOST_AGAIN = 8, 0.5
+"""How much shorter than the component's the steps are that show what is integrated; and the share
+of a difference that is lost in the second, if it is not."""
+
+
+@dataclass(frozen=True)
+class Probe:
+    """What moving inputs has shown: the inputs that each output follows, and how that is known.
+
+    Where it could not be done, `failure` says why.
+    """
+
+    needs: Mapping[str, frozenset[str]]
+    how: Mapping[str, str]
+    failure: str = ""
+
+
+def probed(
+    system: System, descriptions: Mapping[str, Description], wiring: Wiring
+) -> tuple[dict[str, Description], list[str]]:
+    """The descriptions with what probing has found, and what is to be said of it, line by line."""
+    result, told = dict(descriptions), dict[str, list[str]]()
+    known: dict[object, Probe] = {}
+    doubtful = dict(_doubtful(descriptions, wiring))
+    for component in system.components:
+        if component.name not in doubtful:
+            continue
+        outputs, inputs = doubtful[component.name]
+        description = descriptions[component.name]
+        start = tuple(sorted((name, str(value)) for name, value in component.start.items()))
+        key = description.path, start, component.step_size, outputs, inputs
+        if key not in known:
+            known[key] = _probe(component, description, system.simulation, outputs, inputs)
+        found = known[key]
+        rest = frozenset(v.name for v in description.of_causality("input")).difference(inputs)
+        needs = {name: found.needs[name] | rest for name in found.how}
+        result[component.name] = resolve(description, needs, found.how)
+        told.setdefault(_line(found, outputs), []).append(component.name)
+    return result, [
+        f"{', '.join(names)}: no dependencies are declared; {text}" for text, names in told.items()
+    ]
+
+
+def _doubtful(
+    descriptions: Mapping[str, Description], wiring: Wiring
+) -> Iterator[tuple[str, tuple[tuple[str, ...], tuple[str, ...]]]]:
+    """Components with outputs that are assumed to close a loop: these outputs, and its inputs."""
+    graph = exchange_graph(descriptions, wiring)
+    found: dict[str, tuple[set[str], set[str]]] = {}
+    for loop in nx.strongly_connected_components(graph):
+        for port in loop if len(loop) > 1 else ():
+            description = descriptions[port.component]
+            if description.variables[port.variable].causality == "output":
+                if how_known(description, port.variable) != ASSUMED:
+                    continue
+                inputs = {p.variable for p in graph.predecessors(port) if p in loop}
+                outputs, all_inputs = found.setdefault(port.component, (set(), set()))
+                outputs.add(port.variable)
+                all_inputs |= inputs
+    for name, (outputs, inputs) in found.items():
+        yield name, (tuple(sorted(outputs)), tuple(sorted(inputs)))
+
+
+def _line(found: Probe, outputs: Sequence[str]) -> str:
+    if found.failure:
+        return (
+            f"{', '.join(outputs)} may depend on every input ({found.failure}); write what is true "
+            "under `dependencies` of the component"
+        )
+    texts = []
+    for name in outputs:
+        needs = sorted(found.needs[name])
+        text = f"{name} follows {', '.join(needs) or 'no input'}"
+        texts.append(text + (" before its next step" if found.how[name] == STEPPED else ""))
+    return f"probed, {'; '.join(texts)}"
+
+
+def _probe(
+    component: Component,
+    description: Description,
+    simulation: Simulation,
+    outputs: tuple[str, ...],
+    inputs: tuple[str, ...],
+) -> Probe:
+    variables = [description.variables[name] for name in (*outputs, *inputs)]
+    if description.once_per_process:
+        return Probe({}, {}, "its FMU allows one instance only, so that it is not probed")
+    odd = [v.name for v in variables if v.type != "Real"]
+    if odd:
+        return Probe({}, {}, f"{odd[0]} is no Real, so that it is not probed")
+    new = _Instances(component, description, simulation)
+    needs: dict[str, set[str]] = {name: set() for name in outputs}
+    lost: set[str] = set()
+    try:
+        with new.instance() as instance:
+            _move(_Subject(instance, outputs, inputs), new.step, needs, lost)
+        late = _late(new, outputs, inputs) - {name for name, found in needs.items() if found}
+    except RunError as error:
+        return Probe({}, {}, f"probing it failed: {error.message}")
+    how = dict.fromkeys(outputs, PROBED) | dict.fromkeys(lost, LOST) | dict.fromkeys(late, STEPPED)
+    return Probe({name: frozenset(found) for name, found in needs.items()}, how)
+
+
+class _Instances:
+    """New instances of a component, initialised with its start values."""
+
+    def __init__(
+        self, component: Component, description: Description, simulation: Simulation
+    ) -> None:
+        self._component, self._description, self._simulation = component, description, simulation
+        own = description.internal_step or simulation.step_size
+        self.step = float(component.own_step or own)
+        only = description.constant_step or description.internal_step is not None
+        self.short_step = self.step if only else self.step / SHORTER
+
+    @contextmanager
+    def instance(self) -> Iterator[Instance]:
+        """One after its initialisation; closed, with its library, at the end of the block."""
+        name, times = self._component.name, self._simulation
+        origin = f"{name} ({self._description.path.name})"
+        with (
+            Binary(self._description, origin=origin) as binary,
+            Instance(f"{name}_probe", self._description, binary) as instance,
+        ):
+            instance.setup(start=times.start_time, stop=times.stop_time, tolerance=times.tolerance)
+            instance.set_values(start_values(self._component, self._description))
+            instance.enter_initialization()
+            instance.exit_initialization()
+            yield instance
+
+
+class _Subject:
+    """An instance under probe: its outputs, and its inputs with the sizes they are moved by."""
+
+    def __init__(self, instance: Instance, outputs: Sequence[str], inputs: Sequence[str]) -> None:
+        self._instance = instance
+        self.outputs, self.inputs = outputs, inputs
+        variables = instance.description.variables
+        self._output_values, self._input_values = np.zeros(len(outputs)), np.zeros(len(inputs))
+        self._get = instance.own_getter(outputs, self._output_values)
+        self._set = instance.own_setter(inputs, self._input_values)
+        self.start = np.array([instance.read(name) for name in inputs])
+        self._known = [variables[name] for name in inputs]
+
+    def read(self) -> np.ndarray:
+        """The outputs."""
+        self._check(self._get(), "fmi2GetReal")
+        return self._output_values.copy()
+
+    def set(self, values: np.ndarray) -> None:
+        """All inputs."""
+        self._input_values[:] = values
+        self._check(self._set(), "fmi2SetReal")
+
+    def step(self, size: float) -> None:
+        """A step of `size` [s]."""
+        instance = self._instance
+        status = instance.stepper()(instance.time, size, 1)
+        if status > WARNING:
+            instance.fail(status, "fmi2DoStep", size)
+        instance.time += size
+
+    def moved(self, values: np.ndarray, shares: np.ndarray) -> np.ndarray:
+        """Inputs moved from `values` by `shares` of their sizes, the other way at their limits."""
+        rows = zip(self._known, self.start, values, shares, strict=True)
+        return np.array([_moved(v, start, value, share) for v, start, value, share in rows])
+
+    def _check(self, status: int, function: str) -> None:
+        if status > WARNING:
+            self._instance.fail(status, function)
+
+
+def _moved(variable: Variable, start: float, value: float, share: float) -> float:
+    low, high = variable.minimum, variable.maximum
+    size = max(abs(start), variable.nominal)
+    if np.isfinite(high - low):
+        size = min(size, (high - low) / 4)
+    found = value + share * size
+    return found if low <= found <= high else value - share * size
+
+
+def _move(subject: _Subject, step: float, needs: dict[str, set[str]], lost: set[str]) -> None:
+    """Note which outputs follow which inputs, and which are `lost` when any is set."""
+    spread = 1.0 + np.arange(len(subject.inputs)) / 7  # no two inputs by the same amount
+    values = subject.start
+    for point in range(POINTS):
+        fresh = subject.read()
+        subject.set(values)
+        still = subject.read()
+        lost |= {n for n, a, b in zip(subject.outputs, fresh, still, strict=True) if _differ(a, b)}
+        sign = -1.0 if point % 2 else 1.0
+        for column, name in enumerate(subject.inputs):
+            for share in SHARES:
+                only = np.zeros(len(values))
+                only[column] = sign * share
+                subject.set(subject.moved(values, only))
+                there = subject.read()
+                subject.set(values)
+                back = subject.read()
+                for row, output in enumerate(subject.outputs):
+                    if _differ(there[row], still[row]) or _differ(back[row], still[row]):
+                        needs[output].add(name)
+        if point + 1 < POINTS:
+            values = subject.moved(subject.start, sign * SHARES[0] * 10 * spread)
+            subject.set(values)
+            subject.step(step)
+
+
+def _differ(a: float, b: float) -> bool:
+    return a != b and not (np.isnan(a) and np.isnan(b))
+
+
+def _late(new: _Instances, outputs: Sequence[str], inputs: Sequence[str]) -> set[str]:
+    """Outputs that follow some input in the step after it is moved, and in no other."""
+
+    def course(share: float) -> tuple[np.ndarray, np.ndarray]:
+        """Outputs after a step with the inputs moved, and after another with the inputs back."""
+        with new.instance() as instance:
+            subject = _Subject(instance, outputs, inputs)
+            subject.set(subject.moved(subject.start, np.full(len(inputs), share)))
+            subject.step(new.short_step)
+            first = subject.read()
+            subject.set(subject.start)
+            subject.step(new.short_step)
+            return first, subject.read()
+
+    first, second = (np.abs(a - b) for a, b in zip(course(SHARES[0]), course(0.0), strict=True))
+    late = second < (1.0 - LOST_AGAIN) * first
+    return {name for name, is_late in zip(outputs, late, strict=True) if is_late}

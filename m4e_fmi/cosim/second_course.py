@@ -1,0 +1,145 @@
+"""A part of a run made a second time, in steps of other lengths, and which lengths these are."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from m4e_fmi.cosim.algorithms.scheduled import Scheduled, looped
+from m4e_fmi.cosim.energy import BLOCK
+from m4e_fmi.cosim.events import ended
+from m4e_fmi.cosim.network import Change, Network
+from m4e_fmi.cosim.operations import gather
+from m4e_fmi.cosim.schedule import Loop
+from m4e_fmi.cosim.system import SECOND
+from m4e_fmi.errors import RunError
+
+if TYPE_CHECKING:
+    from m4e_fmi.cosim.algorithms import Algorithm
+
+PARTS = 16
+"""Steps in place of one about a kink."""
+LEAST = 100
+"""Length [ns] below which a step is not divided."""
+BEFORE, AFTER = 2, 2
+"""Steps before and after one that is rough at once which a kink may lie in, or act on."""
+
+
+def doubled(times: np.ndarray, jumps: Sequence[int]) -> np.ndarray:
+    """Times [ns] of steps of twice the length: every second one, and both ends of each jump."""
+    last = len(times) - 1
+    after = np.searchsorted(times, jumps)
+    edges = np.concatenate([[0], np.column_stack((after - 1, after)).ravel(), [last]])
+    kept = np.unique(np.concatenate([edges, *(np.arange(a, b, 2) for a, b in pairwise(edges))]))
+    if len(kept) > 1 and kept[-1] - kept[-2] == 1 and last not in after:
+        kept = kept[:-1]  # a single step at the end tells nothing
+    return times[kept]
+
+
+def halved(times: np.ndarray, jumps: Sequence[int]) -> np.ndarray:
+    """Times [ns] of steps of half the length, but over jumps."""
+    smooth = ~np.isin(times[1:], jumps)
+    middles = times[:-1] + np.diff(times) // 2
+    return np.unique(np.concatenate([times, middles[smooth]]))
+
+
+def about(kinks: np.ndarray, steps: int) -> np.ndarray:
+    """The steps, of so many, in which a kink may lie or act: those about the `kinks` (k,)."""
+    near = (kinks[:, None] + np.arange(-BEFORE, AFTER + 1)).ravel()
+    return np.unique(near[(near >= 0) & (near < steps)])
+
+
+def refined(times: np.ndarray, jumps: Sequence[int], steps: np.ndarray) -> np.ndarray:
+    """Times [ns] with PARTS steps in place of some `steps` (k,), but over jumps.
+
+    Where these are many, there are fewer, so that all steps are three times as many at most.
+    """
+    found, most = [times], 1 + 2 * (len(times) - 1) // max(1, len(steps))
+    for k in steps.tolist():
+        begin, end = int(times[k]), int(times[k + 1])
+        parts = min(PARTS, most, (end - begin) // LEAST)
+        if parts > 1 and end not in jumps:
+            found.append(np.round(np.linspace(begin, end, parts + 1)).astype(np.int64))
+    return np.unique(np.concatenate(found))
+
+
+def other_steps(times: np.ndarray, run: np.ndarray) -> int:
+    """How long [ns] the steps take that lead along `times`, and that the run has not made."""
+    place = np.searchsorted(run, times)
+    met = run[np.minimum(place, len(run) - 1)] == times
+    same = met[:-1] & met[1:] & (np.diff(place) == 1)
+    return int(np.diff(times)[~same].sum())
+
+
+class SecondCourse:
+    """Steps over times given, from where `network` is, by an algorithm that `make` makes anew.
+
+    `length` over the simulation's is that of most steps; `sources` (n,) are the places of the
+    outputs that are told.
+    """
+
+    def __init__(
+        self,
+        network: Network,
+        make: Callable[[Network], Algorithm],
+        sources: np.ndarray,
+        *,
+        length: float,
+    ) -> None:
+        self._network, self._make, self._sources = network, make, sources
+        self._length = length
+        self._values = np.zeros((BLOCK, len(sources)))
+
+    @cached_property
+    def _algorithm(self) -> Algorithm:
+        return self._network.made(self._make, self._length)
+
+    @cached_property
+    def _loop(self) -> Loop | None:
+        noted = gather(self._values, self._network.values, self._sources)
+        return looped(self._algorithm, self._network, [noted])
+
+    def values(
+        self, times: np.ndarray, jumps: Sequence[int], changes: Mapping[int, Sequence[Change]]
+    ) -> np.ndarray:
+        """Values of the sources at these times [ns] (times, n), a step from each to the next.
+
+        Some are `jumps`, at some `changes` are made.
+        """
+        sizes = np.diff(times)
+        found = [self._network.values[self._sources][None]]
+        other = np.flatnonzero(np.diff(sizes)) + 1
+        changing = np.searchsorted(times, sorted(changes))
+        for first, last in pairwise(sorted({0, *other.tolist(), *changing.tolist(), len(sizes)})):
+            now, size, left = int(times[first]), int(sizes[first]), last - first
+            if now in changes:
+                self._network.change(changes[now])
+            while left:
+                found.append(self._steps(now, size, left, jumps))
+                now += len(found[-1]) * size
+                left -= len(found[-1])
+        return np.concatenate(found)
+
+    def _steps(self, now: int, size: int, most: int, jumps: Sequence[int]) -> np.ndarray:
+        """Values after each of some steps of `size` from `now` [ns], one at least."""
+        network, algorithm = self._network, self._algorithm
+        loop = None if jumps else self._loop
+        if loop and isinstance(algorithm, Scheduled) and algorithm.repeats(size / SECOND):
+            made = min(most, BLOCK)
+            loop.state.now, loop.state.size, loop.state.noted = now, size, 0
+            loop.advance(made)
+            network.time = loop.state.now / SECOND
+            if network.settle():
+                made = (loop.state.now - now) // size
+            if loop.state.now < now + made * size:
+                raise RunError(ended(network.instances.values()))
+            return self._values[:made].copy()
+        algorithm.step(now / SECOND, size / SECOND)
+        if now + size in jumps:
+            network.forget()
+        network.advance((now + size) / SECOND)
+        return network.values[self._sources][None]

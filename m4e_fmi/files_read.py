@@ -1,0 +1,78 @@
+"""Reading files in such a way that it is known what something was made from.
+
+A reader of models or configurations reads with `read_bytes` and `read_text`, and tells `depends_on`
+of a file that a library reads for it, or that would count if it were there. `files_read` collects
+all of them with hashes of their contents, so that a change of any is noticed whatever its time
+stamp says.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+ABSENT = None
+UNREADABLE = "unreadable"
+CHANGING = "changing"
+
+Files = dict[str, str | None]
+"""Absolute path → SHA-256 of the content; ABSENT for a file that is not there."""
+
+_collections: list[Files] = []
+
+
+@contextmanager
+def files_read() -> Iterator[Files]:
+    """Collects the files that are read meanwhile in this process, in all its threads."""
+    found: Files = {}
+    _collections.append(found)
+    try:
+        yield found
+    finally:
+        _collections[:] = [each for each in _collections if each is not found]
+
+
+def read_bytes(path: str | Path) -> bytes:
+    """Content of a file; OSError if it cannot be read."""
+    content = Path(path).read_bytes()
+    _note(path, hashlib.sha256(content).hexdigest())
+    return content
+
+
+def read_text(path: str | Path, encoding: str = "utf-8") -> str:
+    """Text of a file, its lines ended by a newline; OSError, UnicodeDecodeError."""
+    return io.TextIOWrapper(io.BytesIO(read_bytes(path)), encoding=encoding).read()
+
+
+def depends_on(path: str | Path) -> None:
+    """Note a file, to be called before anything reads it or asks whether it is there."""
+    _note(path, file_hash(path))
+
+
+def file_hash(path: str | Path) -> str | None:
+    """SHA-256 (hexadecimal) of a file's content; ABSENT, or UNREADABLE if it is there all the same.
+
+    A folder is not a file: ABSENT.
+    """
+    try:
+        with Path(path).open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except (FileNotFoundError, NotADirectoryError, IsADirectoryError):
+        return ABSENT
+    except OSError:
+        return ABSENT if Path(path).is_dir() else UNREADABLE
+
+
+def are_unchanged(files: Files) -> bool:
+    """Whether all files are as they were when they were collected."""
+    return all(file_hash(path) == content for path, content in files.items())
+
+
+def _note(path: str | Path, content: str | None) -> None:
+    name = str(Path(path).absolute())  # without resolving links: another target is another content
+    for files in _collections:
+        if files.setdefault(name, content) != content:
+            files[name] = CHANGING  # between two readings: no content is equal to this

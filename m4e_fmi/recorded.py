@@ -1,0 +1,108 @@
+"""The types of recorded variables, and how they lie in netCDF files.
+
+====================  =========================================================================
+Real                  f8
+Integer               of its own width: i1, i2, i4, i8, u1, u2, u4, u8
+Boolean               i1, 0 or 1; flag_values 0 1, flag_meanings "false true"
+Enumeration           i4 or i8; flag_values its numbers, flag_meanings its items
+String                text of any length
+====================  =========================================================================
+
+Flags are those of the CF conventions, section 3.5: blanks in names of items become underscores.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+TRUTH = {"false": 0, "true": 1}
+TEXT = "str"
+"""The kind of texts, in place of a type of NumPy."""
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """What type of variable is recorded: `type` in FMI's words, `kind` is how it lies in files.
+
+    `items` are the values of an enumeration by their names.
+    """
+
+    type: str = "Real"
+    kind: str = "f8"
+    items: Mapping[str, int] = field(default_factory=dict)
+
+    @property
+    def is_real(self) -> bool:
+        return self.type == "Real"
+
+    @property
+    def is_text(self) -> bool:
+        return self.kind == TEXT
+
+    @property
+    def named(self) -> Mapping[str, int]:
+        """Names of values: of an enumeration and of Booleans."""
+        return TRUTH if self.type == "Boolean" else self.items
+
+    def told(self, value: Any) -> str:
+        """A value as text: by its name if it has one."""
+        if self.is_text:
+            return repr(value)
+        names = {number: name for name, number in self.named.items()}
+        return names.get(int(value), f"{value:g}" if self.is_real else str(value))
+
+    @property
+    def file_type(self) -> Any:
+        """The type for netCDF4's createVariable."""
+        return str if self.is_text else self.kind
+
+    @property
+    def attributes(self) -> dict[str, Any]:
+        """What is said of the values in a file."""
+        items = self.named
+        if not items:
+            return {}
+        return {
+            "flag_values": np.array(list(items.values()), dtype=self.kind),
+            "flag_meanings": " ".join("_".join(name.split()) for name in items),
+        }
+
+    def stored(self, cells: np.ndarray, text_at: Callable[[int], str]) -> np.ndarray:
+        """What lies in a netCDF-4 file for cells (int64, see cosim's `standards.typed`).
+
+        Reals are as they are, texts are found by their places.
+        """
+        if self.is_real:
+            return cells
+        if not self.is_text:
+            return cells.astype(self.kind)
+        known = {place: text_at(place) for place in np.unique(cells).tolist()}
+        return np.array([known[place] for place in cells.tolist()], dtype=object)
+
+    def values(self, stored: np.ndarray) -> np.ndarray:
+        """The values in their own type: Booleans as such, texts as objects, numbers as they are."""
+        if self.type == "Boolean":
+            return stored.astype(bool)
+        return stored.astype(object) if self.is_text else stored
+
+
+REAL = Recorded()
+
+
+def recorded_as(file_type: Any, attributes: Mapping[str, Any]) -> Recorded:
+    """The type of what lies in a file as `file_type` (of netCDF4), with these attributes."""
+    if file_type is str:
+        return Recorded("String", TEXT)
+    kind = np.dtype(file_type).str[1:]
+    if kind[0] == "f":
+        return Recorded("Real", kind)
+    if "flag_meanings" not in attributes:
+        return Recorded("Integer", kind)
+    names = str(attributes["flag_meanings"]).split()
+    numbers = np.atleast_1d(attributes["flag_values"]).tolist()
+    items = dict(zip(names, numbers, strict=False))
+    return Recorded("Boolean", kind) if items == TRUTH else Recorded("Enumeration", kind, items)

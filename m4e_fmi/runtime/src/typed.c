@@ -1,0 +1,192 @@
+/* Source: FMI Specifications 1.0, 2.0.5 and 3.0.2, on getting and setting variable values. */
+#include "typed.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef int transfer(void *instance, const uint32_t *references, size_t count, void *values);
+typedef int sized_transfer(void *instance, const uint32_t *references, size_t reference_count,
+                           void *values, size_t value_count);
+
+enum { WARNING = 1, FIRST_ROOM = 64 };
+
+/* ---- texts ---- */
+
+static uint64_t hashed(const char *text) { /* FNV-1a */
+    uint64_t hash = 14695981039346656037u;
+    for (; *text; ++text) hash = (hash ^ (unsigned char)*text) * 1099511628211u;
+    return hash;
+}
+
+/* The slot of a text, or the free one where it belongs. */
+static uint64_t *slot_of(const m4e_texts *t, const char *text) {
+    uint64_t k = hashed(text) % t->size;
+    while (t->slots[k] && strcmp(t->texts[t->slots[k] - 1], text) != 0) k = (k + 1) % t->size;
+    return &t->slots[k];
+}
+
+static int grow(m4e_texts *t) {
+    const uint64_t room = t->room ? 2 * t->room : FIRST_ROOM;
+    char **texts = realloc(t->texts, room * sizeof *texts);
+    if (!texts) return 0;
+    t->texts = texts;
+    uint64_t *slots = calloc(2 * room, sizeof *slots);
+    if (!slots) return 0;
+    free(t->slots);
+    t->slots = slots;
+    t->room = room;
+    t->size = 2 * room;
+    for (uint64_t k = 0; k < t->count; ++k) *slot_of(t, t->texts[k]) = k + 1;
+    return 1;
+}
+
+int64_t m4e_text_place(m4e_texts *t, const char *text) {
+    if (!text) text = "";
+    if (t->count == t->room && !grow(t)) return -1;
+    uint64_t *slot = slot_of(t, text);
+    if (!*slot) {
+        const size_t size = strlen(text) + 1;
+        char *copy = malloc(size);
+        if (!copy) return -1;
+        memcpy(copy, text, size);
+        t->texts[t->count++] = copy;
+        *slot = t->count;
+    }
+    return (int64_t)(*slot - 1);
+}
+
+const char *m4e_text_at(const m4e_texts *t, int64_t place) { return t->texts[place]; }
+
+void m4e_texts_free(m4e_texts *t) {
+    for (uint64_t k = 0; k < t->count; ++k) free(t->texts[k]);
+    free(t->texts);
+    free(t->slots);
+    memset(t, 0, sizeof *t);
+}
+
+/* ---- values ---- */
+
+static int move(const m4e_typed *a, const m4e_typed_part *p, void (*f)(void)) {
+    void *instance = a->component ? a->component->instance : a->instance;
+    if (p->sized)
+        return ((sized_transfer *)f)(instance, p->references, p->reference_count, p->buffer,
+                                     p->value_count);
+    return ((transfer *)f)(instance, p->references, p->reference_count, p->buffer);
+}
+
+static int64_t cell_at(const m4e_typed_part *p, uint32_t k, m4e_texts *texts) {
+    const void *b = p->buffer;
+    switch (p->layout) {
+    case M4E_I8: return ((const int8_t *)b)[k];
+    case M4E_U8: return ((const uint8_t *)b)[k];
+    case M4E_I16: return ((const int16_t *)b)[k];
+    case M4E_U16: return ((const uint16_t *)b)[k];
+    case M4E_I32: return ((const int32_t *)b)[k];
+    case M4E_U32: return ((const uint32_t *)b)[k];
+    case M4E_TEXT: return m4e_text_place(texts, ((const char *const *)b)[k]);
+    default: return ((const int64_t *)b)[k];
+    }
+}
+
+int m4e_get_typed(m4e_typed *a, int64_t *cells) {
+    int worst = 0;
+    for (uint64_t n = 0; n < a->part_count; ++n) {
+        const m4e_typed_part *p = &a->parts[n];
+        const int status = move(a, p, p->get);
+        a->failed = n;
+        if (status > WARNING) return status;
+        if (status > worst) worst = status;
+        for (uint64_t i = 0; i < p->count; ++i) {
+            const int64_t value = cell_at(p, p->places[i], a->texts);
+            const int64_t cell = p->truth ? value != 0 : value;
+            int64_t *known = &cells[p->members[i]];
+            if (p->layout == M4E_TEXT && cell < 0) return M4E_NO_MEMORY;
+            if (a->changed && cell != *known) *a->changed = 0.0;
+            *known = cell;
+        }
+    }
+    return worst;
+}
+
+/* The value of element k becomes a cell's; whether it was another. */
+static int put(const m4e_typed_part *p, uint32_t k, int64_t cell, const m4e_taken *t,
+               const m4e_texts *texts) {
+#define PUT(type, value) {                                                                         \
+        type *at = &((type *)p->buffer)[k];                                                        \
+        const type old = *at;                                                                      \
+        *at = (type)(value);                                                                       \
+        return old != *at;                                                                         \
+    }
+    const double real = t->factor * (t->large ? (double)(uint64_t)cell : (double)cell) + t->offset;
+    switch (p->layout) {
+    case M4E_I8: PUT(int8_t, cell)
+    case M4E_U8: PUT(uint8_t, cell)
+    case M4E_I16: PUT(int16_t, cell)
+    case M4E_U16: PUT(uint16_t, cell)
+    case M4E_I32: PUT(int32_t, cell)
+    case M4E_U32: PUT(uint32_t, cell)
+    case M4E_F32: PUT(float, real)
+    case M4E_F64: PUT(double, real)
+    case M4E_TEXT: {
+        const char **at = &((const char **)p->buffer)[k], *text = m4e_text_at(texts, cell);
+        const int other = !*at || strcmp(*at, text) != 0;
+        *at = text;
+        return other;
+    }
+    default: PUT(int64_t, cell)
+    }
+#undef PUT
+}
+
+/* Fills the buffer of a part; what is set in event mode counts as `changed` where it differs from
+   what the FMU has. */
+static int fill(m4e_typed *a, const m4e_typed_part *p, const int64_t *cells, int look,
+                int *changed) {
+    if (p->partial || look) {
+        const int status = move(a, p, p->get);
+        if (status > WARNING) return status;
+    }
+    *changed = 0;
+    for (uint64_t i = 0; i < p->count; ++i) {
+        const m4e_taken *t = &a->taken[p->members[i]];
+        const int64_t cell = cells[t->source];
+        if (p->layout != M4E_TEXT && (cell < t->low || cell > t->high)) {
+            a->failed = p->members[i];
+            return M4E_DOES_NOT_FIT;
+        }
+        *changed |= put(p, p->places[i], cell, t, a->texts);
+    }
+    return 0;
+}
+
+int m4e_set_typed(m4e_typed *a, const int64_t *cells) {
+    m4e_component_3 *c = a->component;
+    const int events = c && c->has_events && c->stepping && !(c->ended < INFINITY);
+    int worst = 0, entered = 0;
+    for (uint64_t n = 0; n < a->part_count; ++n) { /* those set in event mode are the last */
+        const m4e_typed_part *p = &a->parts[n];
+        const int look = events && p->discrete;
+        int changed, status;
+        a->failed = n;
+        status = fill(a, p, cells, look, &changed);
+        if (status > WARNING || status < 0) return status;
+        if (look && !changed) continue;
+        if (look && !entered) {
+            status = m4e_enter_event_mode_3(c);
+            if (status > WARNING) return status;
+            entered = 1;
+        }
+        status = move(a, p, p->set);
+        if (status > WARNING) return status;
+        if (status > worst) worst = status;
+    }
+    if (!entered) return worst;
+    const int status = m4e_settle_3(c, c->reached);
+    return status > worst ? status : worst;
+}
+
+int m4e_copy_cells(const m4e_copied *c, int64_t *cells) {
+    for (uint64_t i = 0; i < c->count; ++i) cells[i] = c->source[c->places[i]];
+    return 0;
+}

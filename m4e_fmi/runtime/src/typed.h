@@ -1,0 +1,71 @@
+/* Variables of FMUs that are not Real, for a master's loop: Integers, Booleans, enumerations and
+   Strings, of any version of FMI.
+
+   Each value lies in a cell of 64 bits: a whole number (unsigned ones of 64 bits by their bits), a
+   Boolean as 0 or 1, a String as its place among the texts. Reals take values of cells, too. */
+#ifndef M4E_TYPED_H
+#define M4E_TYPED_H
+
+#include "component_3.h"
+
+enum { M4E_DOES_NOT_FIT = -2 }; /* beside the statuses of FMI: a value is none of the type */
+enum { /* how values of a type lie in memory */
+    M4E_I8, M4E_U8, M4E_I16, M4E_U16, M4E_I32, M4E_U32, M4E_I64, M4E_U64, M4E_F32, M4E_F64, M4E_TEXT
+};
+
+/* Different texts, each at its place; they stay where they are. All zero is an empty one. */
+typedef struct {
+    char **texts;
+    uint64_t *slots; /* of a hash table, `size` of them: a place + 1, 0 where free */
+    uint64_t count, room, size;
+} m4e_texts;
+
+M4E_API int64_t m4e_text_place(m4e_texts *texts, const char *text); /* -1: no memory */
+M4E_API const char *m4e_text_at(const m4e_texts *texts, int64_t place);
+M4E_API void m4e_texts_free(m4e_texts *texts);
+
+/* Variables of one type, whole arrays: buffer[places[i]] is the value of member members[i]. */
+typedef struct {
+    void (*get)(void), (*set)(void); /* of FMI, for this type */
+    const uint32_t *references, *places, *members;
+    void *buffer;
+    uint64_t reference_count, value_count, count;
+    int32_t layout;   /* of the values in the buffer */
+    int32_t sized;    /* FMI 3.0: the functions take the number of values */
+    int32_t partial;  /* some elements are not among the members: they stay as they are */
+    int32_t discrete; /* set in event mode, where there is one */
+    int32_t truth;    /* Booleans: what is not 0 is 1 */
+} m4e_typed_part;
+
+/* What a member takes: cells[source], which is to be from `low` to `high`, of an unsigned type if
+   `large`; a Real takes factor * value + offset. */
+typedef struct {
+    int64_t low, high;
+    double factor, offset;
+    uint32_t source;
+    int32_t large;
+} m4e_taken;
+
+typedef struct {
+    void *instance;
+    m4e_component_3 *component; /* of FMI 3.0; otherwise NULL */
+    const m4e_typed_part *parts;
+    uint64_t part_count;
+    m4e_texts *texts;
+    const m4e_taken *taken; /* to set */
+    double *changed;        /* to get: becomes 0 where a cell changes; may be NULL */
+    uint64_t failed;        /* the part that failed; the member whose value does not fit */
+} m4e_typed;
+
+M4E_API int m4e_get_typed(m4e_typed *access, int64_t *cells);
+M4E_API int m4e_set_typed(m4e_typed *access, const int64_t *cells);
+
+typedef struct {
+    const int64_t *source;
+    const uint32_t *places;
+    uint64_t count;
+} m4e_copied;
+
+M4E_API int m4e_copy_cells(const m4e_copied *copied, int64_t *cells); /* cells[i] = source[places[i]] */
+
+#endif

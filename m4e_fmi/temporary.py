@@ -1,0 +1,114 @@
+"""Temporary folders that the next process removes if this one is killed.
+
+Their names carry a token of the process, and so does a lock file beside them, which the process
+holds while it lives: its number would tell less, as another process may have it by now.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import re
+import shutil
+import tempfile
+import threading
+import uuid
+import weakref
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from m4e_fmi.locks import PATIENCE, Lock
+
+PREFIX = "m4e_fmi_"
+_OWNED = re.compile(rf"{PREFIX}([0-9a-f]{{32}})[_.]")
+
+
+@dataclass
+class _Place:
+    """A folder in which this process has `count` temporary ones, all with its token."""
+
+    token: str
+    lock: Lock
+    count: int = 0
+
+
+_places: dict[tuple[Path, int], _Place] = {}
+"""By folder and process: a forked one has none."""
+_changing = threading.RLock()  # the garbage collector may remove one meanwhile
+
+
+class TemporaryFolder:
+    """A new empty folder at `path`, in `parent` (the system's for temporary files if None).
+
+    It goes with all that it holds: by `remove`, at the end of a ``with`` block or of the
+    interpreter, or when another process makes one in `parent` after this one was killed. OSError if
+    there can be none.
+    """
+
+    def __init__(self, parent: Path | None = None) -> None:
+        parent = (parent or Path(tempfile.gettempdir())).absolute()
+        with _changing:
+            place = _place(parent)
+            try:
+                prefix = f"{PREFIX}{place.token}_"
+                self.path = Path(tempfile.mkdtemp(prefix=prefix, dir=parent))
+                place.count += 1
+            finally:
+                _leave(parent)
+        self._finalizer = weakref.finalize(self, _remove, self.path, os.getpid())
+
+    def remove(self) -> None:
+        """Remove the folder, as far as its files can be removed."""
+        self._finalizer()
+
+    def __enter__(self) -> Path:
+        return self.path
+
+    def __exit__(self, *_: object) -> None:
+        self.remove()
+
+
+def _place(parent: Path) -> _Place:
+    """That of this process in `parent`; at first, what dead ones have left there is removed."""
+    key = parent, os.getpid()
+    if key not in _places:
+        _sweep(parent)
+        token = uuid.uuid4().hex
+        lock = Lock.take(_lock_file(parent, token), patience=PATIENCE)
+        if lock is None:
+            raise OSError(errno.EAGAIN, os.strerror(errno.EAGAIN), str(parent))
+        _places[key] = _Place(token, lock)
+    return _places[key]
+
+
+def _leave(parent: Path) -> None:
+    """Give the place up if there is no folder in it."""
+    key = parent, os.getpid()
+    if _places[key].count == 0:
+        _places.pop(key).lock.release()
+
+
+def _remove(folder: Path, process: int) -> None:
+    if process != os.getpid():  # forked: it is the other's
+        return
+    shutil.rmtree(folder, ignore_errors=True)
+    with _changing:
+        _places[folder.parent, process].count -= 1
+        _leave(folder.parent)
+
+
+def _sweep(parent: Path) -> None:
+    own = {place.token for place in _places.values()}
+    with suppress(OSError):
+        found = [_OWNED.match(path.name) for path in parent.glob(f"{PREFIX}*")]
+        for token in {match[1] for match in found if match} - own:
+            lock = Lock.take(_lock_file(parent, token))
+            if lock:
+                for folder in parent.glob(f"{PREFIX}{token}_*"):
+                    shutil.rmtree(folder, ignore_errors=True)
+                lock.release()
+
+
+def _lock_file(parent: Path, token: str) -> Path:
+    return parent / f"{PREFIX}{token}.lock"

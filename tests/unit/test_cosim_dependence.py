@@ -1,0 +1,362 @@
+"""Dependencies that FMUs do not declare: probed, declared in the system file, watched in the run.
+
+Two references. Ring: y₁′ = y₂, y₂′ = −y₁, y₁ = cos t, of integrators without feed-through. Added
+mass: a unit mass on a unit spring with added mass that comes back as a force, x = cos(t/√(1 + r)),
+an algebraic loop that explicit exchange cannot couple where r > 1.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import zipfile
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from m4e_fmi.cosim import Component, FmuFile, Outcome, Simulation, System, Timing, prepare, run
+from m4e_fmi.cosim.certificate import Certificate
+from m4e_fmi.errors import InputError, RunError
+
+Fmus = Callable[[str], Path]
+RING = ("a.y -> b.u", "b.y -> a.u")
+VERSIONS = ("", "1:", "3:")
+
+
+def ring(fmus: Fmus, model: str, algorithm: str = "gauss_seidel", gain: float = -1.0) -> System:
+    a = Component("a", FmuFile(fmus(model)))
+    b = Component("b", FmuFile(fmus(model)), {"gain": gain})
+    return System("ring", (a, b), RING, Simulation(5.0, 0.05, algorithm))
+
+
+def oscillating(fmus: Fmus, model: str, algorithm: str) -> System:
+    return ring(fmus, model, algorithm).changed(start={"a.y": 1.0})
+
+
+def added_mass(fmus: Fmus, algorithm: str, options: str = "", ratio: float = 2.0) -> System:
+    version, _, options = options.rpartition(":")
+    version += ":" * bool(version)
+    a = Component("a", FmuFile(fmus(f"{version}blind_mass{options}")), {"body.m.x": 1.0})
+    b = Component("b", FmuFile(fmus(f"{version}blind_added_mass{options}")), {"added": ratio})
+    return System("s", (a, b), ("a.m <-> b.end",), Simulation(5.0, 0.05, algorithm))
+
+
+def compared(system: System, name: str, true: Callable) -> tuple[float, float, Outcome]:
+    """The largest error of an output over its range, the largest stated one, and the outcome."""
+    seen: dict[float, float] = {}
+    outcome = run(system, observers=[lambda t, network: seen.update({t: network.read(name)})])
+    times, values = np.array(list(seen)), np.array(list(seen.values()))
+    assert isinstance(outcome.certificate, Certificate)
+    stated = outcome.certificate.errors[0].error
+    return float(np.abs(values - true(times)).max() / np.ptp(true(times))), stated, outcome
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+@pytest.mark.parametrize("algorithm", ["corrector", "gauss_seidel", "jacobi"])
+def test_a_ring_that_declares_nothing_runs(c_fmu: Fmus, version: str, algorithm: str) -> None:
+    system = oscillating(c_fmu, f"{version}blind_integrator", algorithm)
+    error, stated, outcome = compared(system, "a.y", np.cos)
+    assert error / 3 < stated < 3 * error
+    assert error < (5e-2 if algorithm == "jacobi" else 2e-3)
+    assert "a, b: no dependencies are declared; probed, y follows no input" in outcome.notes
+    assert not prepare(system).structure.loops
+
+
+@pytest.mark.parametrize("version", ["", "3:"])
+@pytest.mark.parametrize("algorithm", ["corrector", "implicit"])
+def test_and_is_coupled_as_declared_ones_are(c_fmu: Fmus, version: str, algorithm: str) -> None:
+    blind = oscillating(c_fmu, f"{version}blind_integrator+state", algorithm)
+    known = oscillating(c_fmu, f"{version}integrator+state", algorithm)
+    one, other = (compared(system, "a.y", np.cos)[:2] for system in (blind, known))
+    assert one == other
+
+
+@pytest.mark.parametrize("options", ["", "1:", "3:", "+state", "1:+lazy"])
+def test_each_component_is_probed_alone(c_fmu: Fmus, options: str) -> None:
+    """Which of its outputs follow which inputs, in `info` and in the summary."""
+    told = str(prepare(added_mass(c_fmu, "gauss_seidel", options)))
+    late = " before its next step" if "lazy" in options else ""
+    of_a, of_b = ("no input", "no input") if late else ("body.m.force_x", "end.ax, end.x")
+    probed = "no dependencies are declared; probed"
+    of_a = f"body.m.ax follows {of_a}{late}; body.m.x follows no input"
+    assert f"a: {probed}, {of_a}\n" in told
+    assert f"b: {probed}, end.force_x follows {of_b}{late}\n" in told
+    assert ("algebraic loops, solved at every" in told) is not bool(late)
+
+
+@pytest.mark.parametrize("ratio", [0.5, 2.0, 20.0])
+@pytest.mark.parametrize(
+    ("algorithm", "options"),
+    [
+        *((algorithm, version) for algorithm in ("jacobi", "corrector") for version in VERSIONS),
+        ("corrector", "+state"),
+        ("implicit", "+state"),
+    ],
+)
+def test_a_true_loop_is_solved(c_fmu: Fmus, algorithm: str, options: str, ratio: float) -> None:
+    system = added_mass(c_fmu, algorithm, options, ratio)
+    error, stated, _ = compared(system, "a.body.m.x", lambda t: np.cos(t / np.sqrt(1 + ratio)))
+    assert error / 3 < stated < 3 * error
+    assert error < (3e-2 if algorithm == "jacobi" else 2e-3)
+    finer = system.changed(step_size=0.025)
+    half, _, _ = compared(finer, "a.body.m.x", lambda t: np.cos(t / np.sqrt(1 + ratio)))
+    order = 1 if algorithm == "jacobi" else 2
+    assert np.log2(error / half) == pytest.approx(order, abs=0.2)
+
+
+@pytest.mark.parametrize("algorithm", ["corrector", "jacobi"])
+def test_what_shows_in_the_next_step_only_is_of_first_order(c_fmu: Fmus, algorithm: str) -> None:
+    """A mass and an added mass that are computed in steps; loops of less than 1 do not grow."""
+    system = added_mass(c_fmu, algorithm, "+lazy", 0.3)
+    rate = 1 / np.sqrt(1.3)
+    error, stated, outcome = compared(system, "a.body.m.ax", lambda t: -np.cos(rate * t) * rate**2)
+    assert outcome.order == 1
+    assert "(and 1 more) shows the inputs of its FMU after the next step only" in str(outcome.notes)
+    assert error / 3 < stated < 3 * error
+    cases = (system.changed(step_size=step) for step in (0.05, 0.025))
+    one, half = (compared(case, "a.body.m.x", lambda t: np.cos(rate * t))[0] for case in cases)
+    assert one / half == pytest.approx(2.0, rel=0.1)
+
+
+def test_an_fmu_that_refuses_a_value_is_assumed_to_depend(c_fmu: Fmus) -> None:
+    system = oscillating(c_fmu, "blind_integrator+picky", "gauss_seidel")
+    system = system.changed(start={"a.y": 0.1})
+    error, stated, outcome = compared(system, "a.y", lambda t: 0.1 * np.cos(t))
+    assert error / 3 < stated < 3 * error
+    told = next(note for note in outcome.notes if note.startswith("a, b: ") or note[:3] == "a: ")
+    assert (
+        "y may depend on every input (probing it failed: a_probe (blind_integrator_picky.fmu)"
+        in told
+    )
+    assert "fmi2SetReal answered Error" in told
+    assert prepare(system).structure.loops
+
+
+def test_an_fmu_of_one_instance_is_not_probed(c_fmu: Fmus) -> None:
+    system = oscillating(c_fmu, "blind_integrator+once", "gauss_seidel")
+    error, stated, outcome = compared(system, "a.y", np.cos)
+    assert error / 3 < stated < 3 * error
+    assert "its FMU allows one instance only" in str(outcome.notes)
+    assert "under `dependencies`" in str(outcome.notes)
+    parts = tuple(
+        Component(c.name, c.source, c.start, dependencies={"y": ()}) for c in system.components
+    )
+    again = System("s", parts, RING, system.simulation)
+    assert not prepare(again).structure.loops
+    assert compared(again, "a.y", np.cos)[0] == pytest.approx(error, rel=1e-6)
+
+
+def test_components_of_one_file_are_probed_once(
+    c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from m4e_fmi.cosim import probing
+
+    made: list[str] = []
+    binary = probing.Binary
+
+    def counted(*arguments: object, origin: str) -> object:
+        made.append(origin)
+        return binary(*arguments, origin=origin)  # pyright: ignore[reportArgumentType]
+
+    monkeypatch.setattr(probing, "Binary", counted)
+    model = FmuFile(c_fmu("blind_integrator"))
+    names = "abcd"
+    links = tuple(f"{a}.y -> {b}.u" for a, b in zip(names, "bcda", strict=True))
+    parts = tuple(Component(name, model) for name in names)
+    prepare(System("s", parts, links, Simulation(1, 0.1)))
+    once = len(made)
+    assert {origin[0] for origin in made} == {"a"}
+    made.clear()
+    parts = (*parts[:3], Component("d", model, {"gain": 2.0}))
+    prepare(System("s", parts, links, Simulation(1, 0.1)))
+    assert len(made) == 2 * once
+    made.clear()
+    prepare(System("s", parts, links[:3], Simulation(1, 0.1)))  # a chain: nothing to know
+    assert not made
+
+
+def test_a_dependence_that_comes_later_is_seen(c_fmu: Fmus) -> None:
+    """y = u from 0.5 s on, 0 before: all three points of the probe are earlier."""
+    a = Component("a", FmuFile(c_fmu("latch")))
+    b = Component("b", FmuFile(c_fmu("blind_integrator")), {"y": 1.0, "gain": -1.0})
+    system = System("s", (a, b), RING, Simulation(1.0, 0.05, "gauss_seidel"))
+    notes = run(system).notes
+    (warning,) = (note for note in notes if note.startswith("warning:"))
+    when = re.search(r"a\.y has changed at t = (\S+) s when u was set", warning)
+    assert when
+    assert 0.5 <= float(when[1]) <= 1.0
+    assert "under `dependencies` of a" in warning
+    stated = Component("a", a.source, dependencies={"y": ["u"]})
+    settled = run(System("s", (stated, b), RING, system.simulation))
+    assert not any("warning" in note for note in settled.notes)
+    late = run(system.changed(stop_time=0.55))  # the end is looked at, always
+    assert any("warning" in note for note in late.notes)
+    early = run(system.changed(stop_time=0.4))
+    assert not any("warning" in note for note in early.notes)
+
+
+FILE = """\
+name: s
+components:
+  a: {{fmu: {fmu}, dependencies: {a}}}
+  b: {{fmu: {fmu}, dependencies: {{y: [u]}}, start: {{gain: -0.5}}}}
+connections: [a.y -> b.u, b.y -> a.u]
+simulation: {{stop_time: 1, step_size: 0.1}}
+"""
+
+
+def written(folder: Path, fmu: Path, a: str) -> Path:
+    path = folder / "system.yaml"
+    path.write_text(FILE.format(fmu=fmu, a=a))
+    return path
+
+
+def test_dependencies_stand_in_the_system_file(c_fmu: Fmus, tmp_path: Path) -> None:
+    system = System.load(written(tmp_path, c_fmu("blind_stage"), "{y: []}"))
+    found = prepare(system)
+    assert not found.structure.loops
+    assert found.descriptions["a"].dependencies["y"] == frozenset()
+    assert not any("probed" in note for note in found.notes)
+    one = prepare(System.load(written(tmp_path, c_fmu("stage"), "{y: []}")))
+    assert not one.structure.loops  # what the file says, wins
+
+
+def test_wrong_names_of_dependencies_are_told_together(c_fmu: Fmus, tmp_path: Path) -> None:
+    path = written(tmp_path, c_fmu("blind_stage"), "{yy: [u], y: [uu, gain]}")
+    with pytest.raises(InputError) as caught:
+        prepare(System.load(path))
+    text = str(caught.value)
+    assert "system.yaml:3:" in text
+    assert "'a' has no output 'yy'" in text
+    assert "did you mean 'y'?" in text
+    assert "'a' has no input 'uu', on which y depends" in text
+    assert "did you mean 'u'?" in text
+    assert "'a' has no input 'gain'" in text
+
+
+def test_a_delay_is_of_first_order_and_certified(c_fmu: Fmus) -> None:
+    """y₁ = t + 0.5 y₂(t − H), y₂ = t − 0.5 y₁: against the solution without delay, 1.2 t."""
+    parts = (
+        Component("a", FmuFile(c_fmu("blind_stage")), {"gain": 0.5}),
+        Component("b", FmuFile(c_fmu("blind_stage")), {"gain": -0.5}),
+    )
+    links = ("a.y -> b.u", "b.y -> a.u, delayed")
+    for algorithm in ("corrector", "gauss_seidel", "jacobi"):
+        system = System("s", parts, links, Simulation(2.0, 0.05, algorithm))
+        found = prepare(system)
+        assert not found.structure.loops
+        (late,) = (k for k, timing in found.timings.items() if timing is Timing.DELAYED)
+        assert str(late) == "b.y -> a.u"
+        errors = []
+        for step in (0.05, 0.025):
+            case = compared(system.changed(step_size=step), "a.y", lambda t: 1.2 * t)
+            errors.append(case[:2])
+            assert case[2].order == 1
+            assert "b.y -> a.u carries the value of the step before" in str(case[2].notes)
+        (error, stated), (half, _) = errors
+        assert error / 3 < stated < 3 * error
+        assert error / half == pytest.approx(2.0, rel=0.05)
+
+
+@pytest.mark.parametrize("algorithm", ["corrector", "gauss_seidel", "implicit", "jacobi"])
+def test_a_delayed_input_has_the_value_of_the_step_before(c_fmu: Fmus, algorithm: str) -> None:
+    parts = tuple(Component(n, FmuFile(c_fmu("stage+state"))) for n in "ab")
+    system = System("s", parts, ("a.y -> b.u, delayed",), Simulation(1.0, 0.1, algorithm))
+    seen: dict[float, float] = {}
+    run(system, observers=[lambda t, network: seen.update({t: network.read("b.u")})])
+    assert seen == pytest.approx({t: max(0.0, t - 0.1) for t in seen}, abs=1e-12)
+
+
+def test_delays_that_make_no_sense(c_fmu: Fmus) -> None:
+    parts = tuple(Component(n, FmuFile(c_fmu("stage"))) for n in "ab")
+    links = ("a.twice -> b.gain, delayed", "a.m <-> b.m, delayed")
+    with pytest.raises(InputError) as caught:
+        prepare(System("s", parts, links, Simulation(1.0, 0.1)))
+    assert "b.gain is a parameter" in str(caught.value)
+    assert "a connector '<->' is not delayed as a whole" in str(caught.value)
+
+
+def test_a_variable_of_a_connector_may_be_delayed(c_fmu: Fmus) -> None:
+    system = added_mass(c_fmu, "gauss_seidel")
+    link = "b.end.force_x -> a.body.m.force_x, delayed"
+    late = System("s", system.components, (*system.connections, link), system.simulation)
+    found = prepare(late)
+    assert [str(k) for k in found.wiring.links if k.delayed] == [link.partition(",")[0]]
+    assert not found.structure.loops
+
+
+@pytest.mark.parametrize("version", ["", "1:"])
+def test_every_remedy_for_a_loop_without_solution_leads_to_a_run(c_fmu: Fmus, version: str) -> None:
+    """y₁ = y₂ + t, y₂ = y₁ + t."""
+    system = ring(c_fmu, f"{version}blind_stage", gain=1.0).changed(stop_time=1.0)
+    with pytest.raises(RunError) as caught:
+        run(system)
+    text = str(caught.value)
+    assert "algebraic loop of a.u, b.u at t = 0.05 s" in text
+    assert "signs of the connections" in text
+    run(ring(c_fmu, f"{version}blind_stage", gain=-1.0))
+    assert "', delayed'" in text
+    delayed = System("s", system.components, (RING[0], f"{RING[1]}, delayed"), system.simulation)
+    assert run(delayed).order == 1
+    assert "`dependencies`" in text
+    parts = tuple(
+        Component(n, FmuFile(c_fmu(f"{version}blind_stage")), dependencies={"y": []}) for n in "ab"
+    )
+    run(System("s", parts, RING, system.simulation))
+
+
+def test_no_remedy_leads_back(c_fmu: Fmus) -> None:
+    """implicit names corrector where FMUs cannot go back, and that solves the loop."""
+    system = added_mass(c_fmu, "implicit")
+    with pytest.raises(RunError, match="choose algorithm: corrector") as caught:
+        run(system)
+    assert "a and b cannot" in str(caught.value)
+    run(system.changed(algorithm="corrector"))
+
+
+def test_a_loop_through_a_sampled_component_is_delayed_there(c_fmu: Fmus) -> None:
+    parts = (
+        Component("a", FmuFile(c_fmu("blind_stage")), {"gain": 0.2}),
+        Component("b", FmuFile(c_fmu("blind_stage")), {"gain": 0.3}, step_size=0.2),
+    )
+    found = prepare(System("s", parts, RING, Simulation(1, 0.1)))
+    assert not found.structure.loops
+    assert any(
+        "leads through b" in note and "a.y -> b.u carries the value of the step before" in note
+        for note in found.notes
+    )
+    outcome = run(found)
+    assert outcome.order == 1
+
+
+def test_an_ssp_package_of_another_tool_with_a_ring_runs(c_fmu: Fmus, tmp_path: Path) -> None:
+    ours = oscillating(c_fmu, "blind_integrator", "gauss_seidel").save(
+        tmp_path / "ours.ssp", build_directory=tmp_path
+    )
+    theirs = tmp_path / "theirs.ssp"
+    with zipfile.ZipFile(ours) as old, zipfile.ZipFile(theirs, "w") as new:
+        for name in old.namelist():
+            content = old.read(name)
+            if name.endswith(".ssd"):
+                content = re.sub(rb"(?s)<ssd:Annotations>.*?</ssd:Annotations>", b"", content)
+                assert b"m4e" not in content.replace(b'generationTool="m4e_fmi"', b"")
+            new.writestr(name, content)
+    error, stated, _ = compared(System.load(theirs), "a.y", np.cos)
+    assert error / 3 < stated < 3 * error
+
+
+def test_dependencies_and_delays_survive_in_an_ssp_package(c_fmu: Fmus, tmp_path: Path) -> None:
+    first = ring(c_fmu, "blind_stage", gain=-0.5)
+    a = Component("a", first.components[0].source, dependencies={"y": ["u"]})
+    links = (RING[0], f"{RING[1]}, delayed")
+    system = System("s", (a, first.components[1]), links, first.simulation)
+    again = System.load(system.save(tmp_path / "s.ssp", build_directory=tmp_path))
+    assert again.connections == links
+    assert json.loads(json.dumps(_needs(again.components))) == {"a": {"y": ["u"]}, "b": {}}
+    assert [k.delayed for k in prepare(again).wiring.links] == [False, True]
+
+
+def _needs(components: Sequence[Component]) -> Mapping[str, Mapping[str, Sequence[str]]]:
+    return {c.name: c.dependencies for c in components}

@@ -1,0 +1,406 @@
+"""Values that are not Real on connections: each type, version of FMI and algorithm."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from m4e_fmi.cosim import Component, FmuFile, Network, Simulation, System, prepare, run, start
+from m4e_fmi.errors import InputError, RunError
+
+Fmus = Callable[[str], Path]
+KINDS = ("int", "bool", "enum", "text")
+ALGORITHMS = ("jacobi", "gauss_seidel", "corrector", "implicit")
+H = 0.1
+
+
+def part(c_fmu: Fmus, name: str, fmu: str, **values: Any) -> Component:
+    return Component(name, FmuFile(c_fmu(fmu)), values)
+
+
+def linked(names: Sequence[str], kinds: Sequence[str] = KINDS) -> tuple[str, ...]:
+    """Connections of all types from each component to the next."""
+    return tuple(f"{a}.y_{k} -> {b}.u_{k}" for a, b in pairwise(names) for k in kinds)
+
+
+def watched(system: System, names: Sequence[str]) -> list[list[Any]]:
+    """The values of variables at all points of a run."""
+    found: list[list[Any]] = []
+
+    def observe(_: float, network: Network) -> None:
+        found.append([network.read(name) for name in names])
+
+    run(system, observers=[observe])
+    return found
+
+
+def by_python(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("m4e_fmi.cosim.schedule.library", lambda: None)
+
+
+def periods(time: float, period: float) -> int:
+    return int(time / period + 1e-6) if period else 0
+
+
+def put(number: int, boolean: bool, item: int, text: str, n: int) -> tuple[int, bool, int, str]:
+    """What kinds.c gives after n periods, for these inputs."""
+    return number + n, bool(boolean ^ (n & 1)), (item - 1 + n) % 3 + 1, text + (str(n) if n else "")
+
+
+def ring(steps: int, of: Mapping[str, float]) -> list[list[Any]]:
+    """What a ring of components with these periods gives: each holds what the last point gave."""
+    outputs = [put(0, False, 1, "", 0) for _ in of]
+    rows = [[value for one in outputs for value in one]]
+    for step in range(1, steps + 1):
+        inputs = [outputs[-1], *outputs[:-1]]
+        counts = [periods(step * H, period) for period in of.values()]
+        outputs = [put(*one, n) for one, n in zip(inputs, counts, strict=True)]
+        rows.append([value for one in outputs for value in one])
+    return rows
+
+
+@pytest.mark.parametrize("python", [False, True])
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+def test_a_ring_of_all_versions(
+    c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch, algorithm: str, python: bool
+) -> None:
+    # Reals go round as well, so that the corrector and the solver make each step several times
+    if python:
+        by_python(monkeypatch)
+    fmus = {"a": "kinds+state", "b": "3:kinds+state", "c": "1:kinds"}
+    if algorithm == "implicit":
+        fmus["c"] = "3:kinds+state"  # it takes FMUs that can go back only
+    of = {"a": 0.3, "b": 0.0, "c": 0.45}
+    parts = tuple(part(c_fmu, name, fmu, period=of[name]) for name, fmu in fmus.items())
+    links = linked(("a", "b", "c", "a"), (*KINDS, "real"))
+    names = [f"{name}.y_{kind}" for name in of for kind in KINDS]
+    found = watched(System("ring", parts, links, Simulation(1.2, H, algorithm)), names)
+    assert found == ring(12, of)
+
+
+@pytest.mark.parametrize("python", [False, True])
+def test_values_pass_through_along_declared_dependencies(
+    c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch, python: bool
+) -> None:
+    if python:
+        by_python(monkeypatch)
+    parts = (
+        part(c_fmu, "c", "3:kinds+state"),
+        part(c_fmu, "b", "3:kinds+state+through"),
+        part(c_fmu, "a", "kinds+state", period=0.3),
+    )
+    names = [f"{name}.y_{kind}" for name in "abc" for kind in KINDS]
+    system = System("chain", parts, linked(("a", "b", "c")), Simulation(1.0, H))
+    for k, row in enumerate(watched(system, names)):
+        here, late = (put(0, False, 1, "", periods(t * H, 0.3)) for t in (k, max(k - 1, 0)))
+        assert tuple(row) == (*here, *here, *late)  # b within the instant, c a step later
+
+
+WIDE = {
+    "int8": (-128, 127),
+    "uint8": (0, 255),
+    "int16": (-(2**15), 2**15 - 1),
+    "uint16": (0, 2**16 - 1),
+    "int32": (-(2**31), 2**31 - 1),
+    "uint32": (0, 2**32 - 1),
+    "int64": (-(2**63), 2**63 - 1),
+    "uint64": (0, 2**64 - 1),
+}
+
+
+@pytest.mark.parametrize("python", [False, True])
+@pytest.mark.parametrize("end", [0, 1])
+def test_integers_of_all_widths(
+    c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch, end: int, python: bool
+) -> None:
+    if python:
+        by_python(monkeypatch)
+    values = {f"u_{kind}": ends[end] for kind, ends in WIDE.items()}
+    parts = (
+        part(c_fmu, "a", "3:kinds+state+through", **values),
+        part(c_fmu, "b", "3:kinds+state"),
+    )
+    links = tuple(f"a.y_{kind} -> b.u_{kind}" for kind in WIDE)
+    names = [f"b.{way}_{kind}" for way in "uy" for kind in WIDE]
+    found = watched(System("s", parts, links, Simulation(2 * H, H)), names)
+    assert found[-1] == 2 * [ends[end] for ends in WIDE.values()]
+
+
+@pytest.mark.parametrize("python", [False, True])
+def test_conversions(c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch, python: bool) -> None:
+    if python:
+        by_python(monkeypatch)
+    parts = (
+        part(c_fmu, "a", "kinds+state+through", u_int=3, u_bool=True, u_enum="fast"),
+        part(c_fmu, "b", "3:kinds+state"),
+    )
+    links = (
+        "a.y_int -> b.u_enum",
+        "a.y_int * 0.5 + 1 -> b.u_real",
+        "a.y_bool -> b.u_int",
+        "a.y_enum -> b.u_int8",
+        "a.y_bool * 2 - 5 -> b.u_floats[2]",
+    )
+    names = ("b.u_enum", "b.u_real", "b.u_int", "b.u_int8", "b.u_floats[1]", "b.u_floats[2]")
+    found = watched(System("s", parts, links, Simulation(H, H)), names)
+    assert found == [[3, 2.5, 1, 3, 0.0, -3.0]] * 2
+
+
+@pytest.mark.parametrize("python", [False, True])
+@pytest.mark.parametrize(
+    ("link", "value", "message"),
+    [
+        ("a.y_int -> b.u_uint8", 300, r"a\.y_int .* is 300, which b\.u_uint8 .* UInt8.* 0 to 255"),
+        ("a.y_int -> b.u_uint64", -1, r"a\.y_int .* is -1, which b\.u_uint64 .* UInt64"),
+        ("a.y_int -> b.u_enum", 4, r"a\.y_int .* is 4, which b\.u_enum .*off, slow, fast.* 1 to 3"),
+    ],
+)
+def test_values_that_the_type_does_not_hold_end_the_run(
+    c_fmu: Fmus,
+    monkeypatch: pytest.MonkeyPatch,
+    link: str,
+    value: int,
+    message: str,
+    python: bool,
+) -> None:
+    if python:
+        by_python(monkeypatch)
+    parts = (
+        part(c_fmu, "a", "kinds+state+through", u_int=1),
+        part(c_fmu, "b", "3:kinds+state"),
+    )
+    with start(System("s", parts, (link,), Simulation(1.0, H))) as stepped:
+        stepped.step()
+        stepped["a.u_int"] = value
+        with pytest.raises(RunError, match=message.replace(".*", "at t = 0.1 s", 1)):
+            stepped.step()
+
+
+BAD = {
+    "a.y_real -> b.u_int": "a.y_real is Real, Integer is expected",
+    "a.y_int -> b.u_bool": "a.y_int is Integer, Boolean is expected",
+    "a.y_text -> b.u_int8": "a.y_text is String, Integer is expected",
+    "a.y_bool -> b.u_text": "a.y_bool is Boolean, String is expected",
+    "a.y_enum -> b.u_real": "a.y_enum is Enumeration (off 1, slow 2, fast 3), Real is expected",
+    "a.y_int * 2 -> b.u_int": "has a factor or an offset, and leads to Integer",
+    "c.y_list -> b.u_flags": "c.y_list and b.u_flags differ in size",
+}
+
+
+def test_types_that_do_not_fit_are_told_by_line(c_fmu: Fmus, tmp_path: Path) -> None:
+    lines = [
+        "name: bad",
+        "components:",
+        f"  a: {{fmu: {c_fmu('kinds+state')}}}",
+        f"  b: {{fmu: {c_fmu('3:kinds+state')}}}",
+        f"  c: {{fmu: {c_fmu('3:kinds+state')}}}",
+        "connections:",
+        *(f"  - {text}" for text in BAD),
+        "simulation: {stop_time: 1, step_size: 0.1}",
+    ]
+    path = tmp_path / "bad.system.yaml"
+    path.write_text("\n".join(lines), encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        prepare(System.load(path))
+    told = {(p.line, expected in p.message) for p, expected in zip(
+        caught.value.problems, BAD.values(), strict=True)}  # fmt: skip
+    assert told == {(7 + k, True) for k in range(len(BAD))}
+    assert all(problem.remedy for problem in caught.value.problems)
+
+
+def test_other_items_do_not_fit(c_fmu: Fmus, tmp_path: Path) -> None:
+    from unit.test_cosim_versions import reworded
+
+    other = reworded(c_fmu("kinds+state"), tmp_path / "x.fmu", 'name="slow"', 'name="idle"')
+    parts = (part(c_fmu, "a", "kinds+state"), Component("b", FmuFile(other)))
+    system = System("s", parts, ("a.y_enum -> b.u_enum",), Simulation(1.0, H))
+    with pytest.raises(InputError, match=r"slow 2.* is expected.*same items|idle 2"):
+        prepare(system)
+
+
+@pytest.mark.parametrize("python", [False, True])
+def test_delayed_connections(c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch, python: bool) -> None:
+    if python:
+        by_python(monkeypatch)
+    parts = (
+        part(c_fmu, "a", "kinds+state", period=0.3),
+        part(c_fmu, "b", "3:kinds+state+through"),
+    )
+    links = tuple(f"{link}, delayed" for link in linked(("a", "b")))
+    names = [f"b.y_{kind}" for kind in KINDS]
+    found = watched(System("s", parts, (*links, "b.y_real -> a.u_real"), Simulation(1.0, H)), names)
+    late = [put(0, False, 1, "", periods(max(k - 1, 0) * H, 0.3)) for k in range(11)]
+    assert [tuple(row) for row in found] == late
+
+
+def test_loops_over_values_that_are_not_real_are_broken(c_fmu: Fmus) -> None:
+    parts = tuple(
+        part(c_fmu, n, "3:kinds+state+through", period=p) for n, p in (("a", 0.2), ("b", 0))
+    )
+    prepared = prepare(System("s", parts, linked(("a", "b", "a"), ("int",)), Simulation(0.4, H)))
+    note = next(note for note in prepared.notes if "not Real" in note)
+    assert "a.y_int -> b.u_int, b.y_int -> a.u_int carry the value of the step before" in note
+    found = watched(prepared.system, ("a.y_int", "b.y_int"))
+    # a gives what b gave before, and the periods that have passed; b what a gave before
+    expected = [[0, 0]]
+    for k in range(1, 5):
+        a, b = expected[-1]
+        expected.append([b + periods(k * H, 0.2), a])
+    assert found == expected
+
+
+def test_parameters_are_carried_over_before_the_start(c_fmu: Fmus) -> None:
+    parts = (
+        part(c_fmu, "a", "3:kinds+state", offset=4),
+        part(c_fmu, "b", "kinds+state"),
+    )
+    system = System("s", parts, ("a.twice -> b.offset",), Simulation(H, H))
+    assert watched(system, ("a.twice", "b.offset", "b.y_int"))[0] == [8, 8, 8]
+
+
+def test_whole_arrays_are_connected(c_fmu: Fmus) -> None:
+    parts = (
+        part(c_fmu, "a", "3:kinds+state+through", **{"u_list[2]": 5, "u_flags[1]": True}),
+        part(c_fmu, "b", "3:kinds+state"),
+    )
+    links = ("a.y_list -> b.u_list", "a.y_flags -> b.u_flags", "a.y_int -> b.u_floats[1]")
+    names = [f"b.u_list[{k}]" for k in (1, 2, 3)] + ["b.u_flags[1]", "b.u_flags[2]"]
+    system = System("s", parts, links, Simulation(H, H))
+    assert watched(system, names)[0] == [0, 5, 0, True, False]
+
+
+@pytest.mark.parametrize("python", [False, True])
+def test_discrete_inputs_are_set_in_event_mode(
+    c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch, python: bool
+) -> None:
+    if python:
+        by_python(monkeypatch)
+    # the FMU refuses them in step mode, and refuses to enter event mode twice
+    parts = (
+        part(c_fmu, "a", "kinds+state", period=0.2),
+        part(c_fmu, "b", "3:kinds+state+events"),
+    )
+    system = System("s", parts, linked(("a", "b")), Simulation(1.0, H))
+    found = watched(system, [f"b.u_{kind}" for kind in KINDS])
+    assert [tuple(row) for row in found] == [
+        put(0, False, 1, "", periods(k * H, 0.2)) for k in range(11)
+    ]
+
+
+@pytest.mark.parametrize("algorithm", ["jacobi", "gauss_seidel"])
+def test_outputs_that_are_lost_when_inputs_are_set_are_read_before(
+    c_fmu: Fmus, algorithm: str
+) -> None:
+    parts = (
+        part(c_fmu, "a", "1:kinds+clears", period=0.2),
+        part(c_fmu, "b", "1:kinds+clears"),
+    )
+    links = (*linked(("a", "b")), "b.y_real -> a.u_real")
+    system = System("s", parts, links, Simulation(1.0, H, algorithm))
+    found = watched(system, ["a.y_int", "a.y_text", "b.y_int", "b.y_text"])
+    counts = [periods(k * H, 0.2) for k in range(11)]
+    assert [row[:2] for row in found] == [[n, str(n) if n else ""] for n in counts]
+    assert [row[2] for row in found[1:]] == counts[:-1]
+
+
+def test_a_change_leaves_nothing_of_the_past(c_fmu: Fmus) -> None:
+    parts = (
+        part(c_fmu, "a", "kinds+state", period=0.3),
+        part(c_fmu, "b", "kinds+state"),
+    )
+    links = ("a.y_bool -> b.u_bool", "b.y_real -> a.u_real")
+    kept: list[float] = []
+    outcome = run(
+        System("s", parts, links, Simulation(0.9, H)),
+        observers=[lambda _, network: kept.append(network.last)],
+    )
+    jumps = [round(k * H, 9) for k, last in enumerate(kept) if k and not last]
+    assert jumps == [0.3, 0.6, 0.9]
+    note = next(note for note in outcome.notes if "not Real" in note)
+    assert "3 steps" in note
+    assert "a.y_bool at t = 0.3 s" in note
+    assert "0.1 s late" in note
+
+
+def test_steps_shrink_onto_a_change(c_fmu: Fmus) -> None:
+    # b counts the time after the change: what is missed of it is how late the change acts
+    parts = (
+        part(c_fmu, "a", "kinds+state", period=0.7310),
+        part(c_fmu, "b", "kinds+state"),
+    )
+    simulation = Simulation(1.0, H, coupling_tolerance=1e-4)
+    system = System("s", parts, ("a.y_bool -> b.u_bool", "b.y_real -> a.u_real"), simulation)
+    found = watched(system, ["b.y_real"])[-1][0]
+    assert found == pytest.approx(1 - 0.731, abs=2e-6)  # a times its period to 1e-6
+
+
+def test_a_saved_state_has_them(c_fmu: Fmus) -> None:
+    parts = tuple(
+        part(c_fmu, name, fmu, period=period)
+        for name, fmu, period in (("a", "kinds+state", 0.3), ("b", "3:kinds+state", 0.0))
+    )
+    system = System("s", parts, linked(("a", "b", "a"), (*KINDS, "real")), Simulation(2.0, H))
+    names = [f"{name}.y_{kind}" for name in "ab" for kind in (*KINDS, "real")]
+    with start(system) as stepped:
+        for _ in range(4):
+            stepped.step()
+        state = stepped.save()
+        points = (stepped.step() for _ in range(8))
+        first = [[point[name] for name in names] for point in points]
+        stepped.restore(state)
+        points = (stepped.step() for _ in range(8))
+        assert [[point[name] for name in names] for point in points] == first
+
+
+def test_python_reads_and_sets_all_types(c_fmu: Fmus) -> None:
+    parts = (part(c_fmu, "a", "kinds+state"), part(c_fmu, "b", "3:kinds+state"))
+    with start(System("s", parts, linked(("a", "b")), Simulation(1.0, H))) as stepped:
+        given = {"a.u_int": -7, "a.u_bool": True, "a.u_enum": "fast", "a.u_text": "grüß",
+                 "b.u_uint64": 2**64 - 1, "b.u_list[2]": 5, "b.u_words[2]": "w"}  # fmt: skip
+        for name, value in given.items():
+            stepped[name] = value
+        assert [stepped[name] for name in given] == [-7, True, 3, "grüß", 2**64 - 1, 5, "w"]
+        point = stepped.step()
+        assert [point[f"b.u_{kind}"] for kind in KINDS] == [-7, True, 3, "grüß"]
+        assert point["b.y_uint64"] == 2**64 - 1
+
+
+def test_buses_carry_them(c_fmu: Fmus) -> None:
+    parts = (part(c_fmu, "a", "kinds+state", period=0.3), part(c_fmu, "b", "3:kinds+state"))
+    buses = {"bus": {"on": "Boolean", "mode": "Enumeration", "text": "String"}}
+    links = (
+        "a.y_bool -> bus.on", "bus.on -> b.u_bool", "bus.on -> b.u_int",
+        "a.y_enum -> bus.mode", "bus.mode -> b.u_enum",
+    )  # fmt: skip
+    system = System("s", parts, links, Simulation(0.5, H), buses=buses)
+    assert watched(system, ["b.u_bool", "b.u_int", "b.u_enum"])[-1] == [True, 1, 2]
+    wrong = System("s", parts, ("a.y_int -> bus.on",), Simulation(0.5, H), buses=buses)
+    with pytest.raises(InputError, match="Integer, Boolean is expected"):
+        prepare(wrong)
+
+
+def test_a_system_without_reals_says_why_its_error_is_not_known(c_fmu: Fmus) -> None:
+    parts = (part(c_fmu, "a", "kinds+state"), part(c_fmu, "b", "kinds+state"))
+    both = (*linked(("a", "b", "a"), ("bool",)),)
+    outcome = run(System("s", parts, both, Simulation(1.0, H)))
+    assert outcome.certificate == "no Real is exchanged"
+
+
+def test_the_same_bits_with_and_without_other_values(c_fmu: Fmus) -> None:
+    # a Boolean that never changes does not disturb the Reals
+    parts = (
+        Component("a", FmuFile(c_fmu("mass+state")), {"stiffness": 1.0, "body.m.x": 1.0}),
+        Component("b", FmuFile(c_fmu("partner+state"))),
+        part(c_fmu, "c", "kinds+state"),
+        part(c_fmu, "d", "3:kinds+state"),
+    )
+    names = ["a.body.m.x", "b.x"]
+    simulation = Simulation(3.0, H)
+    plain = watched(System("s", parts, ("a.m <-> b.end",), simulation), names)
+    more = ("a.m <-> b.end", *linked(("c", "d")))
+    assert np.array_equal(watched(System("s", parts, more, simulation), names), plain)

@@ -1,0 +1,75 @@
+"""How large results become: what is told, and when rows are thinned."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from m4e_fmi.cosim import Component, FmuFile, Simulation, System, prepare, run
+from m4e_fmi.cosim.volume import HUGE, LARGE, size_text, thinned, volume
+from m4e_fmi.fmu import read_description
+
+Fmus = Callable[[str], Path]
+COLUMNS = 4  # of a mass: time, x, vx, ax
+
+
+@pytest.mark.parametrize(
+    ("bytes_", "interval", "told", "every"),
+    [
+        (0.99 * LARGE, None, "", None),
+        (1.1 * LARGE, None, "1.1 GB; a longer output_interval", None),
+        (2.5 * HUGE, 0.001, "5.0 GB; a longer output_interval", 1),
+        (1.1 * HUGE, None, "a row is written every 5 steps, 440 MB", 5),
+        (11 * HUGE, None, "a row is written every 50 steps, 440 MB", 50),
+    ],
+)
+def test_what_is_told_and_done(
+    c_fmu: Fmus, bytes_: float, interval: float | None, told: str, every: int | None
+) -> None:
+    descriptions = {"body": read_description(c_fmu("mass"))}
+    steps = round(bytes_ / 8 / COLUMNS)
+    settings = Simulation(steps * 0.001, 0.001, output_interval=interval)
+    found, text = thinned(settings, descriptions)
+    assert told in text
+    assert bool(text) == bool(told)
+    assert found.output_interval == (every and pytest.approx(every * 0.001, rel=1e-12))
+    assert replace(found, output_interval=interval) == settings
+    adaptive = replace(settings, output_interval=None, coupling_tolerance=1e-4)
+    found, text = thinned(adaptive, descriptions)
+    assert found == adaptive
+    assert ("at least" in text) == (bytes_ > LARGE)
+    assert volume(settings, descriptions, ["body.body.m.x"]).values == 2
+
+
+def test_a_thinned_run_says_so(
+    c_fmu: Fmus, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    body = Component("body", FmuFile(c_fmu("mass")), {"body.m.x": 1.0, "body.m.vx": 0.5})
+    system = System("s", (body,), (), Simulation(1.0, 0.01))
+    every = run(system, results=tmp_path / "all.nc").results()
+    assert every.attributes["output_interval"] == "every step"
+    monkeypatch.setattr("m4e_fmi.cosim.volume.HUGE", 101 * 8 * COLUMNS - 1)
+    monkeypatch.setattr("m4e_fmi.cosim.volume.LARGE", 51 * 8 * COLUMNS)
+    told: list[str] = []
+    outcome = run(system, results=tmp_path / "some.nc", tell=told.append)
+    results = outcome.results()
+    np.testing.assert_array_equal(results.time, every.time[::2])
+    name = "body.body.m.x"
+    assert results[name].values.tolist() == every[name].values[::2].tolist()
+    assert len(told) == 1
+    assert "a row is written every 2 steps" in told[0]
+    assert told[0] in outcome.notes
+    assert results.attributes["notes"] == told[0]
+    assert results.attributes["output_interval"] == "0.02 s"
+    assert told[0] in str(prepare(system))
+    again = system.changed(output_interval=0.01)
+    assert len(run(again, results=tmp_path / "some.nc").results().time) == 101
+
+
+def test_sizes_are_readable() -> None:
+    sizes = (512, 1234, 44_000_000, 2.9e9, 1.25e12)
+    assert [size_text(s) for s in sizes] == ["512 B", "1.23 kB", "44 MB", "2.9 GB", "1,250.0 GB"]

@@ -1,0 +1,147 @@
+"""The cache of hydrodynamic coefficients: what it depends on, damage, several processes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from m4e_adapters.hydrodynamics import bem, cache
+from m4e_adapters.hydrodynamics.config import Box, Water
+from m4e_adapters.hydrodynamics.hydrostatics import hydrostatics_of
+from m4e_adapters.hydrodynamics.mesh import Hull
+from m4e_adapters.hydrodynamics.panels import Panels
+from m4e_adapters.hydrodynamics.shapes import box_panels
+
+ARRAYS = {"added_mass": np.arange(6.0).reshape(2, 3), "warnings": np.array(["one"], dtype=str)}
+FROM_CACHE = "potential flow: coefficients taken from the cache"
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv(cache.ENVIRONMENT, str(tmp_path))
+    return tmp_path / "hydrodynamics"
+
+
+def hull(panels: Panels | None = None, center: tuple[float, float] = (0.0, -1.0)) -> Hull:
+    panels = panels or box_panels(Box(length=6.0, width=4.0, draft=2.0), 48)
+    return Hull("float", panels, None, center, hydrostatics_of(panels))
+
+
+def test_all_that_counts_is_in_the_key(monkeypatch: pytest.MonkeyPatch) -> None:
+    one, omega = hull(), np.array([1.0, 2.0])
+    moved = one.panels.vertices.copy()
+    moved[-1, 2] = np.nextafter(moved[-1, 2], 1.0)
+    lid = Panels(one.panels.vertices, one.panels.faces[:1])
+    water = Water()
+
+    def key(hulls: Any = (one,), water: Water = water, omega: Any = omega, at: float = 0.0) -> str:
+        return cache.content_key(bem._content(hulls, water, omega, at))
+
+    keys = [
+        key(),
+        key(hulls=(hull(Panels(moved, one.panels.faces)),)),
+        key(hulls=(hull(center=(0.0, -1.5)),)),
+        key(hulls=(replace(one, lid=lid),)),
+        key(hulls=(one, one)),
+        key(omega=omega + 1e-15),
+        key(at=180.0),
+        *(key(water=water.model_copy(update={name: 7.0})) for name in Water.model_fields),
+    ]
+    assert key() == keys[0]
+    for name in bem.LIBRARIES:
+        with monkeypatch.context() as patch:
+            patch.setattr(bem, "version", lambda n, name=name: "0" if n == name else "1")
+            keys.append(key())
+    monkeypatch.setattr(bem, "package_hash", lambda name: f"other code of {name}")
+    keys.append(key())
+    assert len(set(keys)) == len(keys)
+
+
+def test_damage_of_any_byte_is_known(folder: Path) -> None:
+    """Cut off anywhere, one bit flipped anywhere, put at another's place."""
+    assert cache.load("k") is None
+    cache.store("k", ARRAYS)
+    (file,) = folder.iterdir()
+    content = file.read_bytes()
+    found = cache.load("k")
+    assert found is not None
+    assert {name: found[name].tolist() for name in found} == {
+        name: array.tolist() for name, array in ARRAYS.items()
+    }
+    damaged = [content[:length] for length in range(0, len(content), 7)] + [content + b"x"]
+    for place in range(len(content)):
+        flipped = bytearray(content)
+        flipped[place] ^= 1 << place % 8
+        damaged.append(bytes(flipped))
+    for damage in damaged:
+        file.write_bytes(damage)
+        with pytest.raises(cache.DamagedError):
+            cache.load("k")
+    file.with_name(file.name.replace("k", "l")).write_bytes(content)
+    with pytest.raises(cache.DamagedError):
+        cache.load("l")
+
+
+@pytest.fixture
+def solved(monkeypatch: pytest.MonkeyPatch) -> Callable[[], list[str]]:
+    """`solved()` solves a hull, in no time, and returns what was told."""
+
+    def solve(hulls: Any, water: Any, omega: np.ndarray, direction: float, progress: Any) -> Any:
+        del hulls, water, direction
+        progress("solving")
+        flat = np.ones((len(omega) + 1, 3, 3))
+        excitation = np.ones((len(omega), 3), dtype=complex)
+        warnings = np.array([], dtype=str)
+        return {"added_mass": flat, "radiation_damping": flat, "excitation": excitation,
+                "warnings": warnings}  # fmt: skip
+
+    monkeypatch.setattr(bem, "_solve", solve)
+
+    def told() -> list[str]:
+        lines: list[str] = []
+        bem.solve_hulls([hull()], water=Water(), omega=np.array([0.5]), progress=lines.append)
+        return lines
+
+    return told
+
+
+def test_what_is_damaged_is_computed_again_and_told(
+    folder: Path, solved: Callable[[], list[str]]
+) -> None:
+    assert solved() == ["solving"]
+    assert solved() == [FROM_CACHE]
+    (file,) = folder.iterdir()
+    content = file.read_bytes()
+    file.write_bytes(content[:-20])
+    told = solved()
+    assert told == [
+        f"the coefficients in the cache cannot be used and are computed again: {file} is damaged",
+        "solving",
+    ]
+    assert file.read_bytes() == content
+    assert solved() == [FROM_CACHE]
+    file.unlink()
+    file.mkdir()  # neither to be read nor to be replaced
+    told = solved()
+    assert "cannot be used and are computed again" in told[0]
+    assert "the coefficients are not cached" in told[-1]
+
+
+def test_what_a_killed_process_left_is_removed(
+    folder: Path, solved: Callable[[], list[str]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder.mkdir()
+    (folder / ".part-00000000-1-x.coefficients").write_bytes(b"half")
+    monkeypatch.setattr("m4e_fmi.writing._HOST", "00000000")
+    monkeypatch.setattr("m4e_fmi.writing.os.kill", _no_such_process)
+    solved()
+    assert len(list(folder.iterdir())) == 1
+
+
+def _no_such_process(process: int, number: int) -> None:
+    raise ProcessLookupError(process, number)

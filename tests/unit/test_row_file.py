@@ -1,0 +1,174 @@
+"""Rows on their way to the disk: every write of them may be the last, at any byte."""
+
+from __future__ import annotations
+
+import random
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from netCDF4 import Dataset
+
+from m4e_fmi.errors import InputError
+from m4e_fmi.results import FORMAT, FORMAT_NUMBER, load, write_netcdf
+from m4e_fmi.row_file import NOT_ENDED, Column, RowFile, Section
+
+SECTIONS = (
+    Section("buoy", (Column("z", "m", "heave"), Column("f[1,2]", "N", "force, über alles"))),
+    Section("valve", (Column("count", "1", ""),), "i4", {"step_size": "0.1 s"}),
+    Section("idle", ()),
+    Section("clock", (Column("ticks", "1", "a long one"),), "i8"),
+)
+ATTRIBUTES = {"title": "rows", "comment": ""}
+ROWS = 100
+
+
+def parts(first: int, last: int, shift: float = 0.0) -> list[np.ndarray]:
+    """Rows of all sections: each number tells its row and its column."""
+    time = np.arange(first, last, dtype=float)[:, np.newaxis]
+    whole = np.arange(first, last)[:, np.newaxis]
+    return [time, np.hstack((time + shift, -time)) / 3, whole - 50, time[:, :0], whole << 40]
+
+
+def names() -> list[str]:
+    return ["buoy.z", "buoy.f[1,2]", "valve.count", "clock.ticks"]
+
+
+def test_any_reader_of_netcdf_sees_the_rows(tmp_path: Path) -> None:
+    file = RowFile(tmp_path / "r.nc", SECTIONS, ATTRIBUTES)
+    file.append(0, parts(0, 60))
+    file.append(60, parts(60, ROWS))
+    with Dataset(file.path) as read:
+        assert read.title == "rows"
+        assert read.ended.rstrip() == NOT_ENDED
+        time, expected = read["time"][:], parts(0, ROWS)
+        assert time.tolist() == expected[0][:, 0].tolist()
+        assert read["buoy.f[1,2]"][:].tolist() == expected[1][:, 1].tolist()
+        assert read["buoy.f[1,2]"].long_name == "force, über alles"
+        assert read["valve.count"][:].tolist() == expected[2][:, 0].tolist()
+        assert read["valve.count"].step_size == "0.1 s"
+        assert read["clock.ticks"][:].tolist() == expected[4][:, 0].tolist()
+    file.end("at the stop time")
+    file.close()
+    results = load(file.path)
+    assert results.attributes == {**ATTRIBUTES, "ended": "at the stop time"}
+    assert list(results.series) == names()
+    assert results["clock.ticks"].values.dtype == np.int64
+
+
+def test_both_forms_of_a_file_are_read_alike(tmp_path: Path) -> None:
+    file = RowFile(tmp_path / "r.nc", SECTIONS, ATTRIBUTES)
+    file.append(0, parts(0, ROWS))
+    write_netcdf(tmp_path / "w.nc", SECTIONS, ATTRIBUTES, ROWS, file.blocks())
+    rows, whole = load(file.path), load(tmp_path / "w.nc")
+    assert whole.attributes[FORMAT] == str(FORMAT_NUMBER)
+    assert list(rows.series) == list(whole.series) == names()
+    for name, series in rows.series.items():
+        assert series.values.dtype == whole[name].values.dtype
+        assert series.values.tobytes() == whole[name].values.tobytes()
+        assert (series.unit, series.long_name) == (whole[name].unit, whole[name].long_name)
+
+
+def test_a_write_that_breaks_off_anywhere_leaves_complete_rows(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The writes of a file are made again, up to a byte of one of them, and the file is read."""
+    made: list[tuple[int, bytes]] = []
+    usual = RowFile._put
+
+    def put(file: RowFile, place: int, data: Any) -> None:
+        made.append((place, bytes(data)))
+        usual(file, place, data)
+
+    monkeypatch.setattr(RowFile, "_put", put)
+    file = RowFile(tmp_path / "r.nc", SECTIONS, ATTRIBUTES)
+    lowered = 0
+    for first, last, shift in ((0, 2, 0), (2, 40, 0), (40, 70, 0), (50, 60, 9), (60, ROWS, 9)):
+        lowered = lowered if shift else len(made) + 2  # the write of the count that gives rows up
+        file.append(first, parts(first, last, shift))
+    file.end("failed: " + "a long story " * 200)
+    generator = random.Random(1)
+    seen = set()
+    for broken in range(1, len(made)):
+        place, data = made[broken]
+        for length in {0, 1, len(data) // 2, len(data) - 1, generator.randrange(len(data))}:
+            path = tmp_path / "broken.nc"
+            content = bytearray()
+            for at, piece in [*made[:broken], (place, data[:length])]:
+                content.extend(bytes(max(0, at - len(content))))
+                content[at : at + len(piece)] = piece
+            path.write_bytes(content)
+            results = load(path)
+            count = len(results.time)
+            given_up = broken > lowered
+            whole = parts(0, 50) if given_up else parts(0, 70)
+            shifted = [*map(np.concatenate, zip(whole, parts(50, ROWS, 9), strict=True))]
+            expected = shifted if given_up else whole
+            assert results.time.tolist() == expected[0][:count, 0].tolist()
+            assert results["buoy.z"].values.tolist() == expected[1][:count, 0].tolist()
+            assert results["clock.ticks"].values.tolist() == expected[4][:count, 0].tolist()
+            seen.add(count)
+    assert seen == {0, 2, 40, 50, 60, 70, ROWS}
+
+
+def old_file(path: Path, **attributes: Any) -> None:
+    """As m4e_fmi wrote them before they had a number."""
+    with Dataset(path, "w") as file:
+        file.setncatts({"title": "old", **attributes})
+        file.createDimension("time", None)
+        file.createVariable("time", "f8", ("time",))[:] = [0.0, 1.0]
+        variable = file.createGroup("body").createVariable("x", "f8", ("time",))
+        variable.setncatts({"units": "m", "long_name": ""})
+        variable[:] = [2.0, 3.0]
+
+
+def test_older_files_are_read(tmp_path: Path) -> None:
+    old_file(tmp_path / "r.nc")
+    assert load(tmp_path / "r.nc")["body.x"].values.tolist() == [2.0, 3.0]
+
+
+def rows_of(path: Path, **attributes: int) -> None:
+    file = RowFile(path, SECTIONS, {**ATTRIBUTES, **attributes})
+    file.append(0, parts(0, ROWS))
+    file.close()
+
+
+@pytest.mark.parametrize("write", [old_file, rows_of])
+def test_a_newer_format_is_refused(write, tmp_path: Path) -> None:
+    path = tmp_path / "r.nc"
+    write(path, **{FORMAT: FORMAT_NUMBER + 1})
+    with pytest.raises(InputError, match=r"r\.nc: is of format 2.* up to 1\n +update m4e_fmi"):
+        load(path)
+
+
+def cut(path: Path, part: float) -> None:
+    path.write_bytes(path.read_bytes()[: int(part * path.stat().st_size)])
+
+
+def test_files_that_are_no_results(tmp_path: Path) -> None:
+    whole, rows, text, empty, other = (tmp_path / f"{name}.nc" for name in "wrteo")
+    old_file(whole)
+    cut(whole, 0.7)
+    rows_of(rows)
+    cut(rows, 0.9)
+    text.write_text("time,x\n")
+    empty.touch()
+    with Dataset(other, "w") as file:
+        file.createDimension("time", 3)
+    for path, message in (
+        (whole, r"w\.nc: is cut off or damaged: .*\n +copy it again"),
+        (rows, r"r\.nc: is cut off: it has \d+ bytes of \d+\n +copy it again"),
+        (text, r"t\.nc: is not a file of results \(netCDF\): .*\n +give what `m4e-fmi run`"),
+        (empty, r"e\.nc: is empty"),
+        (other, r"o\.nc: is netCDF, but not results: it has no variable `time`"),
+        (tmp_path / "none.nc", r"none\.nc: no such file"),
+        (tmp_path, "is a folder, not a file of results"),
+    ):
+        with pytest.raises(InputError, match=message) as caught:
+            load(path)
+        assert len(caught.value.problems) == 1
+    rows_of(rows)
+    cut(rows, 0.05)  # in the header
+    with pytest.raises(InputError, match="is cut off"):
+        load(rows)

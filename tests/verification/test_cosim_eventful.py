@@ -1,0 +1,66 @@
+"""The stated coupling error against the true one of systems in which something happens at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.eventful_systems import Event, eventful_system
+
+from m4e_fmi.cosim import Certificate
+
+Fmus = Callable[[str], Path]
+
+
+@pytest.mark.verifies(
+    "coupling error that every run states, chains with contacts, impacts, switches and bursts at "
+    "random times, half of them nonlinear: true error at most",
+    independent="one set of equations, DOP853, tolerance 1e-13",
+    tolerance="3",
+)
+@pytest.mark.parametrize(
+    ("event", "seed"),
+    [("contact", 1), ("impact", 2), ("impact", 3), ("switch", 4), ("switch", 5), ("burst", 6)],
+)
+def test_what_happens_at_once_is_in_the_stated_error(c_fmu: Fmus, event: Event, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    system = eventful_system(
+        c_fmu, rng, algorithm="corrector", event=event, nonlinear=seed % 2 == 0, steps=(60, 150)
+    )
+    true, stated, outcome = system.true_and_stated()
+    assert true / 3 < stated < 10 * true
+    certificate = outcome.certificate
+    assert isinstance(certificate, Certificate)
+    assert certificate.coverage is not None
+    assert certificate.coverage.share == 1.0
+
+
+@pytest.mark.parametrize(("rigid", "seed"), [("some", 7), ("all", 8)])
+def test_a_second_set_meets_what_happens_at_once(c_fmu: Fmus, rigid: str, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    system = eventful_system(
+        c_fmu, rng, algorithm="gauss_seidel", event="impact", rigid=rigid, steps=(60, 150)
+    )
+    true, stated, _ = system.true_and_stated()
+    assert true / 3 < stated < 10 * true
+
+
+def test_a_switch_beyond_the_first_window_is_followed(c_fmu: Fmus) -> None:
+    # 3,000 steps, of which 2,048 are made twice; the switch is at about the 2,700th
+    rng = np.random.default_rng(3)
+    system = eventful_system(
+        c_fmu, rng, algorithm="corrector", event="switch", steps=(3000, 3001), share=(0.9, 0.91)
+    )
+    true, stated, outcome = system.true_and_stated()
+    assert true / 3 < stated < 10 * true
+    certificate = outcome.certificate
+    assert isinstance(certificate, Certificate)
+    assert certificate.coverage is not None
+    (kink, *_), ((since, until),) = certificate.coverage.kinks, certificate.coverage.followed
+    step = system.system.simulation.step_size
+    assert abs(kink * 1e-9 - system.moment) < 3 * step
+    assert since * 1e-9 < system.moment < until * 1e-9
+    assert certificate.coverage.share < 1.0
+    assert f"finer steps about t = {kink * 1e-9:.6g}" in str(certificate.coverage)

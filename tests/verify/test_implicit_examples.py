@@ -1,0 +1,121 @@
+"""`implicit` on all systems of examples/, at their step, at half and at twice it.
+
+The reference is `corrector` at a quarter of the smallest of these steps. What a run states must be
+true within 3; of what is stated to be below 1e-5, the reference's own error may be a part.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from m4e_fmi.cosim import Network, Outcome, System, run
+from m4e_fmi.cosim.certificate import Certificate
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+CASES = {
+    "sphere_decay/system.yaml": 20.0,
+    "flexible_pendulum/system.yaml": 5.0,
+    "moored_buoy/system.yaml": 5.0,
+    "moored_buoy/system.yaml without mooring": 20.0,
+    "hydraulic_pto/system.yaml": 12.0,
+    "hydraulic_pto/system_scipy.yaml": 4.0,
+}
+"""How long each is run [s]."""
+ROUGH = {"moored_buoy/system.yaml": 3e-4}
+"""Share of range that lines on the seabed leave in their forces, however short the step."""
+
+Courses = dict[int, np.ndarray]
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _kinds(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """The example's own kinds, as if the package were installed."""
+    site = tmp_path_factory.mktemp("site")
+    info = site / "hydraulic_pto-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: hydraulic_pto\nVersion: 1.0\n")
+    points = "\n".join(
+        f"[m4e_fmi.{group}]\n" + "".join(f"{a} = {b}\n" for a, b in names.items())
+        for group, names in {
+            "adapters": {"hydraulic_pto": "hydraulic_pto"},
+            "fmus": {
+                "hydraulic_pto": "hydraulic_pto.program_fmu",
+                "hydraulic_pto_scipy": "hydraulic_pto.python_fmu",
+            },
+        }.items()
+    )
+    (info / "entry_points.txt").write_text(points)
+    added = [str(site), str(EXAMPLES / "hydraulic_pto")]
+    sys.path += added
+    yield
+    for path in added:
+        sys.path.remove(path)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("build")
+
+
+def system(case: str) -> System:
+    name, _, without = case.partition(" without ")
+    found = System.load(EXAMPLES / name)
+    if without:
+        found = replace(
+            found,
+            name=f"{found.name}_alone",
+            components=tuple(c for c in found.components if c.name != without),
+            connections=tuple(t for t in found.connections if f"{without}." not in t),
+        )
+    return replace(found, simulation=replace(found.simulation, output_interval=None))
+
+
+def course(case: str, folder: Path, **settings: float | str) -> tuple[Courses, Network, Outcome]:
+    """Judged outputs at all communication points."""
+    seen: Courses = {}
+    networks: list[Network] = []
+
+    def observe(time: float, network: Network) -> None:
+        networks[:] = [network]
+        places = [network.index(port) for _, port in network.judged]
+        seen[round(time * 1e9)] = network.values[places]
+
+    changed = system(case).changed(stop_time=CASES[case], **settings)
+    outcome = run(changed, build_directory=folder, observers=[observe])
+    return seen, networks[0], outcome
+
+
+@pytest.fixture(scope="module", params=CASES)
+def reference(request: pytest.FixtureRequest, folder: Path) -> tuple[str, Courses]:
+    case = request.param
+    step = system(case).simulation.step_size / 8
+    return case, course(case, folder, algorithm="corrector", step_size=step)[0]
+
+
+@pytest.mark.verify
+@pytest.mark.parametrize("factor", [0.5, 1.0, 2.0])
+def test_implicit_runs_the_examples(
+    reference: tuple[str, Courses], folder: Path, factor: float
+) -> None:
+    case, true = reference
+    step = factor * system(case).simulation.step_size
+    found, network, outcome = course(case, folder, algorithm="implicit", step_size=step)
+    times = sorted(found.keys() & true.keys())
+    assert len(times) > len(found) / 2
+    mine, others = (np.array([values[t] for t in times]) for values in (found, true))
+    errors, ranges = np.abs(mine - others).max(axis=0), np.ptp(others, axis=0)
+    units = [network.unit(port) for _, port in network.judged]
+    of_unit = {u: max(r for v, r in zip(units, ranges, strict=True) if v == u) for u in units}
+    relative = [e / of_unit[u] for e, u in zip(errors, units, strict=True) if of_unit[u] > 0.0]
+    error = max(relative)
+    assert isinstance(outcome.certificate, Certificate)
+    stated = outcome.certificate.errors[0].error
+    print(f"{case} step {step:g} s: true {error:.2e}, stated {stated:.2e}")
+    assert error < 3 * stated + ROUGH.get(case, 0.0)
+    assert stated < 3 * error + 1e-5
