@@ -55,6 +55,8 @@ from m4e_fmi.cosim.standards import Texts
 from m4e_fmi.cosim.start_values import Value
 from m4e_fmi.cosim.structure import Loop, Structure, Transfer, derivative_chain
 from m4e_fmi.cosim.system import SECOND
+from m4e_fmi.errors import UnknownNameError
+from m4e_fmi.shown import listing
 
 Made = TypeVar("Made")
 Action = Callable[[], None]
@@ -169,8 +171,15 @@ class Network:
         return self.discrete.changed if self.discrete else np.zeros(0)
 
     def read(self, name: str) -> Any:
-        """The present value of ``component.variable``, exchanged or not, in its own type."""
+        """The present value of ``component.variable``, exchanged or not, in its own type.
+
+        UnknownNameError, a KeyError, if there is none of this name.
+        """
         component, _, variable = name.partition(".")
+        description = self._descriptions.get(component)
+        if description is None or variable not in description.variables:
+            known = [f"{c}.{v}" for c, d in self._descriptions.items() for v in d.variables]
+            raise UnknownNameError.of("no variable is called", [name], known)
         port = Port(component, variable)
         place = self.known(port)
         if place is not None:
@@ -515,6 +524,10 @@ class Network:
             self.index(k.source) if (held := self.held_place(k)) is None else held for k in links
         ]
         return (gather(view, self.values, sources), *setting(instance, names, view))
+
+    def __repr__(self) -> str:
+        title = f"Network at t = {self.time:.9g} s"
+        return listing(title, components=self.instances, inputs=[str(p) for p in self.targets])
 
 
 def _judged(

@@ -35,6 +35,7 @@ from m4e_fmi.fmu.opening import replaced
 from m4e_fmi.fmu.reading import resized
 from m4e_fmi.locks import claimed
 from m4e_fmi.results import Results, check_export, export, load, stream_of
+from m4e_fmi.shown import listing
 from m4e_fmi.signals import ending_cleanly
 
 
@@ -62,6 +63,14 @@ class Prepared:
 
     def __str__(self) -> str:
         return overview(self)
+
+    def __repr__(self) -> str:
+        return listing(
+            f"Prepared system {self.system.name!r}: {len(self.wiring.links)} connected variables",
+            components=self.descriptions,
+            connections=self.system.connections,
+            notes=self.notes,
+        )
 
 
 @dataclass(frozen=True)
@@ -94,6 +103,15 @@ class Outcome:
         if self.path is None:
             raise RunError("this run wrote no results", "give `results` to run")
         return load(self.path)
+
+    def __repr__(self) -> str:
+        return listing(
+            f"Outcome of {self.prepared.system.name!r}: {self.steps} steps in "
+            f"{self.wall_time:.3g} s, results in {str(self.path) if self.path else 'no file'}",
+            certificate=[str(self.certificate)],
+            energy=[bond.connection for bond in self.energy],
+            notes=self.notes,
+        )
 
 
 def prepare(

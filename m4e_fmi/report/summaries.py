@@ -41,10 +41,12 @@ def run_summary(outcome: Outcome) -> str:
     if outcome.energy:
         width = max(len(bond.connection) for bond in outcome.energy)
         lines.append("energy over the connections, from the force's source into the body")
-        lines.append(f"  {'':<{width}} {'given':>13} {'received':>13} {'lost or made':>13}")
+        heads = ("given", "received", "lost or made", "mean power")
+        lines.append(f"  {'':<{width}} " + " ".join(f"{head:>13}" for head in heads))
         lines += [
             f"  {bond.connection:<{width}} {bond.given / 1e3:10.3f} kJ "
-            f"{bond.received / 1e3:10.3f} kJ {100 * bond.relative:+11.4f} %"
+            f"{bond.received / 1e3:10.3f} kJ {100 * bond.relative:+11.4f} % "
+            f"{bond.given / span / 1e3 if span else 0.0:10.3f} kW"
             for bond in outcome.energy
         ]
     return "\n".join(lines)
@@ -88,19 +90,20 @@ def _sizes(outcome: Outcome) -> str:
 
 
 def _extremes(results: Results) -> list[str]:
-    """Mean power first, then smallest, mean and largest value of what a figure would show."""
+    """Mean of every power first; then smallest, mean, largest value of what a figure would show."""
     reals = {name: one for name, one in results.series.items() if one.recorded.is_real}
     found = [fitting(panel) for panel in panels(reals)]
     shown = [(panel, name, one) for panel in found for name, one in panel.series.items()]
+    span = float(results.time[-1] - results.time[0])
     lines = [
-        f"mean power {panel.scale * np.mean(one.values):.3f} {panel.unit} ({name})"
-        for panel, name, one in shown
+        f"mean power {_mean(results.time, one.values) / 1e3:.3f} kW over {span:g} s ({name})"
+        for name, one in reals.items()
         if one.unit == "W"
     ]
     lines.append(f"  {'':<36} {'min':>10} {'mean':>10} {'max':>10}")
     for panel, name, one in shown:
         values = panel.scale * one.values
-        low, mean, high = np.min(values), np.mean(values), np.max(values)
+        low, mean, high = np.min(values), _mean(results.time, values), np.max(values)
         lines.append(f"  {name:<36} {low:10.3f} {mean:10.3f} {high:10.3f} {panel.unit}")
     lines += [
         f"  {panel.left_out} more in {panel.unit}, which vary less, are in the results"
@@ -108,6 +111,12 @@ def _extremes(results: Results) -> list[str]:
         if panel.left_out
     ]
     return lines
+
+
+def _mean(time: np.ndarray, values: np.ndarray) -> float:
+    """The mean of `values` over `time` [s], by the trapezoidal rule."""
+    span = float(time[-1] - time[0])
+    return float(np.trapezoid(values, time) / span if span else values[0])
 
 
 def _switches(results: Results) -> list[str]:
@@ -153,9 +162,13 @@ def _energy(simulation: Simulation) -> list[str]:
     audit = simulation.energy
     if audit is None:
         return []
-    total = simulation["energy.total"]
+    total, span = simulation["energy.total"], float(simulation.time[-1])
     works = {name: work for name, work in simulation.values.items() if name.endswith(".work")}
     lines = [f"total energy {total[0]:.6g} J at the start, {total[-1]:.6g} J at the end"]
-    lines += [f"  {name:<32} {work[-1]: .6g} J" for name, work in works.items()]
+    if works:
+        lines.append(f"into the system within {span:g} s, and the mean power:")
+    lines += [
+        f"  {name:<32} {work[-1]: .6g} J, {work[-1] / span: .6g} W" for name, work in works.items()
+    ]
     percent = 100 * audit.relative
     return [*lines, f"energy balance closes to {percent:.1e} % of {audit.scale:.6g} J"]

@@ -32,9 +32,9 @@ class Task:
     """What is to be integrated, and how.
 
     `times` [s] ascend from the start. Steps of rk4 are at most `step_size` [s]. The last
-    `quadratures` states do not govern the steps. `watches` name outputs of the program. At `kinks`
-    [s], which ascend, rates change their slopes: methods other than SciPy's make no step across
-    them. `explain` says what is wrong at a time and states.
+    `quadratures` states have an error norm of their own. `watches` name outputs of the program. At
+    `kinks` [s], which ascend, rates change their slopes: methods other than SciPy's make no step
+    across them. `explain` says what is wrong at a time and states.
     """
 
     program: Program
@@ -167,8 +167,8 @@ def solve_python(task: Task) -> Solved:
 def solve_scipy(task: Task) -> Solved:
     """By one of SciPy's `solve_ivp` methods on the program's Python form.
 
-    A tolerance of infinity keeps the quadratures from governing the steps, and smaller ones of the
-    others that they count in SciPy's mean.
+    The tolerance is smaller by so much that quadratures, which count in SciPy's mean, allow the
+    others no larger error.
     """
     from scipy.integrate import solve_ivp
 
@@ -191,7 +191,7 @@ def solve_scipy(task: Task) -> Solved:
             method=task.method,
             t_eval=times,
             rtol=tolerance,
-            atol=[tolerance] * governing + [np.inf] * task.quadratures,
+            atol=tolerance,
             events=_event_functions(task),
         )
         at, states = solution.t.tolist(), solution.y.T.tolist()
