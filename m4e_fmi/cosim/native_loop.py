@@ -15,6 +15,7 @@ from m4e_fmi.cosim.operations import (
     Combine,
     Copy,
     DoStep,
+    Gather,
     Get,
     GetTyped,
     Monitor,
@@ -153,6 +154,13 @@ def _translation(operation: Operation) -> Translated:
         case Restore(instance):
             raw, _ = _call(RESTORE, instance.raw("fmi2SetFMUstate"))
             raw.state = ctypes.addressof(instance.slot())
+        case Gather(into, source, index):
+            raw = RawOperation(kind=COMBINE, source=_address(source))
+            if len(index) and (np.diff(index.astype(np.int64)) == 1).all():  # one after the other
+                raw.source = _address(source) + int(index[0]) * source.itemsize
+            else:
+                raw.references = _address(index)
+            _fill(raw, into)
         case Combine(into, source, index, weight, offset):
             assert index.dtype == np.uint32
             assert index.shape == weight.shape == (len(index), into.shape[-1])

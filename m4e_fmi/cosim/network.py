@@ -40,6 +40,7 @@ from m4e_fmi.cosim.operations import (
     Combine,
     DoStep,
     Due,
+    Gather,
     Get,
     GetTyped,
     Operation,
@@ -509,7 +510,7 @@ class Network:
 
     def _transfer(
         self, transfer: Transfer
-    ) -> tuple[Get | Set | Combine | GetTyped | SetTyped, ...]:
+    ) -> tuple[Get | Set | Combine | Gather | GetTyped | SetTyped, ...]:
         if transfer.discrete:
             return (self.discrete.operation(transfer, None),)
         instance, names = self.instances[transfer.component], transfer.variables

@@ -128,6 +128,16 @@ class Combine:
 
 
 @dataclass(frozen=True, eq=False)
+class Gather:
+    """``into[i] = source[index[i]]``, a vector or a block's row; `index` is uint32."""
+
+    into: np.ndarray
+    source: np.ndarray
+    index: np.ndarray
+    due: Due | None = None
+
+
+@dataclass(frozen=True, eq=False)
 class Monitor:
     """``into[0]`` = number of values of `source` (n,) that are rough at once: kinks and jumps.
 
@@ -184,6 +194,7 @@ Operation = (
     | Save
     | Restore
     | Combine
+    | Gather
     | Monitor
     | GetTyped
     | SetTyped
@@ -191,10 +202,9 @@ Operation = (
 )
 
 
-def gather(into: np.ndarray, source: np.ndarray, places: Sequence[int] | np.ndarray) -> Combine:
+def gather(into: np.ndarray, source: np.ndarray, places: Sequence[int] | np.ndarray) -> Gather:
     """``into[i] = source[places[i]]``."""
-    index = np.array(places, dtype=np.uint32)[None, :]
-    return Combine(into, source, index, np.ones(index.shape))
+    return Gather(into, source, np.array(places, dtype=np.uint32))
 
 
 def setting(

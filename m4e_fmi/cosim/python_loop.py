@@ -13,6 +13,7 @@ from m4e_fmi.cosim.operations import (
     Combine,
     Copy,
     DoStep,
+    Gather,
     Get,
     GetTyped,
     Monitor,
@@ -116,6 +117,8 @@ def _action(operation: Operation) -> Action:
             return _copy(operation)
         case Combine():
             return _combine(operation)
+        case Gather():
+            return _gather(operation)
         case Monitor():
             return _monitor(operation)
 
@@ -193,6 +196,16 @@ def _copy(o: Copy) -> Action:
         return 0
 
     return copy
+
+
+def _gather(o: Gather) -> Action:
+    into, source, index = o.into, o.source, o.index
+
+    def gather(_t: float, _h: float, row: int) -> int:
+        (into if into.ndim == 1 else into[row])[:] = source[index]
+        return 0
+
+    return gather
 
 
 def _combine(o: Combine) -> Action:

@@ -19,6 +19,7 @@ from m4e_fmi.cosim.operations import (
     Combine,
     Copy,
     DoStep,
+    Gather,
     Get,
     GetTyped,
     Monitor,
@@ -123,7 +124,7 @@ class Schedule:
                 instance.fail_typed(status, access, cells)
             case SetTyped(instance, access, cells):
                 instance.fail_typed(status, access, cells)
-            case Combine() | Copy() | Monitor():
+            case Combine() | Gather() | Copy() | Monitor():
                 raise AssertionError("these do not fail")
 
 

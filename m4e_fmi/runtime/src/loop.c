@@ -2,6 +2,7 @@
 #include "loop.h"
 
 #include <math.h>
+#include <string.h>
 
 typedef int get_real(void *component, const uint32_t *references, size_t count, double *values);
 typedef int set_real(void *component, const uint32_t *references, size_t count,
@@ -25,8 +26,19 @@ static int get(const m4e_operation *o, double *values) {
     return status;
 }
 
+static void gather(const m4e_operation *o, double *values) {
+    if (o->references)
+        for (uint32_t i = 0; i < o->count; ++i) values[i] = o->source[o->references[i]];
+    else
+        memmove(values, o->source, o->count * sizeof *values);
+}
+
 /* One rounding per product and sum, in the order of the terms. */
 static void combine(const m4e_operation *o, double *values) {
+    if (!o->weights) {
+        gather(o, values);
+        return;
+    }
     for (uint32_t i = 0; i < o->count; ++i) {
         double sum = o->weights[i] * o->source[o->references[i]];
         for (size_t k = 1; k < o->terms; ++k) {

@@ -15,7 +15,8 @@ enum {
     M4E_SAVE,            /* keeps the component's state in *state */
     M4E_RESTORE,         /* brings it back */
     M4E_COMBINE,         /* values[i] = sum over the terms k of weights[k][i]
-                            source[references[k][i]], + offset[i] unless NULL */
+                            source[references[k][i]], + offset[i] unless NULL; without weights,
+                            source[references[i]], or source[i] without references */
     M4E_MONITOR,         /* values[0] = how many of the `terms` values at `source` are rough at once:
                             see monitor.c; `past` is what it knows of them, `weights` are gates */
     M4E_CALL             /* function(component, values), of typed.h; values are cells */
