@@ -5,15 +5,19 @@ from __future__ import annotations
 import csv
 import io
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from m4e_fmi.errors import InputError, Problem, suggestion
-from m4e_fmi.files_read import read_text
+from m4e_fmi.files_read import TooLongError, read_text
 
 LARGEST_FILE = 20_000_000
 """Bytes that are read of one file."""
+_NO_TEXT = re.compile("[\x00-\x08\x0e-\x1f]")
+_LONGEST_SHOWN = 40
+"""Characters of an entry that a message shows."""
 MOST_PROBLEMS = 10
 """Problems of one file that are told one by one."""
 
@@ -60,7 +64,7 @@ def read_columns(path: Path, wanted: Sequence[str | int]) -> Columns:
         for line, row in rows[1:]
         for place in dict.fromkeys(places)
         if not math.isfinite(_number(row, place))
-        for got in [f"got {row[place]!r}" if place < len(row) else "got nothing"]
+        for got in [f"got {_shown(row[place])}" if place < len(row) else "got nothing"]
     ]
     if problems:
         raise InputError(shortened(problems))
@@ -81,19 +85,22 @@ def _text(path: Path) -> str:
         names = [other.name for other in here.glob("*.csv")]
         raise InputError.single("no such file", suggestion(path.name, names), str(path))
     try:
-        if path.stat().st_size > LARGEST_FILE:
-            message = f"is longer than {LARGEST_FILE // 1_000_000} MB"
-            raise InputError.single(message, "leave out rows, or columns", str(path))
-        return read_text(path, encoding="utf-8-sig")
+        text = read_text(path, encoding="utf-8-sig", largest=LARGEST_FILE)
+    except TooLongError as error:
+        raise InputError.single(str(error), "leave out rows, or columns", str(path)) from None
     except (OSError, UnicodeDecodeError) as error:
         raise InputError.single(f"cannot be read: {error}", "", str(path)) from None
+    if _NO_TEXT.search(text):
+        raise InputError.single("is no table: it has control characters", "", str(path))
+    return text
 
 
 def _header_problems(header: Sequence[str], names: Sequence[str]) -> list[tuple[str, str]]:
     found = []
     for name in names:
         if name not in header:
-            found.append((f"no column {name!r}", suggestion(name, header, "columns")))
+            known = [entry[:_LONGEST_SHOWN] for entry in header]
+            found.append((f"no column {name!r}", suggestion(name, known, "columns")))
         elif header.count(name) > 1:
             found.append((f"two columns are called {name!r}", "rename one of them"))
     return found
@@ -110,5 +117,9 @@ def _number(row: Sequence[str], place: int) -> float:
 def _problem(
     path: Path, lines: Sequence[str], line: int, message: str, remedy: str = ""
 ) -> Problem:
-    source = lines[line - 1] if 0 < line <= len(lines) else ""
+    source = lines[line - 1][:_LONGEST_SHOWN] if 0 < line <= len(lines) else ""
     return Problem(message, remedy, str(path), line, 1, source, len(source))
+
+
+def _shown(entry: str) -> str:
+    return repr(entry if len(entry) <= _LONGEST_SHOWN else f"{entry[:_LONGEST_SHOWN]}…")

@@ -23,7 +23,7 @@ from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
 from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.file_kinds import YAML_FILE, check_suffix
-from m4e_fmi.files_read import read_text
+from m4e_fmi.files_read import TooLongError, read_text
 
 Location = tuple[str | int, ...]
 
@@ -34,8 +34,19 @@ class Section(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=False, defer_build=True)
 
 
+LARGEST_FILE = 10_000_000
+"""Bytes that are read of one file."""
+MOST_VALUES = 200_000
+"""Keys and values of one file, each alias counted as often as it stands for something."""
 _MOST_PRUNINGS = 20
-_YAML_WORDS = {
+_LONGEST_SOURCE = 200
+"""Characters of a line that are shown with a problem."""
+_PLAIN_WORDS = {
+    "string_type": "text",
+    "float_type": "a number",
+    "float_parsing": "a number",
+    "bool_type": "true or false",
+    "bool_parsing": "true or false",
     "dict_type": "'key: value' lines",
     "model_type": "'key: value' lines",
     "model_attributes_type": "'key: value' lines",
@@ -76,7 +87,10 @@ class Document:
         path = Path(path)
         check_suffix(path, YAML_FILE)
         try:
-            text = read_text(path, encoding="utf-8-sig")
+            text = read_text(path, encoding="utf-8-sig", largest=LARGEST_FILE)
+        except TooLongError as error:
+            remedy = "put long tables into files of their own"
+            raise InputError.single(str(error), remedy, str(path)) from None
         except FileNotFoundError:
             here = path.parent if path.parent.is_dir() else Path()
             names = [p.name for p in here.glob("*.yaml")]
@@ -114,11 +128,25 @@ class Document:
         except TypeError:  # from the parser, for a key that is a mapping
             message, remedy = "a key is not a plain word", "check braces, brackets and colons"
             raise InputError.single(message, remedy, str(path)) from None
+        except (ValueError, KeyError, IndexError, AttributeError, AssertionError) as error:
+            # from the parser, for numbers, dates and tags that it cannot make anything of
+            message = f"not valid YAML: {error}".splitlines()[0]
+            raise InputError.single(
+                message, "check numbers, dates and tags (!)", str(path)
+            ) from None
         if not isinstance(tree, CommentedMap):
             message = "expected 'key: value' lines at the top level"
             raise InputError.single(message, "", str(path))
         places: dict[Location, tuple] = {}
-        return cls(path, text, _plain(tree, (), places), places)
+        try:
+            return cls(path, text, _plain(tree, (), places), places)
+        except RecursionError:
+            raise InputError.single("nested too deeply", "", str(path)) from None
+        except _TooMany as error:
+            remedy = "aliases (*) stand for all that is behind them: write fewer"
+            message = f"stands for more than {MOST_VALUES} values"
+            mark = (path, text, error.line, message, remedy)
+            raise InputError([_problem_of_line(*mark)]) from None
 
     def validate(
         self,
@@ -188,6 +216,7 @@ class Document:
             location = location[:-1]
         line, column, width = self._places.get(location, (0, 0, 0))
         source = self._lines[line - 1] if 0 < line <= len(self._lines) else ""
+        source = source[: max(_LONGEST_SOURCE, column)]
         width = min(width, len(source) - column + 1)
         return Problem(message, remedy, str(self.path), line, column, source, width)
 
@@ -223,7 +252,16 @@ class Document:
         if kind == "union_tag_not_found":
             tag = context["discriminator"].strip("'")
             return self.problem(location, f"missing key {tag!r}", f"add '{tag}: …' here")
+        if relative and relative[-1] == "[key]" and not isinstance(item["input"], str):
+            message = f"{item['input']!r} cannot be a name"
+            return self.problem(location, message, "use letters, digits and _, a letter first")
         remedy = ""
+        if kind == "string_type" and isinstance(item["input"], int | float):
+            remedy = f'write it in quotes: "{item["input"]}"'
+        if kind in ("float_type", "float_parsing") and isinstance(item["input"], str):
+            remedy = "write a number without quotes; expressions stand where their value is used"
+        if kind == "dict_type" and isinstance(item["input"], list):
+            remedy = f"give each entry a name: {relative[-1]}: {{name: {{…}}}}"
         if kind == "model_type":
             kinds = _types_at(section, relative)
             remedy = _example(str((*at, *relative)[-1]), kinds, item["input"])
@@ -246,15 +284,24 @@ def _remove(data: Any, location: Location) -> None:
 
 def _pydantic_text(item: Any) -> str:
     text = item["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
-    text = _YAML_WORDS.get(item["type"], text)
+    text = _PLAIN_WORDS.get(item["type"], text)
     value = item.get("input")
     where = ".".join(str(part) for part in item["loc"])
     got = f", got {value!r}" if isinstance(value, str | int | float | bool | None) else ""
     return f"{where}: {'expected ' if text != item['msg'] else ''}{text}{got}"
 
 
+class _TooMany(Exception):  # noqa: N818  caught where it is raised
+    """The document stands for more values than are read; `line` of one, from 1."""
+
+    def __init__(self, line: int) -> None:
+        self.line = line
+
+
 def _plain(node: Any, location: Location, places: dict[Location, tuple]) -> Any:
     """Plain Python data of a YAML tree; notes (line, column, width) of every key and value."""
+    if len(places) > MOST_VALUES and isinstance(node, CommentedMap | CommentedSeq):
+        raise _TooMany(node.lc.line + 1)
     if isinstance(node, CommentedMap):
         result: dict = {}
         for key, value in node.items():
@@ -287,16 +334,17 @@ def _yaml_problem(
     path: Path, text: str, error: MarkedYAMLError, message: str, remedy: str
 ) -> Problem:
     mark = error.problem_mark or error.context_mark
-    line = mark.line + 1 if mark else 0
+    place = (mark.line + 1, mark.column + 1) if mark else (0, 0)
+    return _problem_of_line(path, text, place[0], message.splitlines()[0], remedy, place[1])
+
+
+def _problem_of_line(
+    path: Path, text: str, line: int, message: str, remedy: str, column: int = 1
+) -> Problem:
     lines = text.splitlines()
-    return Problem(
-        message.splitlines()[0],
-        remedy,
-        str(path),
-        line,
-        mark.column + 1 if mark else 0,
-        lines[line - 1] if 0 < line <= len(lines) else "",
-    )
+    source = lines[line - 1] if 0 < line <= len(lines) else ""
+    source = source[: max(_LONGEST_SOURCE, column)]
+    return Problem(message, remedy, str(path), line, column if line else 0, source)
 
 
 def _keys_at(annotation: Any, location: Location) -> set[str]:

@@ -35,16 +35,24 @@ def files_read() -> Iterator[Files]:
         _collections[:] = [each for each in _collections if each is not found]
 
 
-def read_bytes(path: str | Path) -> bytes:
-    """Content of a file; OSError if it cannot be read."""
-    content = Path(path).read_bytes()
+class TooLongError(Exception):
+    """The file is longer than what is read of it."""
+
+
+def read_bytes(path: str | Path, *, largest: int | None = None) -> bytes:
+    """Content of a file; OSError if it cannot be read, TooLongError beyond `largest` bytes."""
+    with Path(path).open("rb") as file:  # the size of a device is not known before
+        content = file.read(-1 if largest is None else largest + 1)
+    if largest is not None and len(content) > largest:
+        raise TooLongError(f"is longer than {largest / 1e6:g} MB")
     _note(path, hashlib.sha256(content).hexdigest())
     return content
 
 
-def read_text(path: str | Path, encoding: str = "utf-8") -> str:
-    """Text of a file, its lines ended by a newline; OSError, UnicodeDecodeError."""
-    return io.TextIOWrapper(io.BytesIO(read_bytes(path)), encoding=encoding).read()
+def read_text(path: str | Path, encoding: str = "utf-8", *, largest: int | None = None) -> str:
+    """Text of a file, its lines ended by a newline; as `read_bytes`, and UnicodeDecodeError."""
+    content = read_bytes(path, largest=largest)
+    return io.TextIOWrapper(io.BytesIO(content), encoding=encoding).read()
 
 
 def depends_on(path: str | Path) -> None:

@@ -14,17 +14,25 @@ from contextlib import suppress
 
 import m4e_fmi
 from m4e_fmi.cli import build, doctor, draw, equations, info, linearize, run, simulate, validate
+from m4e_fmi.cli.defect import defect_line, given
 from m4e_fmi.cli.options import EXIT_FAILED
+from m4e_fmi.cli.output import clean_output
 from m4e_fmi.errors import InputError, M4eError, RunError
 from m4e_fmi.signals import Terminated, ending_cleanly
 
 EXIT_USAGE = 2
+EXIT_SIGNAL = 128
 EXIT_INTERRUPTED = 130
 COMMANDS = (equations, draw, simulate, linearize, build, info, validate, run, doctor)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit code."""
+    with clean_output():
+        return _run(arguments)
+
+
+def _run(arguments: Sequence[str] | None) -> int:
     options = _parser().parse_args(arguments)
     try:
         with ending_cleanly():
@@ -46,12 +54,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except Terminated as error:
         with suppress(OSError):  # the terminal may be gone
             print(error, file=sys.stderr)
-        return error.code
+        return EXIT_SIGNAL + error.signal
     except BrokenPipeError:
         sys.stderr.close()  # the reader of our output has left: nothing to tell it
         return 0
     except OSError as error:  # of files that come and go, and of an output that is full
         print(f"failed: {error}", file=sys.stderr)
+        return EXIT_FAILED
+    except MemoryError:
+        print("failed: there is not enough memory", file=sys.stderr)
+        return EXIT_FAILED
+    except Exception as error:  # noqa: BLE001  the last resort
+        print(defect_line(error, given(arguments)), file=sys.stderr)
         return EXIT_FAILED
 
 

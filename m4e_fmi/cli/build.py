@@ -88,6 +88,7 @@ def _run(options: argparse.Namespace) -> None:
 
 def _build_model(options: argparse.Namespace) -> tuple[Path, str]:
     """The FMU of a model, and the SHA-256 of its content."""
+    from m4e_fmi.file_names import file_stem
     from m4e_fmi.fmu import Options, matching
     from m4e_fmi.fmu.archive import write_archive
     from m4e_fmi.fmu.build import fmu_files
@@ -106,13 +107,14 @@ def _build_model(options: argparse.Namespace) -> tuple[Path, str]:
         from m4e_fmi.report import fmu_documentation
 
         documentation = fmu_documentation(model, program, Options(**chosen))
-    path = options.build_folder / f"{program.name}.fmu"
+    path = options.build_folder / f"{file_stem(program.name)}.fmu"
     asked = Options(documentation=documentation, **chosen)
     return path, write_archive(fmu_files(program, asked), path)
 
 
 def _build_system(options: argparse.Namespace) -> None:
     from m4e_fmi.cosim import fmu_files
+    from m4e_fmi.file_names import file_stem
 
     defaults = {**ARGUMENTS, "inputs": None, "no_documentation": False}
     given = [name for name, default in defaults.items() if getattr(options, name) != default]
@@ -124,7 +126,7 @@ def _build_system(options: argparse.Namespace) -> None:
     for name, path in files.items():
         print(f"{name}: {path}")
     if options.ssp:
-        package = options.build_folder / f"{system.name}.ssp"
+        package = options.build_folder / f"{file_stem(system.name)}.ssp"
         print_files([system.save(package, build_directory=options.build_folder)])
 
 

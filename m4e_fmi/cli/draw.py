@@ -21,9 +21,10 @@ def add(commands: argparse._SubParsersAction) -> None:
 
 
 def _run(options: argparse.Namespace) -> None:
+    from m4e_fmi.file_names import file_stem
     from m4e_fmi.model import load_model
     from m4e_fmi.report import draw_model
 
     model = load_model(options.model)
-    picture = options.output_file or Path(BUILD_FOLDER) / f"{model.name}_model.png"
+    picture = options.output_file or Path(BUILD_FOLDER) / f"{file_stem(model.name)}_model.png"
     print_files([draw_model(model, picture)])

@@ -70,9 +70,10 @@ def _scalar(text: str) -> float | str:
 
 def output_file(options: argparse.Namespace, name: str) -> Path:
     """Where results go; InputError, before any work, if they cannot be written in that form."""
+    from m4e_fmi.file_names import file_stem
     from m4e_fmi.results import check_export
 
-    path = options.output_file or Path(BUILD_FOLDER) / f"{name}.nc"
+    path = options.output_file or Path(BUILD_FOLDER) / f"{file_stem(name)}.nc"
     check_export(path)
     return path
 

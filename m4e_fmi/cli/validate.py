@@ -8,7 +8,10 @@ from pathlib import Path
 
 from m4e_fmi.cli.options import EXIT_FAILED
 
-EPILOG = "Exit code 1 if there are errors; warnings and notes leave it at 0. See docs/validate.md."
+EPILOG = (
+    "Exit code 1 if there are errors, or a check failed to run; warnings and notes leave it at 0. "
+    "See docs/validate.md."
+)
 
 
 def add(commands: argparse._SubParsersAction) -> None:
@@ -52,7 +55,7 @@ def _run(options: argparse.Namespace) -> int:
             print(validation_text(report))
     if options.json:
         print(json.dumps([report.as_dict() for report in reports], indent=2))
-    return 0 if all(report.ok for report in reports) else EXIT_FAILED
+    return 0 if all(report.ok and report.complete for report in reports) else EXIT_FAILED
 
 
 def _check_kind(path: Path) -> None:

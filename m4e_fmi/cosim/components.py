@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import sys
 import sysconfig
-from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,6 +15,7 @@ import numpy as np
 from m4e_fmi.code_hash import code_hash
 from m4e_fmi.cosim.system import Component, FmuFile, Kind, ModelFile, System, kind_module, kinds
 from m4e_fmi.errors import InputError, Problem, RunError
+from m4e_fmi.file_names import file_stem, file_stems
 from m4e_fmi.files_read import files_read
 from m4e_fmi.fmu.build_record import BuildRecord, read_record, write_record
 from m4e_fmi.fmu.reading import Description
@@ -69,19 +69,17 @@ def ready_fmus(
     tell: Tell | None = None,
 ) -> dict[str, ReadyFmu]:
     """As `fmu_files`."""
-    folder = Path(build_directory) / system.name
+    folder = Path(build_directory) / file_stem(system.name)
+    stems = file_stems(component.name for component in system.components)
     remove_leftovers(folder)
     tell = tell or _silent
     if native is None:
         native = NATIVE and _library_is_there(tell)
     files: dict[str, ReadyFmu] = {}
     problems: list[Problem] = []
-    alike: Counter[str] = Counter()  # names that are one file where capitals do not count
     for component in system.components:
         name, source = component.name, component.source
-        alike[name.casefold()] += 1
-        number = alike[name.casefold()]
-        fmu = folder / (f"{name}.fmu" if number == 1 else f"{name}-{number}.fmu")
+        fmu = folder / f"{stems[name]}.fmu"
         try:
             files[name] = (
                 ReadyFmu(_found(source, folder))

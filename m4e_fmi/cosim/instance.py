@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import ctypes
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import NoReturn
 
 import numpy as np
@@ -38,12 +39,24 @@ from m4e_fmi.cosim.standards import (
 )
 from m4e_fmi.cosim.type_rules import REAL
 from m4e_fmi.errors import RunError
-from m4e_fmi.fmu.messages import STATUS, Messages
+from m4e_fmi.fmu.messages import STATUS, Listener, Messages
 from m4e_fmi.fmu.reading import Description
 
 LAST_ERROR = "last_error"
 """Name of the string variable in which an FMU may explain what went wrong."""
 _ANSWERS = {**STATUS, 5: "Pending", EARLY: "an event", RESTLESS: "events without end"}
+
+
+class Warned(ctypes.Structure):
+    """`m4e_warned` of loop.h: steps answered with Warning; when [s] the first and last began."""
+
+    _fields_ = [("count", ctypes.c_uint64), ("first", ctypes.c_double), ("last", ctypes.c_double)]
+
+    def note(self, time: float) -> None:
+        """Count one that began at `time`."""
+        if not self.count:
+            self.first = time
+        self.count, self.last = self.count + 1, time
 
 
 class DiscardedError(RunError):
@@ -66,15 +79,24 @@ class Instance:
     """An instance named `name` of a loaded FMU; `close` it, or use it as a context manager.
 
     `scales` are factor and offset of the inputs that are set otherwise than by their own values.
+    A `listener` hears what the FMU logs with another status than OK; `warned` counts the steps that
+    it has answered with Warning.
 
     Every method raises RunError with component, time, the FMU's own words and a remedy when the
     FMU answers with more than a warning. After Fatal the FMU is never called again.
     """
 
-    def __init__(self, name: str, description: Description, binary: Binary) -> None:
+    def __init__(
+        self,
+        name: str,
+        description: Description,
+        binary: Binary,
+        listener: Listener | None = None,
+    ) -> None:
         self.name = name
         self.description = description
-        self._messages = Messages()
+        self._messages = Messages(listener)
+        self.warned = Warned()
         self.time = 0.0
         self._broken = False
         self._initialised = False
@@ -109,6 +131,17 @@ class Instance:
     @property
     def _origin(self) -> str:
         return f"{self.name} ({self.description.path.name})"
+
+    @contextmanager
+    def rehearsing(self) -> Iterator[None]:
+        """Within this, what the FMU says is not heard: its steps are no steps of the run."""
+        kept = bytes(self.warned)
+        self._messages.muted = True
+        try:
+            yield
+        finally:
+            self._messages.muted = False
+            ctypes.memmove(ctypes.addressof(self.warned), kept, len(kept))
 
     def setup(self, *, start: float, stop: float, tolerance: float | None) -> None:
         """Tell the experiment: times [s], relative tolerance (None: the FMU's own)."""

@@ -18,6 +18,7 @@ from m4e_fmi.cosim.energy import BLOCK as ENERGY_BLOCK
 from m4e_fmi.cosim.energy import EnergyBalance
 from m4e_fmi.cosim.events import event_count, is_over, telling
 from m4e_fmi.cosim.instance import DiscardedError, EndWithinError, EventWithinError
+from m4e_fmi.cosim.native_loop import State
 from m4e_fmi.cosim.network import Network
 from m4e_fmi.cosim.operations import Operation
 from m4e_fmi.cosim.results import ResultsWriter
@@ -83,10 +84,16 @@ class Course:
         self._note = Schedule(witness.operations if witness else ())
         self._note_open = Schedule(witness.open_operations if witness else ())
         self._most = 1
+        self._running: State | None = None
         self.now = self._row = self._start
         self.steps = self.shortened = 0
         self.switches = Switches()
         self._jump = NEVER
+
+    @property
+    def time(self) -> float:
+        """Simulated time [s] up to which whole steps are made, also while many are being made."""
+        return (self._running.now if self._running else self.now) / SECOND
 
     @cached_property
     def _unwatched(self) -> Loop | None:
@@ -167,9 +174,11 @@ class Course:
         state.since = max(0, state.every - -(-(self._row + self._every - first) // size))
         state.written = row = self._results.row if self._results else 0
         start, noted = first - state.since * size, state.noted
+        self._running = state
         try:
             loop.advance(min(most, self._count(loop, size)))
         finally:
+            self._running = None
             made = (state.now - first) // size
             self.now, self._network.time = state.now, state.now / SECOND
             self.steps += made

@@ -170,7 +170,7 @@ def _component(
 
 def _read_kind(document: Document, at: Location, kind: Any) -> Kind:
     known = kinds()
-    if kind not in known:
+    if not isinstance(kind, str) or kind not in known:
         remedy = suggestion(str(kind), known, "kinds")
         message = f"unknown kind {str(kind)!r}: no installed package brings it (docs/adapters.md)"
         raise InputError([document.problem((*at, "kind"), message, remedy)])

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from m4e_fmi.errors import InputError
+from m4e_fmi.file_names import file_stem
 from m4e_fmi.writing import written
 
 GUID_NAMESPACE = uuid.UUID("5c1f3a52-6a0e-5c1c-9a0b-6d34655f666d")
@@ -24,7 +25,7 @@ Files = Mapping[str, bytes]
 
 def model_identifier(name: str) -> str:
     """`name` as a C identifier; InputError if nothing of it is left."""
-    identifier = re.sub(r"\W", "_", name, flags=re.ASCII)
+    identifier = re.sub(r"\W", "_", file_stem(name), flags=re.ASCII)  # files are called so
     if not re.match(r"[A-Za-z]", identifier):
         message = f"{name!r} cannot name an FMU"
         raise InputError.single(message, "use letters, digits and _, a letter first")

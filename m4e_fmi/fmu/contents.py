@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import xml.etree.ElementTree as ET
 import zipfile
 from pathlib import Path
 from typing import Any
+
+from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no types
 
 from m4e_fmi.fmu.elements import add_directional
 from m4e_fmi.fmu.opening import check_archive
@@ -52,7 +53,7 @@ def fmu_contents(path: str | Path) -> dict[str, Any]:
     raw = raw_description(path, text)
     fmi_3 = raw.fmiVersion.startswith("3.")
     if fmi_3:
-        add_directional(raw, ET.fromstring(text))
+        add_directional(raw, etree.fromstring(text))
     parts = [name.split("/") for name in sorted(names)]
     kinds = {text: getattr(raw, key) for key, text in _KINDS.items()}
     return {

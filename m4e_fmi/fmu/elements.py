@@ -8,12 +8,14 @@ an FMI 3.0 FMU says what its scalars are called in FMI 2.0, and their units wher
 
 from __future__ import annotations
 
-import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from attrs import evolve
+from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no types
+
+from m4e_fmi.fmu.flaws import Element
 
 _BASE = 2**32  # value references have 32 bits
 ELEMENTS = "m4e_fmi.elements"
@@ -59,7 +61,7 @@ def flattened(
     name that it has in FMI 2.0. With `named`, elements have the names and units that annotations
     tell.
     """
-    root = ET.fromstring(text)
+    root = etree.fromstring(text)
     names = _annotated(root) if named else {}
     found = {v.name: _elements(v, types, names.get(v.name)) for v in raw.modelVariables}
     elements = {v.valueReference: found[v.name] for v in reversed(raw.modelVariables)}
@@ -77,7 +79,7 @@ def flattened(
     return evolve(raw, modelVariables=variables, **lists)
 
 
-def add_directional(raw: Any, root: ET.Element) -> None:
+def add_directional(raw: Any, root: Element) -> None:
     """Complete FMPy's FMI 3.0 description by providesDirectionalDerivatives, which it leaves out.
 
     Under the name of FMI 2.0. `root` is the XML it was read from.
@@ -89,7 +91,7 @@ def add_directional(raw: Any, root: ET.Element) -> None:
             kind.providesDirectionalDerivative = provided
 
 
-def _annotated(root: ET.Element) -> dict[str, list[tuple[str, str]]]:
+def _annotated(root: Element) -> dict[str, list[tuple[str, str]]]:
     """Name of an array → names and units of its elements, where an annotation tells them."""
     return {
         variable.get("name", ""): [

@@ -6,11 +6,13 @@ here. Source: FMI for Co-Simulation 1.0, sections 3 and 4.3; FMI for Model Excha
 
 from __future__ import annotations
 
-import xml.etree.ElementTree as ET
 from collections.abc import Mapping
 from typing import Any
 
 from fmpy.model_description import Unknown
+from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no types
+
+from m4e_fmi.fmu.flaws import Element
 
 _WAYS = ("CoSimulation_StandAlone", "CoSimulation_Tool")
 _CAPABILITIES = (
@@ -27,7 +29,7 @@ def translate(raw: Any, text: bytes) -> str:
     Negated aliases are left out: they have no value reference of their own. The MIME type or file
     of the tool that the FMU couples; "" where it needs none.
     """
-    root = ET.fromstring(text)
+    root = etree.fromstring(text)
     elements = {e.get("name"): e for e in root.iterfind("ModelVariables/ScalarVariable")}
     kept = [v for v in raw.modelVariables if elements[v.name].get("alias") != "negatedAlias"]
     raw.modelVariables = kept
@@ -45,7 +47,7 @@ def translate(raw: Any, text: bytes) -> str:
     return _capabilities(root, raw.coSimulation)
 
 
-def _initial(variable: Any, element: ET.Element) -> str | None:
+def _initial(variable: Any, element: Element) -> str | None:
     """FMI 2.0's `initial`: what has a start value may be set before the start, inputs always."""
     if variable.causality == "input":
         return None
@@ -55,7 +57,7 @@ def _initial(variable: Any, element: ET.Element) -> str | None:
     return "exact" if value.get("fixed", "true") in _TRUE else "approx"
 
 
-def _dependencies(element: ET.Element, variables: Mapping[str, Any]) -> list[Any] | None:
+def _dependencies(element: Element, variables: Mapping[str, Any]) -> list[Any] | None:
     """The inputs that an output depends on; None where nothing is declared."""
     declared = element.find("DirectDependency")
     if declared is None:
@@ -64,7 +66,7 @@ def _dependencies(element: ET.Element, variables: Mapping[str, Any]) -> list[Any
     return [variables[name] for name in names if name in variables]
 
 
-def _capabilities(root: ET.Element, stepping: Any) -> str:
+def _capabilities(root: Element, stepping: Any) -> str:
     for way in _WAYS:
         found = root.find(f"Implementation/{way}")
         if found is None:

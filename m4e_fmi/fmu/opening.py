@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import hashlib
+import lzma
 import zipfile
 import zlib
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
+from xml.parsers import expat
 
 from m4e_fmi.errors import InputError, Problem, RunError, suggestion
 from m4e_fmi.file_kinds import FMU, check_suffix
@@ -19,6 +21,10 @@ MAX_UNPACKED = 2**31
 MAX_RATIO = 200
 """Unpacked over packed size above which an archive of more than SMALL bytes is taken for a bomb."""
 SMALL = 10_000_000
+MAX_DESCRIPTION = 50_000_000
+"""Bytes of a model description that is read."""
+LONGEST_NAME = 255
+"""Bytes of the name of a file or folder, beyond which no usual file system takes it."""
 
 
 def refusal(path: Path, message: str, remedy: str) -> InputError:
@@ -50,14 +56,36 @@ def check_archive(path: Path) -> tuple[set[str], bytes]:
                 raise refusal(
                     path, message, "pack the content of the folder, not the folder itself"
                 )
+            size = archive.getinfo(MODEL_DESCRIPTION).file_size
+            if size > MAX_DESCRIPTION:
+                message = f"{MODEL_DESCRIPTION} has {size / 1e6:.0f} MB"
+                limit = f"{MAX_DESCRIPTION / 1e6:.0f} MB are read at most: export fewer variables"
+                raise refusal(path, message, limit)
             text = archive.read(MODEL_DESCRIPTION)
-            if b"<!DOCTYPE" in text:
+            if has_doctype(text):
                 message = f"{MODEL_DESCRIPTION} has a DOCTYPE, which FMI does not use"
                 raise refusal(path, message, "do not use this file unless you know why it has one")
-    except (zipfile.BadZipFile, zlib.error, EOFError, OSError, RuntimeError) as error:
+    except (
+        zipfile.BadZipFile, zlib.error, lzma.LZMAError, EOFError, OSError, RuntimeError, ValueError
+    ) as error:  # fmt: skip
         remedy = "copy or export the file again: it is truncated, or was never an FMU"
         raise refusal(path, f"not a readable ZIP archive: {error}", remedy) from error
     return {info.filename for info in infos}, text
+
+
+def has_doctype(text: bytes) -> bool:
+    """Whether XML has a DOCTYPE, in whatever encoding; False where it cannot be read so far."""
+    found: list[str] = []
+    parser = expat.ParserCreate()
+    parser.StartDoctypeDeclHandler = lambda name, *_: found.append(name)
+
+    def root(*_: object) -> None:
+        raise StopIteration  # all that may come before it has been read
+
+    parser.StartElementHandler = root
+    with suppress(StopIteration, expat.ExpatError, LookupError, ValueError):
+        parser.Parse(text, True)
+    return bool(found)
 
 
 def replaced(path: Path) -> RunError:
@@ -88,6 +116,9 @@ def check_entries(path: Path, archive: zipfile.ZipFile) -> None:
         if "\\" in name:
             remedy = "only / may stand between folders (FMI 2.0.4, section 2.3): pack it again"
             raise refusal(path, f"the archive holds {name!r}, a path with backslashes", remedy)
+        if max(len(part.encode(errors="replace")) for part in name.split("/")) > LONGEST_NAME:
+            remedy = "give its files shorter names"
+            raise refusal(path, f"the archive holds a name of {len(name)} characters", remedy)
         if ":" in name or name.startswith("/") or ".." in name.split("/"):
             raise refusal(
                 path, f"the archive holds {name!r}, which leads out of its folder", distrust

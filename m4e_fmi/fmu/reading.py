@@ -17,6 +17,7 @@ from m4e_fmi.fmu.elements import SCALARS, flattened, owner
 from m4e_fmi.fmu.flaws import flaws
 from m4e_fmi.fmu.fmi1 import translate
 from m4e_fmi.fmu.opening import MODEL_DESCRIPTION, check_archive, refusal
+from m4e_fmi.shown import listing
 from m4e_fmi.units import BASE_UNITS, Unit, parse_unit
 
 KNOWN = ("input", "parameter")
@@ -103,6 +104,12 @@ class Description:
 
     def of_causality(self, *causalities: str) -> list[Variable]:
         return [v for v in self.variables.values() if v.causality in causalities]
+
+    def __repr__(self) -> str:
+        kinds = ("parameter", "input", "output")
+        groups = {f"{kind}s": self.of_causality(kind) for kind in kinds}
+        title = f"Description of {self.path.name!r}: FMI {self.version}"
+        return listing(f"{title}, {len(self.variables)} variables", **groups)
 
 
 def read_description(path: str | Path, structure: Mapping[str, int] | None = None) -> Description:

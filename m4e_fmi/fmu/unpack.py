@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import errno
 import re
 import tempfile
+import zipfile
+import zlib
 from pathlib import Path
 
 import fmpy
 import platformdirs
 
-from m4e_fmi.errors import RunError
-from m4e_fmi.fmu.opening import opened
+from m4e_fmi.errors import M4eError, RunError
+from m4e_fmi.fmu.opening import opened, refusal
 from m4e_fmi.temporary import TemporaryFolder
 
 # FMUs get this path as a percent-encoded URI, which some cannot decode and crash
@@ -36,15 +39,25 @@ class Unpacked:
         except RunError:
             self.remove()
             raise
-        except Exception as error:
+        except (
+            OSError, ValueError, RuntimeError, EOFError, zipfile.BadZipFile, zlib.error,
+        ) as error:  # fmt: skip
             self.remove()
-            raise RunError(
-                f"{fmu}: cannot be unpacked: {error}",
-                "free disk space, or set TMPDIR to another folder",
-            ) from error
+            raise _cannot_unpack(fmu, error) from error
 
     def remove(self) -> None:
         self._temporary.remove()
+
+
+def _cannot_unpack(fmu: Path, error: Exception) -> M4eError:
+    """What is wrong: the disk, the file names, or the archive itself."""
+    number = getattr(error, "errno", None)
+    message = f"cannot be unpacked: {error}"
+    if number in (errno.ENAMETOOLONG, errno.EINVAL, errno.ENOENT):
+        return refusal(fmu, message, "give the files in it shorter and plainer names")
+    if isinstance(error, OSError):
+        return RunError(f"{fmu}: {message}", "free disk space, or set TMPDIR to another folder")
+    return refusal(fmu, message, "copy or export the file again: it is damaged")
 
 
 def _plain_folder() -> Path:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, get_args
 
 from m4e_fmi.document import Location
 from m4e_fmi.errors import suggestion
+from m4e_fmi.model.dimensions import dimension_findings
 from m4e_fmi.model.elements import (
     GROUND,
     AngleReference,
@@ -17,7 +18,7 @@ from m4e_fmi.model.elements import (
     Parameter,
     parameter_values,
 )
-from m4e_fmi.model.expression import CONSTANTS, FUNCTIONS, as_expression
+from m4e_fmi.model.expression import CONSTANTS, FUNCTIONS, Expression, Values, as_expression
 from m4e_fmi.model.findings import (
     TIME,
     Finding,
@@ -31,11 +32,13 @@ from m4e_fmi.model.findings import (
 from m4e_fmi.model.load_checks import LoadChecks
 from m4e_fmi.model.table import Table, TableError
 from m4e_fmi.program.program import TIME as PROGRAM_TIME
-from m4e_fmi.units import parse_unit
+from m4e_fmi.units import near_unit, parse_unit
 
 if TYPE_CHECKING:
     from m4e_fmi.model.model import Model
 
+SMALLEST, LARGEST = 1e-100, 1e100
+"""Sizes of the numbers of a model; products of three stay within what a float can hold."""
 EQUATION_SYMBOL = re.compile(r"(Theta|Phi|S|X|Z)(D|DD)?_\d+|A_\d+_\d+")
 NAME = re.compile(r"[A-Za-z]\w*", re.ASCII)
 INITIAL = {
@@ -44,6 +47,27 @@ INITIAL = {
     "floating": ("x", "z", "theta", "vx", "vz", "omega"),
     "fixed": (),
 }
+
+
+UNITS = "write it like N.s/m or kg.m2"
+OTHER_JOINTS = {
+    "revolute": ("hinge", "pin", "pivot", "rotational", "rotation", "rotary"),
+    "prismatic": ("slider", "sliding", "translational", "translation", "linear"),
+    "floating": ("free", "6dof", "3dof", "freeflyer"),
+    "fixed": ("weld", "welded", "rigid", "lock"),
+}
+"""What joints are called elsewhere."""
+SPATIAL = ("spherical", "ball", "universal", "cylindrical", "cardan", "hooke", "screw", "planar")
+
+
+def joint_type_elsewhere(word: str) -> str:
+    """A remedy for a type of a joint that other programs have; "" for any other word."""
+    for kind, others in OTHER_JOINTS.items():
+        if word.lower() in others:
+            return f"did you mean {kind!r}?"
+    if word.lower() in SPATIAL:
+        return f"models are planar; types: {', '.join(INITIAL)}"
+    return ""
 
 
 def findings(model: Model) -> list[Finding]:
@@ -55,6 +79,7 @@ def whole_findings(model: Any) -> Iterator[Finding]:
     """What is wrong with the tree and with the numbers, given that every element is right."""
     yield from _tree_findings(model)
     yield from _value_findings(model)
+    yield from dimension_findings(model, _all_quantities(model))
 
 
 def element_findings(model: Any, names: Names) -> Iterator[Finding]:
@@ -91,7 +116,8 @@ def _unit_findings(at: Location, unit: str) -> Iterator[Finding]:
     try:
         parse_unit(unit)
     except ValueError as error:
-        yield Finding(at, str(error), "write it like N.s/m or kg.m2")
+        near = near_unit(unit)
+        yield Finding(at, str(error), f"did you mean {near!r}?" if near else UNITS)
 
 
 def _table_findings(at: Location, table: Table) -> Iterator[Finding]:
@@ -128,9 +154,14 @@ def _joint_findings(at: Location, joint: Joint, names: Names, known: Known) -> I
     yield from quantities(at, joint, known)
     if joint.type not in INITIAL:
         yield Finding(
-            (*at, "type"), f"unknown type {joint.type!r}", suggestion(joint.type, INITIAL)
+            (*at, "type"),
+            f"unknown type {joint.type!r}",
+            joint_type_elsewhere(joint.type) or suggestion(joint.type, INITIAL),
         )
         return
+    if joint.parent == joint.child and joint.child in names.bodies:
+        message = f"the joint joins body {joint.child!r} to itself"
+        yield Finding((*at, "parent"), message, "name another body, or ground")
     if joint.type == "floating":
         if joint.parent != GROUND:
             message = "a floating joint is always to the ground"
@@ -169,7 +200,7 @@ def _tree_findings(model: Any) -> Iterator[Finding]:
     for name, joint in model.joints.items():
         if joint.child in parents:
             message = f"body {joint.child!r} is the child of {parents[joint.child]!r} already"
-            remedy = "closed loops: cut one joint and put a stiff spring and damper in its place"
+            remedy = "closed loops: cut one joint and put a bushing between two points in its place"
             yield Finding(("joints", name, "child"), message, remedy)
         parents.setdefault(joint.child, name)
     reached = _reached(model)
@@ -207,8 +238,9 @@ def _value_findings(model: Any) -> Iterator[Finding]:
     computed: dict[Location, float] = {}
     for at, quantity in _all_quantities(model):
         expression = as_expression(quantity)
-        if not expression.names() <= values.keys():
-            continue  # depends on time or motion
+        if not expression.names() <= values.keys():  # depends on time or motion
+            yield from _constant_findings(at, expression)
+            continue
         try:
             computed[at] = value = expression.evaluate(values)
         except (ArithmeticError, ValueError) as error:
@@ -216,6 +248,9 @@ def _value_findings(model: Any) -> Iterator[Finding]:
             continue
         if not math.isfinite(value):
             yield Finding(at, f"must be finite, got {value}")
+        elif value and not SMALLEST <= abs(value) <= LARGEST:
+            message = f"is out of all scale: {value:.3g}"
+            yield Finding(at, message, f"give a size between {SMALLEST:g} and {LARGEST:g}, or 0")
         elif at[-1] in getattr(_element(model, at), "positive", ()) and not value > 0:
             remedy = f"give a positive {at[-1]}"
             yield Finding(at, f"must be positive, got {value:.6g}", remedy)
@@ -228,6 +263,18 @@ def _value_findings(model: Any) -> Iterator[Finding]:
         at = ("joints", name, "direction")
         if joint.direction is not None and computed.get((*at, 0)) == computed.get((*at, 1)) == 0:
             yield Finding(at, "the direction has no length", "give a vector such as [1, 0]")
+
+
+def _constant_findings(at: Location, expression: Expression) -> Iterator[Finding]:
+    """Constants within an expression of time or motion that have no finite value."""
+    for part in expression.constants():
+        try:
+            value = part.evaluate(Values({}))
+        except (ArithmeticError, ValueError) as error:
+            yield Finding(at, f"{part} cannot be computed: {error}")
+            continue
+        if not math.isfinite(value):
+            yield Finding(at, f"{part} must be finite, got {value}")
 
 
 def positive_parameters(model: Any) -> frozenset[str]:

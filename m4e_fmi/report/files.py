@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from m4e_fmi.file_names import file_stem
 from m4e_fmi.locks import claimed
 from m4e_fmi.results import check_export, export, stream_of, write_netcdf
-from m4e_fmi.row_file import Column, Section
+from m4e_fmi.row_header import Column, Section
 
 if TYPE_CHECKING:
     from m4e_fmi.simulate import Simulation
@@ -34,5 +35,5 @@ def _write_netcdf(simulation: Simulation, path: Path) -> None:
     columns = tuple(Column(n, v.unit, v.description) for n, v in simulation.variables.items())
     attributes = {"title": program.name, "Conventions": "CF-1.11"}
     rows = np.array([values[column.name] for column in columns]).T
-    section = Section(program.name, columns)
+    section = Section(file_stem(program.name), columns)  # a path for netCDF
     write_netcdf(path, [section], attributes, len(time), [(time[:, np.newaxis], rows)])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from importlib.resources import files
@@ -61,13 +62,13 @@ def fmu_page(
         *_equations(equations, states),
     ]
     page = files("m4e_fmi.report").joinpath("fmu_page.html").read_text(encoding="utf-8")
-    for mark, text in (
-        ("@title@", escape(description.name)),
-        ("@description@", escape(" ".join(description.description.split()))),
-        ("@sections@", "\n".join(sections)),
-    ):
-        page = page.replace(mark, text)
-    return page
+    texts = {
+        "@title@": escape(description.name),
+        "@description@": escape(" ".join(description.description.split())),
+        "@sections@": "\n".join(sections),
+    }
+    # all at once: a text may hold a mark
+    return re.sub("|".join(texts), lambda mark: texts[mark[0]], page)
 
 
 def _facts(description: ModelDescription, options: Options, others: Sequence[str]) -> str:

@@ -21,6 +21,11 @@ def validation_text(report: Report) -> str:
     lines = [f"{report.path}: {counts} ({seconds:.1f} s of checks)"]
     width = max((len(group.name) for group in report.groups), default=0)
     lines += [f"  {group.name:<{width}}  {_outcome(group)}" for group in report.groups]
+    for group in report.groups:
+        if group.failed:
+            text = f"{group.name}: this check failed to run (internal): {group.failed}"
+            lines += ["", *textwrap.wrap(text, _WIDTH, subsequent_indent="  ")]
+            lines.append("  → a defect of m4e_fmi, not of the FMU: please report it")
     for finding in report.of_severity("error", "warning"):
         lines += ["", *_block(finding)]
     if notes:
@@ -41,6 +46,7 @@ def _outcome(group: Group) -> str:
         for severity in ("error", "warning")
         if group.count(severity)
     ]
+    found += ["failed to run (internal)"] * bool(group.failed)
     return ", ".join(found) or "passed"
 
 

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import json
+import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
@@ -17,7 +18,8 @@ from support.defects import DEFECTS, planted
 from m4e_fmi.cli import main
 from m4e_fmi.errors import InputError
 from m4e_fmi.fmu import Report, build_fmu, fmu_contents, validate_fmu
-from m4e_fmi.fmu.validation import GROUPS
+from m4e_fmi.fmu.validation import GROUPS, runner
+from m4e_fmi.fmu.validation.worker import MODULES, PACKAGE
 from m4e_fmi.model import load_model
 from m4e_fmi.multibody import model_program
 
@@ -190,6 +192,61 @@ def test_a_fast_mechanism_has_no_finding_and_its_fault_is_found(tmp_path: Path):
     x, z = (f'derivative="{order.index(f"body.link.{axis}") + 1}"'.encode() for axis in "xz")
     faulty = planted(path, tmp_path / "faulty.fmu", x, z)
     assert troubles(validate_fmu(faulty, only=("derivatives",))) == {"derivatives.mismatch"}
+
+
+@pytest.mark.parametrize(
+    "name", ["a solver that is coarse", "fixed steps of its own", "a step of nan hangs"]
+)
+def test_what_the_standard_leaves_to_the_fmu_is_no_error(name: str, tmp_path: Path):
+    """A coarse solver inside, and what happens in a step that no importer may ask for."""
+    report = validate_fmu(defects.build(tmp_path, DEFECTS[name]), call_limit=HANGS)
+    assert {f.severity for f in report.findings} == {"warning", "note"}
+
+
+def test_two_different_models_are_an_error(tmp_path: Path):
+    path = defects.build(tmp_path, DEFECTS["co-simulation differs from model exchange"])
+    (error,) = validate_fmu(path, only=("solution",)).of_severity("error")
+    assert error.id == "solution.exchange"
+
+
+def without_libraries(path: Path, changed: Path, **more: str) -> Path:
+    with zipfile.ZipFile(path) as source, zipfile.ZipFile(changed, "w") as target:
+        target.writestr(defects.XML, source.read(defects.XML))
+        for name, text in more.items():
+            target.writestr(f"{name}/file.c", text)
+    return changed
+
+
+@pytest.mark.parametrize("folder", ["sources", "binaries/other64"])
+def test_an_fmu_that_cannot_run_here_fails(
+    folder: str, sound: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    path = without_libraries(sound, tmp_path / "empty.fmu", **{folder: "int a;"})
+    assert main(["validate", str(path)]) == 1
+    printed = capsys.readouterr().out
+    assert "error library.missing: cannot run here: there is no binaries/" in printed
+    assert ("sources are enough for the standard" in printed) == (folder == "sources")
+
+
+@pytest.mark.parametrize("group", ["description", "start", "values"])
+def test_a_defect_of_ours_is_not_laid_at_the_door_of_the_fmu(
+    group: str, sound: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+):
+    broken = f"import {PACKAGE}.{MODULES.get(group, 'worker')} as module; module.check = None; "
+    monkeypatch.setattr(runner, "_HOST", broken + runner._HOST)
+
+    def defective(_: Path) -> None:
+        raise TypeError("numpy boolean subtract")
+
+    if group == "description":
+        monkeypatch.setattr(runner, "description_findings", defective)
+    report = validate_fmu(sound, only=(group,))
+    assert report.findings == ()
+    assert not report.complete
+    assert main(["validate", str(sound), "--only", group]) == 1
+    printed = capsys.readouterr().out
+    assert f"{group}: this check failed to run (internal): " in printed
+    assert "a defect of m4e_fmi, not of the FMU" in printed
 
 
 def test_groups_are_chosen_by_name(sound: Path):

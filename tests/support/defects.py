@@ -75,6 +75,8 @@ DEFECTS: dict[str, Defect] = {
     "a solver that is coarse": _code(
         "EULER", "derivatives.rough", "solution.exchange", "solution.step_size"
     ),
+    "fixed steps of its own": _code("OWN_STEP", "derivatives.rough", "solution.exchange"),
+    "a step of nan hangs": _code("NAN_STEP_HANGS", "values.hang"),
     "steps before initialization": _code("EARLY_STEP", "phases.accepted"),
     "a tunable parameter is ignored": _code("TUNABLE_IGNORED", "parameters.tunable_ignored"),
     "a fixed parameter can be set": _code("FIXED_ACCEPTED", "parameters.settable"),
@@ -84,6 +86,9 @@ DEFECTS: dict[str, Defect] = {
         'index="9" dependencies="5 7" dependenciesKind="dependent dependent"',
         'index="9" dependencies="7" dependenciesKind="dependent"',
         "dependencies.missing",
+    ),
+    "an output that is a state declares no dependency": _text(
+        'index="6" dependencies="6" dependenciesKind="constant"', 'index="6" dependencies=""'
     ),
     "a dependency of the wrong kind": _text(
         'index="9" dependencies="5 7" dependenciesKind="dependent dependent"',

@@ -31,7 +31,7 @@ def pair(fmus: Fmus, options: str, when: float, **settings: object) -> System:
     """A fuse of which y' = 1 + u, and an integral of that y which is fed back: nothing is exact."""
     parts = (
         Component("sum", FmuFile(fmus(f"integrator{options}"))),
-        Component("fuse", FmuFile(fmus(f"fuse{options}")), {"when": when}),
+        Component("fuse", FmuFile(fmus(f"ending{options}")), {"when": when}),
         Component("after", FmuFile(fmus(f"lag{options}"))),
     )
     links = (
@@ -100,7 +100,7 @@ def test_where_some_cannot_go_back_it_ends_at_the_point_before(
 
 
 def test_alone_it_ends_where_it_is(c_fmu: Fmus, tmp_path: Path) -> None:
-    fuse = Component("fuse", FmuFile(c_fmu("fuse")), {"when": 1.0333, "u": 1.0})
+    fuse = Component("fuse", FmuFile(c_fmu("ending")), {"when": 1.0333, "u": 1.0})
     _, found = results(System("s", (fuse,), (), Simulation(5.0, 0.1)), tmp_path / "r.nc")
     assert found.time[-1] == pytest.approx(1.0333, abs=1e-9)
     assert found["fuse.y"].values[-1] == pytest.approx(2 * 1.0333, rel=1e-12)
@@ -120,7 +120,7 @@ def test_the_command_ends_well(
     c_fmu: Fmus, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "s.yaml").write_text(
-        f"name: s\ncomponents:\n  fuse: {{fmu: {c_fmu('fuse')}, start: {{when: 0.5}}}}\n"
+        f"name: s\ncomponents:\n  fuse: {{fmu: {c_fmu('ending')}, start: {{when: 0.5}}}}\n"
         "simulation: {stop_time: 2, step_size: 0.1}\n"
     )
     assert main(["run", str(tmp_path / "s.yaml"), "--output-file", str(tmp_path / "r.nc")]) == 0

@@ -7,6 +7,7 @@ the MoorDyn v2 documentation, "Inputs", and the behaviour of version 2.7.2.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 TITLES = {
     "line types": ("LINE DICTIONARY", "LINE TYPES"),
@@ -35,7 +36,7 @@ def tables(text: str) -> dict[str, tuple[Row, ...]]:
     lines = text.splitlines()
     openings = [k for k, line in enumerate(lines) if "---" in line]
     found: dict[str, tuple[Row, ...]] = {}
-    for opening, end in zip(openings, [*openings[1:], len(lines)], strict=True):
+    for opening, end in pairwise([*openings, len(lines)]):
         section = _section(lines[opening])
         if section is None or section in found:
             continue

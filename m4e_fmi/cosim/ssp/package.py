@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import lzma
 import os
 import zipfile
 import zlib
@@ -15,7 +16,8 @@ from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no
 
 from m4e_fmi.cosim.ssp.names import SCHEMAS, SSD_FILE
 from m4e_fmi.errors import InputError, Problem, suggestion
-from m4e_fmi.fmu.opening import check_entries
+from m4e_fmi.file_names import file_stem
+from m4e_fmi.fmu.opening import check_entries, has_doctype
 from m4e_fmi.writing import written
 
 Element = Any
@@ -70,7 +72,10 @@ class Package:
         try:
             with zipfile.ZipFile(self.path) as archive:
                 return archive.read(name)
-        except (zipfile.BadZipFile, zlib.error, EOFError, OSError, RuntimeError) as error:
+        except (
+            zipfile.BadZipFile, zlib.error, lzma.LZMAError, EOFError, OSError, RuntimeError,
+            ValueError,
+        ) as error:  # fmt: skip
             raise self._wrong(f"{name} cannot be unpacked: {error}", "copy it again") from error
 
     def member(self, element: Element, source: str) -> str | None:
@@ -97,7 +102,7 @@ class Package:
 
 def parse(content: bytes, file: str, namespace: str) -> Element:
     """Root element of XML text after its schema's check; InputError with all that is wrong."""
-    if b"<!DOCTYPE" in content:
+    if has_doctype(content):
         remedy = "do not use this file unless you know why it has one"
         raise InputError.single("has a DOCTYPE, which SSP does not use", remedy, file)
     parser = etree.XMLParser(
@@ -142,7 +147,9 @@ def unpack_member(package: Path, member: str, folder: Path) -> Path:
     """
     content = Package(package).bytes(member)
     path = PurePosixPath(member)
-    target = folder / f"{path.stem}-{hashlib.sha256(content).hexdigest()[:12]}{path.suffix}"
+    target = (
+        folder / f"{file_stem(path.stem)}-{hashlib.sha256(content).hexdigest()[:12]}{path.suffix}"
+    )
     if target.is_file() and target.read_bytes() == content:
         return target
     with written(target) as part:

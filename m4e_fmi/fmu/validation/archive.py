@@ -6,17 +6,19 @@ import re
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import fmpy
 from fmpy import fmi2, fmi3
 from fmpy.model_description import ValidationError
+from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no types
 
 from m4e_fmi.fmu.flaws import Flaw, flaws, undefined_units
 from m4e_fmi.fmu.opening import MODEL_DESCRIPTION
 from m4e_fmi.fmu.reading import told_by_fmpy
 from m4e_fmi.fmu.validation.elf import SharedLibrary, read_elf
 from m4e_fmi.fmu.validation.findings import Finding, some
-from m4e_fmi.fmu.validation.subject import Subject
+from m4e_fmi.fmu.validation.subject import Subject, TooLargeError
 from m4e_fmi.fmu.validation.terminals import check_terminals
 from m4e_fmi.fmu.validation.units import check_units
 from m4e_fmi.fmu.validation.variables import check_variables
@@ -32,18 +34,21 @@ def description_findings(folder: Path) -> tuple[tuple[Finding, ...], str]:
     """Findings on the FMU unpacked in `folder`; why it cannot be run, "" if it can."""
     text = (folder / MODEL_DESCRIPTION).read_bytes()
     flawed = flaws(text)
+    problems, raw = _read(folder, text, flawed)
     found = [
         Finding("description.invalid", "error", told, "FMI's XML schema and FMPy's rules")
-        for told in _told(folder, text, flawed)
+        for told in problems
     ]
-    subject = None
-    with suppress(Exception):  # whatever FMPy raises on what it cannot read, which `_told` has told
-        subject = None if flawed else Subject.read(folder)
-    if subject is None:
+    if raw is None:
         return tuple(found), "the model description cannot be understood"
-    version = subject.raw.fmiVersion
+    version = raw.fmiVersion
     if version not in LIBRARIES:
         return tuple(found), f"made for FMI 2.0 and 3.0, this is {version}"
+    try:
+        subject = Subject.of(folder, raw)
+    except TooLargeError as error:
+        found.append(Finding("description.limits", "warning", str(error), "it is not run, either"))
+        return tuple(found), str(error)
     if not subject.ways:
         return tuple(found), "it is for scheduled execution only, which is not looked at"
     found += check_variables(subject)
@@ -55,22 +60,36 @@ def description_findings(folder: Path) -> tuple[tuple[Finding, ...], str]:
     return tuple(finding.of(version) for finding in found), next(iter(reasons), "")
 
 
-def _told(folder: Path, text: bytes, flawed: list[Flaw]) -> list[str]:
-    """What FMPy's validator says, and the flaws of which it does not say anything."""
+def _read(folder: Path, text: bytes, flawed: list[Flaw]) -> tuple[list[str], Any]:
+    """What FMPy's validator says and the flaws of which it does not say anything; the description
+    as FMPy reads it, None if that is not possible."""
     problems: list[str] = []
-    stopped = ""
+    stopped, raw, new = "", None, list(flawed)
     try:
-        fmpy.read_model_description(
+        raw = fmpy.read_model_description(
             str(folder), validate=True, validate_variable_names=True, validate_model_structure=True
         )
     except ValidationError as error:
-        problems = list(error.problems)
+        problems = [p for p in error.problems if not _of_aliases(p, text)]
     except Exception as error:  # noqa: BLE001  FMPy raises whatever it stumbles over
         stopped = told_by_fmpy(error)
-        flawed = flawed or undefined_units(text)
-    new = [flaw for flaw in flawed if not (flaw.known and problems)]
+        new = new or undefined_units(text)
+    new = [flaw for flaw in new if not (flaw.known and problems)]
     problems += [f"{flaw.message} (line {flaw.line})" for flaw in new]
-    return problems or [stopped] * bool(stopped)
+    if raw is None and not flawed:
+        with suppress(Exception):  # whatever FMPy stumbles over, which has been told
+            raw = fmpy.read_model_description(str(folder), validate=False)
+    return problems or [stopped] * bool(stopped), raw
+
+
+def _of_aliases(problem: str, text: bytes) -> bool:
+    """Whether FMPy misses nothing but aliases of FMI 3.0, which ModelStructure does not list."""
+    sets = re.search(r"Expected \{(.*?)\} but was \{(.*?)\}", problem)
+    if sets is None:
+        return False
+    expected, listed = (set(names.split(", ")) for names in sets.groups())
+    aliases = etree.fromstring(text).xpath("ModelVariables/*/Alias/@name")
+    return expected - listed <= set(aliases) and listed <= expected
 
 
 def _experiment(subject: Subject) -> Iterator[Finding]:
@@ -105,11 +124,13 @@ def _library(subject: Subject) -> Iterator[Finding]:
         if not library.is_file():
             there = sorted(p.name for p in binaries.iterdir()) if binaries.is_dir() else []
             others = sorted(p.name for p in here.iterdir()) if here.is_dir() else []
-            message = f"there is no binaries/{platform}/{library.name}"
+            message = f"cannot run here: there is no binaries/{platform}/{library.name}"
             remedy = f"platforms in it: {', '.join(there) or 'none'}"
             if others:
                 remedy = f"there is {some(others)}: its name must be the modelIdentifier"
-            yield Finding("library.missing", "error" if others else "note", message, remedy)
+            elif any((subject.folder / "sources").glob("**/*.c")):
+                remedy += "; sources are enough for the standard, but have to be compiled first"
+            yield Finding("library.missing", "error", message, remedy)
         elif (elf := read_elf(library)) is not None:
             yield from _elf(subject, elf)
 

@@ -32,7 +32,8 @@ class Facts:
 class Bench:
     """One group's process: `folder` is for files that the next group reads.
 
-    `pace` is by how much inputs and communication steps are smaller than the FMU's own: see `pace`.
+    `pace` is by how much inputs and communication steps are smaller than the FMU's own, `holds`
+    whether its values hold between steps of a solver inside: see `pace`.
     """
 
     subject: Subject
@@ -42,6 +43,7 @@ class Bench:
     rng: np.random.Generator = field(default_factory=lambda: np.random.default_rng(SEED))
     began: float = field(default_factory=time.monotonic)
     pace: float = 1.0
+    holds: bool = False
 
     @property
     def step_size(self) -> float:

@@ -104,7 +104,8 @@ def _place_findings(place: Place, measured: _Measured) -> Iterator[Finding]:
             continue
         names = [v.name for v in entry.dependencies]
         for k, known in enumerate(place.knowns):
-            if changes[k] and known.name not in names:
+            itself = known.valueReference == entry.variable.valueReference
+            if changes[k] and known.name not in names and not itself:
                 extra.append(f"{entry.variable.name} ← {known.name}")
         for name, kind in zip(names, entry.dependenciesKind or [], strict=False):
             k = column.get(name)

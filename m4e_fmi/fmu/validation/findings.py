@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import traceback
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
+
+from m4e_fmi.shown import listing, short
 
 Severity = Literal["error", "warning", "note"]
 SEVERITIES: tuple[Severity, ...] = ("error", "warning", "note")
@@ -13,6 +16,7 @@ SHOWN = 5
 """Of many things wrong in one way, how many a finding names."""
 
 
+@short
 @dataclass(frozen=True)
 class Finding:
     """One thing found by the check `id` (``group.name``).
@@ -42,14 +46,34 @@ class Finding:
         return replace(self, message=message, basis=basis)
 
 
+@short
+@dataclass(frozen=True)
+class Failure:
+    """A check of ours that broke down: a defect of m4e_fmi, which says nothing about the FMU."""
+
+    error: str
+
+    @classmethod
+    def of(cls, error: BaseException) -> Failure:
+        """Kind and text of the error, and the line of ours where it came up."""
+        frames = traceback.extract_tb(error.__traceback__)
+        own = [f for f in frames if "m4e_fmi" in Path(f.filename).parts] or frames
+        place = f" ({Path(own[-1].filename).name}:{own[-1].lineno})" if own else ""
+        return cls(f"{type(error).__name__}: {error}{place}")
+
+
 @dataclass(frozen=True)
 class Group:
-    """A group of checks: its findings, or why it was not run; `seconds` it took."""
+    """A group of checks: its findings, or why it was not run; `seconds` it took.
+
+    `failed` is the error of ours that ended it early, "" if there was none.
+    """
 
     name: str
     findings: tuple[Finding, ...] = ()
     skipped: str = ""
     seconds: float = 0.0
+    failed: str = ""
 
     @classmethod
     def from_dict(cls, told: dict[str, Any]) -> Group:
@@ -63,12 +87,16 @@ class Group:
     @property
     def passed(self) -> bool:
         """Whether it was run and found neither error nor warning."""
-        return not (self.skipped or self.count("error") or self.count("warning"))
+        troubles = self.count("error") or self.count("warning")
+        return not (self.skipped or self.failed or troubles)
 
 
 @dataclass(frozen=True)
 class Report:
-    """The outcome of a validation; `ok` if there is no error."""
+    """The outcome of a validation; `ok` if there is no error.
+
+    `complete` if no check of ours failed to run: what it would have found is not known.
+    """
 
     path: Path
     groups: tuple[Group, ...] = field(default=())
@@ -86,10 +114,23 @@ class Report:
     def ok(self) -> bool:
         return not self.of_severity("error")
 
+    @property
+    def complete(self) -> bool:
+        return not any(group.failed for group in self.groups)
+
     def as_dict(self) -> dict[str, Any]:
         """The report as JSON values."""
         groups = [asdict(group) for group in self.groups]
-        return {"fmu": str(self.path), "ok": self.ok, "groups": groups}
+        told = {"ok": self.ok, "complete": self.complete, "groups": groups}
+        return {"fmu": str(self.path), **told}
+
+    def __repr__(self) -> str:
+        counts = (f"{len(self.of_severity(s))} {s}s" for s in SEVERITIES)
+        return listing(
+            f"Report on {self.path.name!r}: {', '.join(counts)}",
+            groups=self.groups,
+            findings=[f"{f.severity}: {f.message}" for f in self.findings],
+        )
 
 
 def some(names: Iterable[str]) -> str:

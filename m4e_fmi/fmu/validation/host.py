@@ -17,7 +17,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from m4e_fmi.fmu.validation.findings import Finding, Group
+from m4e_fmi.fmu.validation.findings import Finding, Group, Severity
 from m4e_fmi.fmu.validation.journal import last_call
 from m4e_fmi.fmu.validation.worker import (
     FACTS,
@@ -33,6 +33,8 @@ from m4e_fmi.fmu.validation.worker import (
 RESULTS = "groups.json"
 GROUP_LIMIT = 300.0
 """Seconds after which a group of checks is given up, though every single call returns."""
+UNASKED_LIMIT = 5.0
+"""Seconds for a call that the standard forbids importers to make."""
 _POLL = 0.005  # s
 _UNFINISHED = "no FMU may end or block its host; what this group checks after it was not looked at"
 _WORDS = 400  # characters of what the process wrote last
@@ -61,7 +63,9 @@ def _run(work: Path, fmu: str, call_limit: float, groups: list[str]) -> Iterator
     if (work / FACTS).exists():
         yield from _all(rest, work, fmu, call_limit)
     else:
-        yield from (Group(name, skipped="the FMU does not start") for name in rest)
+        broken = any(group.failed for group in start)
+        reason = "the checks of its start failed to run" if broken else "the FMU does not start"
+        yield from (Group(name, skipped=reason) for name in rest)
 
 
 def _all(groups: list[str], work: Path, fmu: str, call_limit: float) -> list[Group]:
@@ -96,6 +100,7 @@ class _Watched:
     began: float = field(default_factory=time.monotonic)
     number: int = 0
     changed: float = field(default_factory=time.monotonic)
+    severity: Severity = "error"
 
     def __post_init__(self) -> None:
         print(self.name, flush=True)
@@ -105,14 +110,16 @@ class _Watched:
 
     def outcome(self) -> Group | None:
         now = time.monotonic()
-        number, call = last_call(journal_file(self.work, self.name))
-        if number != self.number:
-            self.number, self.changed = number, now
-        call = call or "the first call"
+        last = last_call(journal_file(self.work, self.name))
+        if last.number != self.number:
+            self.number, self.changed = last.number, now
+        call = last.text or "the first call"
+        self.severity = "warning" if last.unasked else "error"
         if self.process.exitcode is not None:
             return self._group(self._ended(self.process.exitcode, call))
-        if now - self.changed > self.call_limit:
-            return self._killed(f"{call} did not return within {self.call_limit:g} s")
+        limit = min(self.call_limit, UNASKED_LIMIT) if last.unasked else self.call_limit
+        if now - self.changed > limit:
+            return self._killed(f"{call} did not return within {limit:g} s")
         if now - self.began > GROUP_LIMIT:
             return self._killed(f"not finished after {GROUP_LIMIT:g} s, in {call}")
         return None
@@ -120,7 +127,7 @@ class _Watched:
     def _killed(self, message: str) -> Group:
         self.process.kill()
         self.process.join()
-        return self._group([Finding(f"{self.name}.hang", "error", message, _UNFINISHED)])
+        return self._group([Finding(f"{self.name}.hang", self.severity, message, _UNFINISHED)])
 
     def _ended(self, code: int, call: str) -> list[Finding]:
         if code == 0:
@@ -131,22 +138,24 @@ class _Watched:
             name = "crash"
             message = f"the process was ended by {signal.Signals(-code).name} in {call}"
         told = (words,) if words else ()
-        return [Finding(f"{self.name}.{name}", "error", message, _UNFINISHED, told)]
+        return [Finding(f"{self.name}.{name}", self.severity, message, _UNFINISHED, told)]
 
     def _group(self, more: list[Finding]) -> Group:
-        findings, skipped = _told(findings_file(self.work, self.name))
+        findings, skipped, failed = _told(findings_file(self.work, self.name))
         seconds = time.monotonic() - self.began
-        return Group(self.name, (*findings, *more), skipped, seconds)
+        return Group(self.name, (*findings, *more), skipped, seconds, failed)
 
 
-def _told(path: Path) -> tuple[list[Finding], str]:
-    """The findings a process has written, and why there was nothing to check."""
-    findings, skipped = [], ""
+def _told(path: Path) -> tuple[list[Finding], str, str]:
+    """The findings a process has written, why there was nothing to check, what failed to run."""
+    findings, skipped, failed = [], "", ""
     lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
     for line in lines:
         told = json.loads(line)
         if "skipped" in told:
             skipped = told["skipped"]
+        elif "failed" in told:
+            failed = told["failed"]
         else:
             findings.append(Finding.from_dict(told))
-    return findings, skipped
+    return list(dict.fromkeys(findings)), skipped, failed

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from m4e_fmi.fmu.validation.bench import Bench
+from m4e_fmi.fmu.validation.coarse import stands
 from m4e_fmi.fmu.validation.probe import RefusedError
 
 STEPS = 8
@@ -24,13 +25,16 @@ def paced(bench: Bench) -> Bench:
     """The bench at the pace at which samples of each step show the motion.
 
     At 1 if they do, or as much slower as it takes: inputs of the size 1 spin a small and light link
-    thousands of times within a step. At 1, too, where the FMU allows no shorter steps, or no pace
-    shows a smooth motion.
+    thousands of times within a step. At 1, too, where the FMU allows no shorter steps, advances in
+    longer steps of its own, or no pace shows a smooth motion.
     """
     for k in range(TRIES if bench.subject.variable_steps else 0):
         slower = replace(bench, pace=SLOWER**-k)
         try:
-            if _smooth(_samples(slower)):
+            samples = _samples(slower)
+            if _most(stands(samples), samples):
+                return replace(bench, holds=True)
+            if _smooth(samples):
                 return slower
         except RefusedError:
             break
@@ -54,6 +58,11 @@ def _samples(bench: Bench) -> np.ndarray:
 def _smooth(samples: np.ndarray) -> bool:
     """Whether samples of most variables that change lie on a smooth curve."""
     spread = np.ptp(samples, axis=0)
-    moves = spread > 0
     curved = np.max(np.abs(np.diff(samples, 2, axis=0)), axis=0) > CURVED * spread
-    return 2 * int((curved & moves).sum()) <= int(moves.sum())
+    return not _most(curved, samples)
+
+
+def _most(chosen: np.ndarray, samples: np.ndarray) -> bool:
+    """Whether more than half of the variables that change are among the `chosen`."""
+    moves = np.ptp(samples, axis=0) > 0
+    return 2 * int((chosen & moves).sum()) > int(moves.sum())

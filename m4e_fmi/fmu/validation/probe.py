@@ -307,6 +307,9 @@ class Probe:
         data = np.ascontiguousarray(x, dtype=np.float64)
         self.must("SetContinuousStates", data.ctypes.data_as(REALS), len(data))
 
+    def set_time(self, time: float) -> None:
+        self.must("SetTime", ctypes.c_double(time), note=f"t={time:.9g}")
+
     def completed_integrator_step(self) -> int:
         event, terminate = self._BOOLEAN(), self._BOOLEAN()
         function = "CompletedIntegratorStep"

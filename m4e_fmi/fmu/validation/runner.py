@@ -14,7 +14,7 @@ from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.fmu.opening import check_archive
 from m4e_fmi.fmu.unpack import Unpacked
 from m4e_fmi.fmu.validation.archive import description_findings
-from m4e_fmi.fmu.validation.findings import Group, Report
+from m4e_fmi.fmu.validation.findings import Failure, Group, Report
 from m4e_fmi.fmu.validation.host import RESULTS
 from m4e_fmi.fmu.validation.worker import MODULES
 from m4e_fmi.temporary import TemporaryFolder
@@ -56,8 +56,14 @@ def validate_fmu(
     try:
         tell("description")
         began = time.monotonic()
-        findings, reason = description_findings(unpacked.folder)
-        groups = [Group("description", findings, seconds=time.monotonic() - began)]
+        failed = ""
+        try:
+            findings, reason = description_findings(unpacked.folder)
+        except Exception as error:  # noqa: BLE001  of a check: not to be laid at the FMU's door
+            failed = Failure.of(error).error
+            findings, reason = (), "the checks of its description failed to run"
+        seconds = time.monotonic() - began
+        groups = [Group("description", findings, seconds=seconds, failed=failed)]
         running = [name for name in wanted if name != "description"]
         if reason:
             groups += [Group(name, skipped=reason) for name in running]

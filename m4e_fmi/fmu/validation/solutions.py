@@ -10,12 +10,15 @@ import numpy as np
 
 from m4e_fmi.fmu.elements import array_name
 from m4e_fmi.fmu.validation.bench import Bench
+from m4e_fmi.fmu.validation.coarse import follows
 from m4e_fmi.fmu.validation.differences import SAFETY
 from m4e_fmi.fmu.validation.findings import Finding, some
 from m4e_fmi.fmu.validation.pace import paced
 from m4e_fmi.fmu.validation.probe import TOLERANCE, RefusedError
 
 STEPS = 8
+RATE_STEPS = 4 * STEPS
+"""Over which states are compared with their rates."""
 LARGE = 0.1
 """Part of the range of an output above which not converging is an error."""
 NEGLIGIBLE = 1e-3
@@ -119,7 +122,33 @@ def _exchange(
         names = some(v.name for v, w in zip(bench.subject.outputs, wrong, strict=True) if w)
         message = f"co-simulation and model exchange differ: {names}; {name} by"
         message += f" {difference[worst]:.3g}, its error is about {error[worst] / SAFETY:.3g}"
-        yield Finding("solution.exchange", "error", message, "both are of one model")
+        severity, basis = "error", "both are of one model"
+        if _follows(bench, inputs):
+            severity, basis = "warning", "the solver inside is coarse: use shorter steps there"
+        yield Finding("solution.exchange", severity, message, basis)
+
+
+def _follows(bench: Bench, inputs: np.ndarray) -> bool:
+    """Whether states of co-simulation change as the rates of model exchange at them allow."""
+    subject = bench.subject
+    states, times = [], []
+    with bench.probe() as probe:
+        probe.begin(initial_inputs=inputs)
+        for _ in range(RATE_STEPS):
+            states.append(probe.read(subject.states))
+            times.append(probe.time)
+            probe.advance(bench.step_size)
+    rates = []
+    try:
+        with bench.probe(exchange=True) as probe:
+            probe.begin(initial_inputs=inputs)
+            for time, x in zip(times, states, strict=True):
+                probe.set_time(time)
+                probe.set_state_vector(x)
+                rates.append(probe.rate_vector())
+    except RefusedError:
+        return False
+    return bool(follows(np.array(states), np.array(rates), bench.step_size).all())
 
 
 def _integrated(bench: Bench, inputs: np.ndarray, tolerance: float) -> np.ndarray | None:

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from m4e_fmi.fmu.validation.bench import Bench, Facts
-from m4e_fmi.fmu.validation.findings import Finding, some
+from m4e_fmi.fmu.validation.findings import Failure, Finding, some
 from m4e_fmi.fmu.validation.probe import ERROR, INSTANTIATE, FatalError, Probe, RefusedError
 from m4e_fmi.fmu.validation.simulated import check_simulated
 from m4e_fmi.fmu.validation.subject import WRITTEN, scale, start
@@ -21,7 +21,7 @@ EPS = float(np.finfo(float).eps)
 WRONG_GUID = "{00000000-not-the-guid-of-this-fmu}"
 
 
-def check(bench: Bench) -> Iterator[Finding | Facts]:
+def check(bench: Bench) -> Iterator[Finding | Failure | Facts]:
     """Findings, and last the facts for the other groups, unless the FMU does not even start."""
     if bench.subject.fmi_3:
         yield from check_simulated(bench)

@@ -20,6 +20,19 @@ WRITTEN = 5e-6
 """Relative error of a number written with six digits, as C's %g does."""
 
 
+MOST_ELEMENTS = 50_000
+"""Variables, arrays counted by their elements, of FMUs that are looked at beyond FMPy's rules."""
+
+
+class TooLargeError(Exception):
+    """The FMU has `count` variables and elements of arrays."""
+
+    def __init__(self, count: int) -> None:
+        self.count = count
+        limit = f"at most {MOST_ELEMENTS:,} are looked at"
+        super().__init__(f"it has {count:,} variables, elements of arrays included; {limit}")
+
+
 @dataclass(frozen=True)
 class Subject:
     """The FMU unpacked into `folder`; `raw` is its description as FMPy reads it.
@@ -32,9 +45,19 @@ class Subject:
 
     @classmethod
     def read(cls, folder: Path) -> Subject:
-        raw: Any = fmpy.read_model_description(str(folder), validate=False)
-        text = (folder / MODEL_DESCRIPTION).read_bytes()
-        return cls(folder, flattened(raw, text) if raw.fmiVersion == "3.0" else raw)
+        return cls.of(folder, fmpy.read_model_description(str(folder), validate=False))
+
+    @classmethod
+    def of(cls, folder: Path, raw: Any) -> Subject:
+        """The same from FMPy's reading of the description; TooLargeError beyond MOST_ELEMENTS."""
+        count = sum(math.prod(v.shape or ()) for v in raw.modelVariables)
+        if count > MOST_ELEMENTS:
+            raise TooLargeError(count)
+        if raw.fmiVersion != "3.0":
+            return cls(folder, raw)
+        # FMPy makes a variable of each <Alias>: another name, but no further value
+        raw.modelVariables = [v for v in raw.modelVariables if v.alias is None]
+        return cls(folder, flattened(raw, (folder / MODEL_DESCRIPTION).read_bytes()))
 
     @property
     def fmi_3(self) -> bool:
@@ -80,11 +103,13 @@ class Subject:
 
     @cached_property
     def step_size(self) -> float:
-        """The communication step to test with [s]."""
+        """The communication step to test with [s]: the default experiment's, or that inside."""
         experiment = self.raw.defaultExperiment
-        text = experiment.stepSize if experiment is not None else None
-        size = float(text) if text else DEFAULT_STEP
-        return size if size > 0 and math.isfinite(size) else DEFAULT_STEP
+        stepping = self.raw.coSimulation
+        texts = [experiment.stepSize] if experiment is not None else []
+        texts += [stepping.fixedInternalStepSize] if stepping is not None else []
+        sizes = [float(text) for text in texts if text]
+        return next((s for s in sizes if s > 0 and math.isfinite(s)), DEFAULT_STEP)
 
     @property
     def start_time(self) -> float:

@@ -31,6 +31,8 @@ TYPES_3 = ("Float64", "Int32", "Boolean", "String")
 STEPS = 3
 SECONDS = 2.0
 """After which no further case is tried; values that make an FMU slow come last."""
+ANSWERED = ("past_stop", "huge_step")
+"""Impossible steps to which the standard gives the answer; importers must not ask for others."""
 FATAL_REMEDY = "fmi2Error is enough: after fmi2Fatal the importer can only give up"
 UNUSABLE = "FMI 2.0.4, section 2.1.3: fmi2Reset makes an FMU usable again after fmi2Error"
 
@@ -38,11 +40,11 @@ UNUSABLE = "FMI 2.0.4, section 2.1.3: fmi2Reset makes an FMU usable again after 
 def check(bench: Bench) -> Iterator[Finding | str]:
     exchange = not bench.subject.steps
     baseline = _plain_run(bench, exchange=exchange)
+    yield from _references(bench, exchange=exchange)
+    yield from _names(bench, exchange=exchange)
     yield from _special(bench, baseline, exchange=exchange)
     if not exchange:
         yield from _steps(bench, baseline)
-    yield from _references(bench, exchange=exchange)
-    yield from _names(bench, exchange=exchange)
 
 
 def _plain_run(bench: Bench, *, exchange: bool) -> np.ndarray:
@@ -142,13 +144,12 @@ def _usable(bench: Bench, probe: Probe, baseline: np.ndarray) -> bool:
 
 
 def _steps(bench: Bench, baseline: np.ndarray) -> Iterator[Finding]:
-    """Steps that no importer should ask for."""
+    """Steps that no importer should ask for; nan last, of which the standard says nothing."""
     size, t = bench.subject.step_size, bench.subject.start_time
     stop = t + 2 * size
     section = "FMI 2.0.4, section 4.2.2"
     cases: dict[str, tuple[Callable[[Probe], int], str, str]] = {
         "negative_step": (lambda p: p.step(-size), "a negative step", section),
-        "nan_step": (lambda p: p.step(math.nan), "a step of nan", section),
         "past_stop": (
             lambda p: p.step(10 * size),
             "a step past the stop time",
@@ -160,11 +161,13 @@ def _steps(bench: Bench, baseline: np.ndarray) -> Iterator[Finding]:
             "FMI 2.0.4, section 2.1.6: has to return fmi2Error",
         ),
         "zero_step": (lambda p: p.step(0.0), "a step of 0 s", section),
+        "nan_step": (lambda p: p.step(math.nan), "a step of nan", section),
     }
     for name, (action, what, basis) in cases.items():
         if bench.late:
             return
         severity = "note" if name == "zero_step" else "warning"
+        bench.library.journal.unasked = name not in ANSWERED
         with bench.probe() as probe:
             probe.begin(stop=stop)
             probe.advance(size)
@@ -179,7 +182,9 @@ def _steps(bench: Bench, baseline: np.ndarray) -> Iterator[Finding]:
                 yield Finding(f"values.{name}", severity, f"{what} is accepted", basis)
             if not _usable(bench, probe, baseline):
                 message = f"after {what} and fmi2Reset it is not as it was before"
-                yield Finding("values.unusable", "error", message, UNUSABLE)
+                severity = "error" if name in ANSWERED else "warning"
+                yield Finding("values.unusable", severity, message, UNUSABLE)
+    bench.library.journal.unasked = False
 
 
 def _references(bench: Bench, *, exchange: bool) -> Iterator[Finding]:
@@ -222,7 +227,12 @@ def _names(bench: Bench, *, exchange: bool) -> Iterator[Finding]:
             with suppress(FatalError):  # which has been found before
                 probe.set([2**31], np.zeros(1), "of no variable")  # for a message with the name
             probe.words()
-        yield from _text(bench, text, what, exchange=exchange)
+        try:
+            yield from _text(bench, text, what, exchange=exchange)
+        except RefusedError as error:
+            message = f"a text is refused ({what}, {len(text)} characters): {error}"
+            basis = "FMI sets no limit to the length of texts"
+            yield Finding("values.text", "warning", message, basis, error.words)
 
 
 def _text(bench: Bench, text: str, what: str, *, exchange: bool) -> Iterator[Finding]:

@@ -14,7 +14,7 @@ from importlib import import_module
 from pathlib import Path
 
 from m4e_fmi.fmu.validation.bench import Bench, Facts
-from m4e_fmi.fmu.validation.findings import Finding
+from m4e_fmi.fmu.validation.findings import Failure, Finding
 from m4e_fmi.fmu.validation.journal import Journal
 from m4e_fmi.fmu.validation.probe import Library, RefusedError
 from m4e_fmi.fmu.validation.starting import refused
@@ -39,7 +39,7 @@ MODULES = {
 FOLLOWS = {"state_elsewhere": "state"}
 """Groups that need what another has left."""
 
-Check = Callable[[Bench], Iterator[Finding | Facts | str]]
+Check = Callable[[Bench], Iterator[Finding | Facts | Failure | str]]
 """Yields findings; a text is the reason why there is nothing to check."""
 
 
@@ -59,8 +59,23 @@ def work_on(group: str, folder: Path, fmu: str) -> None:
     """Run `group` on the FMU unpacked in folder `fmu`; its files go into `folder`."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
     os.dup2(os.open(stderr_file(folder, group), os.O_WRONLY | os.O_CREAT), 2)
+    with findings_file(folder, group).open("w", encoding="utf-8") as file:
+
+        def tell(told: dict[str, object]) -> None:
+            file.write(json.dumps(told) + "\n")
+            file.flush()
+
+        try:
+            _work_on(group, folder, Path(fmu), tell)
+        except Exception as error:  # noqa: BLE001  of a check: not to be laid at the FMU's door
+            tell({"failed": Failure.of(error).error})
+
+
+def _work_on(
+    group: str, folder: Path, fmu: Path, tell: Callable[[dict[str, object]], None]
+) -> None:
     check: Check = import_module(f"{PACKAGE}.{MODULES[group]}").check
-    subject = Subject.read(Path(fmu))
+    subject = Subject.read(fmu)
     version = subject.raw.fmiVersion
     facts = Facts()
     if (folder / FACTS).exists():
@@ -68,23 +83,20 @@ def work_on(group: str, folder: Path, fmu: str) -> None:
         facts = Facts(known["amplitude"], tuple(known["works"]))
     library = Library(subject, Journal(journal_file(folder, group)))
     bench = Bench(subject, library, facts, folder)
-    with findings_file(folder, group).open("w", encoding="utf-8") as file:
-
-        def tell(finding: Finding | str) -> None:
-            skipped = isinstance(finding, str)
-            told = {"skipped": finding} if skipped else asdict(finding.of(version))
-            file.write(json.dumps(told) + "\n")
-            file.flush()
-
-        try:
-            for found in check(bench):
-                if isinstance(found, Facts):
-                    (folder / FACTS).write_text(json.dumps(asdict(found)))
-                else:
-                    tell(found)
-        except RefusedError as error:
-            tell(refused(group, error))
-        if library.overruns:
-            functions = ", ".join(sorted(set(library.overruns)))
-            message = f"wrote behind the end of the array it was given: {functions}"
-            tell(Finding("memory.overrun", "error", message, "FMI 2.0.4, section 2.1.7"))
+    try:
+        for found in check(bench):
+            if isinstance(found, Facts):
+                (folder / FACTS).write_text(json.dumps(asdict(found)))
+            elif isinstance(found, Failure):
+                tell({"failed": found.error})
+            elif isinstance(found, str):
+                tell({"skipped": found})
+            else:
+                tell(asdict(found.of(version)))
+    except RefusedError as error:
+        tell(asdict(refused(group, error).of(version)))
+    if library.overruns:
+        functions = ", ".join(sorted(set(library.overruns)))
+        message = f"wrote behind the end of the array it was given: {functions}"
+        basis = "FMI 2.0.4, section 2.1.7"
+        tell(asdict(Finding("memory.overrun", "error", message, basis).of(version)))

@@ -13,12 +13,12 @@ enum { MASS, DAMPING, STIFFNESS, RATIO, FORCE, X, V, A, POWER, LOAD, STRETCH, Z,
 enum { INSTANTIATED = 1, INITIALIZATION = 2, EVENT = 4, CONTINUOUS = 8, STEP = 16, FAILED = 32, TERMINATED = 64 };
 enum { RUNNING = EVENT | CONTINUOUS | STEP, LATER = RUNNING | INITIALIZATION | FAILED | TERMINATED, ANY = LATER | INSTANTIATED };
 static const double start[N] = {[MASS] = 2, [DAMPING] = 0.3, [STIFFNESS] = 5, [FORCE] = 0.5, [X] = 0.4, [Z] = 0.1};
-static const double CUBIC = 0.8, TAU = 0.2, LARGEST_SUBSTEP = 0.001;
+static const double CUBIC = 0.8, TAU = 0.2, LARGEST_SUBSTEP = 0.001, OWN_STEP = 0.01;
 
 typedef struct {
     double r[N];
     double slope; /* of the force during the next step */
-    double t, stop, used_stiffness;
+    double t, stop, used_stiffness, own; /* own: the time that steps of its own have reached */
     int phase;
 } Values;
 typedef struct {
@@ -254,11 +254,15 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference
 /* Runge and Kutta's method in short steps; 0 if the solution is lost. */
 static int integrate(Model *m, double h) {
     double *r = m->now.r, s[3] = {r[X], r[V], FILTERED(m)};
+#ifdef DEFECT_OWN_STEP
+    long n = 1;
+#else
     long n = (long)ceil(h / LARGEST_SUBSTEP);
+#endif
     double d = h / n;
     for (long j = 0; j < n && isfinite(s[0]); j++) {
         double k[4][3], y[3];
-#ifdef DEFECT_EULER
+#if defined DEFECT_EULER || defined DEFECT_OWN_STEP
         rates(m, r[FORCE] + m->now.slope * (j + 0.5) * d, s, k[0]);
         for (int q = 0; q < 3; q++) s[q] += d * k[0][q];
         continue;
@@ -290,7 +294,10 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean final
     for (volatile double still = 0; h > 1e9; still += 1e-9) continue;
 #endif
 #ifndef DEFECT_NEGATIVE_STEP
-    CHECK(h > 0, "no step");
+    CHECK(!(h <= 0), "no step");
+#endif
+#ifdef DEFECT_NAN_STEP_HANGS
+    for (volatile double still = 0; h != h; still += 1e-9) continue;
 #endif
     CHECK(isfinite(h), "no step");
 #ifndef DEFECT_PAST_STOP
@@ -301,7 +308,11 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean final
 #ifdef DEFECT_STEP_SIZE
     size = 0.01;
 #endif
-    if (h > 0 && !integrate(m, size)) {
+#ifdef DEFECT_OWN_STEP
+    for (; m->now.own + OWN_STEP < t + h + 1e-9; m->now.own += OWN_STEP) integrate(m, OWN_STEP);
+    size = 0;
+#endif
+    if (size > 0 && !integrate(m, size)) {
         m->now.phase = FAILED;
         return tell(m, fmi2Discard, "the solution is lost");
     }

@@ -1,0 +1,339 @@
+"""Files that mean harm, or look like it: one message, at once, and nothing done.
+
+`tests/property/test_damaged_files.py` damages files at random.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import zipfile
+from contextlib import suppress
+from pathlib import Path
+
+import fmpy
+import pytest
+from support import defects
+from support.odd_files import DEFECT, FMI_3
+
+from m4e_fmi.cli import main
+from m4e_fmi.cli.output import cleaned
+from m4e_fmi.columns import read_columns
+from m4e_fmi.cosim import System, fmu_files
+from m4e_fmi.cosim.ssp import unpack_member
+from m4e_fmi.document import MOST_VALUES, Document
+from m4e_fmi.errors import InputError, RunError
+from m4e_fmi.file_names import LONGEST, file_stem, file_stems
+from m4e_fmi.fmu import Options, opening, validate_fmu
+from m4e_fmi.fmu.opening import check_archive, has_doctype
+from m4e_fmi.fmu.unpack import Unpacked
+from m4e_fmi.model import load_model
+from m4e_fmi.multibody import model_program
+from m4e_fmi.report import fmu_documentation
+
+MODEL = """\
+name: {name}
+description: {description}
+bodies: {{a: {{mass: 2, inertia: 0.1}}}}
+joints:
+  j: {{type: prismatic, child: a, direction: {direction}, initial: {{q: 0.1}}}}
+loads: {{f: {{type: joint_effort, joint: j, effort: {effort}}}}}
+"""
+
+
+def model(folder: Path, **given: str) -> Path:
+    path = folder / "a.model.yaml"
+    texts = {"name": "a", "description": "a", "direction": "[1, 0]", "effort": "1", **given}
+    path.write_text(MODEL.format(**texts), encoding="utf-8")
+    return path
+
+
+def fmu(path: Path, text: str | bytes, **more: str) -> Path:
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr(defects.XML, text)
+        archive.writestr(f"binaries/{fmpy.platform}/oscillator{fmpy.sharedLibraryExtension}", b"")
+        for name, content in more.items():
+            archive.writestr(name, content)
+    return path
+
+
+# ---- YAML ----
+
+
+def test_aliases_of_aliases_are_counted():
+    lines = ["a0: &a0 [x, x, x, x, x, x, x, x, x, x]"]
+    lines += [f"a{k}: &a{k} [{', '.join([f'*a{k - 1}'] * 10)}]" for k in range(1, 12)]
+    with pytest.raises(InputError, match=f"stands for more than {MOST_VALUES} values") as caught:
+        Document.parse("\n".join(lines), "bomb.yaml")
+    assert 0 < caught.value.problems[0].line < 12
+
+
+@pytest.mark.parametrize("text", ["a: &a [*a]", "a: &a {b: *a}", "a: &a\n  <<: *a"])
+def test_an_alias_of_itself_ends(text: str):
+    with suppress(InputError):
+        Document.parse(text)
+
+
+@pytest.mark.parametrize(
+    "value", ["9" * 5000, "!!int x", "2001-13-45", "!!timestamp x", "!!float x"]
+)
+def test_what_the_parser_cannot_make_anything_of(value: str):
+    with pytest.raises(InputError):
+        Document.parse(f"a: {value}")
+
+
+def test_a_file_without_end_is_not_read(tmp_path: Path):
+    endless = tmp_path / "a.yaml"
+    endless.symlink_to("/dev/zero")
+    with pytest.raises(InputError, match="is longer than 10 MB"):
+        Document.load(endless)
+
+
+@pytest.mark.parametrize("kind", ["[]", "{}", "null", "[sum]", "1"])
+def test_a_kind_that_is_no_word(kind: str, tmp_path: Path):
+    path = tmp_path / "system.yaml"
+    path.write_text(
+        f"name: a\ncomponents: {{b: {{kind: {kind}}}}}\nsimulation: {{stop_time: 1, step_size: 1}}"
+    )
+    with pytest.raises(InputError, match="unknown kind"):
+        System.load(path)
+
+
+# ---- numbers ----
+
+
+@pytest.mark.parametrize(
+    "direction", ["[1e300, 0]", "[1e-300, 0]", "[1e200, 1e200]", "[0, 1e-160]"]
+)
+def test_a_direction_out_of_all_scale(direction: str, tmp_path: Path):
+    with pytest.raises(InputError, match="is out of all scale"):
+        load_model(model(tmp_path, direction=direction))
+
+
+@pytest.mark.parametrize(
+    "effort", ["1e308*10*t", "sign(1e308*10)*t", "sign(1e308*1e308)", "1e300**2*t", "sign(0*1e999)"]
+)
+@pytest.mark.parametrize("command", ["info", "equations", "simulate", "linearize"])
+def test_an_overflow_in_a_load(
+    effort: str, command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    path = model(tmp_path, effort=effort)
+    more = ("--no-plot", "--stop-time", "0.01", "--output-file", str(tmp_path / "a.nc"))
+    code = main([command, str(path), *(more if command == "simulate" else ())])
+    assert code in (0, 1, 2)
+    assert DEFECT not in capsys.readouterr().err
+
+
+# ---- names ----
+
+NAMES = ["../../x", "/tmp/x", "a/b", "..", ".", "con", "NUL.txt", "a:b", "x" * 400, "a.", "\n", "ü"]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_name_never_becomes_a_path(name: str):
+    stem = file_stem(name)
+    assert Path(stem).name == stem
+    assert len(stem.encode()) <= LONGEST + 9
+    assert not stem.startswith(".")
+    assert stem.partition(".")[0].lower() not in ("con", "nul")
+    assert (stem == name) == (name == "ü")
+
+
+def test_two_names_never_become_one_file():
+    names = ["a", "A", "a/b", "a_b", "a:b", "x" * 200, "x" * 201]
+    stems = file_stems(names)
+    assert len({stem.casefold() for stem in stems.values()}) == len(names)
+    assert stems["a"] == "a"
+
+
+def test_files_stay_in_the_build_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+):
+    name = "../../outside"
+    work = tmp_path / "one" / "two"
+    work.mkdir(parents=True)
+    monkeypatch.chdir(work)
+    (work / "parts").mkdir()
+    part = model(work / "parts").relative_to(work)
+    path = model(work, name=f"'{name}'")
+    system = work / "system.yaml"
+    system.write_text(
+        f"name: '{name}'\ncomponents:\n  con: {{model: {part}}}\n  CON: {{model: {part}}}\n"
+        "simulation: {stop_time: 0.02, step_size: 0.01, algorithm: jacobi}\n"
+    )
+    commands = (
+        ["simulate", str(path), "--stop-time", "0.01"],
+        ["draw", str(path)],
+        ["run", str(system)],
+        ["build", str(system), "--ssp"],
+    )
+    for command in commands:
+        assert main(command) == 0, capsys.readouterr().err
+    assert main(["build", str(path)]) == 2  # an FMU has to be called like a variable of C
+    assert len(list(work.rglob("*.fmu"))) == 2
+    outside = [p for p in tmp_path.rglob("*") if p.is_file() and work not in p.parents]
+    assert not outside
+
+
+def test_components_that_differ_in_capitals_have_files_of_their_own(tmp_path: Path):
+    path = model(tmp_path)
+    system = tmp_path / "system.yaml"
+    system.write_text(
+        f"name: s\ncomponents: {{a: {{model: {path.name}}}, A: {{model: {path.name}}}}}\n"
+        "simulation: {stop_time: 1, step_size: 0.1}\n"
+    )
+    files = fmu_files(System.load(system), tmp_path / "build")
+    assert len({str(file).casefold() for file in files.values()}) == 2
+
+
+def test_members_of_a_package_have_files_of_their_own(tmp_path: Path):
+    path = tmp_path / "a.ssp"
+    members = {"resources/a/b.fmu": b"1", "resources/a_b.fmu": b"2", "resources/A_B.fmu": b"3"}
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("SystemStructure.ssd", "")
+        for name, content in members.items():
+            archive.writestr(name, content)
+    files = {name: unpack_member(path, name, tmp_path / "out") for name in members}
+    assert {name: file.read_bytes() for name, file in files.items()} == members
+    assert len({str(file).casefold() for file in files.values()}) == 3
+
+
+# ---- FMUs ----
+
+
+def bomb(encoding: str) -> bytes:
+    text = (
+        f'<?xml version="1.0" encoding="{encoding}"?>\n<!-- a --><!DOCTYPE a [<!ENTITY b "c">]>\n'
+    )
+    return (text + "<fmiModelDescription/>").encode(encoding)
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-16", "iso-8859-1"])
+def test_a_doctype_is_found_in_every_encoding(encoding: str, tmp_path: Path):
+    assert has_doctype(bomb(encoding))
+    with pytest.raises(InputError, match="has a DOCTYPE"):
+        check_archive(fmu(tmp_path / "a.fmu", bomb(encoding)))
+
+
+def test_the_word_in_a_comment_is_no_doctype():
+    assert not has_doctype(b"<a><!-- <!DOCTYPE --></a>")
+
+
+def test_a_description_may_be_too_long(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(opening, "MAX_DESCRIPTION", 1_000_000)
+    path = fmu(tmp_path / "a.fmu", f"<a>{'b' * 2_000_000}</a>")
+    with pytest.raises(InputError, match="has 2 MB") as caught:
+        check_archive(path)
+    assert "1 MB are read at most" in str(caught.value)
+
+
+def test_a_large_array_is_not_looked_at(tmp_path: Path):
+    text = FMI_3.replace('start="3"/>', 'start="9000000"/>')
+    report = validate_fmu(fmu(tmp_path / "a.fmu", text))
+    (finding,) = report.of_severity("warning")
+    assert finding.id == "description.limits"
+    assert "9,000,006 variables" in finding.message
+    assert all("at most 50,000" in group.skipped for group in report.groups[1:])
+
+
+def test_a_damaged_archive_needs_no_disk_space(tmp_path: Path):
+    path = fmu(tmp_path / "a.fmu", defects.description(), extra="a" * 100)
+    content = path.read_bytes()
+    place = content.rindex(b"extra", 0, content.rindex(b"PK\x05\x06"))
+    place = content.index(b"extra") + len("extra")
+    path.write_bytes(content[:place] + bytes([content[place] ^ 255]) + content[place + 1 :])
+    with pytest.raises(InputError, match="it is damaged") as caught:
+        Unpacked(path)
+    assert "disk space" not in str(caught.value)
+
+
+def test_a_name_that_is_too_long_needs_no_disk_space(tmp_path: Path):
+    path = fmu(tmp_path / "a.fmu", defects.description(), **{"x" * 300: ""})
+    with pytest.raises(InputError, match="a name of 300 characters"):
+        check_archive(path)
+
+
+def test_a_full_disk_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(fmpy, "extract", full)
+    with pytest.raises(RunError, match="free disk space"):
+        Unpacked(fmu(tmp_path / "a.fmu", defects.description()))
+
+
+def test_marks_of_the_page_in_a_description_stay_as_they_are(tmp_path: Path):
+    read = load_model(model(tmp_path, description="'@sections@ @title@'"))
+    files = fmu_documentation(read, model_program(read), Options())
+    (page,) = [text for name, text in files.items() if name.endswith("index.html")]
+    assert b"@sections@ @title@" in page
+    assert page.count(b"<h2>Variables</h2>") == 1
+
+
+# ---- what is printed ----
+
+
+def test_a_table_that_is_none_is_not_printed(tmp_path: Path):
+    path = tmp_path / "environ.csv"
+    path.write_bytes(b"SECRET=abc\0PATH=a,b\0")
+    with pytest.raises(InputError) as caught:
+        read_columns(path, ["time", "force"])
+    assert "abc" not in str(caught.value)
+
+
+def test_of_a_long_line_little_is_printed(tmp_path: Path):
+    path = tmp_path / "a.csv"
+    path.write_text(f"time,force\n0,{'secret' * 1000}\n")
+    with pytest.raises(InputError) as caught:
+        read_columns(path, ["time", "force"])
+    assert len(str(caught.value)) < 400
+
+
+def test_control_characters_do_not_reach_the_terminal(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    path = model(tmp_path, name='"a\\e[2J\\u202eb\\u0085c\\rd"', description='"\\e]0;x\\a"')
+    assert main(["info", str(path)]) == 0
+    assert main(["info", str(model(tmp_path, effort='"\\e[2J"'))]) == 2
+    printed = "".join(capsys.readouterr())
+    assert not set("\x1b\u202e\x85\x07\r") & set(printed)
+    assert "a\ufffd[2J\ufffdb\ufffdc\ufffdd" in printed
+
+
+def test_plain_text_is_printed_as_it_is():
+    text = "Schwimmkörper π → 浮\t1\n"
+    assert cleaned(text) == text
+
+
+# ---- the last resort ----
+
+
+def test_an_unexpected_error_is_one_line_and_a_report(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+):
+    def defective(_: Path) -> None:
+        raise KeyError("surprise")
+
+    monkeypatch.setattr("m4e_fmi.model.load_model", defective)
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    monkeypatch.setenv("M4E_SECRET", "hidden in the environment")
+    assert main(["equations", "a.model.yaml"]) == 1
+    first, second = capsys.readouterr().err.splitlines()
+    assert first == "failed: KeyError: 'surprise'"
+    assert DEFECT in second
+    report = Path(second.split("report ")[1]).read_text(encoding="utf-8")
+    assert "Traceback" in report
+    assert "['equations', 'a.model.yaml']" in report
+    assert "hidden in the environment" not in report
+
+
+def test_a_reader_that_leaves_is_no_error():
+    code = "import sys; from m4e_fmi.cli import main; sys.exit(main(['info', sys.argv[1]]))"
+    example = Path(__file__).parents[2] / "examples/paper_cases/spiderfloat.model.yaml"
+    command = [sys.executable, "-c", code, str(example)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        assert process.stdout is not None
+        assert process.stderr is not None
+        process.stdout.close()
+        assert process.stderr.read() == b""
+        assert process.wait() in (0, 120)
