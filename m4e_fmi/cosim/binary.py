@@ -12,11 +12,13 @@ the processor's cache.
 
 from __future__ import annotations
 
+import ctypes
 import inspect
 import os
 import shutil
 from collections.abc import Mapping
 from contextlib import ExitStack, closing
+from copy import copy
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -76,22 +78,15 @@ class Binary:
     RunError, about `origin`, if it cannot be loaded.
     """
 
-    def __init__(self, description: Description, files: Files, *, origin: str) -> None:
+    def __init__(
+        self, description: Description, files: Files, *, origin: str, like: Binary | None = None
+    ) -> None:
+        """`like` is one of the same FMU, whose functions have the same signatures."""
         self.in_use = 0
         self.files = files
-        _keep_signatures(CLASSES[description.version])
-        here = Path.cwd()
-        library = files.library()
-        # FMPy finds FMI 3.0's library by this name, and FMI 1.0's functions
-        name = library.stem if description.version == "3.0" else description.identifier
+        library, here = files.library(), Path.cwd()
         try:
-            self.functions: Any = CLASSES[description.version](
-                guid=description.guid,
-                unzipDirectory=str(files.folder),
-                modelIdentifier=name,
-                instanceName=description.identifier,
-                libraryPath=str(library),
-            )
+            self.functions = _again(like, library) if like else _loaded(description, files, library)
         except Exception as error:
             text = str(error).replace(str(files.folder), "")
             remedy = (
@@ -111,6 +106,35 @@ class Binary:
         """Unload the library."""
         if self.in_use == 0:
             self.functions.freeLibrary()
+
+
+def _loaded(description: Description, files: Files, library: Path) -> Any:
+    """FMPy's object for a library, with the signatures of all functions."""
+    kind = CLASSES[description.version]
+    _keep_signatures(kind)
+    # FMPy finds FMI 3.0's library by this name, and FMI 1.0's functions
+    name = library.stem if description.version == "3.0" else description.identifier
+    return kind(
+        guid=description.guid,
+        unzipDirectory=str(files.folder),
+        modelIdentifier=name,
+        instanceName=description.identifier,
+        libraryPath=str(library),
+    )
+
+
+def _again(like: Binary, library: Path) -> Any:
+    """The same for a copy of the library: finding out all signatures takes most of the time."""
+    found = copy(like.functions)
+    os.chdir(library.parent)  # where some find the libraries that they need
+    found.dll = ctypes.cdll.LoadLibrary(str(library))
+    found._functions = {}
+    for name, known in like.functions._functions.items():
+        function = getattr(found.dll, known.__name__)
+        for of in ("argnames", "argtypes", "restype"):
+            setattr(function, of, getattr(known, of))
+        found._functions[name] = function
+    return found
 
 
 @cache
@@ -142,6 +166,6 @@ def binaries(
         if last is None or not last.files.shares_library:
             files = last.files if last else stack.enter_context(closing(Files(description)))
             origin = f"{name} ({description.path.name})"
-            last = stack.enter_context(Binary(description, files, origin=origin))
+            last = stack.enter_context(Binary(description, files, origin=origin, like=last))
         found[name] = known[description.path] = last
     return found
