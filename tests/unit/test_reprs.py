@@ -9,6 +9,7 @@ import subprocess
 import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import fields, is_dataclass
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,8 @@ import pytest
 from support.planar_trees import random_tree
 
 import m4e_fmi
-from m4e_fmi import analysis, cosim, fmu, model, multibody, program, simulate
+from m4e_fmi import analysis, cosim, fmu, model, multibody, program
+from m4e_fmi.document import Section
 from m4e_fmi.errors import InputError, UnknownNameError
 from m4e_fmi.fmu.from_program import python_slave
 from m4e_fmi.fmu.options import Options
@@ -25,10 +27,12 @@ from m4e_fmi.model import Body, Joint, Model, load_model
 from m4e_fmi.model.loads import LOAD_TYPES
 from m4e_fmi.program import Program, Recorder, Tape, Variable
 from m4e_fmi.series import Series
+from m4e_fmi.simulate import Watch, simulate
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SPIDERFLOAT = EXAMPLES / "paper_cases" / "spiderfloat.model.yaml"
-PACKAGES = (model, multibody, program, simulate, analysis, cosim, fmu)
+SIMULATING = import_module("m4e_fmi.simulate")
+PACKAGES = (model, multibody, program, SIMULATING, analysis, cosim, fmu)
 WITHOUT_OBJECTS = {program.Solution}
 """A protocol."""
 MOST_LINES, MOST_CHARACTERS = 20, 2000
@@ -57,11 +61,12 @@ def of_the_coupling(folder: Path) -> Iterator[Any]:
     prepared = cosim.prepare(system, build_directory=folder / "build")
     yield from (system, prepared, *cosim.Timing)
     yield from (cosim.Bond("b", ()), cosim.BondEnergy("b", 1.0, 1.0, 1.0))
-    yield from (cosim.Kind("sum", {}), cosim.FmuFile(Path("x.fmu")))
+    yield from (cosim.Kind("sum", Section()), cosim.FmuFile(Path("x.fmu")))
     with cosim.start(prepared, results=folder / "s.nc") as run:
         yield from (run, run.step(), run.save(), run._master.network)
     yield from (run.outcome, run.outcome.results(), *prepared.descriptions.values())
     yield cosim.CouplingError("a -> b", cosim.Port("a", "y"), 0.1, 0.05)
+    yield cosim.FmuMessage("one", "warning", "near its limit", 3, 0.1, 0.5)
     found = tuple(fmu.Finding(f"id.{k}", "error", "text " * 40) for k in range(100))
     yield from (fmu.Report(folder / "x.fmu", (fmu.Group("archive", found),)), Options())
 
@@ -80,8 +85,8 @@ def of_models() -> Iterator[Any]:
         program.jacobian(multibody.model_program(small)),
         Recorder("r", ""),
     )
-    yield from (Tape().constant(1.0), made.states[0], simulate.Watch("x"))
-    motion = simulate.simulate(small, stop_time=2.0, events=[simulate.Watch("body.float.vz")])
+    yield from (Tape().constant(1.0), made.states[0], Watch("x"))
+    motion = simulate(small, stop_time=2.0, events=[Watch("body.float.vz")])
     yield from (motion, motion["body.float.z"], motion.time, motion.energy)
     linear = analysis.linearize(small, inputs=["k"])
     yield from (linear, analysis.Linearizer(small), analysis.SymbolicLinearization(small))
@@ -132,7 +137,7 @@ def test_every_public_type_says_what_it_is_in_few_lines(tmp_path: Path) -> None:
 
 
 def test_a_series_is_an_array_that_knows_its_name_and_unit() -> None:
-    run = simulate.simulate(SPIDERFLOAT, stop_time=1.0)
+    run = simulate(SPIDERFLOAT, stop_time=1.0)
     heave = run["body.float.z"]
     assert (heave.name, heave.unit) == ("body.float.z", "m")
     assert heave.long_name == "Coordinate Z_1 of body float"
@@ -159,14 +164,14 @@ def test_a_series_is_an_array_that_knows_its_name_and_unit() -> None:
 def test_matplotlib_draws_a_series() -> None:
     from matplotlib.figure import Figure
 
-    run = simulate.simulate(SPIDERFLOAT, stop_time=1.0)
+    run = simulate(SPIDERFLOAT, stop_time=1.0)
     (line,) = Figure().subplots().plot(run.time, run["body.float.z"])
     np.testing.assert_array_equal(line.get_ydata(), run["body.float.z"].values)
 
 
 def wrong_names(folder: Path) -> Iterator[Any]:
     """Things to look names up in, and a name that is nearly there."""
-    run = simulate.simulate(SPIDERFLOAT, stop_time=0.1)
+    run = simulate(SPIDERFLOAT, stop_time=0.1)
     yield from ((run, "body.float.zz"), (run.values, "body.float.zz"))
     point = analysis.linearize(load_model(SPIDERFLOAT)).point
     yield point, "body.float.zz"
@@ -201,7 +206,7 @@ def test_programs_tell_unknown_names_with_the_nearest() -> None:
         lambda: program.jacobian(made, by=["kk"]),
         lambda: program.with_feedback(made, {"body.float.force_y": lambda _: 0.0}),
         lambda: program.with_feedback(made, {"body.float.force_z": lambda x: x["body.float.vv"]}),
-        lambda: simulate.simulate(made, stop_time=1.0, start_values={"kk": 1.0}),
+        lambda: simulate(made, stop_time=1.0, start_values={"kk": 1.0}),
     )
     for attempt in attempts:
         with pytest.raises(KeyError, match="did you mean"):
@@ -215,7 +220,7 @@ def test_the_package_has_the_verbs() -> None:
     assert m4e_fmi.linearize is analysis.linearize
     alone = Model("a", {"b": Body(1.0, 1.0)}, {"j": Joint("revolute", "b")})
     assert m4e_fmi.simulate(alone, stop_time=0.1).time[-1] == 0.1
-    assert simulate.simulate(alone, stop_time=0.1).time[-1] == 0.1
+    assert SIMULATING(alone, stop_time=0.1).time[-1] == 0.1  # type: ignore[operator]
     with pytest.raises(AttributeError, match="no attribute 'simulat'"):
         m4e_fmi.simulat  # noqa: B018
 

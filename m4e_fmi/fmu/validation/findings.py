@@ -46,7 +46,6 @@ class Finding:
         return replace(self, message=message, basis=basis)
 
 
-@short
 @dataclass(frozen=True)
 class Failure:
     """A check of ours that broke down: a defect of m4e_fmi, which says nothing about the FMU."""
@@ -62,6 +61,7 @@ class Failure:
         return cls(f"{type(error).__name__}: {error}{place}")
 
 
+@short
 @dataclass(frozen=True)
 class Group:
     """A group of checks: its findings, or why it was not run; `seconds` it took.
