@@ -58,6 +58,11 @@ class Certificate:
         )
 
 
+def over(values: np.ndarray, spans: np.ndarray) -> np.ndarray:
+    """Values (…, n) over the spans (n,) of their units; 0 where nothing moves."""
+    return np.divide(values, spans, out=np.zeros_like(values), where=spans > 0.0)
+
+
 class Trace:
     """An observer that keeps the outputs by which the coupling is judged."""
 
@@ -95,11 +100,8 @@ def certificate(
     of the judged outputs, each in its unit.
     """
     largest: dict[int, CouplingError] = {}
-    found = (spans(network, ranges), errors, halved)
-    for (connection, port), span, *both in zip(
-        network.judged, *map(np.ndarray.tolist, found), strict=True
-    ):
-        error, half = (value / span if span else 0.0 for value in both)
+    shares = over(np.array([errors, halved]), spans(network, ranges)).T.tolist()
+    for (connection, port), (error, half) in zip(network.judged, shares, strict=True):
         known = largest.get(connection)
         if known is None or error > known.error:
             largest[connection] = CouplingError(connections[connection], port, error, half)

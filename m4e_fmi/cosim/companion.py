@@ -13,11 +13,12 @@ from dataclasses import replace
 import numpy as np
 
 from m4e_fmi.cosim.algorithms import Algorithm
+from m4e_fmi.cosim.certificate import over
 from m4e_fmi.cosim.coverage import Coverage
 from m4e_fmi.cosim.energy import BLOCK, EnergyBalance
 from m4e_fmi.cosim.network import TWICE, Change, Network
 from m4e_fmi.cosim.operations import Operation, gather
-from m4e_fmi.cosim.roughness import Roughness, fourth_differences
+from m4e_fmi.cosim.roughness import HISTORY, Roughness, fourth_differences
 from m4e_fmi.cosim.stepping import Course
 from m4e_fmi.cosim.system import SECOND, Simulation
 from m4e_fmi.cosim.witness import FAR, NOISE, SMALL, off
@@ -25,8 +26,6 @@ from m4e_fmi.errors import RunError
 
 KINKED = 0.5
 """Order that is taken where outputs have kinks: two courses may meet a kink alike, by chance."""
-HISTORY = 4
-"""Steps before a block that are needed for its fourth differences."""
 
 
 class Recorder:
@@ -62,6 +61,9 @@ class Recorder:
 
     def before(self) -> None:
         """Before a step."""
+
+    def halt(self) -> None:
+        """It makes no steps."""
 
     def after(self, steps: int, size: int, row: int, *, jumped: bool = False) -> None:
         """After so many steps of `size` [ns]; the operations have filled rows from `row` on."""
@@ -150,6 +152,10 @@ class Companion:
     def before(self) -> None:
         """Before a step of the run."""
 
+    def halt(self) -> None:
+        """End steps that are made at once at the next point, called by another thread."""
+        self._course.halt()
+
     def stop(self, why: str) -> None:
         """The second set cannot follow the run any more: nothing can be told."""
         self.failure = self.failure or why
@@ -188,6 +194,7 @@ class Companion:
             while not course.over and (
                 now - course.now >= self._size or course.now < now == self._rest
             ):
+                self._network.pause()
                 course.advance(max(1, (now - course.now) // self._size))
         except RunError as error:
             name = "twice" if self._twice else "half"
@@ -210,7 +217,7 @@ class Companion:
         order = float(self._order)
         found = self._at(order)
         spans = self._spans(self.ranges())
-        shares = np.divide(found, spans, out=np.zeros_like(spans), where=spans > 0.0)
+        shares = over(found, spans)
         if self.switched or (self._run.kinks > SMALL * shares.max(initial=0.0) * spans).any():
             order = KINKED
         return self._at(order) / (2.0**order if halved else 1.0)

@@ -19,7 +19,8 @@ class Coverage:
 
     `doubled` is the time that was made twice in steps of another length; `followed` are the spans
     over which a second course went beside the run, `kinks` the times of contacts, switches and
-    jumps that were met there in finer steps; `lost` are spans in which nothing is known, and why.
+    jumps that were met there in finer steps; `lost` are times from which on
+    kinks could not be followed, and why.
     """
 
     start: int
@@ -27,7 +28,7 @@ class Coverage:
     doubled: int = 0
     followed: tuple[tuple[int, int], ...] = ()
     kinks: tuple[int, ...] = ()
-    lost: tuple[tuple[int, int, str], ...] = ()
+    lost: tuple[tuple[int, str], ...] = ()
 
     def twice(self, span: int) -> Coverage:
         """With a further window."""
@@ -41,7 +42,7 @@ class Coverage:
 
     def lose(self, since: int, why: str) -> Coverage:
         """Without knowledge from some time on."""
-        return replace(self, lost=(*self.lost, (since, self.end, why)))
+        return replace(self, lost=(*self.lost, (since, why)))
 
     @property
     def share(self) -> float:
@@ -56,8 +57,8 @@ class Coverage:
             text = "all of the run made twice"
         if self.kinks:
             text += f"; finer steps about {_listed(self.kinks)}"
-        for begin, end, why in self.lost:
-            text += f"; not watched from t = {begin / SECOND:.6g} s to {end / SECOND:.6g} s: {why}"
+        for begin, why in self.lost:
+            text += f"; kinks are not followed from t = {begin / SECOND:.6g} s on: {why}"
         return text
 
 

@@ -20,6 +20,9 @@ from m4e_fmi.cosim.standards import Access, Taken, Texts, value_in
 from m4e_fmi.cosim.structure import Loop, Transfer
 from m4e_fmi.cosim.type_rules import bounds, is_large
 
+Kept = tuple[np.ndarray, np.ndarray, tuple[Port, ...]]
+"""The cells of a point, those of the last settled one, and changes that act a step late."""
+
 
 class Discrete:
     """The outputs among `steps` that are not Real, and what takes their values by `links`.
@@ -146,12 +149,15 @@ class Discrete:
         for port in self._delayed:
             self.cells[self._late + self._index[port]] = initial.values[initial._index[port]]
 
-    def bring(self, cells: np.ndarray) -> None:
-        """Make these the cells at the present point; the FMUs have them already."""
-        self.cells[:] = cells
-        self._before[:] = self.values
-        self.changed[0] = np.inf
-        self._echo = []
+    def kept(self) -> Kept:
+        """The cells, those of the last settled point, and the changes that act a step late."""
+        return self.cells.copy(), self._before.copy(), tuple(self._echo)
+
+    def bring(self, kept: Kept) -> None:
+        """Return to what was `kept`; the FMUs have these values already."""
+        cells, before, echo = kept
+        self.cells[:], self._before[:], self._echo = cells, before, list(echo)
+        self.changed[0] = 0.0 if (self.values != self._before).any() else np.inf
 
     def differs(self, values: np.ndarray) -> bool:
         """Whether the FMUs give others than these just now, in the middle of a step."""

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Callable, Collection, Mapping, Sequence
-from contextlib import ExitStack
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from typing import cast
 
@@ -70,7 +70,7 @@ class State:
 class Master:
     """Owns the instances of a system from `with` to the end of the block."""
 
-    REMEMBERED = ("_algorithm", "_control", "_energy", "_course")
+    REMEMBERED = ("_algorithm", "_control", "_energy", "_course", "_second_look")
 
     def __init__(
         self,
@@ -337,12 +337,21 @@ class Master:
         self.begin(results, singly=bool(observers))
         tell = _ticker(progress)
         self._observe(observers)
-        with stepping(self._course.halt) as check:
+        with stepping(self._course.halt) as check, self._pausing(check):
             while not self.done:
                 self._advance()
                 self._observe(observers)
                 tell(self._course.now / SECOND)
                 check()
+
+    @contextmanager
+    def _pausing(self, check: Callable[[], None]) -> Iterator[None]:
+        """Within this, `check` ends steps early that are none of the run."""
+        self.network.pause = check
+        try:
+            yield
+        finally:
+            self.network.pause = lambda: None
 
     def begin(self, results: ResultsWriter | None = None, *, singly: bool) -> None:
         """Make ready for steps that are recorded in `results`, one at a time if `singly`."""
@@ -369,14 +378,18 @@ class Master:
         try:
             self._course.advance()
         except RunError as error:
-            raise self._stability.explained(error, self._results) from error
+            told = self._stability.explained(error, self._results)
+            if told is error:
+                raise
+            raise told from error
+        finally:
+            self._journal.check()
         self._stability.look(self.steps)
         self._second_look.look(self.steps, last=self.done)
-        self._journal.check()
 
     def step(self) -> None:
         """Make one step; KeyboardInterrupt and Terminated come after it."""
-        with stepping():
+        with stepping(self._course.halt) as check, self._pausing(check):
             self._advance()
 
     def set(self, component: str, values: Mapping[str, Value]) -> None:

@@ -32,7 +32,7 @@ import numpy as np
 
 from m4e_fmi.cosim.arrivals import Arrivals, following
 from m4e_fmi.cosim.connect import Link, Port, Wiring
-from m4e_fmi.cosim.discrete import Discrete
+from m4e_fmi.cosim.discrete import Discrete, Kept
 from m4e_fmi.cosim.instance import WARNING, Call, Instance
 from m4e_fmi.cosim.memory import Memory, recall, remember
 from m4e_fmi.cosim.newton import AlgebraicLoop
@@ -75,7 +75,7 @@ class Point:
     """A communication point to which a network can return; the FMUs keep their states in `place`.
 
     `values`, `inputs` and those that are not Real (`discrete`) are copies of the network's, `loops`
-    what its algebraic loops start from.
+    what its algebraic loops start from, `roughness` how well they were solved.
     """
 
     place: int
@@ -83,8 +83,9 @@ class Point:
     last: float
     values: np.ndarray
     inputs: np.ndarray
-    discrete: np.ndarray
+    discrete: Kept
     loops: tuple[Memory, ...]
+    roughness: float
 
 
 class Network:
@@ -104,6 +105,7 @@ class Network:
     `judged` are the outputs by which the coupling is judged, each with the number of a connection
     that it belongs to: the sources of all links, and what comes of them where they end.
     All that is so far is Real; what is not, and what takes such values, is `discrete`.
+    `pause` is called between steps that are none of the run, and raises what ends them early.
     `recorded` are the outputs by component that results will have (None: all scalars); those that
     are not exchanged are read too, and all others if they are `watched`.
     """
@@ -129,6 +131,7 @@ class Network:
         self.rates = rates
         self._origin = round(time * SECOND)
         self.coarse = 1.0
+        self.pause: Callable[[], None] = lambda: None
         self.time = time
         self.last = self.size = 0.0
         self.sweep = structure.sweep
@@ -381,8 +384,8 @@ class Network:
         for instance in self.instances.values():
             instance.save_state(place)
         loops = tuple(remember(part) for part in self._exchange)
-        copies = self.values.copy(), self.inputs.copy(), self.discrete.cells.copy()
-        return Point(place, self.time, self.last, *copies, loops)
+        copies = self.values.copy(), self.inputs.copy(), self.discrete.kept()
+        return Point(place, self.time, self.last, *copies, loops, self.roughness)
 
     def keep(self) -> Point:
         """The present point, in a place of its own, which is free again when nothing holds it."""
@@ -399,6 +402,7 @@ class Network:
         self.values[:] = point.values
         self.inputs[:] = point.inputs
         self.discrete.bring(point.discrete)
+        self.roughness = point.roughness
         for part, memory in zip(self._exchange, point.loops, strict=True):
             recall(part, memory)
 

@@ -14,6 +14,8 @@ from m4e_fmi.cosim.energy import BLOCK
 from m4e_fmi.cosim.network import Network
 from m4e_fmi.cosim.operations import Monitor
 
+HISTORY = 4
+"""Steps before one that its fourth difference looks at."""
 STEPS = 5
 """Steps that are to be seen before a fourth difference has a level to be compared with."""
 ROUNDING = 2e-14
@@ -56,6 +58,6 @@ class Roughness:
 def fourth_differences(values: np.ndarray) -> np.ndarray:
     """Magnitudes for values (steps, n); 0 for the first four steps."""
     found = np.zeros_like(values)
-    if len(values) > STEPS - 1:
-        found[4:] = np.abs(np.diff(values, 4, axis=0))
+    if len(values) > HISTORY:
+        found[HISTORY:] = np.abs(np.diff(values, 4, axis=0))
     return found

@@ -73,12 +73,16 @@ class Schedule:
         So it is if the FMU has come to the end of the step; in that, nothing is set any more.
         """
         step = self.operations[index]
-        asks = status == DISCARD and isinstance(step, DoStep)
-        if not asks or not step.instance.ends_at(time + size):
+        if status != DISCARD or not isinstance(step, DoStep):
+            self.fail(status, index, time, size, row)
+        if not step.instance.ends_at(time + size):
             self.fail(status, index, time, size, row)
         rest = list(self.operations[index + 1 :])
-        again = [k for k, o in enumerate(rest) if isinstance(o, Restore)]
-        again = [k for k in again if rest[k].instance is step.instance]
+        again = [
+            k
+            for k, operation in enumerate(rest)
+            if isinstance(operation, Restore) and operation.instance is step.instance
+        ]
         quiet = again[0] if again else len(rest)
         quietly = Schedule(rest[:quiet]).without_sets([step.instance])
         Schedule([*quietly.operations, *rest[quiet:]]).run(time, size, row=row)

@@ -103,6 +103,12 @@ class SecondCourse:
         noted = gather(self._values, self._network.values, self._sources)
         return looped(self._algorithm, self._network, [noted])
 
+    def halt(self) -> None:
+        """End steps that are made at once at the next point, called by another thread."""
+        loop: Loop | None = self.__dict__.get("_loop")
+        if loop:
+            loop.state.halt = 1
+
     def values(
         self, times: np.ndarray, jumps: Sequence[int], changes: Mapping[int, Sequence[Change]]
     ) -> np.ndarray:
@@ -119,6 +125,7 @@ class SecondCourse:
             if now in changes:
                 self._network.change(changes[now])
             while left:
+                self._network.pause()
                 found.append(self._steps(now, size, left, jumps))
                 now += len(found[-1]) * size
                 left -= len(found[-1])
@@ -130,10 +137,10 @@ class SecondCourse:
         loop = None if jumps else self._loop
         if loop and isinstance(algorithm, Scheduled) and algorithm.repeats(size / SECOND):
             made = min(most, BLOCK)
-            loop.state.now, loop.state.size, loop.state.noted = now, size, 0
+            loop.state.now, loop.state.size, loop.state.noted, loop.state.halt = now, size, 0, 0
             loop.advance(made)
             network.time = loop.state.now / SECOND
-            if network.settle():
+            if network.settle() or loop.state.halt:
                 made = (loop.state.now - now) // size
             if loop.state.now < now + made * size:
                 raise RunError(ended(network.instances.values()))

@@ -7,6 +7,8 @@ input, and what was exchanged was late.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from m4e_fmi.cosim.connect import Port
@@ -20,6 +22,8 @@ RARER = 8
 class SecondLook:
     """Looks at the probed outputs of a `network`; `notes` tell of those that have changed."""
 
+    REMEMBERED = ("_next", "_seen")
+
     def __init__(self, network: Network) -> None:
         self._network = network
         self._next = 0
@@ -32,7 +36,7 @@ class SecondLook:
                 view = np.zeros(len(own))
                 read = network.reader(name, [port.variable for port in own], view)
                 self._parts.append((own, view, read))
-        self._seen: dict[Port, str] = {}
+        self._seen: Mapping[Port, str] = {}
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -49,7 +53,7 @@ class SecondLook:
             read()
             for port, value in zip(ports, view.tolist(), strict=True):
                 if value != network.values[network.index(port)] and port not in self._seen:
-                    self._seen[port] = self._told(port)
+                    self._seen = {**self._seen, port: self._told(port)}
 
     def _told(self, port: Port) -> str:
         network = self._network

@@ -43,6 +43,7 @@ class Watcher(Protocol):
     @property
     def room(self) -> int: ...
     def before(self) -> None: ...
+    def halt(self) -> None: ...
     def after(self, steps: int, size: int, row: int, *, jumped: bool = False) -> None: ...
 
 
@@ -125,6 +126,8 @@ class Course:
         for loop in (self.__dict__.get("_unwatched"), self.__dict__.get("_watched")):
             if loop:
                 loop.state.halt = 1
+        if self._witness:
+            self._witness.halt()
 
     def advance(self, most: int = ENERGY_BLOCK) -> None:
         """Make as many steps as can be made at once, `most` at most, or one; fewer at the end."""

@@ -37,7 +37,7 @@ the errors of kinks, so that |y − z| is their part of the error, in all that f
 that of smooth courses. It ends where its difference has died out. Kinks smaller than a tenth of the
 error that is known already are passed over.
 
-A run that goes back to a saved state takes what was seen since then back, too.
+Going back to a saved state also discards what was learned since then.
 """
 
 from __future__ import annotations
@@ -49,12 +49,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from m4e_fmi.cosim.certificate import over
 from m4e_fmi.cosim.coverage import Coverage
 from m4e_fmi.cosim.energy import BLOCK
 from m4e_fmi.cosim.memory import Memory, recall, remember
 from m4e_fmi.cosim.network import HALF, TWICE, Change, Network, Point
 from m4e_fmi.cosim.operations import Operation, gather
-from m4e_fmi.cosim.roughness import Roughness, fourth_differences
+from m4e_fmi.cosim.roughness import HISTORY, Roughness, fourth_differences
 from m4e_fmi.cosim.second_course import (
     SecondCourse,
     about,
@@ -185,7 +186,7 @@ class Witness:
 
     REMEMBERED = (
         "_steps", "_begins", "_told", "_bounds", "_kinked", "_followed", "_watched",
-        "_coverage", "_measured",
+        "_coverage", "_measured", "_size", "failure", "_others",
     )  # fmt: skip
 
     def __init__(
@@ -212,7 +213,7 @@ class Witness:
             gather(self._values, network.values, sources),
             self._roughness.operation,
         )
-        self._steps = self._begins = 0
+        self._steps = self._begins = self._size = 0
         self._stretch: _Stretch | None = None
         self._told: list[_Told] = []
         self._bounds = np.repeat(network.values[sources][None], 2, axis=0)
@@ -238,12 +239,17 @@ class Witness:
             self._begins = max(2 * self._begins, FIRST)
             end = self._steps + (self._steps // SHARE or FIRST)
         else:
-            end = min(self._begins, self._steps + self._steps // PART)
+            end = min(self._begins, self._steps + max(1, self._steps // PART))
         start = self._network.keep()
         now, values = _nanoseconds(start.time), self._network.values[self._sources][None]
         recorded = window or self._followed is not None
         self._stretch = _Stretch(start, window, recorded, end, [np.array([now])], [values])
         self._roughness.start_over()
+
+    def halt(self) -> None:
+        """End the steps that are made again at the next point, called by another thread."""
+        for course in (*self._others.values(), self._same):
+            course.halt()
 
     def changed(self, changes: Sequence[Change]) -> None:
         """Some values were set at the present point, and exchanged."""
@@ -253,10 +259,13 @@ class Witness:
             self._stretch.changes.setdefault(now, []).extend(changes)
         elif self._followed:
             end = self._network.keep()
-            self._network.restore(self._followed.point)
-            self._network.change(changes)
-            self._followed = replace(self._followed, point=self._network.keep())
-            self._network.restore(end)
+            with self._network.rehearsing():
+                try:
+                    self._network.restore(self._followed.point)
+                    self._network.change(changes)
+                    self._followed = replace(self._followed, point=self._network.keep())
+                finally:
+                    self._network.restore(end)
 
     def seen(self) -> Seen:
         """What it knows at the present point, to which the run may go `back`."""
@@ -286,7 +295,8 @@ class Witness:
         if stretch is None or not steps:
             return
         last = int(stretch.times[-1][-1])
-        if jumped or (stretch.steps and size != last - self._last_but_one(stretch)):
+        same, self._size = size == self._size, size
+        if jumped or not same:
             self._roughness.forget()
         else:
             stretch.kinks.append(stretch.steps + self._roughness.sudden(row, steps))
@@ -297,11 +307,6 @@ class Witness:
             stretch.values.append(self._values[row : row + steps].copy())
         if self._steps == stretch.end:
             self._close()
-
-    @staticmethod
-    def _last_but_one(stretch: _Stretch) -> int:
-        times = stretch.times[-1]
-        return int(times[-2] if len(times) > 1 else stretch.times[-2][-1])
 
     def _close(self) -> None:
         """Make the open stretch again, in steps of other lengths, as far as that is wanted."""
@@ -314,8 +319,15 @@ class Witness:
         if not (window or self._followed or len(kinks)):
             return
         end = self._network.keep()
+        why = "they were interrupted"
         with self._network.rehearsing():
-            why = self._made_again(stretch, kinks, window=window)
+            try:
+                why = self._made_again(stretch, kinks, window=window)
+            finally:
+                self._back_to(end, why)
+
+    def _back_to(self, end: Point, why: str) -> None:
+        """Return to where the run is; RunError that says `why` courses have failed, if it fails."""
         try:
             self._network.restore(end)
         except RunError as error:
@@ -352,18 +364,16 @@ class Witness:
     @staticmethod
     def _beyond_rounding(kinks: np.ndarray, values: np.ndarray) -> np.ndarray:
         """Which of some steps are rough by more than rounding (kinks,)."""
-        rough = fourth_differences(values)[kinks + 1]
-        return (rough > NOISE * np.abs(values).max(axis=0)).any(axis=1)
+        return np.any(_rough(kinks, values) > NOISE * np.abs(values).max(axis=0), axis=1)
 
     def _relevant(self, kinks: np.ndarray, values: np.ndarray) -> np.ndarray:
         """Which of some steps are rough by more than a share of the known error (kinks,)."""
         spans = self._spans(self.ranges())
-        rough = fourth_differences(values)[kinks + 1]
-        return (rough > SMALL * self._known_error() * spans).any(axis=1)
+        return np.any(_rough(kinks, values) > SMALL * self._known_error() * spans, axis=1)
 
     def _known_error(self) -> float:
         """The largest error over range that is known so far."""
-        return float(_over(self.errors(), self._spans(self.ranges())).max()) if self._told else 0.0
+        return float(over(self.errors(), self._spans(self.ranges())).max()) if self._told else 0.0
 
     def _set_gates(self, values: np.ndarray) -> None:
         spans = self._spans(self.ranges())
@@ -412,7 +422,7 @@ class Witness:
             self._network.restore(stretch.start)
             again = self._others[length].values(times, stretch.jumps, stretch.changes)
         except RunError as error:
-            del self._others[length]
+            self._others = {c: course for c, course in self._others.items() if c != length}
             name = "twice" if twice else "half"
             raise _UntoldError(f"steps of {name} the length fail ({error.message})") from error
         _, mine, theirs = np.intersect1d(run, times, assume_unique=True, return_indices=True)
@@ -455,7 +465,7 @@ class Witness:
             return
         largest, spans = np.abs(values).max(axis=0), self._spans(np.ptp(values, axis=0))
         large, small = (
-            _over(off(again, values[mine], largest).max(axis=0), spans).max()
+            over(off(again, values[mine], largest).max(axis=0), spans).max()
             for again in (twice[theirs], half[np.searchsorted(shorter, met)])
         )
         if small > 0.0 and large < RESOLVED:
@@ -495,7 +505,8 @@ class Witness:
         except RunError as error:
             self.failure = error.message
         if not self.failure and not self._told:
-            self.failure = "the run has but one step" if self._steps else "the run has no steps"
+            few = "the run has but one step" if self._steps else "the run has no steps"
+            self.failure = "all steps end at jumps" if self._steps > 1 else few
 
     def errors(self, *, halved: bool = False) -> np.ndarray:
         """The largest errors that are known, for each source, in its unit; or at half the step.
@@ -539,6 +550,6 @@ def _wider(bounds: np.ndarray, values: np.ndarray) -> np.ndarray:
     )
 
 
-def _over(values: np.ndarray, spans: np.ndarray) -> np.ndarray:
-    """Their shares of the spans; 0 where nothing moves."""
-    return np.divide(values, spans, out=np.zeros_like(spans), where=spans > 0.0)
+def _rough(steps: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Fourth differences (steps, n) of values (m, n) where some steps end, or the first known."""
+    return fourth_differences(values)[np.clip(steps + 1, HISTORY, len(values) - 1)]

@@ -40,6 +40,7 @@ class Doubling:
         """Step all components from `time` by `size` [s], in two halves."""
         network, algorithm = self._network, self._algorithm
         self._start = network.snapshot(PLACE)
+        _, before, echo = network.discrete.kept()
         algorithm.step(time, size)
         network.advance(time + size)
         whole = network.values[: self._count].copy()
@@ -55,7 +56,7 @@ class Doubling:
         self.end[:] = network.values[: self._count]
         self.change[:] = (whole - self.end) / (2.0**self.order - 1)
         network.values[:] = middle  # the master makes the end the present point
-        network.discrete.bring(discrete)
+        network.discrete.bring((discrete, before, echo))
         network.time = time + half
 
     def undo(self) -> None:
