@@ -14,7 +14,6 @@ from contextlib import suppress
 
 import m4e_fmi
 from m4e_fmi.cli import build, doctor, draw, equations, info, linearize, run, simulate, validate
-from m4e_fmi.cli.defect import defect_line, given
 from m4e_fmi.cli.options import EXIT_FAILED
 from m4e_fmi.cli.output import clean_output
 from m4e_fmi.errors import InputError, M4eError, RunError
@@ -65,6 +64,8 @@ def _run(arguments: Sequence[str] | None) -> int:
         print("failed: there is not enough memory", file=sys.stderr)
         return EXIT_FAILED
     except Exception as error:  # noqa: BLE001  the last resort
+        from m4e_fmi.cli.defect import defect_line, given
+
         print(defect_line(error, given(arguments)), file=sys.stderr)
         return EXIT_FAILED
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any
 
 from m4e_fmi.document import Location
@@ -86,10 +86,11 @@ class Known:
 def quantities(
     at: Location, element: Any, known: Known, *, leaving_out: Collection[str] = ()
 ) -> Iterator[Finding]:
-    """What is wrong with the numbers and expressions of an element; None is none."""
+    """What is wrong with the numbers and expressions of an element; None where None is one."""
+    optional = {field.name for field in fields(element) if field.default is None}
     for field in getattr(element, "scalars", ()):
         value = getattr(element, field)
-        if value is not None and field not in leaving_out:
+        if not (value is None and field in optional) and field not in leaving_out:
             yield from expressions((*at, field), value, known)
     for field in getattr(element, "vectors", ()):
         yield from vectors((*at, field), getattr(element, field), known)

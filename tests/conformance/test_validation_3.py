@@ -6,6 +6,7 @@ derivatives that it computes.
 
 from __future__ import annotations
 
+import re
 import struct
 import zipfile
 import zlib
@@ -169,3 +170,15 @@ def test_wrong_directional_and_adjoint_derivatives_are_found(chain: Path, tmp_pa
     assert {finding.id for finding in found} == {"directional.mismatch", "directional.adjoint"}
     assert all(finding.basis.startswith("FMI 3.0") for finding in found)
     assert not any("fmi2" in finding.message + finding.basis for finding in found)
+
+
+def test_an_alias_is_no_further_value(chain: Path, tmp_path: Path) -> None:
+    """Of an output that is calculated, too: ModelStructure lists the variable, not its alias."""
+    with zipfile.ZipFile(chain) as archive:
+        text = archive.read("modelDescription.xml").decode()
+    (old,) = re.findall(r'<Float64 name="energy.total"[^>]*/>', text)
+    new = f'{old[:-2]}><Alias name="energy_of_all" description="Another name"/></Float64>'
+    path = planted(chain, tmp_path / "alias.fmu", old.encode(), new.encode())
+    report = validate_fmu(path, only=("description", "start", "dependencies"))
+    assert report.of_severity("error", "warning") == ()
+    assert report.complete

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import fmpy
 import pytest
-from support import defects
+from support import defects, paper_listings
 from support.odd_files import DEFECT, FMI_3
 
 from m4e_fmi.cli import main
@@ -27,7 +27,7 @@ from m4e_fmi.file_names import LONGEST, file_stem, file_stems
 from m4e_fmi.fmu import Options, opening, validate_fmu
 from m4e_fmi.fmu.opening import check_archive, has_doctype
 from m4e_fmi.fmu.unpack import Unpacked
-from m4e_fmi.model import load_model
+from m4e_fmi.model import load_model, model_from_lists
 from m4e_fmi.multibody import model_program
 from m4e_fmi.report import fmu_documentation
 
@@ -122,6 +122,13 @@ def test_an_overflow_in_a_load(
     code = main([command, str(path), *(more if command == "simulate" else ())])
     assert code in (0, 1, 2)
     assert DEFECT not in capsys.readouterr().err
+
+
+def test_a_mass_that_is_none():
+    lists = paper_listings.small_double_pendulum()
+    lists["m0"] = [None, 1.0]
+    with pytest.raises(InputError, match="got None"):
+        model_from_lists(lists)
 
 
 # ---- names ----

@@ -79,7 +79,7 @@ def _read(folder: Path, text: bytes, flawed: list[Flaw]) -> tuple[list[str], Any
     if raw is None and not flawed:
         with suppress(Exception):  # whatever FMPy stumbles over, which has been told
             raw = fmpy.read_model_description(str(folder), validate=False)
-    return problems or [stopped] * bool(stopped), raw
+    return problems or [stopped] * bool(stopped), None if flawed else raw
 
 
 def _of_aliases(problem: str, text: bytes) -> bool:
