@@ -78,20 +78,19 @@ class Schedule:
         if not step.instance.ends_at(time + size):
             self.fail(status, index, time, size, row)
         rest = list(self.operations[index + 1 :])
-        again = [
-            k
-            for k, operation in enumerate(rest)
-            if isinstance(operation, Restore) and operation.instance is step.instance
-        ]
-        quiet = again[0] if again else len(rest)
+        again = (isinstance(o, Restore) and o.instance is step.instance for o in rest)
+        quiet = next((k for k, is_again in enumerate(again) if is_again), len(rest))
         quietly = Schedule(rest[:quiet]).without_sets([step.instance])
         Schedule([*quietly.operations, *rest[quiet:]]).run(time, size, row=row)
 
     def without_sets(self, instances: Collection[Instance]) -> Schedule:
         """The same, but nothing is set in these."""
-        setting = (Set, SetDerivatives, SetTyped)
         return Schedule(
-            [o for o in self.operations if not (isinstance(o, setting) and o.instance in instances)]
+            [
+                o
+                for o in self.operations
+                if not (isinstance(o, Set | SetDerivatives | SetTyped) and o.instance in instances)
+            ]
         )
 
     def arrive(self, time: float) -> None:

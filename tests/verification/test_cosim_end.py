@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -27,7 +28,7 @@ Fmus = Callable[[str], Path]
 ALGORITHMS = ["jacobi", "gauss_seidel", "corrector", "implicit"]
 
 
-def pair(fmus: Fmus, options: str, when: float, **settings: object) -> System:
+def pair(fmus: Fmus, options: str, when: float, **settings: Any) -> System:
     """A fuse of which y' = 1 + u, and an integral of that y which is fed back: nothing is exact."""
     parts = (
         Component("sum", FmuFile(fmus(f"integrator{options}"))),
@@ -61,7 +62,7 @@ def test_the_run_ends_there(
     """At a communication point: all rows are those of a run that was to end there."""
     if by_python:
         monkeypatch.setattr("m4e_fmi.cosim.schedule.library", lambda: None)
-    settings = {"algorithm": algorithm, "output_interval": interval}
+    settings: dict[str, Any] = {"algorithm": algorithm, "output_interval": interval}
     outcome, found = results(pair(c_fmu, "+state", 1.0, **settings), tmp_path / "r.nc")
     _, other = results(pair(c_fmu, "+state", 9.0, stop_time=1.0, **settings), tmp_path / "o.nc")
     np.testing.assert_array_equal(found.time, other.time)

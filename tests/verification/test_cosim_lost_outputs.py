@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from itertools import product
 from pathlib import Path
+from typing import Any
 
 import fmpy
 import numpy as np
@@ -30,7 +31,7 @@ OUTPUTS = ("yz.y", "yz.z", "x.x")
 """Of these yz.z is not connected."""
 
 
-def spiral(fmus: Fmus, options: str, version: str = "", **settings: object) -> System:
+def spiral(fmus: Fmus, options: str, version: str = "", **settings: Any) -> System:
     """Two of the three equations of Roessler, which need not be read after their inputs."""
     parts = (
         Component("yz", FmuFile(fmus(f"{version}roessler_yz{options}")), {"y": 1.0, "z": 0.5}),
@@ -87,7 +88,7 @@ def test_results_are_those_of_fmus_that_lose_nothing(
     ],
 )
 def test_rows_that_are_not_at_every_step(
-    c_fmu: Fmus, tmp_path: Path, settings: dict[str, object]
+    c_fmu: Fmus, tmp_path: Path, settings: dict[str, Any]
 ) -> None:
     plain, losing = (
         recorded(spiral(c_fmu, f"+state{o}", **settings), tmp_path / "r.nc")
