@@ -98,7 +98,7 @@ class Document:
                 "no such file", suggestion(path.name, names), str(path)
             ) from None
         except UnicodeDecodeError as error:
-            message = f"cannot be read: byte {error.start + 1} is no text in UTF-8"
+            message = f"cannot be read: byte {error.start + 1} is not valid UTF-8"
             raise InputError.single(
                 message, "models, systems and parameter sets are text", str(path)
             ) from None

@@ -8,7 +8,7 @@ something grows says so.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -35,8 +35,6 @@ ROWS = 4096
 ACCELERATION = {"m": 1, "s": -2}, {"rad": 1, "s": -2}, {"s": -2}
 FAST = 30.0
 """Steps for a factor of ten; what grows in fewer does so because of the steps."""
-
-_Columns = Mapping[str, np.ndarray]
 
 
 class Stability:

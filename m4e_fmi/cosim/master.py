@@ -301,7 +301,7 @@ class Master:
     def notes(self) -> tuple[str, ...]:
         """Components' own steps, what the algorithm does without, and events; one line each."""
         own = [f"{name} {rate}" for name, rate in self._rates.items()]
-        seen = [*self._second_look.notes, *event_notes(self.network.instances.values())]
+        seen = [*event_notes(self.network.instances.values())]
         seen += self._course.switches.notes
         if rough := self.network.roughness:
             seen.append(
@@ -314,7 +314,7 @@ class Master:
     def warnings(self) -> tuple[str, ...]:
         """What is wrong with the course up to the present point, by all appearances."""
         grown = self._stability.warning()
-        return (grown,) if grown else ()
+        return (*self._second_look.notes, *([grown] if grown else []))
 
     @property
     def messages(self) -> tuple[FmuMessage, ...]:

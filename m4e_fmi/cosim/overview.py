@@ -39,8 +39,9 @@ def overview(prepared: Prepared) -> str:
     simulation = system.simulation
     times = f"{simulation.start_time:g} s to {simulation.stop_time:g} s"
     lines.append(f"{times}, step {simulation.step_size:g} s, {simulation.algorithm}")
-    _, note = thinned(simulation, prepared.descriptions)
-    lines.append(note or f"results: {volume(simulation, prepared.descriptions)}")
+    recorded = (simulation, prepared.descriptions, (), wiring.sources)
+    _, note = thinned(*recorded)
+    lines.append(note or f"results: {volume(*recorded)}")
     return "\n".join(lines)
 
 

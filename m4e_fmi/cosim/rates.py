@@ -67,9 +67,9 @@ def seconds(given: float | str) -> Fraction:
             raise ValueError
         found, scale = Fraction(number), parse_unit(unit.strip() or "s")
     except (ValueError, ZeroDivisionError):
-        raise ValueError(f"step_size {given!r} is no time", remedy) from None
+        raise ValueError(f"step_size {given!r} is not a valid duration", remedy) from None
     if not scale.same_dimension(parse_unit("s")):
-        raise ValueError(f"step_size {given!r} is no time", remedy)
+        raise ValueError(f"step_size {given!r} is not a valid duration", remedy)
     if found <= 0:
         raise ValueError(f"step_size {given!r}: expected more than 0 s", remedy)
     return found * Fraction(str(scale.factor))

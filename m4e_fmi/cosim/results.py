@@ -160,10 +160,10 @@ class ResultsWriter:
     def recent(self, most: int) -> tuple[np.ndarray, dict[str, np.ndarray]]:
         """Times [s] (n,) of the last `most` rows in memory, and the values of each Real there."""
         rest = slice(self._rows, None)  # of the block before, if there was one
-        parts = [rest] if self._before and self._rows else []
-        if parts and not np.all(np.diff(self._times[rest, 0]) > 0.0):
-            parts = []  # the run has gone back since
-        parts.append(slice(self._rows))
+        parts = [slice(self._rows)]
+        times = self._times[np.r_[self._rows : self._block, : self._rows], 0]
+        if self._before and self._rows and np.all(np.diff(times) > 0.0):
+            parts.insert(0, rest)  # else the run has gone back since
         columns: dict[str, np.ndarray] = {}
         for group in self._groups:
             if group.section.kind == "f8":

@@ -338,7 +338,8 @@ def _thinned(
     prepared: Prepared, variables: Sequence[str], tell: Callable[[str], None] | None
 ) -> Prepared:
     """The same, with an output interval if the results would be huge; large ones are told."""
-    settings, note = thinned(prepared.system.simulation, prepared.descriptions, variables)
+    simulation, connected = prepared.system.simulation, prepared.wiring.sources
+    settings, note = thinned(simulation, prepared.descriptions, variables, connected)
     if not note:
         return prepared
     if tell:

@@ -61,7 +61,7 @@ class SecondLook:
         connected = network.targets[network.input_slice(port.component)]
         names = [p.variable for p in connected if p.variable not in needs]
         return (
-            f"warning: {port} has changed at t = {network.time:.9g} s when "
+            f"{port} has changed at t = {network.time:.9g} s when "
             f"{' or '.join(names)} was set, though probing has found no dependence: its value was "
             f"late; write what it depends on under `dependencies` of {port.component}"
         )

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import count
 from math import ceil
 
+from m4e_fmi.cosim.connect import Port
 from m4e_fmi.cosim.selection import chosen
 from m4e_fmi.cosim.system import SECOND, Simulation
 from m4e_fmi.fmu.reading import Description
@@ -36,10 +37,13 @@ class Volume:
 
 
 def volume(
-    simulation: Simulation, descriptions: Mapping[str, Description], variables: Sequence[str] = ()
+    simulation: Simulation,
+    descriptions: Mapping[str, Description],
+    variables: Sequence[str] = (),
+    connected: Iterable[Port] = (),
 ) -> Volume:
-    """The results of a run that records `variables` (see `chosen`)."""
-    values = 1 + sum(map(len, chosen(descriptions, variables).values()))
+    """The results of a run that records `variables`, or `connected` arrays too (see `chosen`)."""
+    values = 1 + sum(map(len, chosen(descriptions, variables, connected).values()))
     interval = simulation.output_interval
     span = simulation.stop_time - simulation.start_time
     rows = ceil(span / (interval or simulation.step_size)) + 1
@@ -48,14 +52,17 @@ def volume(
 
 
 def thinned(
-    simulation: Simulation, descriptions: Mapping[str, Description], variables: Sequence[str] = ()
+    simulation: Simulation,
+    descriptions: Mapping[str, Description],
+    variables: Sequence[str] = (),
+    connected: Iterable[Port] = (),
 ) -> tuple[Simulation, str]:
     """The simulation, with an output interval if results would be HUGE without; what to tell.
 
     The text is empty for results that are not LARGE. Adaptive steps are left as they are: they end
     where rows are due.
     """
-    whole = volume(simulation, descriptions, variables)
+    whole = volume(simulation, descriptions, variables, connected)
     if whole.size <= LARGE:
         return simulation, ""
     remedy = "a longer output_interval, or fewer --variables, make them smaller"
@@ -66,9 +73,10 @@ def thinned(
     every = next(n for n in multiples if row * (ceil(steps / n) + 1) <= LARGE)
     step = round(simulation.step_size * SECOND)
     fewer = replace(simulation, output_interval=every * step / SECOND)
+    size = volume(fewer, descriptions, variables, connected).size
     return fewer, (
         f"results of every step would be {whole.rows:,} rows, {size_text(whole.size)}: a row is "
-        f"written every {every} steps, {size_text(volume(fewer, descriptions, variables).size)}; "
+        f"written every {every} steps, {size_text(size)}; "
         f"output_interval: {fewer.output_interval:g} does the same, "
         f"output_interval: {simulation.step_size:g} writes every step"
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import lzma
 import re
 import tempfile
 import zipfile
@@ -41,6 +42,7 @@ class Unpacked:
             raise
         except (
             OSError, ValueError, RuntimeError, EOFError, zipfile.BadZipFile, zlib.error,
+            lzma.LZMAError,
         ) as error:  # fmt: skip
             self.remove()
             raise _cannot_unpack(fmu, error) from error

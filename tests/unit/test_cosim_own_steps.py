@@ -171,7 +171,7 @@ def test_a_step_that_does_not_fit_is_told_with_its_place(c_fmu: Fmus, tmp_path: 
     assert f"{path}:3:" in str(first)
     assert "component 'a': step_size 0.033 s goes 1.51515 times" in first.message
     assert f"{path}:4:" in str(second)
-    assert "step_size '5 m' is no time" in second.message
+    assert "step_size '5 m' is not a valid duration" in second.message
     path.write_text(path.read_text().replace("33 ms", "10 ms").replace("5 m}", "1/3 ms}"))
     system = System.load(path.rename(tmp_path / "good.yaml")).changed(step_size=0.01)
     assert [part.step_size for part in system.components] == ["10 ms", "1/3 ms"]

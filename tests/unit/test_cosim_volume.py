@@ -70,6 +70,22 @@ def test_a_thinned_run_says_so(
     assert len(run(again, results=tmp_path / "some.nc").results().time) == 101
 
 
+def test_connected_arrays_are_counted(c_fmu: Fmus, tmp_path: Path) -> None:
+    parts = tuple(Component(name, FmuFile(c_fmu("3:kinds+state+through"))) for name in "ab")
+    system = System("s", parts, ("a.y_list -> b.u_list",), Simulation(1.0, 0.1))
+    prepared = prepare(system)
+    settings, descriptions = system.simulation, prepared.descriptions
+    found = volume(settings, descriptions, (), prepared.wiring.sources)
+    results = run(prepared, results=tmp_path / "r.nc").results()
+    assert found.values == 1 + len(results.series)
+    assert found.values == volume(settings, descriptions).values + 3
+    assert f"results: {found}" in str(prepared)
+    steps = round(1.01 * LARGE / 8 / found.values)
+    settings = Simulation(steps * 0.001, 0.001)
+    assert thinned(settings, descriptions, (), prepared.wiring.sources)[1]
+    assert not thinned(settings, descriptions)[1]
+
+
 def test_sizes_are_readable() -> None:
     sizes = (512, 1234, 44_000_000, 2.9e9, 1.25e12)
     assert [size_text(s) for s in sizes] == ["512 B", "1.23 kB", "44 MB", "2.9 GB", "1,250.0 GB"]

@@ -94,7 +94,7 @@ def _special(bench: Bench, baseline: np.ndarray, *, exchange: bool) -> Iterator[
                     unusable.append(case)
     bench.library.journal.occasion = ""
     if silent:
-        message = f"values that are not finite come out without a word: {some(silent)}"
+        message = f"non-finite outputs are returned without an error status: {some(silent)}"
         yield Finding("values.silent", "warning", message, "answer fmi2Error or fmi2Discard")
     if fatal:
         message = f"is answered by fmi2Fatal: {some(fatal)}"
@@ -111,7 +111,7 @@ def _special(bench: Bench, baseline: np.ndarray, *, exchange: bool) -> Iterator[
 
 
 def _with_special(bench: Bench, probe: Probe, variable: Any, value: float) -> bool:
-    """Go with a special value; whether no output that is not finite came out without a word."""
+    """Step with a special value; False if non-finite outputs are returned without an error."""
     is_input = variable.causality == "input"
     probe.begin(None if is_input else {variable.valueReference: value})
     if is_input:
