@@ -107,7 +107,7 @@ def _spec(name: str) -> ModuleSpec | None:
 
 
 def _is_local(spec: ModuleSpec | None) -> bool:
-    """Whether a module may change without a new version: it is where nothing is installed."""
+    """True if a module may change without a new version: it is where nothing is installed."""
     if spec is None:
         return False
     places = [*(spec.submodule_search_locations or ()), spec.origin or ""]

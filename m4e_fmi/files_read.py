@@ -75,7 +75,7 @@ def file_hash(path: str | Path) -> str | None:
 
 
 def are_unchanged(files: Files) -> bool:
-    """Whether all files are as they were when they were collected."""
+    """True if all files are as they were when they were collected."""
     return all(file_hash(path) == content for path, content in files.items())
 
 

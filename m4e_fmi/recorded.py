@@ -26,7 +26,7 @@ TEXT = "str"
 
 @dataclass(frozen=True)
 class Recorded:
-    """What type of variable is recorded: `type` in FMI's words, `kind` is how it lies in files.
+    """Type of a recorded variable: `type` in FMI's words, `kind` is how it lies in files.
 
     `items` are the values of an enumeration by their names.
     """
@@ -62,7 +62,7 @@ class Recorded:
 
     @property
     def attributes(self) -> dict[str, Any]:
-        """What is said of the values in a file."""
+        """Attributes of the values in a file."""
         items = self.named
         if not items:
             return {}
@@ -72,7 +72,7 @@ class Recorded:
         }
 
     def stored(self, cells: np.ndarray, text_at: Callable[[int], str]) -> np.ndarray:
-        """What lies in a netCDF-4 file for cells (int64, see cosim's `standards.typed`).
+        """Values in a netCDF-4 file for cells (int64, see cosim's `standards.typed`).
 
         Reals are as they are, texts are found by their places.
         """

@@ -173,7 +173,7 @@ def _row(sections: Sequence[Section]) -> np.dtype:
 
 
 def is_row_file(path: Path) -> bool:
-    """Whether the file at `path` begins as those that RowFile writes; OSError if none is there."""
+    """True if the file at `path` begins as those that RowFile writes; OSError if none is there."""
     with path.open("rb") as file:
         head = file.read(BEGIN_AT + len(BEGIN_NAME))
     return head.startswith(MAGIC) and head.endswith(BEGIN_NAME)

@@ -1,4 +1,4 @@
-"""What the header of a file of rows says, and where: see `row_file`."""
+"""Header of a file of rows, its content and place: see `row_file`."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _KINDS = {number: kind for kind, number in _TYPES.items()}
 
 @dataclass(frozen=True)
 class Column:
-    """What one variable of results is."""
+    """Name and properties of one variable of results."""
 
     name: str
     unit: str

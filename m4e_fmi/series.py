@@ -1,4 +1,4 @@
-"""What a variable did over time: an array that knows its name and unit."""
+"""Values of a variable over time: an array that knows its name and unit."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ from m4e_fmi.fmu.reading import Description
 
 
 class Arrivals:
-    """What is read straight after steps: `early` outputs, which are exchanged, and `further` ones.
+    """Outputs that are read straight after steps: `early` ones, which are exchanged, and `further`.
 
     The latter are outputs of components with connected inputs: those `recorded` (their names by
     component; all scalars, if that is None), and if they are `watched` all others.
@@ -68,7 +68,7 @@ class Arrivals:
         return transfer.variables if transfer else ()
 
     def early_typed(self, component: str) -> Transfer | None:
-        """What reads those that are not Real."""
+        """The transfer that reads those that are not Real."""
         return self._early.get((component, True))
 
     def further(self, component: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
@@ -90,12 +90,12 @@ class Arrivals:
         ]
 
     def has(self, transfer: Transfer) -> bool:
-        """Whether this part of the exchange reads the early outputs of a component."""
+        """True if this part of the exchange reads the early outputs of a component."""
         return self._early.get((transfer.component, transfer.discrete)) is transfer
 
 
 def _early(exchange: Sequence[Transfer | Loop]) -> dict[tuple[str, bool], Transfer]:
-    """What is read of each component before any of its inputs is set; apart what is not Real."""
+    """Reads of each component before any of its inputs is set; apart those that are not Real."""
     found: dict[tuple[str, bool], Transfer] = {}
     begun: set[tuple[str, bool]] = set()
     for part in exchange:

@@ -1,4 +1,4 @@
-"""What is recorded of one component: rows of values in memory, and the operations that fill them.
+"""Recorded values of one component: rows in memory, and the operations that fill them.
 
 Outputs are as they were exchanged, or read with those; what the network does not know, the FMU
 tells. Reals are in a block of float64; all others in one of cells (see `standards.typed`).

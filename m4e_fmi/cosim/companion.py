@@ -1,4 +1,4 @@
-"""What tells the coupling error where FMUs cannot go back: a second set of instances beside it.
+"""Online estimate of the coupling error where FMUs cannot go back: a second set of instances.
 
 It begins at the start time as the run does, and makes steps twice as long (or half as long: see
 `witness`, which tells what the difference says). So it costs half of the run again (or twice), but

@@ -69,7 +69,7 @@ class Link:
 
     @property
     def is_real(self) -> bool:
-        """Whether it carries a Real; other values are exchanged at communication points only."""
+        """True if it carries a Real; other values are exchanged at communication points only."""
         return self.kind == REAL
 
     @property

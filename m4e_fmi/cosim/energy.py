@@ -1,4 +1,4 @@
-"""What the coupling does to energy: a balance over every connection that carries power.
+"""Effect of the coupling on energy: a balance over every connection that carries power.
 
 Across a power bond a force F goes one way and the velocity v it works on comes back. At the
 communication points, where all values are consistent, its source gives the power F·v:

@@ -27,7 +27,7 @@ def event_count(instances: Iterable[Instance]) -> int:
 
 
 def is_over(instances: Iterable[Instance]) -> bool:
-    """Whether one of them asked for the end of the simulation."""
+    """True if one of them asked for the end of the simulation."""
     return any(instance.has_ended for instance in instances)
 
 

@@ -70,7 +70,7 @@ class Stability:
         self._next = steps
 
     def warning(self) -> str:
-        """What grows without bound at the end of the run, if something does."""
+        """The warning of growth without bound at the end of the run; empty if nothing grows so."""
         if (
             not len(self._nominals)
             or not (np.abs(self._network.values[self._outputs]) > LARGE * self._nominals).any()
@@ -129,7 +129,7 @@ class Stability:
         return grown.told(variable.description, variable.unit)
 
     def _remedy(self, grown: Growth) -> str:
-        """What to do about it, the likeliest first."""
+        """Remedies, the likeliest first."""
         settings = self._simulation
         steps = grown.tenfold / settings.step_size
         others = {

@@ -174,11 +174,11 @@ class Instance:
 
     @property
     def has_ended(self) -> bool:
-        """Whether the FMU asked for the end of the simulation."""
+        """True if the FMU asked for the end of the simulation."""
         return math.isfinite(self._fmu.events.ended)
 
     def ends_at(self, time: float) -> bool:
-        """Whether the step to `time` [s] that the FMU has discarded is whole, and to be the last.
+        """True if the step to `time` [s] that the FMU has discarded is whole, and to be the last.
 
         The FMU makes no further step then, and nothing may be set in it.
         """

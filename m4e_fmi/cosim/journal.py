@@ -74,7 +74,7 @@ class Journal:
         self._failure: BaseException | None = None
 
     def listener(self, component: str) -> Listener:
-        """What the messages of a component are to be told to."""
+        """The listener for messages of a component."""
         self._kinds[component] = {}
         return partial(self.add, component)
 

@@ -37,13 +37,13 @@ def unfed(system: System, wiring: Wiring) -> list[Port]:
 
 
 def is_idle_load(port: Port, descriptions: Descriptions) -> bool:
-    """Whether an input that nobody has given a value is a load of a multibody FMU, which is 0."""
+    """True if an input that nobody has given a value is a load of a multibody FMU, which is 0."""
     variable = descriptions[port.component].variables[port.variable]
     return bool(IDLE.fullmatch(port.variable)) and _number(variable) == 0.0
 
 
 def loose_ends(system: System, descriptions: Descriptions, wiring: Wiring) -> list[str]:
-    """What seems to be left out: one line for each component, or for each connection."""
+    """Inputs and links that seem to be left out: one line for each component or connection."""
     ports = unfed(system, wiring)
     loads = [port for port in ports if is_idle_load(port, descriptions)]
     others = [port for port in ports if port not in set(loads)]

@@ -1,4 +1,4 @@
-"""What a macro step is made of: operations on FMUs and on arrays of the values they exchange.
+"""Operations of a macro step: on FMUs, and on arrays of the values that they exchange.
 
 An algorithm lists them once; `schedule` performs the list as often as wanted. Arrays are float64,
 cells int64.

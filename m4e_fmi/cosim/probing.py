@@ -42,7 +42,7 @@ of a difference that is lost in the second, if it is not."""
 
 @dataclass(frozen=True)
 class Probe:
-    """What moving inputs has shown: the inputs that each output follows, and how that is known.
+    """Result of moving inputs: the inputs that each output follows, and how that is known.
 
     Where it could not be done, `failure` says why.
     """

@@ -43,7 +43,7 @@ class _Section:
 
 
 def keeps_nothing(library: Path) -> bool:
-    """Whether the library at this path certainly has no static variables."""
+    """True if the library at this path certainly has no static variables."""
     content = library.read_bytes()
     if content[:6] != b"\x7fELF\x02\x01" or content[18:20] != struct.pack("<H", _X86_64):
         return False
@@ -80,7 +80,7 @@ def _keeps_nothing(sections: list[_Section]) -> bool:
 
 
 def _points_to_itself(data: _Section, sections: list[_Section]) -> bool:
-    """Whether a section is a pointer to itself and nothing else."""
+    """True if a section is a pointer to itself and nothing else."""
     relocations = (
         _RELOCATION.unpack_from(s.content, place)
         for s in sections
@@ -92,7 +92,7 @@ def _points_to_itself(data: _Section, sections: list[_Section]) -> bool:
 
 
 def _referred(bss: _Section, sections: list[_Section]) -> bool:
-    """Whether symbols, or perhaps instructions, refer to more of a section than its first byte.
+    """True if symbols, or perhaps instructions, refer to more of a section than its first byte.
 
     An instruction has a distance of four bytes, counted from its end: up to four bytes may follow.
     """

@@ -107,7 +107,7 @@ class StepControl:
         return accepted
 
     def shrinks(self, size: int) -> bool:
-        """Whether a step of `size` [ns] within which a value switches is to be made smaller."""
+        """True if a step of `size` [ns] within which a value switches is to be made smaller."""
         if size <= self._smallest:
             return False
         self.rejected += 1

@@ -118,7 +118,7 @@ class Course:
 
     @property
     def over(self) -> bool:
-        """Whether an FMU has asked for the end of the simulation."""
+        """True if an FMU has asked for the end of the simulation."""
         return is_over(self._network.instances.values())
 
     def halt(self) -> None:

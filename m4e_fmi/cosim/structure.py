@@ -46,7 +46,7 @@ class Loop:
 
 @dataclass(frozen=True)
 class Structure:
-    """What follows from the wiring.
+    """Loops, transfers and order of components, as they follow from the wiring.
 
     In a loop at initialisation, inputs that are not Real have their start values.
 

@@ -68,7 +68,7 @@ def _misfit_of_items(give: Variable, take: Variable, what: str) -> tuple[str, st
 
 
 def _same_items(give: Variable, take: Variable) -> bool:
-    """Whether two enumerations have the same items; one without any stands for all (of a bus)."""
+    """True if two enumerations have the same items; one without any stands for all (of a bus)."""
     return not give.items or not take.items or dict(give.items) == dict(take.items)
 
 
@@ -94,7 +94,7 @@ def bounds(give: Variable, take: Variable) -> tuple[int, int]:
 
 
 def is_large(variable: Variable) -> bool:
-    """Whether values may be above those of int64."""
+    """True if values may be above those of int64."""
     return variable.fmi_type == "UInt64"
 
 

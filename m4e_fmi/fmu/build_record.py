@@ -31,7 +31,7 @@ class BuildRecord(Section):
     warnings: tuple[str, ...] = ()
 
     def is_current(self, made_from: str) -> bool:
-        """Whether the FMU is what would be built now: same code and configuration, same files."""
+        """True if the FMU is what would be built now: same code and configuration, same files."""
         return self.made_from == made_from != "" and are_unchanged(self.files)
 
 

@@ -74,7 +74,7 @@ def check_archive(path: Path) -> tuple[set[str], bytes]:
 
 
 def has_doctype(text: bytes) -> bool:
-    """Whether XML has a DOCTYPE, in whatever encoding; False where it cannot be read so far."""
+    """True if XML has a DOCTYPE, in whatever encoding; False where it cannot be read so far."""
     found: list[str] = []
     parser = expat.ParserCreate()
     parser.StartDoctypeDeclHandler = lambda name, *_: found.append(name)

@@ -52,7 +52,7 @@ class Unpacked:
 
 
 def _cannot_unpack(fmu: Path, error: Exception) -> M4eError:
-    """What is wrong: the disk, the file names, or the archive itself."""
+    """The error by its cause: the disk, the file names, or the archive itself."""
     number = getattr(error, "errno", None)
     message = f"cannot be unpacked: {error}"
     if number in (errno.ENAMETOOLONG, errno.EINVAL, errno.ENOENT):

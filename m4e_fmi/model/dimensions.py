@@ -106,7 +106,7 @@ def told(of: Maybe) -> str:
 
 
 def dimension_findings(model: Any, quantities: Iterator[tuple[Location, Any]]) -> Iterator[Finding]:
-    """What of the `quantities` of a model has a dimension that its place does not take."""
+    """Findings on `quantities` of a model with a dimension that their place does not take."""
     units = {name: p.unit for name, p in (*model.parameters.items(), *model.tables.items())}
     known = {name: of for name, unit in units.items() if (of := dimension_of(unit)) is not None}
     for at, value in quantities:

@@ -86,7 +86,7 @@ class Known:
 def quantities(
     at: Location, element: Any, known: Known, *, leaving_out: Collection[str] = ()
 ) -> Iterator[Finding]:
-    """What is wrong with the numbers and expressions of an element; None where None is one."""
+    """Problems of the numbers and expressions of an element; None where None is one."""
     optional = {field.name for field in fields(element) if field.default is None}
     for field in getattr(element, "scalars", ()):
         value = getattr(element, field)
@@ -121,7 +121,7 @@ def expressions(at: Location, value: Any, known: Known) -> Iterator[Finding]:
 
 
 def _instead(value: Any, error: ExpressionError, known: Known) -> str:
-    """What to write in place of `value`, which is no expression because of `error`."""
+    """Remedy: what to write in place of `value`, which is no expression because of `error`."""
     text = value if isinstance(value, str) else ""
     if isinstance(error, UnknownFunctionError):
         return suggestion(error.name.rpartition(".")[2], FUNCTIONS, "functions")

@@ -1,4 +1,4 @@
-"""What acts in a model. Frozen; quantities are numbers or expressions.
+"""Loads of a model. Frozen; quantities are numbers or expressions.
 
 Unlike geometry and masses, loads may depend on the time `t`, on tables, and on the motion: an
 expression names variables as the FMU does, `joint.<name>.q` and `u`; `body.<name>.x`, `z`, `theta`,

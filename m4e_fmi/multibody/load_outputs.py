@@ -1,4 +1,4 @@
-"""What loads exert, what they depend on and their power, as outputs of a model's program."""
+"""Forces of loads, what these depend on and their power, as outputs of a model's program."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ RATES = {"distance_rate": "distance", "twist_rate": "twist"}
 
 
 class Outputs(Protocol):
-    """What takes outputs: a recorder, or whoever wants to read them."""
+    """Receiver of outputs: a recorder, or whoever wants to read them."""
 
     def output(self, variable: Variable, value: Any) -> None: ...
 

@@ -52,7 +52,7 @@ class Action:
 
 @dataclass(frozen=True)
 class Acting:
-    """What a load does in a state: `actions`; its `potential` energy [J], 0 if it has none.
+    """Effect of a load in a state: `actions`; its `potential` energy [J], 0 if it has none.
 
     `power` [W] is the rate at which it changes the total energy: that of its actions, less what
     comes out of the potential. It is the integer 0 for a load that has a potential only. `measures`
@@ -68,7 +68,7 @@ class Acting:
 
 @dataclass(frozen=True)
 class _Resistance:
-    """What resists the growth of a length or angle: all of it, and what of it has no potential.
+    """Resistance to the growth of a length or angle: all of it, and what of it has no potential.
 
     `measures` are those of `Acting` that only this kind of load has.
     """

@@ -22,7 +22,7 @@ _SYSTEM = (
 def instability(
     program: Program, method: str, times: np.ndarray, states: np.ndarray, failure: str
 ) -> RunError | None:
-    """What to raise if a state had grown without bound when the `failure` came.
+    """The error to raise if a state had grown without bound when the `failure` came.
 
     `states` are rows (n, states), of the program's first states, at `times` (n,) [s]. With an empty
     `failure`, at the end of a simulation, a state must have become huge besides.

@@ -29,7 +29,7 @@ REMEDY = "look for a division by zero, a singular configuration or values far ou
 
 @dataclass(frozen=True)
 class Task:
-    """What is to be integrated, and how.
+    """Problem to be integrated, and the method.
 
     `times` [s] ascend from the start. Steps of rk4 are at most `step_size` [s]. The last
     `quadratures` states have an error norm of their own. `watches` name outputs of the program. At

@@ -146,7 +146,7 @@ def short(folder: Path) -> Iterator[None]:
 def test_a_disk_that_fills_up_during_a_run(
     disk, project: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """What it took are complete rows, and the message tells how far they go."""
+    """The rows that it took are complete, and the message tells how far they go."""
     place = project / "disk"
     place.mkdir()
     words = ["run", "system.yaml", "--output-file", "disk/r.nc", "--stop-time", "4000"]

@@ -1,4 +1,4 @@
-"""What only POSIX has is not needed: a process without it, as on Windows, imports and runs all."""
+"""Without modules that only POSIX has, as on Windows, a process imports and runs all."""
 
 from __future__ import annotations
 

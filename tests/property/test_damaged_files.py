@@ -15,6 +15,11 @@ CASES = 3
 SEED = 2024
 
 
+@pytest.mark.verifies(
+    "commands on input files with random damage: exit codes 0, 1 and 2, in time, no file elsewhere",
+    analytic="rules for exit codes and files",
+    tolerance="identical",
+)
 @pytest.mark.parametrize("seed", seeds(), ids=lambda seed: seed.name)
 def test_damaged_files_are_dealt_with(seed: Seed, tmp_path: Path) -> None:
     if seed.name.endswith(("tables", "fmus", "fmi 2", "fmi 3", "ssp", "flap", "lists")):

@@ -103,7 +103,7 @@ def killed(system: Path, results: Path, plan: Mapping[str, Any]) -> None:
 
 
 def check_left(path: Path, whole: Results, old: bytes, *, least: int = 0) -> int:
-    """What a killed run has left at `path`: the old bytes, or rows; the number of rows."""
+    """Content that a killed run has left at `path`: the old bytes, or rows; the number of rows."""
     if path.read_bytes() == old:
         assert least == 0
         return 0

@@ -366,7 +366,7 @@ def codes(seed: Seed, folder: Path) -> list[int]:
 
 
 def outcome(seed: Seed, rng: random.Random, folder: Path) -> str:
-    """What is wrong with how a damaged file is dealt with; an empty text if nothing is."""
+    """Defect in how a damaged file is dealt with; an empty text if there is none."""
     work = folder / "inside" / "work"
     work.mkdir(parents=True)
     spoilt = rng.choice(seed.damaged or tuple(seed.files)[:1])

@@ -135,7 +135,7 @@ def _applied(
 
 
 def _held(reference: Reference, load: Bushing, axis: int, along: list[Any]) -> Any:
-    """What a bushing does along one axis of the world."""
+    """Effect of a bushing along one axis of the world."""
 
     def way(q: list[Any]) -> Any:
         first, second = (reference.point(name, q)[axis] for name in load.points)

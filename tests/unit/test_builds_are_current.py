@@ -196,7 +196,7 @@ class Project:
         return path
 
     def run(self) -> tuple[bool, float]:
-        """Whether the FMU was built, and the last value of the output."""
+        """True if the FMU was built, and the last value of the output."""
         told: list[str] = []
         system = System.load(self.folder / "system.yaml")
         outcome = run(

@@ -48,12 +48,12 @@ def periods(time: float, period: float) -> int:
 
 
 def put(number: int, boolean: bool, item: int, text: str, n: int) -> tuple[int, bool, int, str]:
-    """What kinds.c gives after n periods, for these inputs."""
+    """Outputs of kinds.c after n periods, for these inputs."""
     return number + n, bool(boolean ^ (n & 1)), (item - 1 + n) % 3 + 1, text + (str(n) if n else "")
 
 
 def ring(steps: int, of: Mapping[str, float]) -> list[list[Any]]:
-    """What a ring of components with these periods gives: each holds what the last point gave."""
+    """Outputs of a ring of components with these periods: each holds what the last point gave."""
     outputs = [put(0, False, 1, "", 0) for _ in of]
     rows = [[value for one in outputs for value in one]]
     for step in range(1, steps + 1):

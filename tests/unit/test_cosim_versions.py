@@ -45,6 +45,18 @@ def reworded(fmu: Path, path: Path, old: str, new: str) -> Path:
     return path
 
 
+def test_an_fmu_of_fmi_1_that_makes_steps_of_one_size_only(c_fmu: Fmus, tmp_path: Path) -> None:
+    """Where it is not declared, FMI 1.0 takes it for false."""
+    ability = 'canHandleVariableCommunicationStepSize="true"'
+    assert not read_description(c_fmu("1:mass")).constant_step
+    for k, other in enumerate((ability.replace("true", "false"), "")):
+        fmu = reworded(c_fmu("1:mass"), tmp_path / f"{k}.fmu", ability, other)
+        assert read_description(fmu).constant_step
+        part = (Component("a", FmuFile(fmu)),)
+        with pytest.raises(InputError, match="its FMU makes steps of one size only"):
+            prepare(System("s", part, (), Simulation(1.0, 0.1, coupling_tolerance=1e-4)))
+
+
 def test_fmi_1_in_the_words_of_fmi_2(c_fmu: Fmus) -> None:
     mass = read_description(c_fmu("1:mass"))
     assert (mass.version, mass.saves_state, mass.interpolates_inputs) == ("1.0", False, False)

@@ -1,4 +1,4 @@
-"""What loads exert, and their power: as outputs of programs, of FMUs, of coupled runs."""
+"""Forces of loads, and their power: as outputs of programs, of FMUs, of coupled runs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What objects show in Python: some lines that say what they are. Names and units of results."""
+"""Reprs of objects: some lines that say what they are. Names and units of results."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ joints: {rail: {type: prismatic, child: block, direction: [1, 0], initial: {q: 0
 
 
 def of_the_coupling(folder: Path) -> Iterator[Any]:
-    """What a run with two coupled FMUs has to do with."""
+    """Objects of a run with two coupled FMUs."""
     (folder / "block.model.yaml").write_text(MODEL, encoding="utf-8")
     (folder / "s.system.yaml").write_text(SYSTEM, encoding="utf-8")
     system = cosim.System.load(folder / "s.system.yaml")
@@ -72,7 +72,7 @@ def of_the_coupling(folder: Path) -> Iterator[Any]:
 
 
 def of_models() -> Iterator[Any]:
-    """What follows from a model of 40 bodies with all loads, and from a small one."""
+    """Objects that follow from a model of 40 bodies with all loads, and from a small one."""
     large = random_tree(3, size=25)
     yield from (large, multibody.Equations(large), multibody.topology(large))
     yield from (load for seed in range(8) for load in random_tree(seed, size=6).loads.values())

@@ -48,6 +48,11 @@ def results(system: System, path: Path) -> tuple[Outcome, Results]:
     return outcome, load(path)
 
 
+@pytest.mark.verifies(
+    "rows of a run that an FMU ends at a communication point",
+    independent="the same system with that stop time",
+    tolerance="identical",
+)
 @pytest.mark.parametrize("by_python", [False, True])
 @pytest.mark.parametrize("algorithm", ALGORITHMS)
 @pytest.mark.parametrize("interval", [None, 0.4])
@@ -75,6 +80,11 @@ def test_the_run_ends_there(
         assert file.ended == "fuse asked for the end of the simulation at t = 1 s"
 
 
+@pytest.mark.verifies(
+    "last value of a run that an FMU ends within a step",
+    analytic="exact solution, a hyperbolic sine",
+    tolerance="2e-3",
+)
 @pytest.mark.parametrize(
     ("algorithm", "tolerance"),
     [("corrector", None), ("implicit", None), *((name, 1e-4) for name in ALGORITHMS)],

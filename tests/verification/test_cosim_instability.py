@@ -118,6 +118,11 @@ def test_growth_that_is_not_large_yet_is_no_matter(c_fmu: Fmus) -> None:
     assert run(rising(c_fmu, 20.0)).warnings == ()  # 0.5
 
 
+@pytest.mark.verifies(
+    "time for a factor of ten that the warning of a growing system states",
+    analytic="exact solution, an exponential",
+    tolerance="0.02",
+)
 def test_growth_at_the_end_of_a_run_is_told(c_fmu: Fmus) -> None:
     (warning,) = run(rising(c_fmu, 45.0)).warnings  # 3.5e10
     assert "this seems to be unstable" in warning

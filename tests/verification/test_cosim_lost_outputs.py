@@ -50,6 +50,11 @@ def recorded(system: System, path: Path) -> np.ndarray:
     return np.column_stack([results.time, *(results[name].values for name in OUTPUTS)])
 
 
+@pytest.mark.verifies(
+    "outputs of FMUs that show zeros once an input is set",
+    independent="FMUs of the same equations that lose nothing",
+    tolerance="identical",
+)
 @pytest.mark.parametrize("by_python", [False, True])
 @pytest.mark.parametrize(
     ("algorithm", "version"),

@@ -1,4 +1,4 @@
-"""What FMUs log in a run reaches the person: at once, in the summary, the outcome and the file."""
+"""Messages of FMUs in a run reach the person: at once, in the summary, the outcome and the file."""
 
 from __future__ import annotations
 
@@ -25,6 +25,11 @@ def talk(fmu: Path, *, file: Path | None = None, **start: float) -> tuple[Outcom
     return run(system, results=file, warn=lines.append), lines
 
 
+@pytest.mark.verifies(
+    "count of the messages of an FMU that logs one in each step",
+    analytic="number of the steps",
+    tolerance="identical",
+)
 @pytest.mark.parametrize("name", VERSIONS)
 @pytest.mark.parametrize(("status", "word"), [(1, "warning"), (2, "discard"), (3, "error")])
 def test_a_message_in_each_step_is_one(c_fmu: Fmus, name: str, status: int, word: str) -> None:

@@ -17,6 +17,11 @@ Fmus = Callable[[str], Path]
 VERSIONS = ["", "1:", "3:"]
 
 
+@pytest.mark.verifies(
+    "integrals of components that share one file with static variables",
+    analytic="exact solution",
+    tolerance="identical",
+)
 @pytest.mark.parametrize("version", VERSIONS)
 def test_two_components_of_one_file(c_fmu: Fmus, tmp_path: Path, version: str) -> None:
     parts = tuple(
@@ -28,6 +33,11 @@ def test_two_components_of_one_file(c_fmu: Fmus, tmp_path: Path, version: str) -
         np.testing.assert_array_equal(found[f"c{k}.y"].values, k * found.time)
 
 
+@pytest.mark.verifies(
+    "results beside a second set of instances of such a file",
+    analytic="sum of the steps by Jacobi",
+    tolerance="1e-13",
+)
 @pytest.mark.parametrize("version", VERSIONS)
 def test_the_second_set_of_the_certificate(c_fmu: Fmus, tmp_path: Path, version: str) -> None:
     """None of these can go back, so that a second set of instances goes beside the run."""

@@ -63,7 +63,7 @@ def test_period(decay):
 
 @pytest.mark.parametrize("step", [0.2, 0.1, 0.05])
 def test_the_implicit_algorithm_couples_it_too(decay, folder: Path, step: float) -> None:
-    """What symmetry forbids stays zero, and has no say in whether a step is solved."""
+    """Motion that symmetry forbids stays zero, and has no say in whether a step is solved."""
     times, heave = decay
     system = System.load(EXAMPLE).changed(algorithm="implicit", step_size=step)
     outcome = run(system, results=folder / "implicit.nc", build_directory=folder)

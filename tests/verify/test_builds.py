@@ -161,7 +161,7 @@ def test_cached_coefficients_whose_writer_is_killed(
 
 
 def test_compilations_that_are_killed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What is in the cache can be loaded; leftovers of the dead are gone after the next one."""
+    """Entries of the cache can be loaded; leftovers of the dead are gone after the next one."""
     monkeypatch.setenv("M4E_FMI_CACHE", str(tmp_path))
     chance = random.Random(seed := 4)
 

@@ -67,7 +67,7 @@ def solve_hulls(
 
 
 def _cached(key: str, progress: Progress) -> dict[str, np.ndarray] | None:
-    """What is cached under `key`; None if nothing is, or nothing that can be used."""
+    """Content of the cache under `key`; None if nothing is, or nothing that can be used."""
     try:
         arrays = cache.load(key)
     except (cache.DamagedError, OSError) as error:

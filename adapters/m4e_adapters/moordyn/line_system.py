@@ -282,7 +282,7 @@ class LineSystem:
 
 
 def _own_warnings(report):
-    """What MoorDyn warns of while it starts, without the places in its source."""
+    """Warnings of MoorDyn while it starts, without the places in its source."""
     lines = [line.strip() for line in report.splitlines() if WARNING.search(line)]
     return [f"MoorDyn: {SOURCE_PLACE.sub('', line)}" for line in lines]
 

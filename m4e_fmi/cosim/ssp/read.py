@@ -209,7 +209,7 @@ def _annotation(element: Element) -> dict[str, Any]:
 
 
 def _component_settings(element: Element) -> dict[str, Any]:
-    """What our own annotation of a component says."""
+    """Content of our own annotation of a component."""
     told = _annotation(element)
     return {key: told[key] for key in ("step_size", "dependencies") if key in told}
 

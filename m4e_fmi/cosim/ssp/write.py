@@ -127,7 +127,7 @@ def _description(
 
 
 def _ours(component: Component) -> dict[str, Any]:
-    """What system files say of a component, and SSP has no place for."""
+    """Keys of a component in system files for which SSP has no place."""
     needs = {name: list(inputs) for name, inputs in component.dependencies.items()}
     given = {"step_size": component.step_size, "dependencies": needs}
     return {key: value for key, value in given.items() if value}

@@ -170,7 +170,7 @@ class Standard(ABC):
         raise NotImplementedError
 
     def wants_end(self) -> bool:
-        """Whether the FMU discarded the last step because it asks for the end of the simulation."""
+        """True if the FMU discarded the last step because it asks for the end of the simulation."""
         return False
 
     @abstractmethod

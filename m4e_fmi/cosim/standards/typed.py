@@ -58,7 +58,7 @@ class Layout(Enum):
 
 @dataclass(frozen=True)
 class Taken:
-    """What a variable takes: the cell `source`, a value of `origin`, which is from `low` to `high`.
+    """Value for a variable: the cell `source`, a value of `origin`, which is from `low` to `high`.
 
     A Real takes `factor` times the value plus `offset`. A `large` cell is unsigned, of 64 bits.
     """

@@ -61,7 +61,7 @@ def description_findings(folder: Path) -> tuple[tuple[Finding, ...], str]:
 
 
 def _read(folder: Path, text: bytes, flawed: list[Flaw]) -> tuple[list[str], Any]:
-    """What FMPy's validator says and the flaws of which it does not say anything; the description
+    """Problems that FMPy's validator finds, and the flaws that it does not; the description
     as FMPy reads it, None if that is not possible."""
     problems: list[str] = []
     stopped, raw, new = "", None, list(flawed)
@@ -83,7 +83,7 @@ def _read(folder: Path, text: bytes, flawed: list[Flaw]) -> tuple[list[str], Any
 
 
 def _of_aliases(problem: str, text: bytes) -> bool:
-    """Whether FMPy misses nothing but aliases of FMI 3.0, which ModelStructure does not list."""
+    """True if FMPy misses nothing but aliases of FMI 3.0, which ModelStructure does not list."""
     sets = re.search(r"Expected \{(.*?)\} but was \{(.*?)\}", problem)
     if sets is None:
         return False

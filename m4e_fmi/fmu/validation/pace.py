@@ -63,6 +63,6 @@ def _smooth(samples: np.ndarray) -> bool:
 
 
 def _most(chosen: np.ndarray, samples: np.ndarray) -> bool:
-    """Whether more than half of the variables that change are among the `chosen`."""
+    """True if more than half of the variables that change are among the `chosen`."""
     moves = np.ptp(samples, axis=0) > 0
     return 2 * int((chosen & moves).sum()) > int(moves.sum())

@@ -129,7 +129,7 @@ def _exchange(
 
 
 def _follows(bench: Bench, inputs: np.ndarray) -> bool:
-    """Whether states of co-simulation change as the rates of model exchange at them allow."""
+    """True if states of co-simulation change as the rates of model exchange at them allow."""
     subject = bench.subject
     states, times = [], []
     with bench.probe() as probe:
