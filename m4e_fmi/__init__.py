@@ -1,8 +1,93 @@
 """m4e_fmi: symbolic multibody dynamics, co-simulation units and coupled simulation.
 
+The verbs and what they need are here, imported when they are first used:
+
+    model = m4e_fmi.load_model("buoy.model.yaml")
+    motion = m4e_fmi.simulate(model, stop_time=60.0)
+    outcome = m4e_fmi.run(m4e_fmi.System.load("system.yaml"), results="buoy.nc")
+
 Layers, each importing only what stands before it:
-`errors`, `units`, `document`, `results`, `program` → `model` → `multibody` → `simulate` → `fmu` →
-`cosim` → `study` → `report` → `cli`.
+`errors`, `shown`, `series`, `units`, `document`, `results`, `program` → `model` → `multibody` →
+`simulate` → `fmu` → `cosim` → `study` → `report` → `cli`.
 """
 
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from m4e_fmi.analysis import (
+        equilibrium,
+        frequency_response,
+        linearize,
+        modes,
+        sensitivity,
+        trajectory_sensitivity,
+    )
+    from m4e_fmi.cosim import System, prepare, run, start
+    from m4e_fmi.errors import InputError, M4eError, RunError, UnknownNameError
+    from m4e_fmi.fmu import build_fmu, read_description, validate_fmu
+    from m4e_fmi.model import Model, load_model
+    from m4e_fmi.multibody import Equations, model_program
+    from m4e_fmi.results import load
+    from m4e_fmi.simulate import simulate
+
 __version__ = "0.1.0"
+
+__all__ = [
+    "Equations",
+    "InputError",
+    "M4eError",
+    "Model",
+    "RunError",
+    "System",
+    "UnknownNameError",
+    "build_fmu",
+    "equilibrium",
+    "frequency_response",
+    "linearize",
+    "load",
+    "load_model",
+    "model_program",
+    "modes",
+    "prepare",
+    "read_description",
+    "run",
+    "sensitivity",
+    "simulate",
+    "start",
+    "trajectory_sensitivity",
+    "validate_fmu",
+]
+
+_NAMES = {
+    "analysis": (
+        "equilibrium",
+        "frequency_response",
+        "linearize",
+        "modes",
+        "sensitivity",
+        "trajectory_sensitivity",
+    ),
+    "cosim": ("System", "prepare", "run", "start"),
+    "errors": ("InputError", "M4eError", "RunError", "UnknownNameError"),
+    "fmu": ("build_fmu", "read_description", "validate_fmu"),
+    "model": ("Model", "load_model"),
+    "multibody": ("Equations", "model_program"),
+    "results": ("load",),
+    "simulate": ("simulate",),
+}
+_PLACES = {name: place for place, names in _NAMES.items() for name in names}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _PLACES:
+        raise AttributeError(f"module 'm4e_fmi' has no attribute {name!r}")
+    module = import_module(f"m4e_fmi.{_PLACES[name]}")
+    # the package `simulate` is its verb, too
+    value = module if _PLACES[name] == name else getattr(module, name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

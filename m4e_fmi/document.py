@@ -41,7 +41,12 @@ MOST_VALUES = 200_000
 _MOST_PRUNINGS = 20
 _LONGEST_SOURCE = 200
 """Characters of a line that are shown with a problem."""
-_YAML_WORDS = {
+_PLAIN_WORDS = {
+    "string_type": "text",
+    "float_type": "a number",
+    "float_parsing": "a number",
+    "bool_type": "true or false",
+    "bool_parsing": "true or false",
     "dict_type": "'key: value' lines",
     "model_type": "'key: value' lines",
     "model_attributes_type": "'key: value' lines",
@@ -247,7 +252,16 @@ class Document:
         if kind == "union_tag_not_found":
             tag = context["discriminator"].strip("'")
             return self.problem(location, f"missing key {tag!r}", f"add '{tag}: …' here")
+        if relative and relative[-1] == "[key]" and not isinstance(item["input"], str):
+            message = f"{item['input']!r} cannot be a name"
+            return self.problem(location, message, "use letters, digits and _, a letter first")
         remedy = ""
+        if kind == "string_type" and isinstance(item["input"], int | float):
+            remedy = f'write it in quotes: "{item["input"]}"'
+        if kind in ("float_type", "float_parsing") and isinstance(item["input"], str):
+            remedy = "write a number without quotes; expressions stand where their value is used"
+        if kind == "dict_type" and isinstance(item["input"], list):
+            remedy = f"give each entry a name: {relative[-1]}: {{name: {{…}}}}"
         if kind == "model_type":
             kinds = _types_at(section, relative)
             remedy = _example(str((*at, *relative)[-1]), kinds, item["input"])
@@ -270,7 +284,7 @@ def _remove(data: Any, location: Location) -> None:
 
 def _pydantic_text(item: Any) -> str:
     text = item["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
-    text = _YAML_WORDS.get(item["type"], text)
+    text = _PLAIN_WORDS.get(item["type"], text)
     value = item.get("input")
     where = ".".join(str(part) for part in item["loc"])
     got = f", got {value!r}" if isinstance(value, str | int | float | bool | None) else ""

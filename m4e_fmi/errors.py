@@ -7,8 +7,14 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Sequence
+import re
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
+
+Value = TypeVar("Value")
+CLOSE = 0.8
+"""Likeness (difflib's) of a word that is one letter off."""
 
 
 class M4eError(Exception):
@@ -53,6 +59,37 @@ class InputError(M4eError):
         return cls([Problem(message, remedy, file)])
 
 
+class UnknownNameError(InputError, KeyError):
+    """A name that is not there; a KeyError as well, for those who catch that."""
+
+    @classmethod
+    def of(cls, complaint: str, unknown: Sequence[str], known: Iterable[str]) -> UnknownNameError:
+        """`complaint`, the names that are `unknown`, and the nearest that is `known`."""
+        return cls([Problem(f"{complaint} {', '.join(unknown)}", suggestion(unknown[0], known))])
+
+    def __str__(self) -> str:
+        return str(self.args[0])  # a KeyError's is in quotation marks
+
+
+class Named(dict[str, Value]):
+    """Values by name. A name that is not there raises UnknownNameError: `complaint` and the name.
+
+    >>> Named("the buoy has no variable", {"heave": 1.0})["haeve"]
+    UnknownNameError: the buoy has no variable haeve
+          did you mean 'heave'?
+    """
+
+    def __init__(self, complaint: str, members: Mapping[str, Value]) -> None:
+        super().__init__(members)
+        self.complaint = complaint
+
+    def __missing__(self, name: str) -> Value:
+        raise UnknownNameError.of(self.complaint, [str(name)], self)
+
+    def __reduce__(self) -> tuple:
+        return Named, (self.complaint, dict(self))
+
+
 class RunError(M4eError):
     """The work failed: `message` says what, where and when; `remedy` what to try."""
 
@@ -63,11 +100,20 @@ class RunError(M4eError):
 
 
 def suggestion(word: str, known: Iterable[str], noun: str = "") -> str:
-    """A remedy for an unknown `word`: the nearest known one, or a list of what there is."""
+    """A remedy for an unknown `word`: the nearest known one, or a list of what there is.
+
+    Before names that are only somewhat alike come those of which the word is a part, as ``spring``
+    of ``torsion_spring``.
+    """
     names: Sequence[str] = sorted(known)
+    same = [name for name in names if name.lower() == word.lower()]
+    whole = [name for name in names if word and word in re.split(r"[._]", name)]
     near = difflib.get_close_matches(word, names, n=3, cutoff=0.6)
+    likeness = [difflib.SequenceMatcher(None, name, word).ratio() for name in near]
+    likely = same or (whole if len(whole) <= 3 and max(likeness, default=0) < CLOSE else [])
+    if likely:
+        return f"did you mean {' or '.join(map(repr, likely))}?"
     if near:
-        likeness = [difflib.SequenceMatcher(None, name, word).ratio() for name in near]
         nearest = sorted(n for n, ratio in zip(near, likeness, strict=True) if ratio == likeness[0])
         return f"did you mean {' or '.join(map(repr, nearest))}?"
     if not names:

@@ -17,11 +17,11 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from m4e_fmi.errors import RunError
-from m4e_fmi.writing import cannot_write
+from m4e_fmi.writing import cannot_write, remove_leftovers
 
-LOCK, ROWS, WHOLE = ".m4e-lock", ".m4e-rows", ".m4e-whole"
-"""What the names of hidden files end with beside results: their lock, their rows before the first
-of them are theirs, and the file that they become at the end."""
+LOCK, ROWS = ".m4e-lock", ".m4e-rows"
+"""What the names of hidden files end with beside results: their lock, and their rows until the
+first step is made."""
 _BYTE = 2**30
 """The byte of the file that is locked, far behind its text: Windows lets nobody read it."""
 _TRIALS = 100
@@ -130,11 +130,11 @@ def claimed(path: str | Path) -> Iterator[Path]:
         )
     _held[file] = threading.get_ident()
     try:
-        _remove_parts(place)
+        _remove_rows(place)
         _sweep(place.parent)
         yield place
     finally:
-        _remove_parts(place)
+        _remove_rows(place)
         del _held[file]
         lock.release()
 
@@ -146,19 +146,19 @@ def _holder(file: Path) -> str:
         return "its process is not known"
 
 
-def _remove_parts(place: Path) -> None:
-    for ending in (ROWS, WHOLE):
-        with suppress(OSError):
-            place.with_name(f".{place.name}{ending}").unlink(missing_ok=True)
+def _remove_rows(place: Path) -> None:
+    with suppress(OSError):
+        place.with_name(f".{place.name}{ROWS}").unlink(missing_ok=True)
 
 
 def _sweep(folder: Path) -> None:
     """Remove what dead processes have left in a folder of results."""
+    remove_leftovers(folder)
     with suppress(OSError):
         for file in folder.glob(f".*{LOCK}"):
             if file in _held:
                 continue
             lock = Lock.take(file)
             if lock is not None:
-                _remove_parts(file.with_name(file.name.removeprefix(".").removesuffix(LOCK)))
+                _remove_rows(file.with_name(file.name.removeprefix(".").removesuffix(LOCK)))
                 lock.release()

@@ -19,9 +19,12 @@ from typing import Any
 
 import numpy as np
 
-from m4e_fmi.errors import InputError
-from m4e_fmi.recorded import REAL, Recorded, recorded_as
-from m4e_fmi.row_file import TIME, Section, is_row_file, read_rows
+from m4e_fmi.errors import InputError, Named
+from m4e_fmi.recorded import recorded_as
+from m4e_fmi.row_file import is_row_file, read_rows
+from m4e_fmi.row_header import TIME, Numbered, Section
+from m4e_fmi.series import Series
+from m4e_fmi.shown import listing, span
 from m4e_fmi.writing import check_suffix, netcdf, written
 
 NETCDF, CSV, PARQUET = ".nc", ".csv", ".parquet"
@@ -34,42 +37,43 @@ _HDF5 = b"\x89HDF"
 
 
 @dataclass(frozen=True)
-class Series:
-    """One recorded variable: `values` over `Results.time`, its unit and what it is.
-
-    They are in the type of what was `recorded`: floats, whole numbers (an enumeration's items by
-    their numbers), truth values, or objects that are texts.
-    """
-
-    name: str
-    unit: str
-    long_name: str
-    values: np.ndarray
-    recorded: Recorded = REAL
-
-
-@dataclass(frozen=True)
 class Results:
-    """A results file in memory: `time` [s], `components[component][variable]`, the attributes."""
+    """A results file in memory: `time` [s], `components[component][variable]`, the attributes.
+
+    UnknownNameError, which is a KeyError, where there is no such component or variable.
+    """
 
     path: Path
     time: np.ndarray
     components: dict[str, dict[str, Series]]
     attributes: dict[str, str]
 
+    def __post_init__(self) -> None:
+        named = {c: Named(f"{c} has no variable", one) for c, one in self.components.items()}
+        components = Named(f"{self.path.name} has no component", named)
+        object.__setattr__(self, "components", components)
+
     def __getitem__(self, name: str) -> Series:
-        """The series ``component.variable``; KeyError if there is none."""
-        component, _, variable = name.partition(".")
-        return self.components[component][variable]
+        """The series ``component.variable``."""
+        return self.series[name]
 
     @property
     def series(self) -> dict[str, Series]:
         """All series by ``component.variable``."""
-        return {
-            f"{component}.{name}": one
-            for component, members in self.components.items()
-            for name, one in members.items()
-        }
+        return Named(
+            f"{self.path.name} has no variable",
+            {
+                f"{component}.{name}": one
+                for component, members in self.components.items()
+                for name, one in members.items()
+            },
+        )
+
+    def __repr__(self) -> str:
+        return listing(
+            f"Results of {str(self.path)!r}: {span(self.time)}",
+            **{name: tuple(members) for name, members in self.components.items()},
+        )
 
 
 def load(path: str | Path) -> Results:
@@ -144,7 +148,7 @@ def write_netcdf(
     attributes: Mapping[str, str],
     count: int,
     blocks: Iterable[Sequence[np.ndarray]],
-    texts: Sequence[str] = (),
+    texts: Numbered = (),
 ) -> None:
     """Write `count` rows as netCDF-4 to `path`, which appears whole or not at all.
 

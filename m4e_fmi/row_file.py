@@ -12,10 +12,10 @@ from __future__ import annotations
 
 import json
 import os
-import unicodedata
+import shutil
+import uuid
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
 from io import FileIO
 from pathlib import Path
 from typing import Any
@@ -23,55 +23,25 @@ from typing import Any
 import numpy as np
 
 from m4e_fmi.errors import InputError
-from m4e_fmi.recorded import REAL, Recorded
+from m4e_fmi.row_header import (
+    BEGIN_AT,
+    BEGIN_NAME,
+    COUNT_AT,
+    ENDED_BEFORE,
+    MAGIC,
+    TEXTS,
+    TIME,
+    Column,
+    Header,
+    Numbered,
+    Section,
+    fixed,
+    header,
+)
+from m4e_fmi.writing import part_prefix
 
-ROWS_BEGIN, ENDED = "rows_begin", "ended"
-NOT_ENDED = "not yet: the run goes on, or its process was killed"
-"""The attribute `ended` until the file is told otherwise."""
-CELLS = "i8"
-"""The kind of cells: whole numbers, Booleans, and the places of texts."""
-TEXTS = "texts"
-_ENDED_LENGTH = 1024
-_TEXTS_LENGTH = 2**16
-_MAGIC = b"CDF\x05"
-_COUNT_AT = len(_MAGIC)
-_DIMENSIONS, _VARIABLES, _ATTRIBUTES = 10, 11, 12
-_CHAR, _TYPES = 2, {"i4": 4, "f8": 6, "i8": 10}
-_KINDS = {number: kind for kind, number in _TYPES.items()}
 READ = 2**24
 """Bytes of rows that are read at once, about."""
-
-
-@dataclass(frozen=True)
-class Column:
-    """What one variable of results is."""
-
-    name: str
-    unit: str
-    long_name: str
-    recorded: Recorded = REAL
-
-    @property
-    def told(self) -> dict[str, str]:
-        """Its attributes in a file of rows."""
-        found = {"units": self.unit, "long_name": self.long_name}
-        one = self.recorded
-        more = {"type": one.type, "kind": one.kind, "items": json.dumps(dict(one.items))}
-        return found if one.is_real else found | more
-
-
-@dataclass(frozen=True)
-class Section:
-    """Columns of one `component` that are of one `kind`: f8, i4, i8; CELLS if not Real."""
-
-    component: str
-    columns: tuple[Column, ...]
-    kind: str = "f8"
-    attributes: Mapping[str, str] = field(default_factory=dict)
-
-
-TIME = Section("", (Column("time", "s", "simulated time"),))
-"""The first section of every file."""
 
 
 class RowFile:
@@ -82,16 +52,25 @@ class RowFile:
     """
 
     def __init__(
-        self, path: Path, sections: Sequence[Section], attributes: Mapping[str, str | int]
+        self,
+        path: Path,
+        sections: Sequence[Section],
+        attributes: Mapping[str, str | int],
+        *,
+        room: int = 2**14,
     ) -> None:
+        """`room` are the bytes for texts at first, if there is a column of them."""
         self.path, self.count = path, 0
         self.sections = (TIME, *sections)
         self.dtype = _row(self.sections)
-        header, self._ended_at, self._texts_at = _header(self.sections, attributes)
-        self._texts = 0
-        self._begin = len(header)
+        with_texts = any(c.recorded.is_text for section in sections for c in section.columns)
+        self._room, self._attributes = room * with_texts, dict(attributes)
+        self._texts = self._texts_end = 0
+        head, self._ended_at = header(self.sections, attributes, self._room)
+        self._texts_at = self._ended_at - ENDED_BEFORE - self._room
+        self._begin = len(head)
         self._file = path.open("w+b", buffering=0)
-        self._put(0, header)
+        self._put(0, head)
 
     def move(self, path: Path) -> None:
         """Go on at `path`, in the same folder, in place of what is there."""
@@ -120,20 +99,35 @@ class RowFile:
             raise
         self._commit(first + len(rows))
 
-    def keep_texts(self, texts: Sequence[str]) -> None:
-        """Keep what the cells of texts stand for, before rows with them are written.
-
-        There is room for 64 KiB; only the netCDF-4 file, at the end, has what is more.
-        """
-        if not self._texts_at or len(texts) == self._texts:
+    def keep_texts(self, texts: Numbered) -> None:
+        """Keep what the cells of texts stand for, before rows with them are written."""
+        if not self._room or len(texts) == self._texts:
             return
-        data, self._texts = b"[", len(texts)
-        for place in range(len(texts)):
-            more = json.dumps(texts[place], ensure_ascii=False).encode()
-            if len(data) + len(more) + 2 > _TEXTS_LENGTH:
-                break
-            data += b"," * (place > 0) + more
-        self._put(self._texts_at, (data + b"]").ljust(_TEXTS_LENGTH))
+        new = [json.dumps(texts[place]) + "\n" for place in range(self._texts, len(texts))]
+        data = "".join(new).encode()
+        while self._texts_end + len(data) > self._room:
+            self._grow()
+        self._put(self._texts_at + self._texts_end, data)
+        self._texts, self._texts_end = len(texts), self._texts_end + len(data)
+
+    def _grow(self) -> None:
+        """Go on in a file with twice the room for texts, in the same place."""
+        beside = self.path.with_name(f"{part_prefix()}{uuid.uuid4().hex}")
+        larger = RowFile(beside, self.sections[1:], self._attributes, room=2 * self._room)
+        try:
+            larger._put(larger._texts_at, _read(self._file, self._texts_at, self._texts_end))
+            self._file.seek(self._begin)
+            larger._file.seek(larger._begin)
+            shutil.copyfileobj(self._file, larger._file)
+            larger._commit(self.count)
+        except OSError:
+            larger.close()
+            beside.unlink()
+            raise
+        self._file.close()
+        larger.move(self.path)
+        self._file, self._room, self._begin = larger._file, larger._room, larger._begin
+        self._ended_at, self._texts_at = larger._ended_at, larger._texts_at
 
     def cut(self, count: int) -> None:
         """Give up all rows but the first `count`."""
@@ -142,7 +136,7 @@ class RowFile:
 
     def end(self, text: str) -> None:
         """Say how the run has ended."""
-        self._put(self._ended_at, _fixed(text))
+        self._put(self._ended_at, fixed(text))
         os.fsync(self._file.fileno())
 
     def close(self) -> None:
@@ -163,7 +157,7 @@ class RowFile:
 
     def _commit(self, count: int) -> None:
         os.fsync(self._file.fileno())
-        self._put(_COUNT_AT, count.to_bytes(8, "big"))
+        self._put(COUNT_AT, count.to_bytes(8, "big"))
         self.count = count
 
     def _put(self, place: int, data: Any) -> None:
@@ -174,90 +168,15 @@ class RowFile:
 
 
 def _row(sections: Sequence[Section]) -> np.dtype:
-    """One row of a file; all its types have four or eight bytes, so that there are no gaps."""
+    """One row of a file; all its types have eight bytes, so that there are no gaps."""
     return np.dtype([(f"_{k}", f">{s.kind}", (len(s.columns),)) for k, s in enumerate(sections)])
-
-
-def _fixed(text: str) -> bytes:
-    return text.encode()[:_ENDED_LENGTH].decode(errors="ignore").encode().ljust(_ENDED_LENGTH)
-
-
-def _header(
-    sections: Sequence[Section], attributes: Mapping[str, str | int]
-) -> tuple[bytes, int, int]:
-    """The header of a file without rows, and where in it ENDED and TEXTS (0: not there) begin."""
-    with_texts = any(c.recorded.is_text for section in sections for c in section.columns)
-    room = {TEXTS: b"[]".ljust(_TEXTS_LENGTH)} if with_texts else {}
-    rest = {**attributes, **room, ENDED: _fixed(NOT_ENDED)}
-    begin = 0
-    for _ in range(2):  # where the rows begin is in it, too
-        dimension = _list(_DIMENSIONS, [_name("time") + _big(0)])
-        head = _MAGIC + _big(0) + dimension + _attributes({ROWS_BEGIN: begin, **rest})
-        data = head + _list(_VARIABLES, list(_variables(sections, begin)))
-        begin = len(data)
-    ended = len(head) - _ENDED_LENGTH
-    before = len(_name(ENDED)) + 12  # its name, type and length
-    return data, ended, ended - before - _TEXTS_LENGTH if with_texts else 0
-
-
-def _variables(sections: Sequence[Section], begin: int) -> Iterator[bytes]:
-    for section in sections:
-        prefix = f"{section.component}." if section.component else ""
-        size = np.dtype(section.kind).itemsize
-        for column in section.columns:
-            told = {**column.told, **section.attributes}
-            yield (
-                _name(prefix + column.name) + _big(1) + _big(0) + _attributes(told)
-                + _big(_TYPES[section.kind], 4) + _big(size) + _big(begin)
-            )  # fmt: skip
-            begin += size
-
-
-def _attributes(attributes: Mapping[str, str | int | bytes]) -> bytes:
-    found = []
-    for name, value in attributes.items():
-        if isinstance(value, int):
-            found.append(_name(name) + _big(_TYPES["i8"], 4) + _big(1) + _big(value))
-        else:
-            data = value.encode() if isinstance(value, str) else value
-            found.append(_name(name) + _big(_CHAR, 4) + _counted(data))
-    return _list(_ATTRIBUTES, found)
-
-
-def _list(tag: int, elements: Sequence[bytes]) -> bytes:
-    return _big(tag, 4) + _big(len(elements)) + b"".join(elements)
-
-
-def _name(name: str) -> bytes:
-    return _counted(unicodedata.normalize("NFC", name).encode())
-
-
-def _counted(data: bytes) -> bytes:
-    return _big(len(data)) + data + bytes(-len(data) % 4)
-
-
-def _column(name: str, told: Mapping[str, str | int]) -> Column:
-    recorded = REAL
-    if "type" in told:
-        items = json.loads(str(told["items"]))
-        recorded = Recorded(str(told["type"]), str(told["kind"]), items)
-    return Column(name, str(told["units"]), str(told["long_name"]), recorded)
-
-
-def _big(value: int, size: int = 8) -> bytes:
-    return value.to_bytes(size, "big")
-
-
-_BEGIN_NAME = _name(ROWS_BEGIN)
-_BEGIN_AT = len(_MAGIC) + 8 + len(_list(_DIMENSIONS, [_name("time") + _big(0)])) + 12
-"""Where the first attribute of a file is."""
 
 
 def is_row_file(path: Path) -> bool:
     """Whether the file at `path` begins as those that RowFile writes; OSError if none is there."""
     with path.open("rb") as file:
-        head = file.read(_BEGIN_AT + len(_BEGIN_NAME))
-    return head.startswith(_MAGIC) and head.endswith(_BEGIN_NAME)
+        head = file.read(BEGIN_AT + len(BEGIN_NAME))
+    return head.startswith(MAGIC) and head.endswith(BEGIN_NAME)
 
 
 def read_rows(path: Path) -> tuple[dict[str, str | int], list[tuple[Column, np.ndarray]]]:
@@ -269,9 +188,9 @@ def read_rows(path: Path) -> tuple[dict[str, str | int], list[tuple[Column, np.n
     InputError if the file is cut off.
     """
     with path.open("rb", buffering=0) as file:
-        begin = int.from_bytes(_read(file, _BEGIN_AT + len(_BEGIN_NAME) + 12, 8), "big")
+        begin = int.from_bytes(_read(file, BEGIN_AT + len(BEGIN_NAME) + 12, 8), "big")
         _check_length(path, file, begin)
-        count, attributes, columns, kinds = _Header(_read(file, 0, begin)).content()
+        count, attributes, columns, kinds = Header(bytes(_read(file, 0, begin))).content()
         row = np.dtype([(f"_{k}", f">{kind}", (1,)) for k, kind in enumerate(kinds)])
         _check_length(path, file, begin + count * row.itemsize)
         values = [np.empty(count, kind) for kind in kinds]
@@ -281,65 +200,13 @@ def read_rows(path: Path) -> tuple[dict[str, str | int], list[tuple[Column, np.n
             for into, part in zip(values, parts, strict=True):
                 into[first:last] = part[:, 0]
             first = last
-    texts = dict(enumerate(json.loads(str(attributes.pop(TEXTS, "[]")))))
+    lines = str(attributes.pop(TEXTS, "")).split("\n")[:-1]  # one that broke off is in no row
+    texts = [json.loads(line) for line in lines]
     found = [
-        (column, column.recorded.stored(cells, lambda k: texts.get(k, f"({k}th text: lost)")))
+        (column, column.recorded.stored(cells, texts.__getitem__))
         for column, cells in zip(columns, values, strict=True)
     ]
     return attributes, found
-
-
-class _Header:
-    """Reads what `_header` writes, from its beginning to its end."""
-
-    def __init__(self, data: bytes) -> None:
-        self._data, self._place = data, len(_MAGIC)
-
-    def content(self) -> tuple[int, dict[str, str | int], list[Column], list[str]]:
-        """Number of rows, attributes, the variables and their kinds."""
-        count = self._number()
-        for _ in self._list():
-            self._text()
-            self._number()
-        attributes = self._attributes()
-        attributes[ENDED] = str(attributes[ENDED]).rstrip()
-        del attributes[ROWS_BEGIN]
-        columns, kinds = [], []
-        for _ in self._list():
-            name = self._text()
-            for _ in range(self._number()):
-                self._number()
-            told = self._attributes()
-            columns.append(_column(name, told))
-            kinds.append(_KINDS[self._number(4)])
-            self._number()
-            self._number()
-        return count, attributes, columns, kinds
-
-    def _attributes(self) -> dict[str, str | int]:
-        found: dict[str, str | int] = {}
-        for _ in self._list():
-            name = self._text()
-            if self._number(4) == _CHAR:
-                found[name] = self._text()
-            else:
-                self._number()
-                found[name] = self._number()
-        return found
-
-    def _list(self) -> range:
-        self._number(4)
-        return range(self._number())
-
-    def _number(self, size: int = 8) -> int:
-        self._place += size
-        return int.from_bytes(self._data[self._place - size : self._place], "big")
-
-    def _text(self) -> str:
-        length = self._number()
-        data = self._data[self._place : self._place + length]
-        self._place += length + -length % 4
-        return data.decode()
 
 
 def _check_length(path: Path, file: FileIO, length: int) -> None:

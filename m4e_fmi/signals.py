@@ -23,7 +23,6 @@ class Terminated(SystemExit):
 
     def __init__(self, number: int) -> None:
         super().__init__(128 + number)
-        self.code: int = 128 + number
         self.signal = signal.Signals(number)
 
     def __str__(self) -> str:

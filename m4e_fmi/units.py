@@ -129,6 +129,20 @@ def parse_unit(text: str) -> Unit:
     return Unit(text, tuple(exponents), factor)
 
 
+def near_unit(text: str) -> str:
+    """A unit that is spelled nearly like `text`, such as N.m for Nm; "" if there is none."""
+    parts = re.sub(r"\s+", ".", text.strip())
+    tries = [parts, *(f"{parts[:k]}.{parts[k:]}" for k in range(1, len(parts)))]
+    tries += [re.sub(r"\.?([A-Za-z]+)\^?-(\d)", r"/\1\2", parts).replace("1", "")]
+    tries += [parts.swapcase(), parts.lower(), parts.capitalize()]
+    for candidate in tries:
+        try:
+            return parse_unit(candidate).text
+        except ValueError:
+            continue
+    return ""
+
+
 def _factor(piece: str, text: str) -> tuple[tuple[int, ...], float]:
     match = _FACTOR.match(piece)
     if not match:

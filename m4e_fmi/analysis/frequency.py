@@ -8,8 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from m4e_fmi.analysis.linearization import Linearization
-from m4e_fmi.errors import InputError, RunError
+from m4e_fmi.analysis.points import place
+from m4e_fmi.errors import RunError
 from m4e_fmi.program import Variable
+from m4e_fmi.shown import listing
 
 
 @dataclass(frozen=True)
@@ -27,21 +29,20 @@ class FrequencyResponse:
 
     def of(self, output: str, input: str) -> NDArray[np.complex128]:
         """The response of one output to one input, shape (n,)."""
-        i, j = self._place(output, self.outputs), self._place(input, self.inputs)
+        i, j = place(output, self.outputs), place(input, self.inputs)
         return self.values[:, i, j]
 
     def unit(self, output: str, input: str) -> str:
         """Unit of `of`: that of the output by that of the input."""
-        y = self.outputs[self._place(output, self.outputs)]
-        u = self.inputs[self._place(input, self.inputs)]
+        y = self.outputs[place(output, self.outputs)]
+        u = self.inputs[place(input, self.inputs)]
         return f"({y.unit})/({u.unit})"
 
-    @staticmethod
-    def _place(name: str, variables: tuple[Variable, ...]) -> int:
-        names = [v.name for v in variables]
-        if name not in names:
-            raise InputError.single(f"there is no {name} here", f"there is: {', '.join(names)}")
-        return names.index(name)
+    def __repr__(self) -> str:
+        title = f"FrequencyResponse at {len(self.omega)} frequencies"
+        if len(self.omega):
+            title += f" from {self.omega[0]:g} to {self.omega[-1]:g} rad/s"
+        return listing(title, outputs=self.outputs, inputs=self.inputs)
 
 
 def frequency_response(linear: Linearization, omega: ArrayLike) -> FrequencyResponse:

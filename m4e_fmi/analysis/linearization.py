@@ -25,6 +25,7 @@ from m4e_fmi.analysis.points import (
     At,
     Evaluation,
     Floats,
+    Lines,
     Matrix,
     OperatingPoint,
     System,
@@ -37,11 +38,13 @@ from m4e_fmi.analysis.points import (
 from m4e_fmi.errors import RunError
 from m4e_fmi.multibody import mass_matrix_program
 from m4e_fmi.program import Variable, jacobian, tangent
+from m4e_fmi.shown import listing, short
 
 if TYPE_CHECKING:
     import control
 
 
+@short
 @dataclass(frozen=True)
 class Mechanical:
     """M δq̈ + C δq̇ + K δq = F δinput: n×n, n×n, n×n, n×m, of the coordinates' generalised forces.
@@ -106,6 +109,16 @@ class Linearization:
             name=self.point.program.name,
         )
 
+    def __repr__(self) -> str:
+        return listing(
+            f"Linearization of {self.point.program.name!r} at t = {self.point.time:g} s: "
+            f"A {_shape(self.A)}, B {_shape(self.B)}, C {_shape(self.C)}, D {_shape(self.D)}"
+            f"{', mechanical M, C, K, F' if self.mechanical else ''}",
+            states=self.states,
+            inputs=self.inputs,
+            outputs=self.outputs,
+        )
+
 
 class Linearizer:
     """Linearises one system wherever it is asked to; the derivatives are recorded once.
@@ -134,14 +147,16 @@ class Linearizer:
         self._rows = [rows.index(name) for name in wanted]
         everything = observed(self.program, rows)
         self._values = Evaluation(everything)
+        self._lines = Lines(self.program)
         by = [*names, *(v.name for v in self.inputs)]
         self._slopes = Matrix(jacobian(everything, "outputs", by))
         self._changes: dict[tuple[str, ...], Evaluation] = {}
         self._mass = None if model is None else Evaluation(mass_matrix_program(model))
 
     def at(self, at: At = None, *, time: float | None = None) -> Linearization:
-        """The linear equations about a point."""
+        """The linear equations about a point; RunError where a force has no derivative."""
         point = operating_point(self.program, at, time=time)
+        self._lines.check(point)
         n = len(self.states)
         values, slopes = self._values.at(point), self._slopes.at(point)
         A, B = slopes[:n, :n], slopes[:n, n:]
@@ -187,6 +202,18 @@ class Linearizer:
         n = len(self.states) // 2
         M = self._mass.at(point).reshape(n, n)
         return Mechanical(M, C=-M @ A[n:, n:], K=-M @ A[n:, :n], F=M @ B[n:])
+
+    def __repr__(self) -> str:
+        return listing(
+            f"Linearizer of {self.program.name!r}",
+            states=self.states,
+            inputs=self.inputs,
+            outputs=self.outputs,
+        )
+
+
+def _shape(matrix: Floats) -> str:
+    return "×".join(map(str, matrix.shape))
 
 
 def linearize(

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from m4e_fmi.analysis.linearization import Linearization
 from m4e_fmi.program import Variable
+from m4e_fmi.shown import listing
 
 Complex = NDArray[np.complex128]
 
@@ -56,6 +57,12 @@ class Modes:
         """Whether no motion grows; eigenvalues within rounding of the imaginary axis do not."""
         largest = np.max(self.frequencies, initial=0.0)
         return bool((self.eigenvalues.real <= NEGLIGIBLE * largest).all())
+
+    def __repr__(self) -> str:
+        found = zip(self.frequencies, self.damping_ratios, strict=True)
+        words = [f"{omega:.6g} rad/s (damping ratio {ratio:.3g})" for omega, ratio in found]
+        title = f"Modes: {'no motion grows' if self.stable else 'a motion grows'}"
+        return listing(title, coordinates=self.coordinates, frequencies=words)
 
 
 def modes(linear: Linearization) -> Modes:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -11,12 +12,13 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from m4e_fmi.errors import InputError, RunError, suggestion
+from m4e_fmi.errors import Named, RunError, UnknownNameError
 from m4e_fmi.model import Model, load_model
 from m4e_fmi.multibody import model_program
 from m4e_fmi.program import Jacobian, Program, Variable
 from m4e_fmi.program.python_form import load_python
 from m4e_fmi.runtime.library import library
+from m4e_fmi.shown import listing
 from m4e_fmi.simulate import started
 
 Floats = NDArray[np.float64]
@@ -50,11 +52,14 @@ class OperatingPoint:
             (self.program.inputs, self.inputs),
             (self.program.parameters, self.parameters),
         )
-        return {
-            v.name: float(value)
-            for variables, vector in groups
-            for v, value in zip(variables, vector, strict=True)
-        }
+        return Named(
+            f"{self.program.name} has no state, input or parameter",
+            {
+                v.name: float(value)
+                for variables, vector in groups
+                for v, value in zip(variables, vector, strict=True)
+            },
+        )
 
     def __getitem__(self, name: str) -> float:
         return self.values[name]
@@ -62,6 +67,24 @@ class OperatingPoint:
     def with_states(self, states: Floats) -> OperatingPoint:
         return replace(self, states=states)
 
+    def __repr__(self) -> str:
+        def told(variables: Sequence[Variable], vector: Floats) -> list[str]:
+            pairs = zip(variables, vector, strict=True)
+            return [f"{v.name} = {value:.6g} {v.unit}" for v, value in pairs]
+
+        return listing(
+            f"OperatingPoint of {self.program.name!r} at t = {self.time:g} s",
+            states=told(self.program.states, self.states),
+            inputs=told(self.program.inputs, self.inputs),
+            parameters=told(self.program.parameters, self.parameters),
+        )
+
+
+LARGEST_DERIVATIVE = 1e100
+"""Beyond this it is that of a direction whose length is zero: see `planar.norm`."""
+COINCIDING = 1e-100
+"""Distance [m] below which points coincide."""
+MEASURE = re.compile(r"load\.\w+\.(distance|extension|gap|power)")
 
 At = OperatingPoint | Mapping[str, float | str] | None
 """Where: values by name, as for `simulate`; what is not named has its start value."""
@@ -119,14 +142,47 @@ class Matrix:
         d = self.derivatives
         matrix = np.zeros((len(d.rows), len(d.columns)))
         matrix[list(d.row_indices), list(d.column_indices)] = self._entries.at(point)
-        if not np.isfinite(matrix).all():
-            row, column = np.argwhere(~np.isfinite(matrix))[0]
+        wrong = ~(np.abs(matrix) < LARGEST_DERIVATIVE)
+        if wrong.any():
+            row, column = np.argwhere(wrong)[0]
             message = (
                 f"{d.program.name}: the derivative of {d.rows[row]} by {d.columns[column]} "
                 f"is {matrix[row, column]} at t = {point.time:g} s"
             )
             raise RunError(message, "look for a singular configuration or a division by zero")
         return matrix
+
+
+class Lines:
+    """The loads of a program that act along the line between two points."""
+
+    def __init__(self, program: Program) -> None:
+        names = [v.name for v in program.outputs if MEASURE.fullmatch(v.name)]
+        self._observed = observed(program, names)
+        self._evaluation = Evaluation(self._observed) if names else None
+
+    def check(self, point: OperatingPoint) -> None:
+        """RunError if a force has no derivative at `point`: its two points coincide there.
+
+        A stop that is not in contact has one, and a spring that is at rest there and has a
+        potential.
+        """
+        if self._evaluation is None:
+            return
+        outputs = zip(self._observed.outputs, self._evaluation.at(point), strict=True)
+        loads: dict[str, dict[str, float]] = {}
+        for variable, value in outputs:
+            _, load, measure = variable.name.split(".")
+            loads.setdefault(load, {})[measure] = float(value)
+        for load, measures in loads.items():
+            free = measures.get("gap", 0.0) > 0.0
+            resting = "power" not in measures and abs(measures.get("extension", 1.0)) < COINCIDING
+            if measures.get("distance", 1.0) < COINCIDING and not free and not resting:
+                name = self._observed.name
+                message = f"{name}: the two points of load {load} coincide at t = {point.time:g} s"
+                why = "its force acts along the line between them, and has no derivative there"
+                remedy = "take another point, or a bushing, which is linear in place and velocity"
+                raise RunError(f"{message}: {why}", remedy)
 
 
 def rate_unit(unit: str) -> str:
@@ -162,8 +218,16 @@ def _chosen(known: Mapping[str, T], names: Sequence[str], complaint: str) -> lis
     """The members with these names; InputError with all that are unknown."""
     unknown = [name for name in names if name not in known]
     if unknown:
-        raise InputError.single(f"{complaint} {', '.join(unknown)}", suggestion(unknown[0], known))
+        raise UnknownNameError.of(complaint, unknown, known)
     return [known[name] for name in names]
+
+
+def place(name: str, variables: Sequence[Variable]) -> int:
+    """The place of a variable among others; UnknownNameError if it is not one of them."""
+    names = [v.name for v in variables]
+    if name not in names:
+        raise UnknownNameError.of("there is no", [name], names)
+    return names.index(name)
 
 
 def motion(program: Program) -> list[tuple[int, int]]:

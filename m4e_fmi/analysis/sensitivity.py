@@ -21,15 +21,18 @@ from m4e_fmi.analysis.modes import Modes, modes
 from m4e_fmi.analysis.points import (
     At,
     Floats,
+    Lines,
     Matrix,
     OperatingPoint,
     System,
     causes,
     observed,
     operating_point,
+    place,
     program_and_model,
 )
 from m4e_fmi.program import Variable, jacobian
+from m4e_fmi.shown import listing
 
 REPEATED = 1e-6
 """Relative distance below which eigenvalues count as one, whose derivatives are not defined."""
@@ -45,8 +48,10 @@ class Sensitivity:
 
     def __getitem__(self, names: tuple[str, str]) -> float:
         """By the names (of, by)."""
-        row = [v.name for v in self.of].index(names[0])
-        return float(self.values[row, [v.name for v in self.by].index(names[1])])
+        return float(self.values[place(names[0], self.of), place(names[1], self.by)])
+
+    def __repr__(self) -> str:
+        return listing("Sensitivity: values[i, j] = d of[i] / d by[j]", of=self.of, by=self.by)
 
 
 @dataclass(frozen=True)
@@ -63,6 +68,10 @@ class EigenvalueSensitivity:
         eigenvalues = self.modes.eigenvalues[:, None]
         with np.errstate(invalid="ignore"):
             return (eigenvalues.conj() * self.values).real / np.abs(eigenvalues)
+
+    def __repr__(self) -> str:
+        title = f"EigenvalueSensitivity of {len(self.modes.eigenvalues)} eigenvalues"
+        return listing(title, by=self.by)
 
 
 class Sensitivities:
@@ -82,6 +91,7 @@ class Sensitivities:
         self._balance = Balance(self.program)
         chosen = observed(self.program, of)
         self.of = chosen.outputs
+        self._lines = Lines(self.program)
         self._slopes = Matrix(jacobian(chosen, "outputs", [*by, *self._moved]))
         if moving:
             self._pushes = Matrix(jacobian(self._balance.observed, "outputs", by))
@@ -96,8 +106,9 @@ class Sensitivities:
         return [self.program.states[k].name for k in self._balance.unknowns] if self.moving else []
 
     def at(self, at: At = None, *, time: float | None = None) -> Sensitivity:
-        """Of `of` by `by` at a point."""
+        """Of `of` by `by` at a point; RunError where a force has no derivative."""
         point = operating_point(self.program, at, time=time)
+        self._lines.check(point)
         slopes = self._slopes.at(point)
         n = len(self.by)
         return Sensitivity(self.of, self.by, slopes[:, :n] + slopes[:, n:] @ self._shift(point))
@@ -122,6 +133,9 @@ class Sensitivities:
         if not self.moving:
             return np.zeros((0, len(self.by)))
         return self._balance.newton(point) @ self._pushes.at(point)
+
+    def __repr__(self) -> str:
+        return listing(f"Sensitivities of {self.program.name!r}", of=self.of, by=self.by)
 
 
 def _repeated(found: Modes) -> NDArray[np.bool_]:

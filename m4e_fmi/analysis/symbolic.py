@@ -11,6 +11,7 @@ from m4e_fmi.errors import InputError, suggestion
 from m4e_fmi.model import Model
 from m4e_fmi.multibody import Equations
 from m4e_fmi.multibody.declaration import state_names
+from m4e_fmi.shown import listing
 
 if TYPE_CHECKING:
     import sympy
@@ -100,6 +101,12 @@ class SymbolicLinearization:
             message = f"{e.model.name} has no output or state {', '.join(unknown)}"
             raise InputError.single(message, suggestion(unknown[0], known))
         return sympy.Matrix([known[name] for name in names])
+
+    def __repr__(self) -> str:
+        e = self.equations
+        names = [] if self._outputs is None else self._outputs
+        title = f"SymbolicLinearization of {e.model.name!r}"
+        return listing(title, q=e.topology.coordinate_names, inputs=e.inputs, outputs=names)
 
 
 def _empty(rows: int, columns: int) -> sympy.Matrix:

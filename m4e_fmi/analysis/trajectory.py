@@ -12,9 +12,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from m4e_fmi.analysis.points import Floats, System, causes, observed, program_and_model
+from m4e_fmi.analysis.points import Floats, System, causes, observed, place, program_and_model
 from m4e_fmi.errors import InputError
 from m4e_fmi.program import Program, Recorder, Variable, tangent
+from m4e_fmi.shown import listing, span
 from m4e_fmi.simulate import Simulation, simulate, started
 
 
@@ -30,8 +31,10 @@ class TrajectorySensitivity:
 
     def __getitem__(self, names: tuple[str, str]) -> Floats:
         """d of / d by over time, by the names (of, by)."""
-        i = [v.name for v in self.of].index(names[0])
-        return self.derivatives[:, i, [v.name for v in self.by].index(names[1])]
+        return self.derivatives[:, place(names[0], self.of), place(names[1], self.by)]
+
+    def __repr__(self) -> str:
+        return listing(f"TrajectorySensitivity: {span(self.time)}", of=self.of, by=self.by)
 
 
 def trajectory_sensitivity(

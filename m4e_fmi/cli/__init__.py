@@ -20,6 +20,7 @@ from m4e_fmi.errors import InputError, M4eError, RunError
 from m4e_fmi.signals import Terminated, ending_cleanly
 
 EXIT_USAGE = 2
+EXIT_SIGNAL = 128
 EXIT_INTERRUPTED = 130
 COMMANDS = (equations, draw, simulate, linearize, build, info, validate, run, doctor)
 
@@ -52,7 +53,7 @@ def _run(arguments: Sequence[str] | None) -> int:
     except Terminated as error:
         with suppress(OSError):  # the terminal may be gone
             print(error, file=sys.stderr)
-        return error.code
+        return EXIT_SIGNAL + error.signal
     except BrokenPipeError:
         sys.stderr.close()  # the reader of our output has left: nothing to tell it
         return 0

@@ -80,7 +80,7 @@ def _run(options: argparse.Namespace) -> None:
 
 def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
     from m4e_fmi.cosim import prepare, run
-    from m4e_fmi.report import plot_run, progress_bar, run_summary
+    from m4e_fmi.report import plot_run, progress_bar, run_summary, say_beside
 
     prepared = prepare(
         system, build_directory=options.build_folder, native=options.native, tell=say
@@ -96,6 +96,7 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
             check=options.check,
             variables=options.variables,
             tell=say,
+            warn=say_beside,
         )
     assert outcome.path is not None
     picture = plot_run(outcome.path, output.with_suffix(".png"))

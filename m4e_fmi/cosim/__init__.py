@@ -13,6 +13,7 @@ from m4e_fmi.cosim.components import fmu_files
 from m4e_fmi.cosim.connect import Bond, Link, Port, Wiring
 from m4e_fmi.cosim.energy import BondEnergy
 from m4e_fmi.cosim.execution import CommunicationPoint, Execution
+from m4e_fmi.cosim.journal import FmuMessage
 from m4e_fmi.cosim.master import State
 from m4e_fmi.cosim.network import Network
 from m4e_fmi.cosim.run import Outcome, Prepared, prepare, run, start
@@ -30,6 +31,7 @@ __all__ = [
     "CouplingError",
     "Execution",
     "FmuFile",
+    "FmuMessage",
     "Kind",
     "Link",
     "ModelFile",

@@ -1,48 +1,94 @@
-"""FMUs unpacked and loaded: one folder and one library for all instances of a file."""
+"""FMUs unpacked and loaded: a folder for all instances of a file, a copy of its library for each.
+
+Static variables of a library are shared by all instances in it, which few FMUs say. In copies that
+are files of their own (the loader tells files by inode, or on Windows by path) each instance has
+its own, but for those of further libraries that it needs, which are loaded once.
+
+Instances share a library that is known to do no harm: one that certainly has no static variables
+(`static_data`), that of FMUs built here, and PythonFMU's, which keeps the interpreter, and there is
+but one of that. Many copies of short functions would step slower: they are in each other's way in
+the processor's cache.
+"""
 
 from __future__ import annotations
 
+import ctypes
 import inspect
 import os
+import shutil
 from collections.abc import Mapping
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
+from copy import copy
 from functools import cache
 from pathlib import Path
 from typing import Any
 
+import fmpy
 from fmpy import fmi1, fmi2, fmi3
 
+from m4e_fmi.cosim.static_data import keeps_nothing
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.reading import Description
 from m4e_fmi.fmu.unpack import Unpacked
 
 CLASSES = {"1.0": fmi1.FMU1Slave, "2.0": fmi2.FMU2Slave, "3.0": fmi3.FMU3Slave}
 """FMPy's, by version of FMI."""
+PYTHON = "resources/slavemodule.txt"
+"""What PythonFMU's FMUs have, and no others."""
+OWN = "m4e_fmi "
+"""What the generation tool of FMUs that are built here begins with; a version follows."""
+
+
+class Files:
+    """An FMU in a folder of its own, until `close`; RunError if it cannot be unpacked."""
+
+    def __init__(self, description: Description) -> None:
+        self._unpacked = Unpacked(description.path, description.content)
+        self.folder = self._unpacked.folder
+        platform = fmpy.platform_tuple if description.version == "3.0" else fmpy.platform
+        name = description.identifier + fmpy.sharedLibraryExtension
+        self._library = self.folder / "binaries" / platform / name
+        self._copies = 0
+        is_known = description.tool.startswith(OWN) or (self.folder / PYTHON).is_file()
+        self.shares_library = is_known or keeps_nothing(self._library)
+
+    def library(self) -> Path:
+        """A file of the library that nobody else has: itself at first, then copies beside it."""
+        path = self._library
+        if self._copies:
+            path = path.with_stem(f"{path.stem}_{self._copies}")
+            try:
+                shutil.copyfile(self._library, path)
+            except OSError as error:
+                message = f"{self._library.name}: no copy for a further instance: {error}"
+                raise RunError(message, "free disk space, or set TMPDIR") from error
+        self._copies += 1
+        return path
+
+    def close(self) -> None:
+        """Remove the folder."""
+        self._unpacked.remove()
 
 
 class Binary:
-    """The library of an FMU, loaded by FMPy from a folder of its own; `close` it.
+    """A library of an FMU, loaded by FMPy; `close` it.
 
     `functions` is FMPy's object for one instance, which is not instantiated: copies of it are.
     `in_use` counts the instances; the library stays loaded if one of them cannot be freed.
-    RunError, about `origin`, if the FMU cannot be unpacked or loaded.
+    RunError, about `origin`, if it cannot be loaded.
     """
 
-    def __init__(self, description: Description, *, origin: str) -> None:
+    def __init__(
+        self, description: Description, files: Files, *, origin: str, like: Binary | None = None
+    ) -> None:
+        """`like` is one of the same FMU, whose functions have the same signatures."""
         self.in_use = 0
-        self._unpacked = Unpacked(description.path, description.content)
-        _keep_signatures(CLASSES[description.version])
-        here = Path.cwd()
+        self.files = files
+        library, here = files.library(), Path.cwd()
         try:
-            self.functions: Any = CLASSES[description.version](
-                guid=description.guid,
-                unzipDirectory=str(self._unpacked.folder),
-                modelIdentifier=description.identifier,
-                instanceName=description.identifier,
-            )
+            self.functions = _again(like, library) if like else _loaded(description, files, library)
         except Exception as error:
-            self._unpacked.remove()
-            text = str(error).replace(str(self._unpacked.folder), "")
+            text = str(error).replace(str(files.folder), "")
             remedy = (
                 f"a library it needs is missing, or it is not an FMI {description.version} binary"
             )
@@ -57,10 +103,38 @@ class Binary:
         self.close()
 
     def close(self) -> None:
-        """Unload the library and remove the folder."""
+        """Unload the library."""
         if self.in_use == 0:
             self.functions.freeLibrary()
-        self._unpacked.remove()
+
+
+def _loaded(description: Description, files: Files, library: Path) -> Any:
+    """FMPy's object for a library, with the signatures of all functions."""
+    kind = CLASSES[description.version]
+    _keep_signatures(kind)
+    # FMPy finds FMI 3.0's library by this name, and FMI 1.0's functions
+    name = library.stem if description.version == "3.0" else description.identifier
+    return kind(
+        guid=description.guid,
+        unzipDirectory=str(files.folder),
+        modelIdentifier=name,
+        instanceName=description.identifier,
+        libraryPath=str(library),
+    )
+
+
+def _again(like: Binary, library: Path) -> Any:
+    """The same for a copy of the library: finding out all signatures takes most of the time."""
+    found = copy(like.functions)
+    os.chdir(library.parent)  # where some find the libraries that they need
+    found.dll = ctypes.cdll.LoadLibrary(str(library))
+    found._functions = {}
+    for name, known in like.functions._functions.items():
+        function = getattr(found.dll, known.__name__)
+        for of in ("argnames", "argtypes", "restype"):
+            setattr(function, of, getattr(known, of))
+        found._functions[name] = function
+    return found
 
 
 @cache
@@ -80,17 +154,18 @@ def binaries(
     stack: ExitStack,
     loaded: Mapping[str, Binary] | None = None,
 ) -> dict[str, Binary]:
-    """Component → its FMU's library, which `stack` closes; shared by the components of a file.
+    """Component → a library of its FMU, which `stack` closes.
 
-    Those that are `loaded` already are shared as well. FMUs that can be instantiated only once per
-    process are loaded once for each component and each call.
+    Components of a file share its folder, also with those that are `loaded` already; FMUs that can
+    be instantiated only once per process have one each. Some share the library too: see the module.
     """
-    shared = {descriptions[name].path: binary for name, binary in (loaded or {}).items()}
+    known = {descriptions[name].path: binary for name, binary in (loaded or {}).items()}
     found: dict[str, Binary] = {}
     for name, description in descriptions.items():
-        path = description.path
-        if path not in shared or description.once_per_process:
-            origin = f"{name} ({path.name})"
-            shared[path] = stack.enter_context(Binary(description, origin=origin))
-        found[name] = shared[path]
+        last = None if description.once_per_process else known.get(description.path)
+        if last is None or not last.files.shares_library:
+            files = last.files if last else stack.enter_context(closing(Files(description)))
+            origin = f"{name} ({description.path.name})"
+            last = stack.enter_context(Binary(description, files, origin=origin, like=last))
+        found[name] = known[description.path] = last
     return found

@@ -15,7 +15,7 @@ from m4e_fmi.cosim.network import Network
 from m4e_fmi.cosim.operations import Copy, Get, GetTyped, Operation, gather
 from m4e_fmi.fmu.reading import Variable
 from m4e_fmi.recorded import TEXT, Recorded
-from m4e_fmi.row_file import CELLS, Column, Section
+from m4e_fmi.row_header import CELLS, Column, Section
 
 _WIDTHS = {f"{sign}Int{bits}": f"{'u' if sign else 'i'}{bits // 8}"
            for sign in ("", "U") for bits in (8, 16, 32, 64)}  # fmt: skip

@@ -24,6 +24,7 @@ from m4e_fmi.cosim.connect import Port
 from m4e_fmi.cosim.coverage import Coverage
 from m4e_fmi.cosim.network import Network
 from m4e_fmi.cosim.system import SECOND
+from m4e_fmi.shown import short
 
 
 @dataclass(frozen=True)
@@ -39,6 +40,7 @@ class CouplingError:
     halved: float
 
 
+@short
 @dataclass(frozen=True)
 class Certificate:
     """Estimated coupling errors of a run, the largest first, and how much of it was watched."""

@@ -185,7 +185,9 @@ class Companion:
         """Make the steps up to where the run is, as far as they are whole; compare."""
         course, now = self._course, round(self._network.time * SECOND)
         try:
-            while now - course.now >= self._size or course.now < now == self._rest:
+            while not course.over and (
+                now - course.now >= self._size or course.now < now == self._rest
+            ):
                 course.advance(max(1, (now - course.now) // self._size))
         except RunError as error:
             name = "twice" if self._twice else "half"

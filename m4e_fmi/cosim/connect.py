@@ -28,6 +28,7 @@ from m4e_fmi.cosim.system import System
 from m4e_fmi.cosim.type_rules import REAL, misfit
 from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.fmu.reading import Description, Variable
+from m4e_fmi.shown import short
 
 AXES = (("force_x", "vx", "x"), ("force_z", "vz", "z"), ("moment_y", "omega", "theta"))
 """Force, the velocity it works on, and the coordinate of that velocity, in one connector."""
@@ -89,6 +90,7 @@ class Axis:
     position: Link | None
 
 
+@short
 @dataclass(frozen=True)
 class Bond:
     """A connection that carries power: forces one way, the velocities they work on the other."""
@@ -97,6 +99,7 @@ class Bond:
     axes: tuple[Axis, ...]
 
 
+@short
 @dataclass(frozen=True)
 class Wiring:
     """All connections of a system, resolved.

@@ -11,6 +11,17 @@ During a step the body feels the force that the algorithm held, over the distanc
 
 Their difference is energy that the coupling invented (received > given) or lost. For a second-order
 algorithm it falls with the square of the step size.
+
+It is told as a share of what the motion exchanges. The mean F̄ of a force over the run, as
+buoyancy at rest or the pull of a mooring, is a constant force: the work F̄ (x − x₀) is that of a
+potential, it comes back with the body, and may be far larger than all that moves. So
+
+    exchanged = max W − min W,   W(t) = ∫₀ᵗ F·v dt − Σ F̄ (x − x₀)
+
+over the directions of the bond: of an oscillation on a spring k with the amplitude A that is
+k A²/2, whatever the preload. Where a body does not come back, as one that is towed or turns on and
+on, the work of the mean force is what is exchanged, and stays in W: in a direction in which it ends
+farther from its start than half the distance that it has travelled.
 """
 
 from __future__ import annotations
@@ -26,13 +37,16 @@ from m4e_fmi.cosim.operations import Operation, gather
 
 BLOCK = 1024
 """Steps that are noted before they are evaluated."""
+MOST_KEPT = 1024
+"""Rows that are kept for the swing of the energy."""
 
 
 @dataclass(frozen=True)
 class BondEnergy:
     """Energies [J] over the whole run across one bond, from the force's source into the body.
 
-    `exchanged` is the largest magnitude that the energy given has had: the scale of `residual`.
+    `exchanged` is how far the energy given has swung, without the work of the mean force on a
+    motion that comes back (see the module): the scale of `residual`.
     """
 
     connection: str
@@ -47,17 +61,22 @@ class BondEnergy:
 
     @property
     def relative(self) -> float:
-        """The residual over the largest energy exchanged; 0 if nothing was."""
+        """The residual over the energy exchanged; 0 if nothing was."""
         return self.residual / self.exchanged if self.exchanged else 0.0
 
 
 class EnergyBalance:
     """Follows the bonds of a network from the present communication point on.
 
-    Forces, velocities and coordinates are noted at every point, and evaluated in blocks.
+    Forces, velocities and coordinates are noted at every point, and evaluated in blocks. Of each
+    block two rows are kept for the swing of the energy, where it is largest and smallest for the
+    mean forces up to there.
     """
 
-    REMEMBERED = ("_points", "_held", "_sizes", "_steps", "_given", "_received", "_exchanged")
+    REMEMBERED = (
+        "_points", "_held", "_sizes", "_steps", "_given", "_received",
+        "_way", "_distance", "_impulse", "_time", "_swing",
+    )  # fmt: skip
 
     def __init__(self, network: Network, bonds: Iterable[Bond]) -> None:
         self._bonds = tuple(bonds)
@@ -86,7 +105,10 @@ class EnergyBalance:
         self._steps = 0
         self._given = np.zeros(len(self._bonds))
         self._received = np.zeros(len(self._bonds))
-        self._exchanged = np.zeros(len(self._bonds))
+        self._bond_of = np.array([k for k, _ in axes], dtype=np.intp)
+        self._way, self._distance, self._impulse = np.zeros((3, count))
+        self._time = 0.0
+        self._swing = np.zeros((1, len(self._bonds) + count))
         self._values.take(self._index, out=self._points[0], mode="clip")
 
     def add(self, held: np.ndarray, size: float) -> None:
@@ -133,25 +155,49 @@ class EnergyBalance:
     def _evaluate(self) -> None:
         """Add the block to the sums; its last point is the first of the next."""
         count = self._steps
+        if not count:
+            return
         force, velocity, position = np.split(self._points[: count + 1], 3, axis=1)
         half = self._sizes[:count, None] / 2
         power = (force * velocity) @ self._of_bond
         given = self._given + np.cumsum(half * (power[1:] + power[:-1]), axis=0)
-        way = np.where(
-            self._has_position,
-            position[1:] - position[:-1],
-            half * (velocity[1:] + velocity[:-1]),
-        )
+        passed = half * (velocity[1:] + velocity[:-1])
+        way = np.where(self._has_position, position[1:] - position[:-1], passed)
         self._received += ((self._held[:count] * way) @ self._way_of_bond).sum(axis=0)
-        self._exchanged = np.maximum(self._exchanged, np.abs(given).max(axis=0, initial=0.0))
-        self._given = given[-1] if count else self._given
+        self._impulse += (half * (force[1:] + force[:-1])).sum(axis=0)
+        self._time += float(self._sizes[:count].sum())
+        self._distance += np.abs(passed).sum(axis=0)
+        ways = self._way + np.cumsum(passed, axis=0)  # by the same rule as the energy given
+        self._given, self._way = given[-1].copy(), ways[-1].copy()
+        self._keep(np.hstack((given, ways)))
         self._points[0] = self._points[count]
         self._steps = 0
+
+    def _work(self, rows: np.ndarray) -> np.ndarray:
+        """W of each bond, for the mean forces, of rows: energies given (bonds), ways (axes)."""
+        comes_back = np.abs(self._way) <= self._distance / 2
+        mean = np.where(comes_back, self._impulse / self._time, 0.0) if self._time else 0.0
+        given, ways = np.hsplit(rows, [len(self._bonds)])
+        return given - (ways * mean) @ self._of_bond
+
+    def _keep(self, rows: np.ndarray) -> None:
+        """Keep what of these rows is largest and smallest; of what is kept, when it is too much."""
+        self._swing = np.concatenate((self._swing, self._extremes(rows)))
+        if len(self._swing) > MOST_KEPT:
+            parts = np.array_split(self._swing, len(self._swing) // 4)
+            self._swing = np.concatenate([self._extremes(part) for part in parts])
+
+    def _extremes(self, rows: np.ndarray) -> np.ndarray:
+        """Two rows: each bond with its axes as where its W is largest, and where smallest."""
+        work = self._work(rows)
+        bonds = np.array([work.argmax(axis=0), work.argmin(axis=0)])
+        places = np.hstack((bonds, bonds[:, self._bond_of]))
+        return np.take_along_axis(rows, places, axis=0)
 
     def result(self) -> tuple[BondEnergy, ...]:
         """The balance up to the present point, one entry per bond."""
         self._evaluate()
-        columns = (self._given, self._received, self._exchanged)
+        columns = (self._given, self._received, np.ptp(self._work(self._swing), axis=0))
         rows = zip(*(column.tolist() for column in columns), strict=True)
         return tuple(
             BondEnergy(bond.name, *row) for bond, row in zip(self._bonds, rows, strict=True)

@@ -6,7 +6,6 @@ a step across it is made again, up to there. Otherwise the FMU with the event go
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 
 from m4e_fmi.cosim.instance import Instance
@@ -27,12 +26,17 @@ def event_count(instances: Iterable[Instance]) -> int:
     return sum(instance.events.handled for instance in instances)
 
 
+def is_over(instances: Iterable[Instance]) -> bool:
+    """Whether one of them asked for the end of the simulation."""
+    return any(instance.has_ended for instance in instances)
+
+
 def ended(instances: Iterable[Instance]) -> str:
     """Which of them asked for the end of the simulation, and when; empty if none did."""
     return "; ".join(
         f"{instance.name} asked for the end of the simulation at t = {instance.events.ended:.9g} s"
         for instance in instances
-        if math.isfinite(instance.events.ended)
+        if instance.has_ended
     )
 
 

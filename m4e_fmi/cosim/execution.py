@@ -10,8 +10,9 @@ from m4e_fmi.cosim.connect import Port, Wiring
 from m4e_fmi.cosim.master import Master, State
 from m4e_fmi.cosim.start_values import Value, value_of
 from m4e_fmi.cosim.type_rules import TYPES
-from m4e_fmi.errors import InputError, RunError, suggestion
+from m4e_fmi.errors import InputError, RunError, UnknownNameError, suggestion
 from m4e_fmi.fmu.reading import Description, Variable
+from m4e_fmi.shown import listing
 from m4e_fmi.units import Quantity
 
 if TYPE_CHECKING:
@@ -36,6 +37,9 @@ class CommunicationPoint:
                 "read it before the next step",
             )
         return self._execution[name]
+
+    def __repr__(self) -> str:
+        return f"CommunicationPoint at t = {self.time:.9g} s"
 
 
 class Execution:
@@ -153,7 +157,7 @@ class Execution:
         description = self._descriptions.get(component)
         if description is None or inner not in description.variables:
             known = [str(port) for port, _ in self._all()]
-            raise InputError.single(
+            raise UnknownNameError.single(
                 f"no variable is called {name!r}", suggestion(name, known, "variables")
             )
         return Port(component, inner), description.variables[inner]
@@ -175,3 +179,7 @@ class Execution:
     def _check_open(self) -> None:
         if not self._open:
             raise RunError("the run has ended", "do this within its `with` block")
+
+    def __repr__(self) -> str:
+        state = f"at t = {self.time:.9g} s" if self._open else "which has ended"
+        return listing(f"Execution of a run, {state}", components=self._descriptions)

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import ctypes
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import NoReturn
 
 import numpy as np
@@ -21,6 +22,7 @@ from m4e_fmi.cosim.standards import (
     EARLY,
     ERROR,
     FATAL,
+    NEAR,
     RESTLESS,
     STANDARDS,
     WARNING,
@@ -37,12 +39,24 @@ from m4e_fmi.cosim.standards import (
 )
 from m4e_fmi.cosim.type_rules import REAL
 from m4e_fmi.errors import RunError
-from m4e_fmi.fmu.messages import STATUS, Messages
+from m4e_fmi.fmu.messages import STATUS, Listener, Messages
 from m4e_fmi.fmu.reading import Description
 
 LAST_ERROR = "last_error"
 """Name of the string variable in which an FMU may explain what went wrong."""
 _ANSWERS = {**STATUS, 5: "Pending", EARLY: "an event", RESTLESS: "events without end"}
+
+
+class Warned(ctypes.Structure):
+    """`m4e_warned` of loop.h: steps answered with Warning; when [s] the first and last began."""
+
+    _fields_ = [("count", ctypes.c_uint64), ("first", ctypes.c_double), ("last", ctypes.c_double)]
+
+    def note(self, time: float) -> None:
+        """Count one that began at `time`."""
+        if not self.count:
+            self.first = time
+        self.count, self.last = self.count + 1, time
 
 
 class DiscardedError(RunError):
@@ -57,19 +71,32 @@ class EventWithinError(DiscardedError):
     """An FMU has an event within the step, at `reached`."""
 
 
+class EndWithinError(DiscardedError):
+    """An FMU asked for the end of the simulation within the step, at `reached`."""
+
+
 class Instance:
     """An instance named `name` of a loaded FMU; `close` it, or use it as a context manager.
 
     `scales` are factor and offset of the inputs that are set otherwise than by their own values.
+    A `listener` hears what the FMU logs with another status than OK; `warned` counts the steps that
+    it has answered with Warning.
 
     Every method raises RunError with component, time, the FMU's own words and a remedy when the
     FMU answers with more than a warning. After Fatal the FMU is never called again.
     """
 
-    def __init__(self, name: str, description: Description, binary: Binary) -> None:
+    def __init__(
+        self,
+        name: str,
+        description: Description,
+        binary: Binary,
+        listener: Listener | None = None,
+    ) -> None:
         self.name = name
         self.description = description
-        self._messages = Messages()
+        self._messages = Messages(listener)
+        self.warned = Warned()
         self.time = 0.0
         self._broken = False
         self._initialised = False
@@ -105,6 +132,17 @@ class Instance:
     def _origin(self) -> str:
         return f"{self.name} ({self.description.path.name})"
 
+    @contextmanager
+    def rehearsing(self) -> Iterator[None]:
+        """Within this, what the FMU says is not heard: its steps are no steps of the run."""
+        kept = bytes(self.warned)
+        self._messages.muted = True
+        try:
+            yield
+        finally:
+            self._messages.muted = False
+            ctypes.memmove(ctypes.addressof(self.warned), kept, len(kept))
+
     def setup(self, *, start: float, stop: float, tolerance: float | None) -> None:
         """Tell the experiment: times [s], relative tolerance (None: the FMU's own)."""
         self.time = start
@@ -133,6 +171,22 @@ class Instance:
     def events(self) -> Events:
         """What the FMU has told of events."""
         return self._fmu.events
+
+    @property
+    def has_ended(self) -> bool:
+        """Whether the FMU asked for the end of the simulation."""
+        return math.isfinite(self._fmu.events.ended)
+
+    def ends_at(self, time: float) -> bool:
+        """Whether the step to `time` [s] that the FMU has discarded is whole, and to be the last.
+
+        The FMU makes no further step then, and nothing may be set in it.
+        """
+        reached = self._fmu.reached() if self._fmu.wants_end() else None
+        if reached is None or reached < time - NEAR:
+            return False
+        self._fmu.events.ended = reached
+        return True
 
     def stop_at_events(self) -> None:
         """From now on, a step ends at an event within it, with EventWithinError."""
@@ -301,8 +355,13 @@ class Instance:
             self._fmu.component = None
         message = f"{self._origin}: {what}{words}"
         if function == "fmi2DoStep" and status in (DISCARD, EARLY):
-            kind = DiscardedError if status == DISCARD else EventWithinError
-            raise kind(message, remedy, self._fmu.reached())
+            kind, reached = EventWithinError, self._fmu.reached()
+            if status == DISCARD:
+                kind = DiscardedError
+            if status == DISCARD and self._fmu.wants_end():
+                kind, self._broken = EndWithinError, False
+                self._fmu.events.ended = self.time if reached is None else reached
+            raise kind(message, remedy, reached)
         raise RunError(message, remedy)
 
     def not_finite(self, names: Sequence[str], values: np.ndarray) -> NoReturn:

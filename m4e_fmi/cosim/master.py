@@ -17,9 +17,11 @@ from m4e_fmi.cosim.certificate import Certificate, certificate, spans
 from m4e_fmi.cosim.companion import Companion
 from m4e_fmi.cosim.connect import Wiring
 from m4e_fmi.cosim.energy import BondEnergy, EnergyBalance
-from m4e_fmi.cosim.events import ended, event_notes, telling
+from m4e_fmi.cosim.events import ended, event_notes
+from m4e_fmi.cosim.instability import Stability
 from m4e_fmi.cosim.instance import Instance
 from m4e_fmi.cosim.interruption import quiet, same_folder, stepping
+from m4e_fmi.cosim.journal import FmuMessage, Journal, Warn
 from m4e_fmi.cosim.memory import Memory, recall, remember
 from m4e_fmi.cosim.network import HALF, TWICE, Change, Network, Point
 from m4e_fmi.cosim.pacing import Rates
@@ -82,12 +84,14 @@ class Master:
         changeable: bool = False,
         recorded: Mapping[str, Collection[str]] | None = None,
         watched: bool = False,
+        warn: Warn | None = None,
     ) -> None:
         """With `certify`, steps are made twice, from which `certificate` follows.
 
         A run is `changeable` if values may be set between its steps. `recorded` are the outputs by
         component that its results will have (None: all scalars), `watched` tells that observers may
-        read all others.
+        read all others. `warn` is called with the first of each kind of warning or error that an
+        FMU logs (`journal`).
         """
         self._system = system
         self._descriptions = descriptions
@@ -95,6 +99,7 @@ class Master:
         self._structure = structure
         self._rates = rates
         self._certify, self._changeable = certify, changeable
+        self._journal = Journal(warn, lambda: system.simulation.start_time)
         self._recorded, self._watched = recorded, watched or changeable
         if recorded is not None:
             self._recorded = {c: {*recorded.get(c, ()), NEXT_EVENT_TIME} for c in descriptions}
@@ -122,8 +127,9 @@ class Master:
         instances: dict[str, Instance] = {}
         for component in self._system.components:
             name, description = component.name, self._descriptions[component.name]
-            instance = stack.enter_context(Instance(name + suffix, description, loaded[name]))
-            instance.setup(
+            listener = None if suffix else self._journal.listener(name)
+            instance = Instance(name + suffix, description, loaded[name], listener)
+            stack.enter_context(instance).setup(
                 start=simulation.start_time,
                 stop=simulation.stop_time,
                 tolerance=simulation.tolerance,
@@ -150,7 +156,6 @@ class Master:
         if isinstance(self._algorithm, Undoing) and self._shortens:
             for instance in self.network.instances.values():
                 instance.stop_at_events()
-        self._telling = telling(self.network.instances.values())
         self._energy = EnergyBalance(self.network, self._wiring.bonds)
         self._witness: Witness | Companion | None = None
         self._unwatched = ""
@@ -280,7 +285,12 @@ class Master:
     @property
     def done(self) -> bool:
         """Whether the stop time is reached, or an FMU has asked for the end."""
-        return self._course.now >= self._stop or bool(ended(self._telling))
+        return self._course.now >= self._stop or self._course.over
+
+    @property
+    def ended(self) -> str:
+        """Which FMUs asked for the end of the simulation, and when; empty if none did."""
+        return ended(self.network.instances.values())
 
     @property
     def order(self) -> int:
@@ -291,16 +301,25 @@ class Master:
     def notes(self) -> tuple[str, ...]:
         """Components' own steps, what the algorithm does without, and events; one line each."""
         own = [f"{name} {rate}" for name, rate in self._rates.items()]
-        instances = self.network.instances.values()
-        end = ended(instances)
-        seen = [*self._second_look.notes, *event_notes(instances)]
+        seen = [*self._second_look.notes, *event_notes(self.network.instances.values())]
         seen += self._course.switches.notes
         if rough := self.network.roughness:
             seen.append(
                 f"inputs are solved for to {rough:.1e} of their size only: what FMUs answer to "
                 "nearly the same inputs jumps by as much"
             )
-        return (*own, *self._algorithm.notes, *seen, *([end] if end else []))
+        return (*own, *self._algorithm.notes, *seen, *([self.ended] if self.ended else []))
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What is wrong with the course up to the present point, by all appearances."""
+        grown = self._stability.warning()
+        return (grown,) if grown else ()
+
+    @property
+    def messages(self) -> tuple[FmuMessage, ...]:
+        """Warnings and errors that the FMUs have logged, in the order in which they began."""
+        return self._journal.messages(self.network.instances.values())
 
     @property
     def energy(self) -> tuple[BondEnergy, ...]:
@@ -320,8 +339,7 @@ class Master:
         self._observe(observers)
         with stepping(self._course.halt) as check:
             while not self.done:
-                self._course.advance()
-                self._second_look.look(self.steps, last=self.done)
+                self._advance()
                 self._observe(observers)
                 tell(self._course.now / SECOND)
                 check()
@@ -341,14 +359,25 @@ class Master:
             singly=singly,
             most_time=PROGRESS_INTERVAL,
         )
+        self._stability = Stability(self.network, self._system.simulation)
+        self._journal.clock = lambda: self._course.time
         if results is not None:
             results.record(self.network.time)
+
+    def _advance(self) -> None:
+        """Make as many steps as can be made at once, and look at what has come of them."""
+        try:
+            self._course.advance()
+        except RunError as error:
+            raise self._stability.explained(error, self._results) from error
+        self._stability.look(self.steps)
+        self._second_look.look(self.steps, last=self.done)
+        self._journal.check()
 
     def step(self) -> None:
         """Make one step; KeyboardInterrupt and Terminated come after it."""
         with stepping():
-            self._course.advance()
-            self._second_look.look(self.steps, last=self.done)
+            self._advance()
 
     def set(self, component: str, values: Mapping[str, Value]) -> None:
         """Set variables of a component at the present point; `refresh` is to follow."""
@@ -387,6 +416,7 @@ class Master:
             self._results.back(state.row)
         self.network.restore(state.point)
         recall(self, state.memory)
+        self._stability.back(state.time, self.steps)
         if isinstance(self._witness, Witness) and state.seen:
             self._witness.back(state.seen)
         self._changes = []

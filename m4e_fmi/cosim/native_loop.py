@@ -58,6 +58,7 @@ class RawOperation(ctypes.Structure):
         ("period", c_int64),
         ("in_rows", c_int32),
         ("unchecked", c_int32),
+        ("warned", c_void_p),
     ]
 
 
@@ -145,6 +146,7 @@ def _translation(operation: Operation) -> Translated:
         case DoStep(instance, start, length, own):
             raw, _ = _call(DO_STEP, instance.raw("fmi2DoStep"))
             raw.start, raw.length, raw.own = start, length, own
+            raw.warned = ctypes.addressof(instance.warned)
         case Save(instance):
             raw, _ = _call(SAVE, instance.raw("fmi2GetFMUstate"))
             raw.state = ctypes.addressof(instance.slot())

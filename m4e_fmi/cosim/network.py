@@ -22,6 +22,7 @@ five blocks are outputs that are not exchanged, but wanted by results or observe
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from itertools import count
 from typing import Any, TypeVar
@@ -54,6 +55,8 @@ from m4e_fmi.cosim.standards import Texts
 from m4e_fmi.cosim.start_values import Value
 from m4e_fmi.cosim.structure import Loop, Structure, Transfer, derivative_chain
 from m4e_fmi.cosim.system import SECOND
+from m4e_fmi.errors import UnknownNameError
+from m4e_fmi.shown import listing
 
 Made = TypeVar("Made")
 Action = Callable[[], None]
@@ -168,8 +171,15 @@ class Network:
         return self.discrete.changed if self.discrete else np.zeros(0)
 
     def read(self, name: str) -> Any:
-        """The present value of ``component.variable``, exchanged or not, in its own type."""
+        """The present value of ``component.variable``, exchanged or not, in its own type.
+
+        UnknownNameError, a KeyError, if there is none of this name.
+        """
         component, _, variable = name.partition(".")
+        description = self._descriptions.get(component)
+        if description is None or variable not in description.variables:
+            known = [f"{c}.{v}" for c, d in self._descriptions.items() for v in d.variables]
+            raise UnknownNameError.of("no variable is called", [name], known)
         port = Port(component, variable)
         place = self.known(port)
         if place is not None:
@@ -336,7 +346,12 @@ class Network:
             reading.into[stays] = before[stays]
 
     def _run_exchange(self) -> None:
+        over = [
+            i for i in self.instances.values() if i.has_ended and i.description.version == "2.0"
+        ]
         for part in self._exchange:
+            if over and isinstance(part, Schedule):
+                part = part.without_sets(over)
             part.run(self.time)
 
     @property
@@ -385,6 +400,14 @@ class Network:
         self.discrete.bring(point.discrete)
         for part, memory in zip(self._exchange, point.loops, strict=True):
             recall(part, memory)
+
+    @contextmanager
+    def rehearsing(self) -> Iterator[None]:
+        """Within this, steps are made that are none of the run: what FMUs say is not heard."""
+        with ExitStack() as stack:
+            for instance in self.instances.values():
+                stack.enter_context(instance.rehearsing())
+            yield
 
     def initialise(self) -> None:
         """In initialization mode: carry over parameters, then outputs, along declared dependencies.
@@ -501,6 +524,10 @@ class Network:
             self.index(k.source) if (held := self.held_place(k)) is None else held for k in links
         ]
         return (gather(view, self.values, sources), *setting(instance, names, view))
+
+    def __repr__(self) -> str:
+        title = f"Network at t = {self.time:.9g} s"
+        return listing(title, components=self.instances, inputs=[str(p) for p in self.targets])
 
 
 def _judged(

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import TYPE_CHECKING
 
 from m4e_fmi.cosim.connect import Link
+from m4e_fmi.cosim.loose_ends import is_idle_load, start_text, unfed
 from m4e_fmi.cosim.timing import Timing, component_cycles
 from m4e_fmi.cosim.volume import thinned, volume
 
@@ -21,6 +23,7 @@ def overview(prepared: Prepared) -> str:
         lines.append("components with a step of their own:")
         lines += [f"  {name}  {own}" for name, own in prepared.rates.items()]
     lines += prepared.notes
+    lines += [f"warning: {line}" for line in prepared.warnings]
     lines += ["connections:", *_connections(prepared)]
     cycles = component_cycles(prepared.descriptions, wiring.links)
     if cycles:
@@ -32,7 +35,7 @@ def overview(prepared: Prepared) -> str:
     if wiring.signals:
         lines += ["signals of buses:", *(f"  {signal}" for signal in wiring.signals)]
     lines.append("unconnected inputs, which keep their start values:")
-    lines += [f"  {port}" for port in wiring.unconnected] or ["  none"]
+    lines += _unconnected(prepared) or ["  none"]
     simulation = system.simulation
     times = f"{simulation.start_time:g} s to {simulation.stop_time:g} s"
     lines.append(f"{times}, step {simulation.step_size:g} s, {simulation.algorithm}")
@@ -62,6 +65,24 @@ def _connections(prepared: Prepared) -> list[str]:
         if converted:
             lines.append(f"      converted: {', '.join(map(_conversion, converted))}")
     return lines
+
+
+def _unconnected(prepared: Prepared) -> list[str]:
+    """Unconnected inputs with their start values; loads of bodies that are 0, by their number."""
+    lines, idle = [], Counter[str]()
+    given = {c.name: c.start for c in prepared.system.components}
+    free = set(unfed(prepared.system, prepared.wiring))
+    for port in prepared.wiring.unconnected:
+        if port in free and is_idle_load(port, prepared.descriptions):
+            idle[port.component] += 1
+            continue
+        own = start_text(prepared.descriptions[port.component].variables[port.variable])
+        lines.append(f"  {port} = {given[port.component].get(port.variable, own)}")
+    return lines + [
+        f"  {component}: {count} force{'s' * (count > 1)}, moments or efforts on its bodies, which "
+        "are 0"
+        for component, count in idle.items()
+    ]
 
 
 def _named(links: list[Link], count: int) -> str:

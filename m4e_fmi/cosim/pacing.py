@@ -23,7 +23,10 @@ def refined(system: System, descriptions: Mapping[str, Description]) -> tuple[Sy
     `pace` to tell.
     """
     simulation, macro = system.simulation, system.simulation.step
-    given = {c.name: c.step_size or descriptions[c.name].internal_step for c in system.components}
+    given = {
+        c.name: c.step_size or _internal_step(descriptions[c.name], macro)
+        for c in system.components
+    }
     own = {name: seconds(step) for name, step in given.items() if step}
     step, problems = common_step(macro, own, TICK)
     if problems or step == macro:
@@ -36,11 +39,9 @@ def refined(system: System, descriptions: Mapping[str, Description]) -> tuple[Sy
     )
     interval = simulation.output_interval or usual
     finer = replace(simulation, step_size=float(step), output_interval=interval)
+    fixed = {name: usual for name, d in descriptions.items() if d.constant_step}
     components = tuple(
-        replace(c, step_size=usual)
-        if descriptions[c.name].constant_step and c.name not in own
-        else c
-        for c in system.components
+        replace(c, step_size=given[c.name] or fixed.get(c.name)) for c in system.components
     )
     return replace(system, components=components, simulation=finer), note
 
@@ -50,8 +51,9 @@ def pace(system: System, descriptions: Mapping[str, Description]) -> dict[str, R
 
     An FMU that makes no steps of different sizes (canHandleVariableCommunicationStepSize) is
     stepped by the system's step if nothing else is given; one that tells the step it goes by inside
-    (fixedInternalStepSize), by that. InputError with all problems: steps that do not fit to that of
-    the system, or to what the FMU says; that the run or adaptive steps do not allow.
+    (fixedInternalStepSize), by that, unless its outputs have to follow its inputs in between: see
+    `_internal_step`. InputError with all problems: steps that do not fit to that of the system, or
+    to what the FMU says; that the run or adaptive steps do not allow.
     """
     problems: list[Problem] = []
     found: dict[str, Rate] = {}
@@ -71,10 +73,24 @@ def pace(system: System, descriptions: Mapping[str, Description]) -> dict[str, R
     return found
 
 
+def _internal_step(description: Description, macro: Fraction) -> float | None:
+    """The FMU's internal step [s] if it is to be stepped by that; `macro` is the system's step.
+
+    One that is longer than the system's is no step to take if an output follows an input at once,
+    as in an FMU without states: between the points of so long a step the output would stand still.
+    Such an FMU keeps to its internal step by itself, if it takes steps of different sizes.
+    """
+    inside = description.internal_step
+    follows = any(description.dependencies.values())
+    if inside and follows and not description.constant_step and seconds(inside) > macro:
+        return None
+    return inside
+
+
 def _rate(component: Component, description: Description, system: System) -> Rate | None:
     macro, constant = system.simulation.step, description.constant_step
-    inside = description.internal_step
     if component.step_size is None:
+        inside = _internal_step(description, macro)
         if inside is None:
             return rate(macro, macro, constant=True) if constant else None
         try:
@@ -83,7 +99,7 @@ def _rate(component: Component, description: Description, system: System) -> Rat
             message, remedy = error.args
             text = f"its FMU goes by steps of {inside:g} s (fixedInternalStepSize)"
             raise ValueError(f"{text}: {message}", remedy) from None
-    own = seconds(component.step_size)
+    own, inside = seconds(component.step_size), description.internal_step
     if inside is not None:
         try:
             fits = rate(seconds(inside), own).every == 1

@@ -4,8 +4,9 @@ Where an FMU declares nothing, each output may depend on every input, and a ring
 algebraic loop that mostly is none. Which of the outputs in such loops follow which inputs, is seen
 in an instance that is thrown away: at three points (after initialisation, and after one and two
 steps with all inputs moved) each input is moved, and the outputs are read. First by little, then by
-its nominal or its start value, within its range. An output that changes, depends; so does one that
-changes between two readings, and all where the FMU answers with an error to a value.
+its nominal or its start value, within its range; what is not Real gets another value. An output
+that changes, depends; so does one that changes between two readings, and all where the FMU answers
+with an error to a value.
 
 Some FMUs compute outputs in steps only. What an input is moved by shows after the next step then,
 and no longer when the input is back one step later; what is integrated stays. That is no loop, but
@@ -15,24 +16,24 @@ a delay of one step.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 
 import networkx as nx
 import numpy as np
 
-from m4e_fmi.cosim.binary import Binary
+from m4e_fmi.cosim.binary import Binary, Files
 from m4e_fmi.cosim.connect import Wiring
 from m4e_fmi.cosim.dependence import ASSUMED, LOST, PROBED, STEPPED, how_known, resolve
 from m4e_fmi.cosim.instance import WARNING, Instance
-from m4e_fmi.cosim.start_values import start_values
+from m4e_fmi.cosim.start_values import Value, start_values
 from m4e_fmi.cosim.structure import exchange_graph
 from m4e_fmi.cosim.system import Component, Simulation, System
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.reading import Description, Variable
 
-SHARES = (1e-3, 1.0)
-"""By how much an input is moved, over its size."""
+SHARES, TOGETHER = (1e-3, 1.0), 1e-2
+"""By how much an input is moved, over its size: alone, and with all others from point to point."""
 POINTS = 3
 SHORTER, LOST_AGAIN = 8, 0.5
 """How much shorter than the component's the steps are that show what is integrated; and the share
@@ -118,12 +119,8 @@ def _probe(
     outputs: tuple[str, ...],
     inputs: tuple[str, ...],
 ) -> Probe:
-    variables = [description.variables[name] for name in (*outputs, *inputs)]
     if description.once_per_process:
         return Probe({}, {}, "its FMU allows one instance only, so that it is not probed")
-    odd = [v.name for v in variables if v.type != "Real"]
-    if odd:
-        return Probe({}, {}, f"{odd[0]} is no Real, so that it is not probed")
     new = _Instances(component, description, simulation)
     needs: dict[str, set[str]] = {name: set() for name in outputs}
     lost: set[str] = set()
@@ -155,7 +152,8 @@ class _Instances:
         name, times = self._component.name, self._simulation
         origin = f"{name} ({self._description.path.name})"
         with (
-            Binary(self._description, origin=origin) as binary,
+            closing(Files(self._description)) as files,
+            Binary(self._description, files, origin=origin) as binary,
             Instance(f"{name}_probe", self._description, binary) as instance,
         ):
             instance.setup(start=times.start_time, stop=times.stop_time, tolerance=times.tolerance)
@@ -171,22 +169,16 @@ class _Subject:
     def __init__(self, instance: Instance, outputs: Sequence[str], inputs: Sequence[str]) -> None:
         self._instance = instance
         self.outputs, self.inputs = outputs, inputs
-        variables = instance.description.variables
-        self._output_values, self._input_values = np.zeros(len(outputs)), np.zeros(len(inputs))
-        self._get = instance.own_getter(outputs, self._output_values)
-        self._set = instance.own_setter(inputs, self._input_values)
-        self.start = np.array([instance.read(name) for name in inputs])
-        self._known = [variables[name] for name in inputs]
+        self.start = [instance.value(name) for name in inputs]
+        self._known = [instance.description.variables[name] for name in inputs]
 
-    def read(self) -> np.ndarray:
+    def read(self) -> list[Value]:
         """The outputs."""
-        self._check(self._get(), "fmi2GetReal")
-        return self._output_values.copy()
+        return [self._instance.value(name) for name in self.outputs]
 
-    def set(self, values: np.ndarray) -> None:
+    def set(self, values: Sequence[Value]) -> None:
         """All inputs."""
-        self._input_values[:] = values
-        self._check(self._set(), "fmi2SetReal")
+        self._instance.set_values(dict(zip(self.inputs, values, strict=True)))
 
     def step(self, size: float) -> None:
         """A step of `size` [s]."""
@@ -196,28 +188,36 @@ class _Subject:
             instance.fail(status, "fmi2DoStep", size)
         instance.time += size
 
-    def moved(self, values: np.ndarray, shares: np.ndarray) -> np.ndarray:
-        """Inputs moved from `values` by `shares` of their sizes, the other way at their limits."""
-        rows = zip(self._known, self.start, values, shares, strict=True)
-        return np.array([_moved(v, start, value, share) for v, start, value, share in rows])
-
-    def _check(self, status: int, function: str) -> None:
-        if status > WARNING:
-            self._instance.fail(status, function)
+    def moved(self, shares: Sequence[float], values: Sequence[Value] | None = None) -> list[Value]:
+        """Inputs moved from `values`, or their start, by `shares` of their sizes."""
+        rows = zip(self._known, self.start, values or self.start, shares, strict=True)
+        return [_moved(v, start, value, share) for v, start, value, share in rows]
 
 
-def _moved(variable: Variable, start: float, value: float, share: float) -> float:
+def _moved(variable: Variable, start: Value, value: Value, share: float) -> Value:
+    """A value moved by a share of its size, back from a limit; another, if it has no size."""
+    if not share:
+        return value
+    if variable.type == "Boolean":
+        return not value
+    if isinstance(value, str):
+        return f"{value}_"
+    if variable.type == "Enumeration":
+        others = [number for number in variable.items.values() if number != value]
+        return others[0] if others else value
     low, high = variable.minimum, variable.maximum
-    size = max(abs(start), variable.nominal)
+    size = max(abs(float(start)), variable.nominal)
     if np.isfinite(high - low):
         size = min(size, (high - low) / 4)
-    found = value + share * size
-    return found if low <= found <= high else value - share * size
+    change = share * size
+    if variable.type == "Integer":
+        change = round(change) or (1 if share > 0.0 else -1)
+    return value + change if low <= value + change <= high else value - change
 
 
 def _move(subject: _Subject, step: float, needs: dict[str, set[str]], lost: set[str]) -> None:
     """Note which outputs follow which inputs, and which are `lost` when any is set."""
-    spread = 1.0 + np.arange(len(subject.inputs)) / 7  # no two inputs by the same amount
+    count = len(subject.inputs)
     values = subject.start
     for point in range(POINTS):
         fresh = subject.read()
@@ -227,39 +227,47 @@ def _move(subject: _Subject, step: float, needs: dict[str, set[str]], lost: set[
         sign = -1.0 if point % 2 else 1.0
         for column, name in enumerate(subject.inputs):
             for share in SHARES:
-                only = np.zeros(len(values))
-                only[column] = sign * share
-                subject.set(subject.moved(values, only))
+                only = [sign * share * (k == column) for k in range(count)]
+                subject.set(subject.moved(only, values))
                 there = subject.read()
                 subject.set(values)
                 back = subject.read()
-                for row, output in enumerate(subject.outputs):
-                    if _differ(there[row], still[row]) or _differ(back[row], still[row]):
+                for output, *seen in zip(subject.outputs, still, there, back, strict=True):
+                    if any(_differ(seen[0], value) for value in seen[1:]):
                         needs[output].add(name)
         if point + 1 < POINTS:
-            values = subject.moved(subject.start, sign * SHARES[0] * 10 * spread)
+            values = subject.moved([sign * TOGETHER * (1 + k / 7) for k in range(count)])
             subject.set(values)
             subject.step(step)
 
 
-def _differ(a: float, b: float) -> bool:
-    return a != b and not (np.isnan(a) and np.isnan(b))
+def _differ(a: Value, b: Value) -> bool:
+    return a != b and not (a != a and b != b)  # two that are nan are the same
+
+
+def _distance(a: Value, b: Value) -> float:
+    """How far two values are apart; 1 if they are no numbers, and differ."""
+    return abs(a - b) if isinstance(a, float) and isinstance(b, float) else float(a != b)
 
 
 def _late(new: _Instances, outputs: Sequence[str], inputs: Sequence[str]) -> set[str]:
     """Outputs that follow some input in the step after it is moved, and in no other."""
 
-    def course(share: float) -> tuple[np.ndarray, np.ndarray]:
+    def course(share: float) -> tuple[list[Value], list[Value]]:
         """Outputs after a step with the inputs moved, and after another with the inputs back."""
         with new.instance() as instance:
             subject = _Subject(instance, outputs, inputs)
-            subject.set(subject.moved(subject.start, np.full(len(inputs), share)))
+            subject.set(subject.moved([share] * len(inputs)))
             subject.step(new.short_step)
             first = subject.read()
             subject.set(subject.start)
             subject.step(new.short_step)
             return first, subject.read()
 
-    first, second = (np.abs(a - b) for a, b in zip(course(SHARES[0]), course(0.0), strict=True))
-    late = second < (1.0 - LOST_AGAIN) * first
-    return {name for name, is_late in zip(outputs, late, strict=True) if is_late}
+    moved, still = course(SHARES[0]), course(0.0)
+    first, second = (
+        [_distance(a, b) for a, b in zip(*after, strict=True)]
+        for after in zip(moved, still, strict=True)
+    )
+    kept = 1.0 - LOST_AGAIN
+    return {n for n, one, other in zip(outputs, first, second, strict=True) if other < kept * one}

@@ -103,8 +103,7 @@ def _action(operation: Operation) -> Action:
         case SetDerivatives(instance, names, values):
             return _plain(instance.own_derivative_setter(names, values))
         case DoStep(instance):
-            step, span = instance.stepper(), operation.span
-            return lambda t, h, _row: step(*span(t, h), 1)
+            return _step(instance, operation)
         case Save(instance):
             return _plain(instance.saver())
         case Restore(instance):
@@ -119,6 +118,18 @@ def _action(operation: Operation) -> Action:
             return _combine(operation)
         case Monitor():
             return _monitor(operation)
+
+
+def _step(instance: Instance, operation: DoStep) -> Action:
+    step, span, warned = instance.stepper(), operation.span, instance.warned
+
+    def do_step(t: float, h: float, _row: int) -> int:
+        status = step(*span(t, h), 1)
+        if status == WARNING:
+            warned.note(t)
+        return status
+
+    return do_step
 
 
 def _plain(call: Call) -> Action:

@@ -7,7 +7,7 @@ results. At the end a netCDF-4 file takes that place: see `m4e_fmi.results`.
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -22,7 +22,8 @@ from m4e_fmi.cosim.selection import chosen
 from m4e_fmi.errors import RunError
 from m4e_fmi.locks import ROWS, claimed
 from m4e_fmi.results import FORMAT, FORMAT_NUMBER, write_netcdf
-from m4e_fmi.row_file import RowFile, Section
+from m4e_fmi.row_file import RowFile
+from m4e_fmi.row_header import Section
 from m4e_fmi.signals import Terminated
 from m4e_fmi.writing import cannot_write
 
@@ -50,7 +51,8 @@ class ResultsWriter:
     These are all scalar outputs and connected arrays, or what `variables` choose (see `chosen`).
     Rows reach the disk after a second; a run that is killed leaves a file with them. What was at
     `path` before stays until the first step is on the disk. The file's attribute `ended` says how
-    the run did. RunError if another run writes to `path`, or if the disk takes nothing.
+    the run did; `closing` gives further attributes when it has. RunError if another run writes to
+    `path`, or if the disk takes nothing.
     """
 
     def __init__(
@@ -60,6 +62,7 @@ class ResultsWriter:
         attributes: Mapping[str, str],
         *,
         variables: Sequence[str] = (),
+        closing: Callable[[], Mapping[str, str]] = dict,
     ) -> None:
         self.path, instances = Path(path), network.instances
         descriptions = {name: i.description for name, i in instances.items()}
@@ -74,6 +77,7 @@ class ResultsWriter:
         self.schedule = Schedule([o for group in self._groups for o in group.operations])
         created = datetime.now(UTC).isoformat("T", "seconds")
         self._attributes = {**attributes, "created": created}
+        self._closing = closing
         self._before = self._rows = 0  # rows of the run before those of the block, and these
         self._backs: list[int] = []
         self._last = network.time
@@ -153,6 +157,21 @@ class ResultsWriter:
         elif clock.monotonic() > self._due:
             self.flush()
 
+    def recent(self, most: int) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+        """Times [s] (n,) of the last `most` rows in memory, and the values of each Real there."""
+        rest = slice(self._rows, None)  # of the block before, if there was one
+        parts = [rest] if self._before and self._rows else []
+        if parts and not np.all(np.diff(self._times[rest, 0]) > 0.0):
+            parts = []  # the run has gone back since
+        parts.append(slice(self._rows))
+        columns: dict[str, np.ndarray] = {}
+        for group in self._groups:
+            if group.section.kind == "f8":
+                names = (f"{group.section.component}.{c.name}" for c in group.section.columns)
+                values = np.concatenate([group.filled(part) for part in parts])[-most:]
+                columns.update(zip(names, values.T, strict=True))
+        return np.concatenate([self._times[part, 0] for part in parts])[-most:], columns
+
     def flush(self) -> None:
         """Bring all rows to the disk, once there is a step; RunError if it does not take them."""
         began = clock.monotonic()
@@ -228,7 +247,8 @@ class ResultsWriter:
         return self._parts(slice(self._rows))
 
     def _write(self, ended: str, blocks: Iterable[list[np.ndarray]]) -> None:
-        attributes, count = {**self._attributes, "ended": ended}, self._before + self._rows
+        attributes = {**self._attributes, "ended": ended, **self._closing()}
+        count = self._before + self._rows
         write_netcdf(self._place, self._sections, attributes, count, blocks, self._texts)
 
     @property

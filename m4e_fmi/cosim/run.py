@@ -17,6 +17,8 @@ from m4e_fmi.cosim.dependence import with_stated
 from m4e_fmi.cosim.energy import BondEnergy
 from m4e_fmi.cosim.execution import Execution
 from m4e_fmi.cosim.forgotten import forgotten
+from m4e_fmi.cosim.journal import FmuMessage, Warn
+from m4e_fmi.cosim.loose_ends import loose_ends
 from m4e_fmi.cosim.master import Master, Observer, Progress
 from m4e_fmi.cosim.overview import overview
 from m4e_fmi.cosim.pacing import Rates, pace, refined
@@ -33,6 +35,7 @@ from m4e_fmi.fmu.opening import replaced
 from m4e_fmi.fmu.reading import resized
 from m4e_fmi.locks import claimed
 from m4e_fmi.results import Results, check_export, export, load, stream_of
+from m4e_fmi.shown import listing
 from m4e_fmi.signals import ending_cleanly
 
 
@@ -41,6 +44,7 @@ class Prepared:
     """A system with its FMUs built, its connections resolved, its loops and own steps known.
 
     Its step is such that it meets the points of all components: `notes` tell if it was shortened.
+    `warnings` tell what seems to be left out of the connections, one line each.
     """
 
     system: System
@@ -49,6 +53,7 @@ class Prepared:
     structure: Structure = field(repr=False)
     rates: Rates = field(repr=False)
     notes: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
 
     @property
     def timings(self) -> dict[Link, Timing]:
@@ -59,15 +64,25 @@ class Prepared:
     def __str__(self) -> str:
         return overview(self)
 
+    def __repr__(self) -> str:
+        return listing(
+            f"Prepared system {self.system.name!r}: {len(self.wiring.links)} connected variables",
+            components=self.descriptions,
+            connections=self.system.connections,
+            notes=self.notes,
+        )
+
 
 @dataclass(frozen=True)
 class Outcome:
     """A finished run: where its results are, its steps, wall time [s] and energy balance [J].
 
     `order` is that of the coupling, `rejected` steps were taken back and made again, smaller.
-    `notes` tell what the algorithm did without because an FMU cannot, one line each. `certificate`
+    `notes` tell what the algorithm did without because an FMU cannot, `warnings` what seems to be
+    left out of the connections, and what grows without bound, one line each. `certificate`
     estimates the coupling errors; it is a text that tells why they are not known, where they are
-    not. `checked` is a second estimate, by a run at half the step, if there was one.
+    not. `checked` is a second estimate, by a run at half the step, if there was one. `messages` are
+    the warnings and errors that FMUs have logged, one of each kind.
     """
 
     prepared: Prepared = field(repr=False)
@@ -80,12 +95,23 @@ class Outcome:
     rejected: int = 0
     certificate: Certificate | str = ""
     checked: Certificate | None = None
+    messages: tuple[FmuMessage, ...] = ()
+    warnings: tuple[str, ...] = ()
 
     def results(self) -> Results:
         """The results file, in memory."""
         if self.path is None:
             raise RunError("this run wrote no results", "give `results` to run")
         return load(self.path)
+
+    def __repr__(self) -> str:
+        return listing(
+            f"Outcome of {self.prepared.system.name!r}: {self.steps} steps in "
+            f"{self.wall_time:.3g} s, results in {str(self.path) if self.path else 'no file'}",
+            certificate=[str(self.certificate)],
+            energy=[bond.connection for bond in self.energy],
+            notes=self.notes,
+        )
 
 
 def prepare(
@@ -122,8 +148,10 @@ def prepare(
     descriptions, found = probed(paced, with_stated(system, descriptions), wiring)
     wiring, late = broken(descriptions, wiring, rates)
     structure = analyse(descriptions, wiring)
-    notes = (*forgotten(system, descriptions, wiring), *([note] if note else []), *found, *late)
-    return Prepared(paced, descriptions, wiring, structure, rates, notes)
+    notes = (*([note] if note else []), *found, *late)
+    missing = [find(system, descriptions, wiring) for find in (forgotten, loose_ends)]
+    warnings = tuple(line for lines in missing for line in lines)
+    return Prepared(paced, descriptions, wiring, structure, rates, notes, warnings)
 
 
 def run(
@@ -136,6 +164,7 @@ def run(
     tell: Callable[[str], None] | None = None,
     check: bool = False,
     variables: Sequence[str] = (),
+    warn: Warn | None = None,
 ) -> Outcome:
     """Co-simulate `system` from its start to its stop time.
 
@@ -143,23 +172,29 @@ def run(
     `.parquet`, written beside it at the end. `variables` choose what it holds, as ``buoy.*``; all
     scalar Real outputs if empty. Each of `observers` is called as
     ``observer(time, network)`` at the start and after every step, `progress` as
-    ``progress(time)`` about ten times a second. With `check`, the system runs once more at half the
-    step (and an eighth of the coupling tolerance), and the outcome has `checked`. RunError
-    names component, variable and time; the results up to there are then on disk, as they are after
-    KeyboardInterrupt, and after SIGTERM, which raises Terminated (a SystemExit). Results that would
-    be huge if every step were a row have fewer rows, which `tell` receives and the notes tell.
-    RunError before the first step if another run writes to the same file.
+    ``progress(time)`` about ten times a second, `warn` with a line for each connection that seems
+    to be left out, and for each kind of warning or error that an FMU logs, when it first does. With
+    `check`, the system runs once more at half the step (and an eighth of the coupling tolerance),
+    and the outcome has `checked`. RunError names component, variable and time; the results up to
+    there are then on disk, as they are after KeyboardInterrupt, and after SIGTERM, which raises
+    Terminated (a SystemExit). Results that would be huge if every step were a row have fewer rows,
+    which `tell` receives and the notes tell. RunError before the first step if another run writes
+    to the same file.
     """
     if isinstance(system, System):
         system = prepare(system, build_directory=build_directory, tell=tell)
     if results is not None:
         system = _thinned(system, variables, tell)
-    if check:
-        return _checked(
-            system, results=results, observers=observers, progress=progress, variables=variables
-        )
-    return _once(
-        system, results=results, observers=observers, progress=progress, variables=variables
+    if warn:
+        for line in system.warnings:
+            warn(f"warning: {line}")
+    return (_checked if check else _once)(
+        system,
+        results=results,
+        observers=observers,
+        progress=progress,
+        variables=variables,
+        warn=warn,
     )
 
 
@@ -171,6 +206,7 @@ def start(
     build_directory: str | Path = "build",
     tell: Callable[[str], None] | None = None,
     variables: Sequence[str] = (),
+    warn: Warn | None = None,
 ) -> Iterator[Execution]:
     """A run that the block of ``with start(system) as run`` steps, from the start time.
 
@@ -181,7 +217,7 @@ def start(
         system = prepare(system, build_directory=build_directory, tell=tell)
     if results is not None:
         system = _thinned(system, variables, tell)
-    with _begun(system, results=results, variables=variables, changeable=True) as begun:
+    with _begun(system, results=results, variables=variables, changeable=True, warn=warn) as begun:
         master, writer = begun.master, begun.results
         execution = Execution(master, system.descriptions, system.wiring)
         master.begin(writer, singly=True)
@@ -201,10 +237,16 @@ def _once(
     observers: Sequence[Observer],
     progress: Progress | None,
     variables: Sequence[str] = (),
+    warn: Warn | None = None,
     certify: bool = True,
 ) -> Outcome:
     with _begun(
-        system, results=results, variables=variables, certify=certify, watched=bool(observers)
+        system,
+        results=results,
+        variables=variables,
+        certify=certify,
+        watched=bool(observers),
+        warn=warn,
     ) as begun:
         begun.master.run(results=begun.results, observers=observers, progress=progress)
     assert begun.outcome
@@ -213,11 +255,14 @@ def _once(
 
 @dataclass
 class _Begun:
-    """A run with its results file, if there is one; `outcome` once both have ended."""
+    """A run with its results file, if there is one; `outcome` once both have ended, unless it has
+    `failed`.
+    """
 
     master: Master
     results: ResultsWriter | None = None
     outcome: Outcome | None = None
+    failed: bool = False
 
 
 @contextmanager
@@ -229,8 +274,10 @@ def _begun(
     certify: bool = True,
     changeable: bool = False,
     watched: bool = False,
+    warn: Warn | None = None,
 ) -> Iterator[_Begun]:
     begun = clock.perf_counter()
+    missing = () if changeable else system.warnings  # inputs may be set between the steps
     system = _at_home(system)
     parts = (system.system, system.descriptions, system.wiring, system.structure, system.rates)
     recorded: dict[str, list[str]] = {}
@@ -243,7 +290,12 @@ def _begun(
         file = Path(results or "").absolute()
         master = stack.enter_context(
             Master(
-                *parts, certify=certify, changeable=changeable, recorded=recorded, watched=watched
+                *parts,
+                certify=certify,
+                changeable=changeable,
+                recorded=recorded,
+                watched=watched,
+                warn=warn,
             )
         )
         found = _Begun(master)
@@ -251,10 +303,22 @@ def _begun(
             yield found
         else:
             attributes = _attributes(system)
-            writer = ResultsWriter(place, master.network, attributes, variables=variables)
+            writer = ResultsWriter(
+                place,
+                master.network,
+                attributes,
+                variables=variables,
+                closing=lambda: _closing(master, certify=certify and not found.failed),
+            )
             found.results = writer
             with _exported(file, Path(results), writer), writer:
-                yield found
+                try:
+                    yield found
+                except BaseException:
+                    found.failed = True
+                    raise
+                if master.ended:
+                    writer.close(master.ended)
         found.outcome = Outcome(
             prepared=system,
             path=None if results is None else stream_of(results),
@@ -265,6 +329,8 @@ def _begun(
             order=master.order,
             rejected=master.rejected,
             certificate=master.certificate() if certify else "",
+            messages=master.messages,
+            warnings=(*missing, *master.warnings),
         )
 
 
@@ -293,6 +359,21 @@ def _claimed(results: str | Path) -> Iterator[Path]:
     check_export(results)
     with claimed(stream_of(results)) as place:
         yield place
+
+
+def _closing(master: Master, *, certify: bool) -> dict[str, str]:
+    """Attributes of the results that are known at the end of the run.
+
+    These are the warnings and errors of FMUs, a line each, and how large the coupling errors are.
+    """
+    lines = "\n".join(map(str, master.messages))
+    found = {"messages": lines} if lines else {}
+    if certify:
+        certificate = master.certificate()
+        found["coupling_error"] = str(certificate) or "not known"
+        if isinstance(certificate, Certificate) and certificate.coverage:
+            found["coupling_error_from"] = str(certificate.coverage)
+    return found
 
 
 def _attributes(prepared: Prepared) -> dict[str, str]:
@@ -342,6 +423,7 @@ def _checked(
     observers: Sequence[Observer],
     progress: Progress | None,
     variables: Sequence[str],
+    warn: Warn | None,
 ) -> Outcome:
     """A run, and the certificate that a second one at half the step gives it."""
     system = prepared.system
@@ -349,7 +431,12 @@ def _checked(
     trace, finer_trace = Trace(), Trace()
     watched = [*observers, trace]
     outcome = _once(
-        prepared, results=results, observers=watched, progress=progress, variables=variables
+        prepared,
+        results=results,
+        observers=watched,
+        progress=progress,
+        variables=variables,
+        warn=warn,
     )
     _once(again, observers=[finer_trace], progress=progress, certify=False)
     found = compared(trace, finer_trace, system.connections, outcome.order)
@@ -372,7 +459,8 @@ def _finer(prepared: Prepared) -> Prepared:
                 f"--check runs at half the step, which {part.name} cannot: it {rate}",
                 "leave it out: what each run tells of its error needs no other step",
             )
-        if rate and part.step_size is not None and not rate.is_sampled:
+        halved = prepared.descriptions[part.name].internal_step is None
+        if rate and halved and part.step_size is not None and not rate.is_sampled:
             part = replace(part, step_size=rate.step / 2)
         parts.append(part)
     simulation = replace(

@@ -6,7 +6,8 @@ Both give the same bits. A `Loop` repeats a schedule, macro step by macro step.
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Sequence
+import math
+from collections.abc import Collection, Sequence
 from typing import NoReturn
 
 import numpy as np
@@ -29,6 +30,7 @@ from m4e_fmi.cosim.operations import (
     SetTyped,
 )
 from m4e_fmi.cosim.python_loop import PythonExecutor
+from m4e_fmi.cosim.standards import DISCARD
 from m4e_fmi.cosim.system import SECOND
 from m4e_fmi.runtime.library import library
 
@@ -50,16 +52,42 @@ class Schedule:
             else NativeExecutor(found, self.operations)
         )
         self._stepping = tuple(o for o in self.operations if isinstance(o, DoStep))
+        self._returning = tuple(o.instance for o in self.operations if isinstance(o, Restore))
 
     def run(self, time: float, size: float = 0.0, *, row: int = 0) -> None:
         """Perform all once: a step of `size` [s] from `time` [s]; blocks are filled at `row`.
 
         RunError with component, variable, time and remedy where an FMU fails or gives no number.
         """
+        for instance in self._returning:
+            instance.events.ended = math.inf  # in a step that is made again
         status, index = self.executor.perform(time, size, row)
         if status:
-            self.fail(status, index, time, size, row)
+            self.go_on(status, index, time, size, row)
         self.arrive(time + size)
+
+    def go_on(self, status: int, index: int, time: float, size: float, row: int) -> None:
+        """Perform the rest if the operation failed by which an FMU asks for the end of the run.
+
+        So it is if the FMU has come to the end of the step; in that, nothing is set any more.
+        """
+        step = self.operations[index]
+        asks = status == DISCARD and isinstance(step, DoStep)
+        if not asks or not step.instance.ends_at(time + size):
+            self.fail(status, index, time, size, row)
+        rest = list(self.operations[index + 1 :])
+        again = [k for k, o in enumerate(rest) if isinstance(o, Restore)]
+        again = [k for k in again if rest[k].instance is step.instance]
+        quiet = again[0] if again else len(rest)
+        quietly = Schedule(rest[:quiet]).without_sets([step.instance])
+        Schedule([*quietly.operations, *rest[quiet:]]).run(time, size, row=row)
+
+    def without_sets(self, instances: Collection[Instance]) -> Schedule:
+        """The same, but nothing is set in these."""
+        setting = (Set, SetDerivatives, SetTyped)
+        return Schedule(
+            [o for o in self.operations if not (isinstance(o, setting) and o.instance in instances)]
+        )
 
     def arrive(self, time: float) -> None:
         """All components that step have come to `time` [s]."""
@@ -145,4 +173,21 @@ class Loop:
         if status and state.in_row:
             self.row.fail(status, state.failed, now, 0.0, state.written)
         if status:
-            self.step.fail(status, state.failed, now, size, state.noted)
+            self._go_on(status, now, size)
+
+    def _go_on(self, status: int, now: float, size: float) -> None:
+        """Complete the step if it is one in which an FMU asks for the end; `Schedule.fail` if not.
+
+        What it left out as it did not seem to end at a row is read now.
+        """
+        state, step = self.state, self.step
+        at_row = state.since + 1 >= state.every or state.now + state.size >= state.rows_from
+        step.go_on(status, state.failed, now, size, state.noted)
+        if not at_row:
+            done = step.operations[: state.failed]
+            reading = [o for o in done if isinstance(o, Get | GetTyped) and o.in_rows]
+            Schedule(reading).run(now, size)
+        step.arrive(now + size)
+        state.now += state.size
+        state.noted += 1
+        state.since += 1

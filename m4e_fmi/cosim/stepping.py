@@ -16,8 +16,9 @@ from m4e_fmi.cosim.connect import Port
 from m4e_fmi.cosim.discrete import Switches
 from m4e_fmi.cosim.energy import BLOCK as ENERGY_BLOCK
 from m4e_fmi.cosim.energy import EnergyBalance
-from m4e_fmi.cosim.events import ended, event_count, telling
-from m4e_fmi.cosim.instance import DiscardedError, EventWithinError
+from m4e_fmi.cosim.events import event_count, is_over, telling
+from m4e_fmi.cosim.instance import DiscardedError, EndWithinError, EventWithinError
+from m4e_fmi.cosim.native_loop import State
 from m4e_fmi.cosim.network import Network
 from m4e_fmi.cosim.operations import Operation
 from m4e_fmi.cosim.results import ResultsWriter
@@ -83,10 +84,16 @@ class Course:
         self._note = Schedule(witness.operations if witness else ())
         self._note_open = Schedule(witness.open_operations if witness else ())
         self._most = 1
+        self._running: State | None = None
         self.now = self._row = self._start
         self.steps = self.shortened = 0
         self.switches = Switches()
         self._jump = NEVER
+
+    @property
+    def time(self) -> float:
+        """Simulated time [s] up to which whole steps are made, also while many are being made."""
+        return (self._running.now if self._running else self.now) / SECOND
 
     @cached_property
     def _unwatched(self) -> Loop | None:
@@ -108,6 +115,11 @@ class Course:
             loop.state.rows_from = self._start if anywhere else self._stop
         return loop
 
+    @property
+    def over(self) -> bool:
+        """Whether an FMU has asked for the end of the simulation."""
+        return is_over(self._network.instances.values())
+
     def halt(self) -> None:
         """End what `advance` does at the next point, called by another thread."""
         for loop in (self.__dict__.get("_unwatched"), self.__dict__.get("_watched")):
@@ -115,7 +127,31 @@ class Course:
                 loop.state.halt = 1
 
     def advance(self, most: int = ENERGY_BLOCK) -> None:
-        """Make as many steps as can be made at once, `most` at most, or one."""
+        """Make as many steps as can be made at once, `most` at most, or one; fewer at the end."""
+        try:
+            self._advance(most)
+        except EndWithinError as end:
+            self._end(end.reached)
+
+    def _end(self, reached: float | None) -> None:
+        """An FMU asked for the end within a step, and not all can go back to be where it is.
+
+        The present point is the last one, unless there is no other component to be anywhere.
+        """
+        network, now = self._network, self.now
+        self.now = in_nanoseconds(reached) if reached is not None else now
+        if len(network.instances) > 1 or self.now <= now:
+            self.now = now
+            return
+        for name in network.instances:
+            Schedule(network.arrival(name)).run(self.now / SECOND)
+        network.size = (self.now - now) / SECOND
+        network.advance(self.now / SECOND)
+        self._energy.add(self._algorithm.held, network.size)
+        self.steps += 1
+        self._record()
+
+    def _advance(self, most: int) -> None:
         if self._witness:
             self._witness.before()
         found = self._jump if self._jump > self.now else NEVER
@@ -138,9 +174,11 @@ class Course:
         state.since = max(0, state.every - -(-(self._row + self._every - first) // size))
         state.written = row = self._results.row if self._results else 0
         start, noted = first - state.since * size, state.noted
+        self._running = state
         try:
             loop.advance(min(most, self._count(loop, size)))
         finally:
+            self._running = None
             made = (state.now - first) // size
             self.now, self._network.time = state.now, state.now / SECOND
             self.steps += made
@@ -154,7 +192,7 @@ class Course:
             self._switched(changed, size)
             if self._witness:
                 self._witness.after(made, size, noted, jumped=bool(changed))
-        last = self.now == self._stop or ended(self._telling)
+        last = self.now == self._stop or self.over
         if last and self._row != self.now:
             self._record()
         self._adapt(clock.perf_counter() - began)
@@ -193,7 +231,7 @@ class Course:
         if self._witness:
             (self._note_open if self._witness.open else self._note).run(self._network.time)
             self._witness.after(1, size, 0, jumped=jumped or bool(changed))
-        last = self.now == self._stop or ended(self._telling)
+        last = self.now == self._stop or self.over
         if last or self.now >= self._row + self._every:
             self._record()
 
@@ -272,4 +310,6 @@ class Course:
             self._jump = max(self.now + 1, in_nanoseconds(discarded.reached))
             return self._until_jump(size - 1)
         reached = round((discarded.reached or 0.0) * SECOND) - self.now
+        if isinstance(discarded, EndWithinError) and discarded.reached is not None:
+            reached = in_nanoseconds(discarded.reached) - self.now
         return reached if smallest <= reached < size else max(smallest, size // 2)

@@ -15,6 +15,7 @@ from typing import Any
 from m4e_fmi.cosim.rates import common_step, seconds
 from m4e_fmi.document import Document, Location, Number, Section
 from m4e_fmi.errors import InputError, Problem, suggestion
+from m4e_fmi.shown import listing, short
 from m4e_fmi.units import Quantity, Unit
 
 ALGORITHMS = ("corrector", "gauss_seidel", "implicit", "jacobi")
@@ -46,6 +47,7 @@ class ModelFile:
     path: Path
 
 
+@short
 @dataclass(frozen=True)
 class Kind:
     """A component to be built by the entry point `name` of the group `m4e_fmi.fmus`.
@@ -57,6 +59,7 @@ class Kind:
     config: Section
 
 
+@short
 @dataclass(frozen=True)
 class Component:
     """One FMU of the system.
@@ -210,6 +213,15 @@ class System:
         if self.document is not None:
             return self.document.problem(location, message, remedy)
         return Problem(f"{self.name}: {message}", remedy)
+
+    def __repr__(self) -> str:
+        times = self.simulation
+        return listing(
+            f"System {self.name!r}: {times.start_time:g} s to {times.stop_time:g} s, "
+            f"step {times.step_size:g} s, {times.algorithm}",
+            components=self.components,
+            connections=self.connections,
+        )
 
 
 def kinds() -> dict[str, Any]:

@@ -61,11 +61,11 @@ def thinned(
     remedy = "a longer output_interval, or fewer --variables, make them smaller"
     if whole.size <= HUGE or whole.adaptive or simulation.output_interval:
         return simulation, f"results: {whole}; {remedy}"
+    multiples = (factor * 10**power for power in count() for factor in (1, 2, 5))
+    row, steps = 8 * whole.values, whole.rows - 1
+    every = next(n for n in multiples if row * (ceil(steps / n) + 1) <= LARGE)
     step = round(simulation.step_size * SECOND)
-    for every in (factor * 10**power for power in count() for factor in (1, 2, 5)):
-        fewer = replace(simulation, output_interval=every * step / SECOND)
-        if volume(fewer, descriptions, variables).size <= LARGE:
-            break
+    fewer = replace(simulation, output_interval=every * step / SECOND)
     return fewer, (
         f"results of every step would be {whole.rows:,} rows, {size_text(whole.size)}: a row is "
         f"written every {every} steps, {size_text(volume(fewer, descriptions, variables).size)}; "

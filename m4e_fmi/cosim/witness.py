@@ -314,7 +314,8 @@ class Witness:
         if not (window or self._followed or len(kinks)):
             return
         end = self._network.keep()
-        why = self._made_again(stretch, kinks, window=window)
+        with self._network.rehearsing():
+            why = self._made_again(stretch, kinks, window=window)
         try:
             self._network.restore(end)
         except RunError as error:

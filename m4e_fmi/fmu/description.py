@@ -6,7 +6,10 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
+from m4e_fmi.shown import listing, short
 
+
+@short
 @dataclass(frozen=True)
 class FmuVariable:
     """One scalar variable of an FMU, in FMI 2.0's words.
@@ -54,7 +57,11 @@ class ModelDescription:
     tolerance: float = 1e-8
     derivatives: tuple[str, ...] = ()
 
+    def __repr__(self) -> str:
+        return listing(f"ModelDescription of {self.name!r}", variables=self.variables)
 
+
+@short
 @dataclass(frozen=True)
 class PythonSource:
     """A slave in Python: `slave` is "module:Class", found among `modules` (file name → path).

@@ -12,6 +12,7 @@ import ctypes
 import itertools
 import weakref
 from collections import deque
+from collections.abc import Callable
 from typing import Any
 
 from fmpy import calloc, fmi1, fmi2, free
@@ -20,16 +21,24 @@ from fmpy.logging import addLoggerProxy
 STATUS = {0: "OK", 1: "Warning", 2: "Discard", 3: "Error", 4: "Fatal"}
 KEPT = 100
 """Number of messages that are kept of an instance."""
+LONGEST = 10_000
+"""Characters that are kept of a message."""
+
+Listener = Callable[[int, str], None]
+"""Called with the status (more than OK) and the text of a message, while the FMU logs it."""
 
 
 class Messages:
     """The last messages of one instance, oldest first.
 
-    `callbacks` goes into fmi2Instantiate, `callbacks_1` into fmiInstantiateSlave, `add_3` into
+    A `listener` hears all that have another status than OK, but while they are `muted`. `callbacks`
+    goes into fmi2Instantiate, `callbacks_1` into fmiInstantiateSlave, `add_3` into
     FMPy's `instantiate` of FMI 3.0.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, listener: Listener | None = None) -> None:
+        self._listener = listener
+        self.muted = False
         self._texts: deque[tuple[int, str]] = deque(maxlen=KEPT)
         environment = next(_NUMBERS)
         _ALL[environment] = self
@@ -51,7 +60,10 @@ class Messages:
         return callbacks
 
     def add(self, status: int, text: str) -> None:
+        text = text[:LONGEST]
         self._texts.append((status, text))
+        if status and self._listener and not self.muted:
+            self._listener(status, text)
 
     def add_3(self, _environment: Any, status: int, _category: Any, text: bytes | None) -> None:
         self.add(status, _decoded(text))

@@ -50,7 +50,7 @@ def check_archive(path: Path) -> tuple[set[str], bytes]:
     try:
         with zipfile.ZipFile(path) as archive:
             infos = archive.infolist()
-            check_entries(path, infos)
+            check_entries(path, archive)
             if MODEL_DESCRIPTION not in archive.namelist():
                 message = f"not an FMU: there is no {MODEL_DESCRIPTION} at the top of the archive"
                 raise refusal(
@@ -107,15 +107,12 @@ def opened(path: Path, content: str) -> Iterator[BinaryIO]:
         yield file
 
 
-def check_entries(path: Path, infos: list[zipfile.ZipInfo]) -> None:
+def check_entries(path: Path, archive: zipfile.ZipFile) -> None:
     """InputError if an archive should not be unpacked: see `read_description`."""
     distrust = "do not use this file: no tool that exports FMUs writes such an archive"
-    seen: set[str] = set()
+    infos = archive.infolist()
     for info in infos:
         name = info.filename
-        if name in seen:
-            raise refusal(path, f"the archive holds {name!r} twice", distrust)
-        seen.add(name)
         if "\\" in name:
             remedy = "only / may stand between folders (FMI 2.0.4, section 2.3): pack it again"
             raise refusal(path, f"the archive holds {name!r}, a path with backslashes", remedy)
@@ -131,3 +128,20 @@ def check_entries(path: Path, infos: list[zipfile.ZipInfo]) -> None:
     if unpacked > MAX_UNPACKED or (unpacked > SMALL and unpacked / packed > MAX_RATIO):
         size = f"{unpacked / 1e6:.0f} MB from {packed / 1e6:.2f} MB"
         raise refusal(path, f"the archive would unpack to {size}", distrust)
+    _check_twins(path, archive)
+
+
+def _check_twins(path: Path, archive: zipfile.ZipFile) -> None:
+    """InputError where two entries of one name differ: nobody can tell which one is meant.
+
+    Some tools pack a folder twice; entries that are the same do no harm.
+    """
+    known: dict[str, zipfile.ZipInfo] = {}
+    for info in archive.infolist():
+        first = known.setdefault(info.filename, info)
+        if first is not info and (
+            (first.file_size, first.CRC) != (info.file_size, info.CRC)
+            or archive.read(first) != archive.read(info)
+        ):
+            message = f"the archive holds {info.filename!r} twice, with different contents"
+            raise refusal(path, message, "pack it again, with one of them")

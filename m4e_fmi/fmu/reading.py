@@ -17,6 +17,7 @@ from m4e_fmi.fmu.elements import SCALARS, flattened, owner
 from m4e_fmi.fmu.flaws import flaws
 from m4e_fmi.fmu.fmi1 import translate
 from m4e_fmi.fmu.opening import MODEL_DESCRIPTION, check_archive, refusal
+from m4e_fmi.shown import listing
 from m4e_fmi.units import BASE_UNITS, Unit, parse_unit
 
 KNOWN = ("input", "parameter")
@@ -71,7 +72,7 @@ class Description:
     `cosim.dependence`). `output_derivatives` and `input_derivatives` lead from a variable to the
     one declared as its time derivative.
     `step_size` is the default experiment's [s], `internal_step` that by which the FMU goes inside,
-    if it tells one (fixedInternalStepSize, FMI 3.0).
+    if it tells one (fixedInternalStepSize, FMI 3.0), `tool` the one that made it.
 
     What the FMU can do: `saves_state` (fmi2GetFMUstate, fmi2SetFMUstate), `interpolates_inputs`
     (fmi2SetRealInputDerivatives), `directional_derivatives` (fmi2GetDirectionalDerivative),
@@ -98,20 +99,27 @@ class Description:
     directional_derivatives: bool = False
     has_events: bool = False
     once_per_process: bool = False
+    tool: str = ""
     content: str = ""
 
     def of_causality(self, *causalities: str) -> list[Variable]:
         return [v for v in self.variables.values() if v.causality in causalities]
+
+    def __repr__(self) -> str:
+        kinds = ("parameter", "input", "output")
+        groups = {f"{kind}s": self.of_causality(kind) for kind in kinds}
+        title = f"Description of {self.path.name!r}: FMI {self.version}"
+        return listing(f"{title}, {len(self.variables)} variables", **groups)
 
 
 def read_description(path: str | Path, structure: Mapping[str, int] | None = None) -> Description:
     """The description of the FMU at `path`, after all checks that need no unpacking.
 
     `structure` has values for structural parameters, which are sizes of arrays; the others are at
-    their defaults. Checked: a readable ZIP archive; its unpacked size and ratio; no name twice,
-    none that leads out of the folder; a model description without DOCTYPE; FMI 1.0, 2.0 or 3.0 for
-    co-simulation, without another tool and without clocks that the master would have to drive; a
-    binary for this platform. InputError names the file and the remedy.
+    their defaults. Checked: a readable ZIP archive; its unpacked size and ratio; no name twice with
+    different contents, none that leads out of the folder; a model description without DOCTYPE; FMI
+    1.0, 2.0 or 3.0 for co-simulation, without another tool and without clocks that the master would
+    have to drive; a binary for this platform. InputError names the file and the remedy.
     """
     path = Path(path)
     content = file_hash(path) or ""
@@ -246,6 +254,7 @@ def _translated(path: Path, raw: Any, types: Mapping[int, str]) -> Description:
         directional_derivatives=bool(raw.coSimulation.providesDirectionalDerivative),
         has_events=bool(raw.coSimulation.hasEventMode),
         once_per_process=bool(raw.coSimulation.canBeInstantiatedOnlyOncePerProcess),
+        tool=raw.generationTool or "",
     )
 
 

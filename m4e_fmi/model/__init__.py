@@ -10,6 +10,7 @@ from m4e_fmi.model.load import load_model
 from m4e_fmi.model.loads import (
     BodyDrag,
     BodyForce,
+    Bushing,
     JointEffort,
     JointFriction,
     JointStop,
@@ -30,6 +31,7 @@ __all__ = [
     "Body",
     "BodyDrag",
     "BodyForce",
+    "Bushing",
     "Joint",
     "JointEffort",
     "JointFriction",

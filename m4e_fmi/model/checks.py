@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, get_args
 
 from m4e_fmi.document import Location
 from m4e_fmi.errors import suggestion
+from m4e_fmi.model.dimensions import dimension_findings
 from m4e_fmi.model.elements import (
     GROUND,
     AngleReference,
@@ -31,7 +32,7 @@ from m4e_fmi.model.findings import (
 from m4e_fmi.model.load_checks import LoadChecks
 from m4e_fmi.model.table import Table, TableError
 from m4e_fmi.program.program import TIME as PROGRAM_TIME
-from m4e_fmi.units import parse_unit
+from m4e_fmi.units import near_unit, parse_unit
 
 if TYPE_CHECKING:
     from m4e_fmi.model.model import Model
@@ -48,6 +49,27 @@ INITIAL = {
 }
 
 
+UNITS = "write it like N.s/m or kg.m2"
+OTHER_JOINTS = {
+    "revolute": ("hinge", "pin", "pivot", "rotational", "rotation", "rotary"),
+    "prismatic": ("slider", "sliding", "translational", "translation", "linear"),
+    "floating": ("free", "6dof", "3dof", "freeflyer"),
+    "fixed": ("weld", "welded", "rigid", "lock"),
+}
+"""What joints are called elsewhere."""
+SPATIAL = ("spherical", "ball", "universal", "cylindrical", "cardan", "hooke", "screw", "planar")
+
+
+def joint_type_elsewhere(word: str) -> str:
+    """A remedy for a type of a joint that other programs have; "" for any other word."""
+    for kind, others in OTHER_JOINTS.items():
+        if word.lower() in others:
+            return f"did you mean {kind!r}?"
+    if word.lower() in SPATIAL:
+        return f"models are planar; types: {', '.join(INITIAL)}"
+    return ""
+
+
 def findings(model: Model) -> list[Finding]:
     """Everything wrong with `model`."""
     return list(element_findings(model, Names.of(model))) or list(whole_findings(model))
@@ -57,6 +79,7 @@ def whole_findings(model: Any) -> Iterator[Finding]:
     """What is wrong with the tree and with the numbers, given that every element is right."""
     yield from _tree_findings(model)
     yield from _value_findings(model)
+    yield from dimension_findings(model, _all_quantities(model))
 
 
 def element_findings(model: Any, names: Names) -> Iterator[Finding]:
@@ -93,7 +116,8 @@ def _unit_findings(at: Location, unit: str) -> Iterator[Finding]:
     try:
         parse_unit(unit)
     except ValueError as error:
-        yield Finding(at, str(error), "write it like N.s/m or kg.m2")
+        near = near_unit(unit)
+        yield Finding(at, str(error), f"did you mean {near!r}?" if near else UNITS)
 
 
 def _table_findings(at: Location, table: Table) -> Iterator[Finding]:
@@ -130,9 +154,14 @@ def _joint_findings(at: Location, joint: Joint, names: Names, known: Known) -> I
     yield from quantities(at, joint, known)
     if joint.type not in INITIAL:
         yield Finding(
-            (*at, "type"), f"unknown type {joint.type!r}", suggestion(joint.type, INITIAL)
+            (*at, "type"),
+            f"unknown type {joint.type!r}",
+            joint_type_elsewhere(joint.type) or suggestion(joint.type, INITIAL),
         )
         return
+    if joint.parent == joint.child and joint.child in names.bodies:
+        message = f"the joint joins body {joint.child!r} to itself"
+        yield Finding((*at, "parent"), message, "name another body, or ground")
     if joint.type == "floating":
         if joint.parent != GROUND:
             message = "a floating joint is always to the ground"
@@ -171,7 +200,7 @@ def _tree_findings(model: Any) -> Iterator[Finding]:
     for name, joint in model.joints.items():
         if joint.child in parents:
             message = f"body {joint.child!r} is the child of {parents[joint.child]!r} already"
-            remedy = "closed loops: cut one joint and put a stiff spring and damper in its place"
+            remedy = "closed loops: cut one joint and put a bushing between two points in its place"
             yield Finding(("joints", name, "child"), message, remedy)
         parents.setdefault(joint.child, name)
     reached = _reached(model)

@@ -97,7 +97,7 @@ class Joint:
     initial: dict[str, Quantity] = field(default_factory=dict)
     description: str = ""
 
-    vectors: ClassVar = ("parent_to_joint", "joint_to_child")
+    vectors: ClassVar = {"parent_to_joint": "m", "joint_to_child": "m"}
 
 
 @dataclass(frozen=True)
@@ -108,4 +108,4 @@ class Point:
     at: Vector
     description: str = ""
 
-    vectors: ClassVar = ("at",)
+    vectors: ClassVar = {"at": "m"}

@@ -64,6 +64,14 @@ class ExpressionError(ValueError):
         super().__init__(message)
 
 
+class UnknownFunctionError(ExpressionError):
+    """An expression calls a function, `name`, that there is not."""
+
+    def __init__(self, message: str, column: int, name: str) -> None:
+        self.name = name
+        super().__init__(message, column)
+
+
 class Values(dict[str, Any]):
     """Scalars by name, and how a constant becomes a scalar of the same kind."""
 
@@ -132,6 +140,9 @@ class Expression:
         if self.kind in _SIGNS:
             return f"({self.arguments[0]} {_SIGNS[self.kind]} {self.arguments[1]})"
         return f"{self.kind}({', '.join(map(str, self.arguments))})"
+
+    def __repr__(self) -> str:
+        return f"Expression({self})"
 
 
 def _power(base: Any, exponent: Any) -> Any:
@@ -204,8 +215,7 @@ def _expression(tree: Any, depth: int = 1) -> Expression:
         return Expression(str(kind), tuple(_expression(c, depth + 1) for c in children))
     name, *arguments = children
     if name not in FUNCTIONS:
-        known = ", ".join(sorted(FUNCTIONS))
-        raise ExpressionError(f"{name!s} is not a function here; known: {known}", name.column)
+        raise UnknownFunctionError(f"{name!s} is not a function here", name.column, str(name))
     expected = 2 if name in TWO_ARGUMENTS else 1
     if len(arguments) != expected:
         raise ExpressionError(f"{name!s} takes {expected}, got {len(arguments)}", name.column)

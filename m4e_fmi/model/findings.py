@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any
 
 from m4e_fmi.document import Location
 from m4e_fmi.errors import suggestion
-from m4e_fmi.model.expression import CONSTANTS, ExpressionError, as_expression
+from m4e_fmi.model.elements import GROUND
+from m4e_fmi.model.expression import (
+    CONSTANTS,
+    FUNCTIONS,
+    ExpressionError,
+    UnknownFunctionError,
+    as_expression,
+)
 from m4e_fmi.units import parse_quantity
 
 if TYPE_CHECKING:
@@ -65,6 +73,8 @@ class Known:
             return None
         if name == "t":
             return "'t' is not known here", "only loads may depend on the time"
+        if name == "time" and "t" in self.names:
+            return "'time' is not declared", "the time is called 't'"
         if "." not in name:
             remedy = suggestion(name, [*self.names, *CONSTANTS], "names")
             return f"{name!r} is not declared", remedy
@@ -86,9 +96,12 @@ def quantities(
         yield from vectors((*at, field), getattr(element, field), known)
 
 
+PLANAR_VECTOR = "models are planar: write [x, z]"
+
+
 def vectors(at: Location, value: Any, known: Known) -> Iterator[Finding]:
     if not isinstance(value, tuple | list) or len(value) != 2:
-        yield Finding(at, f"expected two entries, got {value!r}", "write it like (x, z)")
+        yield Finding(at, f"expected two entries, got {value!r}", PLANAR_VECTOR)
         return
     for index, entry in enumerate(value):
         yield from expressions((*at, index), entry, known)
@@ -99,7 +112,7 @@ def expressions(at: Location, value: Any, known: Known) -> Iterator[Finding]:
         expression = as_expression(value)
     except ExpressionError as error:
         where = f" (column {error.column} of {value!r})" if error.column else ""
-        yield Finding(at, f"{error}{where}", _instead(value))
+        yield Finding(at, f"{error}{where}", _instead(value, error, known))
         return
     for name in sorted(expression.names()):
         complaint = known.complaint(name)
@@ -107,8 +120,18 @@ def expressions(at: Location, value: Any, known: Known) -> Iterator[Finding]:
             yield Finding(at, *complaint)
 
 
-def _instead(value: Any) -> str:
-    """What to write in place of `value`, which is no expression."""
+def _instead(value: Any, error: ExpressionError, known: Known) -> str:
+    """What to write in place of `value`, which is no expression because of `error`."""
+    text = value if isinstance(value, str) else ""
+    if isinstance(error, UnknownFunctionError):
+        return suggestion(error.name.rpartition(".")[2], FUNCTIONS, "functions")
+    if re.search(r"[<>=]|\bif\b", text):
+        return "there are no conditions: use max, min, sign or tanh, as in max(0, t - 2)"
+    if re.fullmatch(r"\s*[+-]?\d+,\d+\s*", text):
+        return f"numbers have a decimal point: {text.strip().replace(',', '.')}"
+    factor = re.match(r"\s*([\d.]+)\s*([A-Za-z_]\w*)\s*($|[-+*(])", text)
+    if factor and factor[2] in {*known.names, *FUNCTIONS, *CONSTANTS}:
+        return f"write a product with *, as in {factor[1]}*{factor[2]}"
     try:
         given = parse_quantity(value)
     except (ValueError, AttributeError):  # the latter of what is no text
@@ -119,5 +142,7 @@ def _instead(value: Any) -> str:
 
 
 def reference(at: Location, name: str, known: Iterable[str], noun: str) -> Iterator[Finding]:
-    if name not in known:
+    if name in ("world", "earth", "origin", "inertial") and GROUND in known and name not in known:
+        yield Finding(at, f"unknown {SINGULAR[noun]} {name!r}", f"did you mean {GROUND!r}?")
+    elif name not in known:
         yield Finding(at, f"unknown {SINGULAR[noun]} {name!r}", suggestion(name, known, noun))

@@ -51,25 +51,42 @@ class LoadChecks:
         """What is wrong with a name like ``joint.hinge.q``."""
         kind, _, rest = name.partition(".")
         element, _, variable = rest.rpartition(".")
+        if kind == "load":
+            return f"{name!r} is not known here", "loads cannot depend on other loads"
         if kind not in MOTION or not element:
             remedy = "the motion is joint.<name>.q, body.<name>.vx, point.<name>.z and the like"
-            return f"{name!r} is not declared", remedy
+            return f"{name!r} is not declared", self._with_kind(kind, rest) or remedy
         group = {"body": "bodies", "point": "points", "joint": "joints"}[kind]
         declared = getattr(self.names, group)
         if element not in declared:
             return f"unknown {kind} {element!r} in {name!r}", suggestion(element, declared, group)
+        if variable in ("ax", "az", "alpha"):
+            return f"a load cannot depend on {name!r}", "nor on any other acceleration or reaction"
         if variable not in MOTION[kind]:
-            return f"a {kind} has no {variable!r} here", suggestion(variable, MOTION[kind])
+            return f"a {kind} has no {variable!r} here", f"known: {', '.join(MOTION[kind])}"
         joint = self.model.joints.get(element)
         if kind == "joint" and joint is not None and joint.type not in MOVING:
             remedy = f"use the motion of its body: body.{joint.child}.x, theta, vx, …"
             return f"{element!r} is a {joint.type} joint and has no {variable}", remedy
         return None
 
+    def _with_kind(self, element: str, variable: str) -> str:
+        """A remedy for ``hinge.q``, which lacks what `element` is."""
+        groups = {"joint": self.names.joints, "body": self.names.bodies, "point": self.names.points}
+        meant = [
+            f"{kind}.{element}.{variable}"
+            for kind, declared in groups.items()
+            if element in declared and variable in MOTION[kind]
+        ]
+        return f"did you mean {meant[0]!r}?" if meant else ""
+
     def _ends(self, at: Location, load: Any) -> Iterator[Finding]:
         """The bodies, points or joint on which a load acts."""
         names = self.names
-        if hasattr(load, "body"):
+        if getattr(load, "body", None) == GROUND:
+            message = "a load on the ground moves nothing"
+            yield Finding((*at, "body"), message, "name a body, or leave the load out")
+        elif hasattr(load, "body"):
             yield from reference((*at, "body"), load.body, names.bodies, "bodies")
         elif hasattr(load, "point"):
             yield from reference((*at, "point"), load.point, names.points, "points")
@@ -89,7 +106,12 @@ class LoadChecks:
             yield Finding((*at, field), f"expected two {field}, got {len(ends)}")
             return
         for index, end in enumerate(ends):
-            yield from reference((*at, field, index), end, known, field)
+            place = (*at, field, index)
+            if field == "points" and end not in known and end in self.names.bodies | {GROUND}:
+                remedy = f"add a point of it: {{body: {end}, at: [0, 0]}}"
+                yield Finding(place, f"{end!r} is a body, not a point", remedy)
+                continue
+            yield from reference(place, end, known, field)
         if ends[0] == ends[1]:
             yield Finding((*at, field), f"both ends are {ends[0]!r}", f"name two {field}")
 

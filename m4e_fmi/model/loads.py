@@ -4,8 +4,8 @@ Unlike geometry and masses, loads may depend on the time `t`, on tables, and on 
 expression names variables as the FMU does, `joint.<name>.q` and `u`; `body.<name>.x`, `z`, `theta`,
 `vx`, `vz`, `omega`; `point.<name>.x`, `z`, `vx`, `vz`.
 
-`type` is a load's name in files. `scalars` and `vectors` are its quantities, the scalars with their
-units; one that is None is not used. Of the fields in `either`, one is given.
+`type` is a load's name in files. `scalars` and `vectors` are its quantities with their units; one
+that is None is not used. Of the fields in `either`, one is given.
 """
 
 from __future__ import annotations
@@ -26,6 +26,9 @@ class _Described:
 @dataclass(frozen=True)
 class TensionSpring(_Described):
     """Tension stiffness·l [N] along the line between two points; it pushes, too.
+
+    Where the points coincide the line has no direction and there is no force; of a spring whose
+    `length` is the number 0 the force is linear in their distance, there and everywhere.
 
     The extension l is distance − length. A `law` in `l` and its rate `ld` [m/s] is the tension
     itself.
@@ -81,6 +84,22 @@ class TensionStop(_Described):
 
 
 @dataclass(frozen=True)
+class Bushing(_Described):
+    """Holds two points together: force stiffness·r + damping·ṙ [N] on the first one.
+
+    r leads from the first point to the second, in world axes; the second feels the opposite. It is
+    linear in r, so the points may coincide and pass through one another.
+    """
+
+    points: tuple[str, str]
+    stiffness: Quantity = 0.0
+    damping: Quantity = 0.0
+
+    type: ClassVar = "bushing"
+    scalars: ClassVar = {"stiffness": "N/m", "damping": "N.s/m"}
+
+
+@dataclass(frozen=True)
 class TorsionSpring(_Described):
     """Moment stiffness·theta [N·m] on the first body, the opposite on the second.
 
@@ -126,7 +145,7 @@ class PointForce(_Described):
     axes: Axes = "world"
 
     type: ClassVar = "point_force"
-    vectors: ClassVar = ("force",)
+    vectors: ClassVar = {"force": "N"}
 
 
 @dataclass(frozen=True)
@@ -143,7 +162,7 @@ class BodyForce(_Described):
 
     type: ClassVar = "body_force"
     scalars: ClassVar = {"moment": "N.m"}
-    vectors: ClassVar = ("force",)
+    vectors: ClassVar = {"force": "N"}
 
 
 @dataclass(frozen=True)
@@ -159,7 +178,7 @@ class PointDrag(_Described):
 
     type: ClassVar = "point_drag"
     scalars: ClassVar = {"coefficient": "kg/m"}
-    vectors: ClassVar = ("flow",)
+    vectors: ClassVar = {"flow": "m/s"}
 
 
 @dataclass(frozen=True)
@@ -176,7 +195,7 @@ class BodyDrag(_Described):
 
     type: ClassVar = "body_drag"
     scalars: ClassVar = {"coefficient": "kg/m", "moment_coefficient": "N.m.s2/rad2"}
-    vectors: ClassVar = ("flow",)
+    vectors: ClassVar = {"flow": "m/s"}
 
 
 @dataclass(frozen=True)
@@ -238,6 +257,7 @@ Load = (
     TensionSpring
     | TensionDamper
     | TensionStop
+    | Bushing
     | TorsionSpring
     | TorsionDamper
     | PointForce

@@ -9,6 +9,7 @@ from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.model.elements import Body, Joint, Parameter, Point, Quantity
 from m4e_fmi.model.loads import Load
 from m4e_fmi.model.table import Table
+from m4e_fmi.shown import listing
 
 STANDARD_GRAVITY = 9.80665  # m/s², CGPM 1901
 
@@ -40,3 +41,14 @@ class Model:
         ]
         if problems:
             raise InputError(problems)
+
+    def __repr__(self) -> str:
+        return listing(
+            f"Model {self.name!r}",
+            parameters=self.parameters,
+            tables=self.tables,
+            bodies=self.bodies,
+            joints=self.joints,
+            points=self.points,
+            loads=self.loads,
+        )

@@ -10,6 +10,7 @@ from numbers import Real
 from typing import Any
 
 from m4e_fmi.program import maximum, minimum
+from m4e_fmi.shown import short
 from m4e_fmi.units import parse_unit
 
 MOST_ROWS = 10_000
@@ -23,6 +24,7 @@ class TableError(ValueError):
         super().__init__(message)
 
 
+@short
 @dataclass(frozen=True)
 class Table:
     """`values` in `unit` at `times` [s], linear in between, constant before and after.
@@ -76,6 +78,8 @@ class Table:
         if not 2 <= len(self.times) <= MOST_ROWS:
             message = f"expected 2 to {MOST_ROWS} rows, got {len(self.times)}"
             remedy = "every row costs time in each step: leave out rows on a straight line"
+            if len(self.times) < 2:
+                remedy = "a value that does not change is a parameter"
             raise TableError(message, remedy)
         for row in range(1, len(self.times)):
             if not self.times[row] > self.times[row - 1]:

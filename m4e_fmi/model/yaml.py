@@ -9,12 +9,18 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, StrictFloat, create_model
+from pydantic import BeforeValidator, Field, StrictFloat, ValidationInfo, create_model
 
 from m4e_fmi.columns import read_columns
 from m4e_fmi.document import Document, Location, Section, rejected
 from m4e_fmi.errors import InputError, Problem
-from m4e_fmi.model.checks import Finding, Names, element_findings, whole_findings
+from m4e_fmi.model.checks import (
+    Finding,
+    Names,
+    element_findings,
+    joint_type_elsewhere,
+    whole_findings,
+)
 from m4e_fmi.model.elements import (
     GROUND,
     AngleReference,
@@ -24,6 +30,7 @@ from m4e_fmi.model.elements import (
     Parameter,
     Point,
 )
+from m4e_fmi.model.findings import PLANAR_VECTOR
 from m4e_fmi.model.loads import LOAD_TYPES, Axes
 from m4e_fmi.model.model import STANDARD_GRAVITY, Model
 from m4e_fmi.model.table import Table
@@ -31,8 +38,38 @@ from m4e_fmi.model.table import Table
 
 def _number_or_text(value: Any) -> float | str:
     if isinstance(value, bool) or not isinstance(value, int | float | str):
-        raise rejected(f"expected a number or an expression, got {value!r}")
+        got = "nothing" if value is None else repr(value)
+        remedy = "models are planar: give one number" if isinstance(value, list) else ""
+        if isinstance(value, dict):
+            remedy = "give its unit to a parameter under 'parameters', and its name here"
+        raise rejected(f"expected a number or an expression, got {got}", remedy)
     return value
+
+
+def _planar(value: Any, info: ValidationInfo) -> Any:
+    """A vector as it is; what is none is rejected with a remedy."""
+    if not isinstance(value, list | tuple):
+        raise rejected(f"{info.field_name}: expected [x, z], got {value!r}", PLANAR_VECTOR)
+    if len(value) != 2:
+        message = f"{info.field_name}: expected [x, z], got {len(value)} entries"
+        raise rejected(message, PLANAR_VECTOR)
+    return value
+
+
+def _joint_type(value: Any) -> Any:
+    """A type as it is, unless other programs call one so, or it is none of a planar model."""
+    if isinstance(value, str) and (meant := joint_type_elsewhere(value)):
+        raise rejected(f"unknown type {value!r}", meant)
+    return value
+
+
+def _unit(value: Any) -> Any:
+    """A unit as it is; the number 1 is the text."""
+    if isinstance(value, str):
+        return value
+    if value == 1 and not isinstance(value, bool):
+        return "1"
+    raise rejected(f"unit: expected a unit, got {value!r}", "write one like N/m, or 1 for none")
 
 
 def _number_text_or_nothing(value: Any) -> float | str | None:
@@ -40,12 +77,13 @@ def _number_text_or_nothing(value: Any) -> float | str | None:
 
 
 Quantity = Annotated[float | str, BeforeValidator(_number_or_text)]
-Vector = tuple[Quantity, Quantity]
+Vector = Annotated[tuple[Quantity, Quantity], BeforeValidator(_planar)]
+UnitText = Annotated[str, BeforeValidator(_unit)]
 
 
 class ParameterSection(Section):
     value: StrictFloat
-    unit: str
+    unit: UnitText
     description: str = ""
     tunable: bool = False
 
@@ -58,7 +96,7 @@ class BodySection(Section):
 
 
 class JointSection(Section):
-    type: JointType
+    type: Annotated[JointType, BeforeValidator(_joint_type)]
     child: str
     parent: str = GROUND
     parent_to_joint: Vector = (0.0, 0.0)
@@ -80,7 +118,7 @@ class TableSection(Section):
     values: list[StrictFloat] | None = None
     file: str | None = None
     columns: tuple[str, str] | None = None
-    unit: str = "1"
+    unit: UnitText = "1"
     description: str = ""
 
 

@@ -97,8 +97,11 @@ def equations_code(equations: Equations, language: Language) -> str:
         f"    {line}" for line in _body(equations, vectors, python=language == "python")
     )
     names = _names(equations)
-    named = equations.model.tables.items()
-    tables = "".join(_table(names[name], table, language) for name, table in named)
+    tables = "".join(
+        _table(names[name], table, language)
+        for name, table in equations.model.tables.items()
+        if f"{names[name]}(" in body
+    )
     if language == "c":
         return C.format(about=about.replace("*/", "* /"), tables=tables, body=body)
     known = parameter_values(equations.model.parameters)

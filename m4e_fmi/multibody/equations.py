@@ -21,6 +21,7 @@ from m4e_fmi.multibody.reactions import reactions
 from m4e_fmi.multibody.recording import add_outputs
 from m4e_fmi.multibody.topology import topology
 from m4e_fmi.program import Variable
+from m4e_fmi.shown import listing
 
 if TYPE_CHECKING:
     import sympy
@@ -185,6 +186,11 @@ class Equations:
         from m4e_fmi.multibody.code import equations_code
 
         return equations_code(self, language)
+
+    def __repr__(self) -> str:
+        title = f"Equations of {self.model.name!r}: mass_matrix · u̇ = forcing, q̇ = u"
+        names = self.topology.coordinate_names
+        return listing(title, q=names, u=self.topology.velocity_names, inputs=self.inputs)
 
 
 class _Inputs:

@@ -7,13 +7,14 @@ the power of all else changes the total energy.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 from m4e_fmi.model import (
     BodyDrag,
     BodyForce,
+    Bushing,
     JointEffort,
     JointFriction,
     JointStop,
@@ -29,10 +30,9 @@ from m4e_fmi.model.antiderivative import potential
 from m4e_fmi.model.elements import parameter_values, quantity, vector
 from m4e_fmi.model.expression import Expression
 from m4e_fmi.model.loads import Load
-from m4e_fmi.multibody.kinematics import Place
 from m4e_fmi.multibody.motion import Motion
-from m4e_fmi.multibody.planar import Pair, dot, norm, scaled, subtracted
-from m4e_fmi.program import maximum, minimum, sqrt, tanh
+from m4e_fmi.multibody.planar import Pair, added, dot, norm, scaled, subtracted
+from m4e_fmi.program import maximum, minimum, tanh
 
 
 @dataclass(frozen=True)
@@ -55,24 +55,28 @@ class Acting:
     """What a load does in a state: `actions`; its `potential` energy [J], 0 if it has none.
 
     `power` [W] is the rate at which it changes the total energy: that of its actions, less what
-    comes out of the potential. It is the integer 0 for a load that has a potential only. `gap` [m
-    or rad] is how far a stop's nearer limit is, negative beyond it; None of other loads.
+    comes out of the potential. It is the integer 0 for a load that has a potential only. `measures`
+    are what the load exerts and what it depends on, by the names of the outputs: see
+    `load_outputs`.
     """
 
     actions: list[Action]
     power: Any = 0
     potential: Any = 0
-    gap: Any = None
+    measures: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class _Resistance:
-    """What resists the growth of a length or angle: all of it, and what of it has no potential."""
+    """What resists the growth of a length or angle: all of it, and what of it has no potential.
+
+    `measures` are those of `Acting` that only this kind of load has.
+    """
 
     total: Any
     lost: Any
     potential: Any = 0
-    gap: Any = None
+    measures: Mapping[str, Any] = field(default_factory=dict)
 
 
 def acting(load: Load, motion: Motion) -> Acting:
@@ -83,7 +87,7 @@ def acting(load: Load, motion: Motion) -> Acting:
         return _twisting(load, motion)
     if isinstance(load, JointEffort | JointFriction | JointStop):
         return _in_joint(load, motion)
-    return _along_line(load, motion)
+    return _between_points(load, motion)
 
 
 def _applied(load: BodyForce | PointForce | BodyDrag | PointDrag, motion: Motion) -> Acting:
@@ -107,19 +111,57 @@ def _applied(load: BodyForce | PointForce | BodyDrag | PointDrag, motion: Motion
         if isinstance(load, BodyForce):
             torque = _value(load, "moment", motion)
     power = dot(force, velocity)
-    if at_body:
-        return Acting([Action(force, body=body, moment=torque)], power + torque * frame.omega)
-    return Acting([Action(force, point=load.point)], power)
+    measures = {"force_x": force[0], "force_z": force[1]}
+    if not at_body:
+        return Acting([Action(force, point=load.point)], power, measures=measures)
+    power, measures = power + torque * frame.omega, {**measures, "moment": torque}
+    return Acting([Action(force, body=body, moment=torque)], power, measures=measures)
 
 
-def _along_line(load: TensionSpring | TensionDamper | TensionStop, motion: Motion) -> Acting:
+def _between_points(
+    load: TensionSpring | TensionDamper | TensionStop | Bushing, motion: Motion
+) -> Acting:
+    """A tension along the line between two points, or what needs no line.
+
+    Where the points coincide a tension has no direction, and is no force.
+    """
     start, end = (motion.state.points[name] for name in load.points)
-    length, direction = _line(start, end)
-    rate = dot(subtracted(end.velocity, start.velocity), direction)
+    line, apart = subtracted(end.position, start.position), subtracted(end.velocity, start.velocity)
+    if isinstance(load, Bushing):
+        return _held_together(load, motion, line, apart)
+    if isinstance(load, TensionSpring) and load.law is None and quantity(load, "length") == NOTHING:
+        return _held_together(load, motion, line, apart)
+    length = norm(line)
+    rate = dot(apart, line) / length
     found = _resistance(load, motion, length, rate)
-    pull = scaled(found.total, direction)
-    ends = zip(load.points, (pull, scaled(-1, pull)), strict=True)
-    return _resisting(found, rate, [Action(force, point=name) for name, force in ends])
+    measures = {"tension": found.total, "distance": length, "distance_rate": rate}
+    return _resisting(found, rate, _opposite(load, scaled(found.total / length, line)), measures)
+
+
+def _held_together(load: Bushing | TensionSpring, motion: Motion, line: Pair, rate: Pair) -> Acting:
+    """Stiffness and damping against any motion of one point from the other: no distance divides."""
+    stiffness = _value(load, "stiffness", motion)
+    elastic = scaled(stiffness, line)
+    power, potential = 0, dot(elastic, line) / 2
+    force, lost = elastic, None
+    if isinstance(load, Bushing) and quantity(load, "damping") != NOTHING:
+        lost = scaled(_value(load, "damping", motion), rate)
+        force = added(elastic, lost)
+    if not _is_constant(load, motion):
+        lost, potential = force, 0
+    if lost is not None:
+        power = -dot(lost, rate)
+    extension = norm(line)
+    measures = {"force_x": force[0], "force_z": force[1], "extension": extension}
+    if isinstance(load, TensionSpring):
+        measures = {"tension": stiffness * extension, "extension": extension}
+    return Acting(_opposite(load, force), power, potential, measures)
+
+
+def _opposite(load: Any, force: Pair) -> list[Action]:
+    """`force` on the first point of a load, the opposite on the second."""
+    first, second = load.points
+    return [Action(force, point=first), Action(scaled(-1, force), point=second)]
 
 
 def _twisting(load: TorsionSpring | TorsionDamper, motion: Motion) -> Acting:
@@ -127,26 +169,25 @@ def _twisting(load: TorsionSpring | TorsionDamper, motion: Motion) -> Acting:
     rate = second.omega - first.omega
     found = _resistance(load, motion, second.angle - first.angle, rate)
     ends = zip(load.bodies, (found.total, -found.total), strict=True)
-    return _resisting(found, rate, [Action(body=name, moment=part) for name, part in ends])
+    measures = {"moment": found.total, "twist_rate": rate}
+    return _resisting(
+        found, rate, [Action(body=name, moment=part) for name, part in ends], measures
+    )
 
 
 def _in_joint(load: JointEffort | JointFriction | JointStop, motion: Motion) -> Acting:
     position, rate = motion.state.joint(load.joint)
     found = _resistance(load, motion, position, rate)
-    return _resisting(found, rate, [Action(joint=load.joint, effort=-found.total)])
+    action = Action(joint=load.joint, effort=-found.total)
+    return _resisting(found, rate, [action], {"effort": action.effort})
 
 
-def _resisting(found: _Resistance, rate: Any, actions: list[Action]) -> Acting:
+def _resisting(
+    found: _Resistance, rate: Any, actions: list[Action], measures: Mapping[str, Any]
+) -> Acting:
     lossless = isinstance(found.lost, int)
     power = 0 if lossless else -(found.lost * rate)
-    return Acting(actions, power, found.potential, found.gap)
-
-
-def _line(start: Place, end: Place) -> tuple[Any, Pair]:
-    """Distance of two points, and the unit vector from the first to the second."""
-    line = subtracted(end.position, start.position)
-    length = sqrt(dot(line, line))
-    return length, (line[0] / length, line[1] / length)
+    return Acting(actions, power, found.potential, {**measures, **found.measures})
 
 
 def _resistance(load: Any, motion: Motion, s: Any, rate: Any) -> _Resistance:
@@ -155,27 +196,29 @@ def _resistance(load: Any, motion: Motion, s: Any, rate: Any) -> _Resistance:
 
 
 def _spring(load: TensionSpring | TorsionSpring, motion: Motion, s: Any, rate: Any) -> _Resistance:
-    rest = "length" if isinstance(load, TensionSpring) else "angle"
+    rest, name = ("length", "extension") if isinstance(load, TensionSpring) else ("angle", "twist")
     extension = s - _value(load, rest, motion)
+    measures = {name: extension}
     if load.law is not None:
-        return _by_law(load, motion, extension, rate)
-    stiffness = _value(load, "stiffness", motion)
-    force = stiffness * extension
-    if not _is_constant(load, motion):
-        return _Resistance(force, force)
-    return _Resistance(force, 0, force * extension / 2)
+        force, energy = _by_law(load, motion, extension, rate)
+    else:
+        force = _value(load, "stiffness", motion) * extension
+        energy = force * extension / 2 if _is_constant(load, motion) else None
+    if energy is None:
+        return _Resistance(force, force, measures=measures)
+    return _Resistance(force, 0, energy, measures)
 
 
-def _by_law(load: TensionSpring | TorsionSpring, motion: Motion, e: Any, rate: Any) -> _Resistance:
+def _by_law(
+    load: TensionSpring | TorsionSpring, motion: Motion, e: Any, rate: Any
+) -> tuple[Any, Any]:
+    """Tension or moment, and its potential energy; None if none is known."""
     law, (variable, speed) = quantity(load, "law"), load.law_variables
     values = motion.with_(**{variable: e, speed: rate})
-    force = law.evaluate(values)
     energy = None
     if _is_constant(load, motion, allowed=variable):
         energy = potential(law, variable, parameter_values(motion.state.model.parameters))
-    if energy is None:
-        return _Resistance(force, force)
-    return _Resistance(force, 0, energy.evaluate(values))
+    return law.evaluate(values), None if energy is None else energy.evaluate(values)
 
 
 def _damper(load: TensionDamper | TorsionDamper, motion: Motion, s: Any, rate: Any) -> _Resistance:
@@ -207,8 +250,8 @@ def _stop(load: TensionStop | JointStop, motion: Motion, s: Any, rate: Any) -> _
             back = back + more
         total = total + back if side > 0 else total - back
     if not _is_constant(load, motion):
-        return _Resistance(total, total, gap=gap)
-    return _Resistance(total, lost, energy, gap)
+        return _Resistance(total, total, measures={"gap": gap})
+    return _Resistance(total, lost, energy, {"gap": gap})
 
 
 NOTHING = Expression("number", (0.0,))

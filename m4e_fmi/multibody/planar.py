@@ -11,6 +11,7 @@ from typing import Any
 from m4e_fmi.program import Scalar, cos, sin, sqrt
 
 Pair = tuple[Any, Any]
+SMALLEST_SQUARE = 1e-300
 
 
 @dataclass(frozen=True)
@@ -62,9 +63,9 @@ def dot(a: Pair, b: Pair) -> Any:
 
 
 def norm(a: Pair) -> Any:
-    """|a|. Recorded on a tape it has the derivative 0 where a is 0.
+    """|a|; of numbers and on a tape 1e-150 where a is 0, where its derivative is 0.
 
-    1e-300 changes no double but those below 1e-142.
+    So what is divided by it is finite. 1e-300 changes no double but those below 1e-142.
     """
     square = dot(a, a)
-    return sqrt(square + 1e-300 if isinstance(square, Scalar) else square)
+    return sqrt(square + SMALLEST_SQUARE if isinstance(square, Scalar | float) else square)

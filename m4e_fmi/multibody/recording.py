@@ -6,27 +6,15 @@ import gc
 from collections.abc import Container, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
-from m4e_fmi.model import (
-    Body,
-    JointStop,
-    Model,
-    Point,
-    TensionSpring,
-    TorsionSpring,
-    load_model,
-)
+from m4e_fmi.model import Body, Model, Point, load_model
 from m4e_fmi.model.elements import GROUND
 from m4e_fmi.multibody.assembly import Accelerations, Assembly, assemble, wet_links
 from m4e_fmi.multibody.closed_form import ClosedForm
 from m4e_fmi.multibody.declaration import declared, in_words, state_names
-from m4e_fmi.multibody.energy import (
-    input_power,
-    kinetic_energy,
-    load_powers,
-    potential_energy,
-)
+from m4e_fmi.multibody.energy import kinetic_energy, potential_energy
+from m4e_fmi.multibody.load_outputs import Outputs, add_load_outputs
 from m4e_fmi.multibody.reactions import reactions
 from m4e_fmi.multibody.sensitivity import Recursion
 from m4e_fmi.multibody.topology import Topology, topology
@@ -41,7 +29,8 @@ def model_program(model: Model | str | Path, *, inputs: Container[str] | None = 
 
     Inputs: wrench of every body, force of every point, effort of every revolute and prismatic
     joint; only those named in `inputs` unless that is None, the others are zero. States: q and u.
-    Outputs: motion of bodies and points, reactions of joints, power of the loads, energies.
+    Outputs: motion of bodies and points, reactions of joints, forces and power of the loads,
+    energies.
     Parameters: the model's, and `added_mass[i,j]` of the bodies that have it.
 
     Accelerations come from the recursion, or from the closed form where added mass couples bodies;
@@ -98,17 +87,11 @@ def recorded(
     return recorder.program(solution=solution if isinstance(solution, Recursion) else None)
 
 
-class Outputs(Protocol):
-    """What takes outputs: a recorder, or whoever wants to read them."""
-
-    def output(self, variable: Variable, value: Any) -> None: ...
-
-
 def add_outputs(recorder: Outputs, assembly: Assembly, solved: Accelerations) -> None:
     """All outputs of a model in motion, over any scalar."""
     _add_body_outputs(recorder, assembly, solved)
     _add_point_outputs(recorder, assembly, solved)
-    _add_load_outputs(recorder, assembly)
+    add_load_outputs(recorder, assembly)
     _add_reactions(recorder, assembly, solved)
     kinetic, potential = kinetic_energy(assembly), potential_energy(assembly)
     for name, value, text in (
@@ -143,32 +126,6 @@ def _add_point_outputs(recorder: Outputs, assembly: Assembly, solved: Accelerati
             k = assembly.tree.index(point.body)
             acceleration = solved.of_point(assembly.frames[k], k, place.arm)
             _accelerations(recorder, f"point.{name}", "point", point, acceleration)
-
-
-def _add_load_outputs(recorder: Outputs, assembly: Assembly) -> None:
-    loads = assembly.model.loads
-    for name, power in load_powers(assembly).items():
-        text = "Power by which the load changes the total energy"
-        if isinstance(loads[name], TensionSpring | TorsionSpring):
-            text += ", in which it has no potential"
-        text = in_words(loads[name], text)
-        recorder.output(Variable(f"load.{name}.power", "W", text, local=True), power)
-    for name, load in assembly.loads.items():
-        if load.gap is not None:
-            unit = "rad" if _turns(assembly, name) else "m"
-            text = "How far the nearer limit of the stop is; negative in contact"
-            text = in_words(loads[name], text)
-            recorder.output(Variable(f"load.{name}.gap", unit, text, local=True), load.gap)
-    power = input_power(assembly)
-    if not isinstance(power, int):
-        text = "Power of all forces, moments and efforts from outside"
-        recorder.output(Variable("inputs.power", "W", text, local=True), power)
-
-
-def _turns(assembly: Assembly, name: str) -> bool:
-    """Whether a stop limits an angle."""
-    stop, joints = assembly.model.loads[name], assembly.model.joints
-    return isinstance(stop, JointStop) and joints[stop.joint].type == "revolute"
 
 
 def _add_reactions(recorder: Outputs, assembly: Assembly, solved: Accelerations) -> None:

@@ -7,6 +7,7 @@ from functools import cached_property
 
 from m4e_fmi.model import GROUND, Model
 from m4e_fmi.model.elements import Joint
+from m4e_fmi.shown import listing
 
 COORDINATES = {
     "revolute": ("Theta",),
@@ -79,6 +80,10 @@ class Topology:
             path.append(self.links[k].body)
             k = self.links[k].parent
         return path[::-1]
+
+    def __repr__(self) -> str:
+        bodies = [f"{link.number} {link.body}" for link in self.links]
+        return listing("Topology", bodies=bodies, coordinates=self.coordinate_names)
 
 
 def topology(model: Model) -> Topology:

@@ -15,9 +15,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from m4e_fmi.errors import UnknownNameError
 from m4e_fmi.program.functions import cos, log, sign, sin, sqrt
 from m4e_fmi.program.program import TIME, Program, Recorder, Solution, Variable
 from m4e_fmi.program.tape import Scalar, Tape
+from m4e_fmi.shown import short
 
 FEW = 4
 """Symbols whose partial derivatives are multiplied by a direction one by one, at most."""
@@ -32,7 +34,7 @@ def tangent(program: Program, along: Iterable[str] | None = None) -> Program:
     It has the variables of `program` and one more input for each variable of `along` (states,
     inputs, parameters, `time`; states and inputs if None), ``d(name)``: the direction. Its states
     have the same rates; its outputs are ``d(der(x))`` for every state x, then ``d(y)`` for every
-    output y. KeyError if `along` names something else.
+    output y. UnknownNameError if `along` names something else.
     """
     names = _readable(program, along)
     recorder = _like(program, f"{program.name}: directional derivative")
@@ -52,6 +54,7 @@ def tangent(program: Program, along: Iterable[str] | None = None) -> Program:
     return recorder.program()
 
 
+@short
 @dataclass(frozen=True)
 class Jacobian:
     """A sparse matrix of derivatives: ∂rows[i]/∂columns[j].
@@ -75,7 +78,7 @@ def jacobian(
     """∂rates/∂… or ∂outputs/∂… of `program` by states, inputs, parameters and `time`.
 
     `by` names the columns; None: states and inputs. Rows are in the order of the states, or of the
-    outputs. KeyError if `by` names something else.
+    outputs. UnknownNameError if `by` names something else.
     """
     columns = _readable(program, by)
     tape = program.tape
@@ -113,7 +116,8 @@ def _readable(program: Program, names: Iterable[str] | None) -> list[str]:
     known = {v.name for group in (*groups, program.parameters) for v in group} | {TIME}
     unknown = sorted(set(names) - known)
     if unknown:
-        raise KeyError(f"{program.name} has no parameter, input or state {', '.join(unknown)}")
+        complaint = f"{program.name} has no parameter, input or state"
+        raise UnknownNameError.of(complaint, unknown, known)
     return names
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
+from m4e_fmi.errors import Named, UnknownNameError
 from m4e_fmi.program.program import TIME, Program, Recorder
 from m4e_fmi.program.tape import Scalar
 
@@ -14,21 +15,22 @@ Law = Callable[[Mapping[str, Scalar]], Scalar | float]
 def with_feedback(program: Program, laws: Mapping[str, Law]) -> Program:
     """`program` with the inputs named by `laws` replaced by what these record.
 
-    Such an input becomes an output of the same name. KeyError for an input that is not there, or if
-    a law asks for a name that is not.
+    Such an input becomes an output of the same name. UnknownNameError for an input that is not
+    there, or if a law asks for a name that is not.
 
     >>> brake = with_feedback(program, {"joint.wheel.effort": lambda x: -2.0 * x["joint.wheel.u"]})
     """
     known = {v.name for v in program.inputs}
     unknown = sorted(set(laws) - known)
     if unknown:
-        raise KeyError(f"{program.name} has no input {', '.join(unknown)}")
+        raise UnknownNameError.of(f"{program.name} has no input", unknown, known)
     recorder = Recorder(program.name, program.description)
     scalars = {TIME: recorder.time}
     scalars |= {v.name: recorder.parameter(v) for v in program.parameters}
     scalars |= {v.name: recorder.input(v) for v in program.inputs if v.name not in laws}
     scalars |= {v.name: recorder.state(v) for v in program.states}
-    given = {name: _scalar(recorder, law(scalars)) for name, law in laws.items()}
+    readable = Named("no law can depend on", scalars)
+    given = {name: _scalar(recorder, law(readable)) for name, law in laws.items()}
     copied = _copied(program, recorder, {**scalars, **given})
     for v, rate in zip(program.states, program.rates, strict=True):
         recorder.rate(v.name, copied[rate])

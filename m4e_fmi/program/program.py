@@ -13,9 +13,10 @@ from itertools import chain
 from pathlib import Path
 from typing import Protocol
 
-from m4e_fmi.errors import InputError
+from m4e_fmi.errors import InputError, UnknownNameError
 from m4e_fmi.files_read import read_bytes
 from m4e_fmi.program.tape import Scalar, Tape
+from m4e_fmi.shown import listing
 from m4e_fmi.writing import written
 
 TIME = "time"
@@ -133,7 +134,8 @@ class Program:
         return [k for k in sorted(varying) if self.tape.arguments(k)]
 
     def with_start(self, values: dict[str, float]) -> Program:
-        """The same program with other start values; KeyError names what it does not have."""
+        """The same program with other start values; UnknownNameError names what
+        it does not have."""
 
         def changed(variables: tuple[Variable, ...]) -> tuple[Variable, ...]:
             return tuple(replace(v, start=float(values.get(v.name, v.start))) for v in variables)
@@ -142,7 +144,8 @@ class Program:
         known = {v.name for group in groups.values() for v in group}
         unknown = sorted(set(values) - known)
         if unknown:
-            raise KeyError(f"{self.name} has no parameter, input or state {', '.join(unknown)}")
+            complaint = f"{self.name} has no parameter, input or state"
+            raise UnknownNameError.of(complaint, unknown, known)
         return replace(self, **groups)
 
     def save(self, path: str | Path) -> None:
@@ -182,6 +185,16 @@ class Program:
     def _size(self) -> str:
         rates, outputs = (len(self.operations(r)) for r in (self.rates, self.results))
         return f"{rates} operations for the rates, {outputs} for all outputs"
+
+    def __repr__(self) -> str:
+        return listing(
+            f"Program {self.name!r}: {self._size()}",
+            parameters=self.parameters,
+            inputs=self.inputs,
+            states=self.states,
+            outputs=self.outputs,
+            calculated=self.calculated,
+        )
 
 
 class Recorder:
@@ -290,3 +303,6 @@ class Recorder:
             operation = self.tape.operations[index]
             if operation[0] == "symbol" and operation[1] in strangers:
                 raise ValueError(f"{self.name}: {operation[1]!r} is used but not declared")
+
+    def __repr__(self) -> str:
+        return listing(f"Recorder of {self.name!r}: {self.tape!r}", **self._variables)

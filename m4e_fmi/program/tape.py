@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
+from typing import NoReturn
 
 UNARY: dict[str, Callable[[float], float]] = {
     "neg": lambda a: -a,
@@ -39,6 +40,10 @@ PLAIN, CONSTANT, NEGATED = range(3)
 """Kinds of scalars. A constant or negated one may make an operation unnecessary, or change it."""
 KINDS = {"constant": CONSTANT, "neg": NEGATED}
 LARGEST_UNROLLED_POWER = 8
+BRANCHES = (
+    "what is recorded has no branches; use maximum(x, 0), minimum(x, 0) or sign(x) of "
+    "m4e_fmi.program"
+)
 
 
 def _computed(function: Callable[..., float], *values: float) -> float | None:
@@ -230,6 +235,9 @@ class Tape:
         named = {b: _selected(names, b) for b in {bits[k] for k in roots}}
         return {k: named[bits[k]] for k in roots}
 
+    def __repr__(self) -> str:
+        return f"Tape of {len(self)} nodes"
+
 
 def _selected(names: list[str], bits: int) -> frozenset[str]:
     """The names whose bit is set."""
@@ -304,7 +312,18 @@ class Scalar:
 
     def __bool__(self) -> bool:
         """Refused: a branch taken while recording would be taken for ever."""
-        raise TypeError("a recorded scalar has no truth value; use minimum, maximum or sign")
+        raise TypeError(f"a recorded scalar has no truth value: {BRANCHES}")
+
+    def _compared(self, _: object) -> NoReturn:
+        raise TypeError(f"a recorded scalar cannot be compared, as in `if x > 0`: {BRANCHES}")
+
+    __lt__ = __le__ = __gt__ = __ge__ = _compared
+
+    def __float__(self) -> NoReturn:
+        raise TypeError(
+            "a recorded scalar is no number yet: take sin, sqrt, exp and the like from "
+            "m4e_fmi.program, not from math or NumPy"
+        )
 
     def __repr__(self) -> str:
         return f"Scalar({self.index}: {self.tape.operations[self.index]})"

@@ -13,7 +13,7 @@ from m4e_fmi.report.fmu_text import fmu_text
 from m4e_fmi.report.linear_text import linear_json, linear_text
 from m4e_fmi.report.motion import plot_modes, plot_phase
 from m4e_fmi.report.pictures import check_picture_path
-from m4e_fmi.report.progress import progress_bar
+from m4e_fmi.report.progress import progress_bar, say_beside
 from m4e_fmi.report.schematic import draw_model, model_figure
 from m4e_fmi.report.summaries import run_summary, simulation_summary
 from m4e_fmi.report.system_graph import draw_system, system_figure
@@ -38,6 +38,7 @@ __all__ = [
     "plot_simulation",
     "progress_bar",
     "run_summary",
+    "say_beside",
     "simulation_summary",
     "system_figure",
     "validation_text",

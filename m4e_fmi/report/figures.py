@@ -43,7 +43,7 @@ def plot_simulation(
     name that is not there.
     """
     series = {
-        name: Series(name, variable.unit, variable.description, simulation.values[name])
+        name: simulation[name]
         for name, variable in simulation.variables.items()
         if variables or not variable.local
     }

@@ -12,6 +12,13 @@ _INTERVAL_ON_TERMINAL = 0.1
 _INTERVAL_IN_LOG = 10.0
 
 
+def say_beside(line: str) -> None:
+    """Print a line on the standard error, above a progress bar if there is one."""
+    from tqdm import tqdm
+
+    tqdm.write(line, file=sys.stderr)
+
+
 @contextmanager
 def progress_bar(stop_time: float, *, start: float = 0.0) -> Iterator[Callable[[float], None]]:
     """A callable to be told the simulated time [s]; shows it and the real-time factor.

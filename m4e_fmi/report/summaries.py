@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from m4e_fmi.simulate import Simulation
 
 
+MOST_MESSAGES = 20
+"""Kinds of messages that a summary has."""
 MOST_SWITCHES = 12
 """Variables that are not Real and are told of."""
 LARGE = 0.1
@@ -30,6 +32,8 @@ def run_summary(outcome: Outcome) -> str:
         f"simulated {span:g} s in {outcome.wall_time:.1f} s ({factor:.1f} × real time): "
         f"{outcome.steps} steps of {_sizes(outcome)}, {settings.algorithm}",
         *(f"  {note}" for note in outcome.notes),
+        *(f"  warning: {warning}" for warning in outcome.warnings),
+        *_messages(outcome),
         *_certified(outcome),
         *_extremes(loaded),
         *_switches(loaded),
@@ -37,13 +41,26 @@ def run_summary(outcome: Outcome) -> str:
     if outcome.energy:
         width = max(len(bond.connection) for bond in outcome.energy)
         lines.append("energy over the connections, from the force's source into the body")
-        lines.append(f"  {'':<{width}} {'given':>13} {'received':>13} {'lost or made':>13}")
+        heads = ("given", "received", "lost or made", "mean power")
+        lines.append(f"  {'':<{width}} " + " ".join(f"{head:>13}" for head in heads))
         lines += [
             f"  {bond.connection:<{width}} {bond.given / 1e3:10.3f} kJ "
-            f"{bond.received / 1e3:10.3f} kJ {100 * bond.relative:+11.4f} %"
+            f"{bond.received / 1e3:10.3f} kJ {100 * bond.relative:+11.4f} % "
+            f"{bond.given / span / 1e3 if span else 0.0:10.3f} kW"
             for bond in outcome.energy
         ]
     return "\n".join(lines)
+
+
+def _messages(outcome: Outcome) -> list[str]:
+    """Warnings and errors of FMUs; of many, the first and how many more there are."""
+    if not outcome.messages:
+        return []
+    lines = [f"  {message}" for message in outcome.messages[:MOST_MESSAGES]]
+    more = len(outcome.messages) - len(lines)
+    if more:
+        lines.append(f"  {more} more are in the results (attribute 'messages')")
+    return ["messages of FMUs:", *lines]
 
 
 def _certified(outcome: Outcome) -> list[str]:
@@ -73,19 +90,20 @@ def _sizes(outcome: Outcome) -> str:
 
 
 def _extremes(results: Results) -> list[str]:
-    """Mean power first, then smallest, mean and largest value of what a figure would show."""
+    """Mean of every power first; then smallest, mean, largest value of what a figure would show."""
     reals = {name: one for name, one in results.series.items() if one.recorded.is_real}
     found = [fitting(panel) for panel in panels(reals)]
     shown = [(panel, name, one) for panel in found for name, one in panel.series.items()]
+    span = float(results.time[-1] - results.time[0])
     lines = [
-        f"mean power {panel.scale * np.mean(one.values):.3f} {panel.unit} ({name})"
-        for panel, name, one in shown
+        f"mean power {_mean(results.time, one.values) / 1e3:.3f} kW over {span:g} s ({name})"
+        for name, one in reals.items()
         if one.unit == "W"
     ]
     lines.append(f"  {'':<36} {'min':>10} {'mean':>10} {'max':>10}")
     for panel, name, one in shown:
         values = panel.scale * one.values
-        low, mean, high = np.min(values), np.mean(values), np.max(values)
+        low, mean, high = np.min(values), _mean(results.time, values), np.max(values)
         lines.append(f"  {name:<36} {low:10.3f} {mean:10.3f} {high:10.3f} {panel.unit}")
     lines += [
         f"  {panel.left_out} more in {panel.unit}, which vary less, are in the results"
@@ -93,6 +111,12 @@ def _extremes(results: Results) -> list[str]:
         if panel.left_out
     ]
     return lines
+
+
+def _mean(time: np.ndarray, values: np.ndarray) -> float:
+    """The mean of `values` over `time` [s], by the trapezoidal rule."""
+    span = float(time[-1] - time[0])
+    return float(np.trapezoid(values, time) / span if span else values[0])
 
 
 def _switches(results: Results) -> list[str]:
@@ -138,9 +162,13 @@ def _energy(simulation: Simulation) -> list[str]:
     audit = simulation.energy
     if audit is None:
         return []
-    total = simulation["energy.total"]
+    total, span = simulation["energy.total"], float(simulation.time[-1])
     works = {name: work for name, work in simulation.values.items() if name.endswith(".work")}
     lines = [f"total energy {total[0]:.6g} J at the start, {total[-1]:.6g} J at the end"]
-    lines += [f"  {name:<32} {work[-1]: .6g} J" for name, work in works.items()]
+    if works:
+        lines.append(f"into the system within {span:g} s, and the mean power:")
+    lines += [
+        f"  {name:<32} {work[-1]: .6g} J, {work[-1] / span: .6g} W" for name, work in works.items()
+    ]
     percent = 100 * audit.relative
     return [*lines, f"energy balance closes to {percent:.1e} % of {audit.scale:.6g} J"]

@@ -35,8 +35,8 @@ class DormandPrince:
     """Advances ẋ = rates(t, x) with a local error ≤ tolerance·(1 + |x|) per step (RMS norm).
 
     `step` is the step size to be tried next, in seconds; `evaluations`, `accepted` and `rejected`
-    count since the start. The last `quadratures` states, on which no rate may depend, have no part
-    in the error.
+    count since the start. The last `quadratures` states, on which no rate may depend, have a norm
+    of their own; the larger of the two governs.
     """
 
     def __init__(
@@ -140,13 +140,18 @@ class DormandPrince:
         k7 = f(t + h, end)
         self.evaluations += 6
         tolerance = self.tolerance
-        total = 0.0
-        controlled = x[: len(x) - self.quadratures]
-        for y, z, a, c, d, e, g, k in zip(controlled, end, k1, k3, k4, k5, k6, k7, strict=False):
-            error = h * (E1 * a + E3 * c + E4 * d + E5 * e + E6 * g + E7 * k)
-            ratio = error / (tolerance * (1.0 + max(abs(y), abs(z))))
-            total += ratio * ratio
-        norm = sqrt(total / len(controlled))
-        if not isfinite(norm):
+        ratios = [
+            h
+            * (E1 * a + E3 * c + E4 * d + E5 * e + E6 * g + E7 * k)
+            / (tolerance * (1.0 + max(abs(y), abs(z))))
+            for y, z, a, c, d, e, g, k in zip(x, end, k1, k3, k4, k5, k6, k7, strict=True)
+        ]
+        motion = len(x) - self.quadratures
+        norm = max(_rms(ratios[:motion]), _rms(ratios[motion:]))
+        if not isfinite(norm + sum(ratios)):
             raise ArithmeticError("a rate is not finite")
         return end, k7, norm
+
+
+def _rms(values: Sequence[float]) -> float:
+    return sqrt(sum(v * v for v in values) / len(values)) if values else 0.0

@@ -34,8 +34,8 @@ class Control:
     """How to integrate: the method's name (rk45, dop853, rodas, rk4) and its limits.
 
     The local error per step is at most atol + rtol·|x| in the RMS norm; `max_step` in seconds. The
-    last `quadratures` states, on which no rate may depend, are left out of that norm: they are
-    integrated with the others and change no bit of them.
+    last `quadratures` states, on which no rate may depend, have a norm of their own: they may
+    shorten steps, and never allow the others a larger error.
 
     rk4 has no error control: from one output time to the next it takes the fewest equal steps that
     are not longer than `max_step`.

@@ -2,11 +2,23 @@
 
 `simulate` integrates a Program (or a Model, or a model file) with its inputs held at their start
 values, and audits its energy. Imports `program`, `runtime`, `multibody`. Start with `simulation`,
-then `audit`.
+then `audit`. The package itself can be called as `simulate` is: ``m4e_fmi.simulate(model, …)``.
 """
+
+import sys
+from types import ModuleType
 
 from m4e_fmi.runtime.engine import Watch
 from m4e_fmi.simulate.audit import EnergyAudit
 from m4e_fmi.simulate.simulation import Event, Simulation, simulate, started
 
 __all__ = ["EnergyAudit", "Event", "Simulation", "Watch", "simulate", "started"]
+
+
+class _Verb(ModuleType):
+    """A package that is called like its function: one name cannot be both in `m4e_fmi`."""
+
+    __call__ = staticmethod(simulate)
+
+
+sys.modules[__name__].__class__ = _Verb

@@ -1,8 +1,9 @@
 """Where the energy went: works of loads and inputs, and whether the balance closes.
 
 The work of a load is one more state of the program, whose rate is the power that the program
-reports: it is integrated by the method that integrates the motion, at the same steps, which it does
-not govern.
+reports: it is integrated by the method that integrates the motion, under the same error control.
+A power can have kinks that the motion does not have, as at the end of a damped contact, where the
+force is zero on both sides.
 """
 
 from __future__ import annotations
@@ -14,11 +15,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from m4e_fmi.program import Program, Variable
+from m4e_fmi.shown import short
 
 KINETIC, POTENTIAL, TOTAL = "energy.kinetic", "energy.potential", "energy.total"
 POWER = re.compile(r"(load\.\w+|inputs)\.power")
 
 
+@short
 @dataclass(frozen=True)
 class EnergyAudit:
     """How far the energy balance of a simulation is from closing.

@@ -11,12 +11,21 @@ from pathlib import Path
 
 import numpy as np
 
-from m4e_fmi.errors import InputError, Problem, RunError, suggestion
+from m4e_fmi.errors import (
+    InputError,
+    Named,
+    Problem,
+    RunError,
+    UnknownNameError,
+    suggestion,
+)
 from m4e_fmi.model import Model, load_model
 from m4e_fmi.multibody import model_program
 from m4e_fmi.program import Program, Variable
 from m4e_fmi.runtime.engine import Watch
 from m4e_fmi.runtime.library import library, library_detail
+from m4e_fmi.series import Series
+from m4e_fmi.shown import listing, short, span
 from m4e_fmi.simulate.audit import EnergyAudit, energy_audit, with_works
 from m4e_fmi.simulate.solvers import (
     SCIPY_METHODS,
@@ -36,6 +45,7 @@ RUNTIME_METHODS = ("dop853", "rk45", "rodas", FIXED)
 METHODS = (*RUNTIME_METHODS, PYTHON, *(f"{SCIPY}{name}" for name in SCIPY_METHODS))
 
 
+@short
 @dataclass(frozen=True)
 class Event:
     """The variable `name` changed sign at `time` [s], the program's states being `states`."""
@@ -56,15 +66,27 @@ class Simulation:
 
     program: Program
     method: str
-    time: np.ndarray
-    values: dict[str, np.ndarray]
+    time: Series
+    values: dict[str, Series]
     variables: dict[str, Variable]
     evaluations: int
     wall_time: float
     events: tuple[Event, ...] = ()
 
-    def __getitem__(self, name: str) -> np.ndarray:
+    def __getitem__(self, name: str) -> Series:
+        """A variable over time; UnknownNameError, a KeyError, if there is none of this name."""
         return self.values[name]
+
+    def __repr__(self) -> str:
+        work = [name for name in self.values if name.endswith(".work")]
+        return listing(
+            f"Simulation of {self.program.name!r}: {span(self.time)}, {self.method}, "
+            f"{self.evaluations} evaluations in {self.wall_time:.2g} s",
+            states=self.program.states,
+            outputs=self.program.outputs,
+            works=work,
+            events=self.events,
+        )
 
     @cached_property
     def energy(self) -> EnergyAudit | None:
@@ -124,12 +146,14 @@ def simulate(
         )
     )
     variables = {v.name: v for v in (*audited.states, *audited.outputs)}
-    columns = solved.table.T[: len(variables)]  # without what is there to be watched only
+    # without what is there to be watched only
+    columns = zip(variables.values(), solved.table.T, strict=False)
+    values = {v.name: Series(v.name, v.unit, v.description, column) for v, column in columns}
     return Simulation(
         program=program,
         method=method,
-        time=solved.times,
-        values=dict(zip(variables, columns, strict=True)),
+        time=Series("time", "s", "simulated time", solved.times),
+        values=Named(f"{program.name} has no state, output or work", values),
         variables=variables,
         evaluations=solved.evaluations,
         wall_time=time.perf_counter() - began,
@@ -229,7 +253,7 @@ def started(program: Program, values: Mapping[str, float | str]) -> Program:
     unknown = [name for name in values if name not in variables]
     if unknown:
         message = f"{program.name} has no parameter, input or state {', '.join(unknown)}"
-        raise InputError.single(message, suggestion(unknown[0], variables))
+        raise UnknownNameError.single(message, suggestion(unknown[0], variables))
     numbers = _numbers(variables, values)
     bad = [f"{name} = {value}" for name, value in numbers.items() if not np.isfinite(value)]
     if bad:

@@ -17,6 +17,7 @@ from m4e_fmi.program.python_form import load_python
 from m4e_fmi.runtime import DormandPrince, IntegrationError
 from m4e_fmi.runtime.engine import EVENT, Control, Engine, Watch, failure_text
 from m4e_fmi.runtime.integrator import Integrator
+from m4e_fmi.simulate.instability import instability
 
 Progress = Callable[[float], None] | None
 Explain = Callable[[float, Sequence[float]], str]
@@ -31,9 +32,9 @@ class Task:
     """What is to be integrated, and how.
 
     `times` [s] ascend from the start. Steps of rk4 are at most `step_size` [s]. The last
-    `quadratures` states do not govern the steps. `watches` name outputs of the program. At `kinks`
-    [s], which ascend, rates change their slopes: methods other than SciPy's make no step across
-    them. `explain` says what is wrong at a time and states.
+    `quadratures` states have an error norm of their own. `watches` name outputs of the program. At
+    `kinks` [s], which ascend, rates change their slopes: methods other than SciPy's make no step
+    across them. `explain` says what is wrong at a time and states.
     """
 
     program: Program
@@ -97,12 +98,13 @@ def solve_compiled(task: Task) -> Solved:
             reached.append(record.time[report.events - 1 : report.events])
             break
         if len(rows) < part.size:
-            raise _failure(failure_text(program, report), task.explain(report.time, list(last)))
+            why = task.explain(report.time, list(last))
+            raise _failure(task, failure_text(program, report), why, reached, states)
         if task.progress:
             task.progress(part[-1])
     at, x, count = np.concatenate(reached), np.concatenate(states), integrator.report.events
     table = np.hstack([x, engine.outputs_over(at, x)])
-    _check_finite(program, at, table)
+    _check_finite(task, at, table)
     found = zip(record.time[:count], record.index[:count], record.state[:count], strict=True)
     events = [(float(t), int(k), state) for t, k, state in found]
     return Solved(at, table, integrator.report.evaluations, events)
@@ -121,8 +123,16 @@ def _parts(task: Task) -> Iterator[tuple[np.ndarray, float, bool]]:
         first = last
 
 
-def _failure(text: str, why: str) -> RunError:
-    return RunError(f"{text}: {why}" if why else text, REMEDY)
+def _failure(
+    task: Task, text: str, why: str, times: Sequence[np.ndarray], states: Sequence[np.ndarray]
+) -> RunError:
+    """The error that ends an integration, after parts with these `times` [s] and `states`."""
+    text = f"{text}: {why}" if why else text
+    found = None
+    if times:
+        rows = np.concatenate(states)[:, : len(task.program.states) - task.quadratures]
+        found = instability(task.program, task.method, np.concatenate(times), rows, text)
+    return found or RunError(text, REMEDY)
 
 
 def solve_python(task: Task) -> Solved:
@@ -147,15 +157,18 @@ def solve_python(task: Task) -> Solved:
                 task.progress(t)
     except (IntegrationError, ArithmeticError, ValueError) as error:
         message = f"{task.program.name}: the integration stopped after t = {t:.6g} s: {error}"
-        raise _failure(message, task.explain(t, x)) from error
+        known = [np.array(rows)] if rows else []
+        at = [task.times[: len(rows)]] if rows else []
+        raise _failure(task, message, task.explain(t, x), at, known) from error
+    _check_finite(task, task.times, np.array(rows))
     return Solved(task.times, np.array(rows), integrator.evaluations, [])
 
 
 def solve_scipy(task: Task) -> Solved:
     """By one of SciPy's `solve_ivp` methods on the program's Python form.
 
-    A tolerance of infinity keeps the quadratures from governing the steps, and smaller ones of the
-    others that they count in SciPy's mean.
+    The tolerance is smaller by so much that quadratures, which count in SciPy's mean, allow the
+    others no larger error.
     """
     from scipy.integrate import solve_ivp
 
@@ -169,6 +182,7 @@ def solve_scipy(task: Task) -> Solved:
             task.progress(t)
         return rates(t, x.tolist())
 
+    at, states = [], []
     try:
         solution = solve_ivp(
             told,
@@ -177,9 +191,10 @@ def solve_scipy(task: Task) -> Solved:
             method=task.method,
             t_eval=times,
             rtol=tolerance,
-            atol=[tolerance] * governing + [np.inf] * task.quadratures,
+            atol=tolerance,
             events=_event_functions(task),
         )
+        at, states = solution.t.tolist(), solution.y.T.tolist()
         if not solution.success:
             raise ArithmeticError(solution.message)
         events = sorted(
@@ -192,13 +207,15 @@ def solve_scipy(task: Task) -> Solved:
             ),
             key=lambda event: event[0],
         )
-        at, states = solution.t.tolist(), solution.y.T.tolist()
         if solution.status == 1:  # a terminal event
             at, states = [*at, events[-1][0]], [*states, events[-1][2].tolist()]
         rows = [[*x, *outputs(t, x)] for t, x in zip(at, states, strict=True)]
     except (ArithmeticError, ValueError) as error:
         message = f"{program.name}: SciPy's {task.method} failed: {error}"
-        raise _failure(message, task.explain(times[0], task.start)) from error
+        why, done = task.explain(times[0], task.start), bool(states)
+        found = ([np.array(at)], [np.array(states)]) if done else ([], [])
+        raise _failure(task, message, why, *found) from error
+    _check_finite(task, np.array(at), np.array(rows))
     return Solved(np.array(at), np.array(rows), solution.nfev, events)
 
 
@@ -236,10 +253,16 @@ def _functions(program: Program) -> tuple[Callable, Callable]:
     )
 
 
-def _check_finite(program: Program, times: np.ndarray, table: np.ndarray) -> None:
-    if np.isfinite(table).all():
-        return
-    row, column = np.argwhere(~np.isfinite(table))[0]
-    name = [v.name for v in (*program.states, *program.outputs)][column]
-    value = table[row, column]
-    raise RunError(f"{program.name}: {name} is {value} at t = {times[row]:.9g} s", REMEDY)
+def _check_finite(task: Task, times: np.ndarray, table: np.ndarray) -> None:
+    """RunError unless all numbers are finite, and no state has grown without bound."""
+    program, bad = task.program, np.argwhere(~np.isfinite(table))
+    count = len(program.states) - task.quadratures
+    failure, rows = "", len(table)
+    if bad.size:
+        row, column = bad[0]
+        name = [v.name for v in (*program.states, *program.outputs)][column]
+        failure = f"{program.name}: {name} is {table[row, column]} at t = {times[row]:.9g} s"
+        rows = row + 1
+    found = instability(program, task.method, times[:rows], table[:rows, :count], failure)
+    if found or failure:
+        raise found or RunError(failure, REMEDY)

@@ -24,7 +24,10 @@ from m4e_fmi.cosim import (
     load,
     run,
 )
-from m4e_fmi.fmu import validate_fmu
+from m4e_fmi.cosim.connect import connect
+from m4e_fmi.cosim.forgotten import forgotten
+from m4e_fmi.cosim.loose_ends import loose_ends
+from m4e_fmi.fmu import read_description, validate_fmu
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "moored_buoy" / "system.yaml"
 NAMES = ("buoy", "hydro", "mooring", "generator")
@@ -189,6 +192,23 @@ def test_added_mass_is_in_the_mass_matrix(system: System, files: dict[str, Path]
     assert added_mass > 50e3
     # couplings of heave with surge and pitch vanish by symmetry, but for the mesh's roundness
     assert force / rise == pytest.approx(143.2e3 + added_mass, rel=1e-6)
+
+
+def test_each_connection_that_is_left_out_is_told(system: System, files: dict[str, Path]):
+    found = {name: read_description(file) for name, file in files.items()}
+
+    def told(connections: tuple[str, ...]) -> list[str]:
+        part = replace(system, connections=connections)
+        wiring = connect(part, found)
+        return [*forgotten(part, found, wiring), *loose_ends(part, found, wiring)]
+
+    wiring = connect(system, found)
+    single = tuple(f"{k.source} -> {k.target}" for k in (*wiring.links, *wiring.initial_links))
+    assert len(single) == 36
+    for connections in (system.connections, single):
+        assert told(connections) == []
+        for left_out in connections:
+            assert len(told(tuple(c for c in connections if c != left_out))) == 1, left_out
 
 
 def test_energy_balances_over_every_connection(outcome):

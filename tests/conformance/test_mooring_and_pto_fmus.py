@@ -9,6 +9,7 @@ from fmpy.fmi2 import FMU2Slave
 from fmpy.validation import validate_fmu
 
 from m4e_adapters.moordyn.line_system import LineSystem
+from m4e_fmi.cosim import Component, FmuFile, Simulation, System, run
 from m4e_fmi.document import Document
 from m4e_fmi.fmu import build_fmu
 from m4e_fmus import linear_pto, mooring
@@ -118,3 +119,20 @@ def test_the_pto_fmu_integrates_the_power(files, tmp_path):
     fmu.set(damping=2e5)
     assert fmu.get("p.force_z") == pytest.approx(-2e5 * 0.5)
     fmu.close()
+
+
+def test_a_line_that_a_run_stretches_far_beyond_its_length_is_told(files, c_fmu):
+    # the fairlead leaves at 50 m/s: 1.2 x 165 m are between the ends after some 0.4 s
+    parts = (
+        Component("winch", FmuFile(c_fmu("integrator")), {"u": 50.0, "y": 0.0}),
+        Component("line", FmuFile(files["mooring"]), {"f1.vx": 50.0}),
+    )
+    way = ("winch.y + 30 -> line.f1.x, units ignored",)
+    outcome = run(System("s", parts, way, Simulation(1.0, 0.05, "gauss_seidel")))
+    (message,) = outcome.messages
+    assert (message.component, message.status, message.count) == ("line", "warning", 1)
+    assert message.text.startswith("the ends of l1 are ")
+    assert "% beyond its unstretched length of 165 m, and it pulls " in message.text
+    distance = float(message.text.split(" are ")[1].split(" m ")[0])
+    assert 1.2 * 165 < distance < 1.2 * 165 + 50 * 0.05
+    assert math.hypot(180 + 50 * message.first, 57) < 1.2 * 165 + 1e-9

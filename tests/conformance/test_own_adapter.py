@@ -10,6 +10,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from importlib.metadata import entry_points
 from math import sin
 from pathlib import Path
@@ -19,7 +20,7 @@ import pytest
 from doc_tools.run_page import run_page
 
 from m4e_fmi import code_hash, doctor
-from m4e_fmi.cosim import System, components, run
+from m4e_fmi.cosim import System, components, prepare, run
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.fmu import PythonSource, build_fmu, validate_fmu
 from m4e_fmi.program.python_form import load_python
@@ -91,6 +92,14 @@ def test_it_is_found() -> None:
 @pytest.mark.usefixtures("site")
 def test_the_page_shows_what_comes_out(tmp_path: Path) -> None:
     run_page(PAGE, tmp_path / "page")
+
+
+@pytest.mark.usefixtures("site")
+def test_its_only_connection_is_missed_when_left_out(tmp_path: Path) -> None:
+    system = System.load(EXAMPLE / "system.yaml")
+    assert prepare(system, build_directory=tmp_path).warnings == ()
+    (line,) = prepare(replace(system, connections=()), build_directory=tmp_path).warnings
+    assert line == "float, hydraulics: no component is connected with another"
 
 
 @pytest.mark.usefixtures("site")

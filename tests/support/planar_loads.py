@@ -15,6 +15,7 @@ import mpmath
 from m4e_fmi.model import (
     BodyDrag,
     BodyForce,
+    Bushing,
     Joint,
     JointEffort,
     JointFriction,
@@ -35,7 +36,7 @@ if TYPE_CHECKING:
 
 Function = Callable[[list[Any]], Any]
 
-TABLES = {"gust": Table((-1.0, 0.0, 0.5, 2.5), (0.0, 3.0, -1.0, 1.0), "N")}
+TABLES = {"gust": Table((-1.0, 0.0, 0.5, 2.5), (0.0, 3.0, -1.0, 1.0))}
 """With slopes that doubles hold exactly."""
 
 
@@ -64,6 +65,7 @@ def random_loads(numbers: Numbers, joints: Mapping[str, Joint]) -> dict[str, Loa
         "damper": TensionDamper(("p1", "anchor"), c),
         "rope": TensionStop(("p0", "anchor"), k, None, l0, c),
         "bumper": TensionStop(("p2", "anchor"), k, l0, None, r.choice([c, 0.0])),
+        "rubber_foot": Bushing(("p1", "anchor"), between(0.01, 0.1), between(0.1, 1)),
         "winch": TensionSpring(("p3", "anchor"), varying(), l0),
         "rubber": TensionSpring(("anchor", "p3"), length=l0, law=r.choice(spring_laws)),
         "valve": TensionDamper(("p2", "anchor"), law=f"{k}*ld*abs(ld)"),
@@ -94,6 +96,8 @@ def work(reference: Reference, load: Load, along: list[Any]) -> Any:
     """What `load` does along a change of the coordinates."""
     if isinstance(load, BodyForce | PointForce | BodyDrag | PointDrag):
         return _applied(reference, load, along)
+    if isinstance(load, Bushing):
+        return sum(_held(reference, load, axis, along) for axis in (0, 1))
     s = _resisted(reference, load)
     return -_resistance(reference, load, s) * reference.slope(s, along)
 
@@ -128,6 +132,18 @@ def _applied(
             moment = number(reference, load.moment)
     parts = (*force, moment)
     return sum(parts[k] * reference.slope(axis(k), along) for k in (0, 1, 2))
+
+
+def _held(reference: Reference, load: Bushing, axis: int, along: list[Any]) -> Any:
+    """What a bushing does along one axis of the world."""
+
+    def way(q: list[Any]) -> Any:
+        first, second = (reference.point(name, q)[axis] for name in load.points)
+        return second - first
+
+    force = number(reference, load.stiffness) * way(reference.q)
+    force += number(reference, load.damping) * reference.slope(way, reference.u)
+    return -force * reference.slope(way, along)
 
 
 def _body(reference: Reference, point: str) -> str:

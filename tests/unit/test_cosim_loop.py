@@ -183,14 +183,15 @@ def test_failures_are_the_same(
     assert "0.77 s" in told[0][0]
 
 
-def test_components_of_one_file_share_its_library(c_fmu: Fmus) -> None:
-    mass, once = (read_description(c_fmu(name)) for name in ("mass", "mass+once"))
+def test_components_of_one_file_share_its_folder(c_fmu: Fmus) -> None:
+    keeper, once = (read_description(c_fmu(name)) for name in ("keeper", "mass+once"))
     with ExitStack() as stack:
-        found = binaries({"a": mass, "b": mass, "c": once, "d": once}, stack)
+        found = binaries({"a": keeper, "b": keeper, "c": once, "d": once}, stack)
         folders = [binary.functions.unzipDirectory for binary in found.values()]
         assert folders[0] == folders[1]
         assert len({*folders}) == 3  # what can be there only once is loaded twice, from two folders
         assert all(Path(folder).is_dir() for folder in folders)
+        assert len({binary.functions.dll._name for binary in found.values()}) == 4
     assert not any(Path(folder).exists() for folder in folders)
 
 

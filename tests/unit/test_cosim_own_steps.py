@@ -228,6 +228,41 @@ def test_adaptive_steps_do_not_meet_the_points_of_a_sampled_component(c_fmu: Fmu
         prepare(pair(c_fmu, 0.1, coupling_tolerance=1e-4))
 
 
+@pytest.mark.parametrize("algorithm", ["jacobi", "gauss_seidel", "corrector"])
+def test_outputs_that_follow_inputs_at_once_do_not_wait_for_a_step_inside(
+    c_fmu: Fmus, tmp_path: Path, algorithm: str
+) -> None:
+    """y = u + t of an FMU with an internal step of 0.1 s, in a system that steps by 0.01 s."""
+
+    def values(stage: str) -> np.ndarray:
+        parts = (
+            Component("u", FmuFile(c_fmu("integrator+state")), {"u": 2.0}),
+            Component("stage", FmuFile(c_fmu(stage))),
+        )
+        links = ("u.y -> stage.u, units ignored",)
+        run(System("s", parts, links, Simulation(1.0, 0.01, algorithm)), results=tmp_path / "r.nc")
+        results = load(tmp_path / "r.nc")
+        found = results["stage.y"].values
+        np.testing.assert_allclose(found, results["u.y"].values + results.time, rtol=1e-12)
+        return found
+
+    np.testing.assert_array_equal(values("3:stage+tenth"), values("3:stage"))
+
+
+@pytest.mark.parametrize(
+    ("fmu", "rates"),
+    [
+        ("3:stage+tenth", {}),  # its output follows the input
+        ("3:stage+tenth+rigid", {"b": Rate(0.1, every=10, constant=True)}),
+        ("3:lag+tenth", {"b": Rate(0.1, every=10)}),
+    ],
+)
+def test_which_steps_inside_are_own_steps(c_fmu: Fmus, fmu: str, rates: dict[str, Rate]) -> None:
+    parts = (Component("a", FmuFile(c_fmu("integrator"))), Component("b", FmuFile(c_fmu(fmu))))
+    settings = Simulation(1.0, 0.01)
+    assert prepare(System("s", parts, ("a.y -> b.u, units ignored",), settings)).rates == rates
+
+
 def test_a_step_inside_an_fmu(c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch) -> None:
     """As FMUs of FMI 3.0 tell it (fixedInternalStepSize)."""
     read = read_description

@@ -91,7 +91,7 @@ def test_a_good_file_is_understood(folder: Path) -> None:
             "known kinds: coil",
         ),
         ("stiffness: 4.0", "stiffness: 4, stif: 1", "5:38", "unknown key 'stif'", "'stiffness'?"),
-        ("stiffness: 4.0", "stiffness: soft", "5:35", "expected a valid number", ""),
+        ("stiffness: 4.0", "stiffness: soft", "5:35", "expected a number", ""),
         ("start: {damping: 0.5}", "start: 3", "5:47", "start", ""),
         ("stop_time: 10", "stop_time: -1", "8:14", "not after the start", "start_time is 0 s"),
         ("step_size: 0.1", "step_size: 0", "8:29", "expected 1e-9 s or more", ""),

@@ -1,4 +1,4 @@
-"""The energy audit: works are integrals of powers, close the balance, and change no motion."""
+"""The energy audit: works are integrals of powers, and close the balance."""
 
 from __future__ import annotations
 
@@ -9,11 +9,19 @@ import numpy as np
 import pytest
 from support.planar_trees import random_tree
 
-from m4e_fmi.model import Body, BodyForce, Joint, JointEffort, Model, load_model
+from m4e_fmi.model import (
+    Body,
+    BodyForce,
+    Joint,
+    JointEffort,
+    JointStop,
+    Model,
+    Point,
+    TensionSpring,
+    load_model,
+)
 from m4e_fmi.multibody import model_program
-from m4e_fmi.program import Program, rate_entries
-from m4e_fmi.program.python_form import load_python
-from m4e_fmi.runtime.engine import Control, Engine
+from m4e_fmi.program import Program
 from m4e_fmi.simulate import simulate
 from m4e_fmi.simulate.simulation import METHODS, RUNTIME_METHODS
 
@@ -66,32 +74,37 @@ def test_the_residual_falls_with_the_tolerance(method: str) -> None:
     assert relative[0] > 20 * relative[1] > 400 * relative[2] > 0
 
 
-@pytest.mark.parametrize("method", RUNTIME_METHODS)
-def test_works_change_no_bit_and_no_step_of_the_motion(method: str) -> None:
-    result = simulate(PENDULUM, stop_time=5.0, method=method)
-    program = result.program
-    engine = Engine(program, jacobian=rate_entries(program) if method == "rodas" else ())
-    alone = engine.simulate(result.time, control=Control(method))
-    motion = np.column_stack([result[v.name] for v in program.states])
-    assert len(program.states) < sum(name.endswith((".q", ".u", ".work")) for name in result.values)
-    np.testing.assert_array_equal(motion, alone.states)
-    assert result.evaluations == alone.evaluations
+@pytest.mark.parametrize("method", ["dop853", "rk45", "rodas", "python", "scipy.RK45"])
+def test_works_allow_the_motion_no_larger_error(method: str) -> None:
+    """Many works that hardly change beside a motion that does: the steps stay as short."""
+    slow = {f"rub{k}": JointEffort("rail", "-1e-9*joint.rail.u") for k in range(40)}
+    spring = TensionSpring(("wall", "hook"), stiffness=50.0, length=0.0)
+    points = {"wall": Point("ground", (0.0, 0.0)), "hook": Point("block", (0.0, 0.0))}
+    model = replace(slider(), points=points, loads={"spring": spring})
+    heavy = replace(model, loads={"spring": spring, **slow})
+    alone, beside = (simulate(m, stop_time=5.0, method=method) for m in (model, heavy))
+    exact = 3 / 5 * np.sin(5 * alone.time)
+    errors = [np.abs(run["joint.rail.q"] - exact).max() for run in (alone, beside)]
+    # the loads change the motion by 40e-9/4 of it in each second
+    assert errors[1] < 1.5 * errors[0] + 5 * 40e-9 / 4
+    assert beside.evaluations > 0.9 * alone.evaluations
 
 
-def test_scipys_method_takes_the_steps_it_takes_without_works() -> None:
-    from scipy.integrate import solve_ivp
-
-    result = simulate(PENDULUM, stop_time=5.0, method="scipy.RK45")
-    program = result.program
-    form, p = load_python(program), [v.start for v in program.parameters]
-    c, start = form.constants(p), [v.start for v in program.states]
-    alone = solve_ivp(
-        lambda t, x: form.rates(t, x.tolist(), [], p, c), (0, 5), start, rtol=1e-8, atol=1e-8
-    )
-    assert result.evaluations == alone.nfev
-    # the same steps but for the rounding of the tolerance
-    last = [result[v.name][-1] for v in program.states]
-    np.testing.assert_allclose(last, alone.y[:, -1], rtol=1e-10)
+@pytest.mark.parametrize("method", ["dop853", "rk45", "rodas", "python"])
+def test_the_balance_closes_at_kinks_that_the_motion_does_not_have(method: str) -> None:
+    """At the end of a damped contact the force is zero on both sides; the power is not."""
+    stop = JointStop("rail", 1e4, lower=0.0, damping=20.0)
+    fall = Joint("prismatic", "ball", direction=(0.0, 1.0), initial={"q": 1.0})
+    model = Model("ball", {"ball": Body(1.0, 1.0)}, {"rail": fall}, loads={"floor": stop})
+    found = [
+        simulate(model, stop_time=5.0, tolerance=tolerance, method=method).energy
+        for tolerance in (1e-6, 1e-8, 1e-10)
+    ]
+    relative = [audit.relative for audit in found if audit]
+    # some thousand steps, each off by the tolerance: times 3 orders, and 5 for growth at contacts
+    assert relative[0] < 5e-3
+    assert relative[1] < 1e-5
+    assert relative[2] < 1e-7
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -259,5 +259,5 @@ class TestFrequencyResponse:
 
     def test_unknown_names(self) -> None:
         found = frequency_response(linearize(two_masses(), inputs=["push"]), 1.0)
-        with pytest.raises(InputError, match="there is no pull here"):
+        with pytest.raises(InputError, match="there is no pull"):
             found.of("a", "pull")

@@ -87,7 +87,7 @@ def test_every_function_is_that_of_the_math_module(name: str) -> None:
         ("2 +", 3, "something is missing at the end"),
         ("sin(2", 5, "something is missing at the end"),
         ("", 0, "something is missing at the end"),
-        ("1 + cube(2)", 5, "cube is not a function here; known: abs, acos"),
+        ("1 + cube(2)", 5, "cube is not a function here"),
         ("pi(2)", 1, "pi is not a function here"),
         ("1 + sin(1, 2)", 5, "sin takes 1, got 2"),
         ("max(1)", 1, "max takes 2, got 1"),

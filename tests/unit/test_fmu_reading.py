@@ -10,7 +10,7 @@ from pathlib import Path
 import fmpy
 import pytest
 
-from m4e_fmi.cosim import Component, FmuFile, Simulation, System, prepare
+from m4e_fmi.cosim import Component, FmuFile, Simulation, System, prepare, run
 from m4e_fmi.errors import InputError
 from m4e_fmi.fmu import read_description
 
@@ -131,7 +131,22 @@ def test_name_twice(c_fmu: Fmus, tmp_path: Path) -> None:
     with warnings.catch_warnings(), zipfile.ZipFile(path, "a") as archive:
         warnings.simplefilter("ignore")  # zipfile warns of what is made here on purpose
         archive.writestr(XML, "<other/>")
-    assert "'modelDescription.xml' twice" in refusal(path)
+    assert "'modelDescription.xml' twice, with different contents" in refusal(path)
+
+
+def test_the_same_content_twice(c_fmu: Fmus, tmp_path: Path) -> None:
+    """As in archives of CMake's tar that is told a folder twice."""
+    path = rewritten(c_fmu("mass"), tmp_path / "x.fmu", dict)
+    with warnings.catch_warnings(), zipfile.ZipFile(path, "a") as archive:
+        warnings.simplefilter("ignore")
+        for _ in range(2):
+            archive.writestr("extra/", "")
+            archive.writestr("extra/notes.txt", "some")
+        archive.writestr(XML, archive.read(XML))
+    assert (
+        read_description(path).variables.keys() == read_description(c_fmu("mass")).variables.keys()
+    )
+    run(System("s", (Component("a", FmuFile(path)),), (), Simulation(1, 0.1)))
 
 
 def test_zip_bomb(c_fmu: Fmus, tmp_path: Path) -> None:

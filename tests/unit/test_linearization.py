@@ -178,9 +178,7 @@ def test_a_derivative_that_is_not_finite() -> None:
         points={"a": Point("ground", (0, 0)), "b": Point("cart", (0, 0))},
         loads={"spring": TensionSpring(("a", "b"), 10.0, 1.0)},
     )
-    with pytest.raises(
-        RunError, match=r"of der\(joint\.rail\.u\) by joint\.rail\.q is -?(nan|inf)"
-    ):
+    with pytest.raises(RunError, match="the two points of load spring coincide at t = 0 s"):
         linearize(model)
     assert np.isfinite(linearize(model, at={"joint.rail.q": 2.0}).A).all()
 

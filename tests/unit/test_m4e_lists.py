@@ -317,6 +317,13 @@ WRONG = {
     "unknown point": (
         put(FORCE, "TensionSpring", 0, 0, value=["BD13", "GR00"]),
         r'Force\["TensionSpring"\]\[0\]\[0\]\[0\]: there is no point \'BD13\'', "points: BD1_0"),
+    "a point of the ground as models call it": (
+        put(FORCE, "TensionSpring", 0, 0, value=["BD10", "GR0"]),
+        "there is no point 'GR0'", 'did you mean "GR0_0"'),
+    "a prismatic joint, and no directions at all": (
+        lambda lists: lists.pop("prismatic_direction"),
+        r"types\[0\]: a joint of type 'P' needs a direction, and there is no prismatic_direction",
+        r"add prismatic_direction: \[x, z\]"),
     "not the name of a point": (
         put(FORCE, "TensionSpring", 0, 0, value=["B1", "GR00"]),
         "'B1' does not name a point", "BD1_0"),

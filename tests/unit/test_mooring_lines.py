@@ -3,6 +3,7 @@
 import json
 import math
 import os
+import re
 import sys
 
 import pytest
@@ -144,7 +145,38 @@ def test_a_line_that_is_far_too_short_is_told():
     lines.start([(60.0, -3.0), (5.0, -3.0)], REST)
     lines.close()
     assert len(lines.warnings) == 1
-    assert "ends of l1 start 217.598 m apart" in lines.warnings[0]
+    assert re.search(
+        r"ends of l1 are 217\.598 m apart, \d+(\.\d)? % beyond its unstretched length of \d+ m, "
+        r"and it pulls \S+ N: check the initial positions",
+        lines.warnings[0],
+    )
+    assert lines.overstretched() == []  # told already
+
+
+def test_a_line_that_becomes_far_too_long_is_told_once():
+    lines = system(ROPE)
+    lines.start([(0.0, -101.0)], [(0.0, -1000.0)])
+    assert lines.warnings == []
+    told = []
+    for k in range(4):  # 10 m a step: 120.6 m are a fifth more than 100.5 m
+        lines.advance(0.01 * k, 0.01, [(0.0, -101.0 - 10.0 * k)], [(0.0, -1000.0)])
+        told.append(lines.overstretched())
+    lines.close()
+    assert [len(texts) for texts in told] == [0, 1, 0, 0]
+    # pull: 1e9 N (121 / 100.5 - 1)
+    assert told[1] == [
+        "the ends of rope are 121 m apart, 20.4 % beyond its unstretched length of 100.5 m, and it "
+        "pulls 2.04e+08 N: check its length and stiffness, and what holds the body"
+    ]
+
+
+def test_what_moordyn_warns_of_at_the_start_is_told():
+    made = mooring(Document.parse(ROPE).validate(MooringConfig))
+    text = made.text.replace(" tScheme", " tScheme\n1 unknown\n")
+    lines = LineSystem(text, fairleads=[0.0], lines=made.lines, time_step=made.time_step)
+    lines.start([(0.0, -101.0)], [(0.0, 0.0)])
+    lines.close()
+    assert lines.warnings == ["MoorDyn: Warning: Unrecognized option 'unknown'"]
 
 
 def test_a_saved_state_replays_bitwise_here_and_elsewhere():

@@ -11,14 +11,17 @@ import pytest
 from netCDF4 import Dataset
 
 from m4e_fmi.errors import InputError
+from m4e_fmi.recorded import Recorded
 from m4e_fmi.results import FORMAT, FORMAT_NUMBER, load, write_netcdf
-from m4e_fmi.row_file import NOT_ENDED, Column, RowFile, Section
+from m4e_fmi.row_file import RowFile
+from m4e_fmi.row_header import NOT_ENDED, Column, Section
 
+NUMBER = Recorded("Integer", "i4")
 SECTIONS = (
     Section("buoy", (Column("z", "m", "heave"), Column("f[1,2]", "N", "force, über alles"))),
-    Section("valve", (Column("count", "1", ""),), "i4", {"step_size": "0.1 s"}),
+    Section("valve", (Column("count", "1", "", NUMBER),), "i8", {"step_size": "0.1 s"}),
     Section("idle", ()),
-    Section("clock", (Column("ticks", "1", "a long one"),), "i8"),
+    Section("clock", (Column("ticks", "1", "a long one", Recorded("Integer", "i8")),), "i8"),
 )
 ATTRIBUTES = {"title": "rows", "comment": ""}
 ROWS = 100
@@ -172,3 +175,42 @@ def test_files_that_are_no_results(tmp_path: Path) -> None:
     cut(rows, 0.05)  # in the header
     with pytest.raises(InputError, match="is cut off"):
         load(rows)
+
+
+TEXTS = Section("pump", (Column("word", "1", "", Recorded("String", "str")),), "i8")
+
+
+def test_texts_are_whole_however_many_there_are(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Their room grows, and a write that breaks off spoils none that a row has."""
+    path, words = tmp_path / "r.nc", ["", "a\nb", "ü" * 30, *map(str, range(90))]
+    made: list[tuple[RowFile, int, bytes]] = []
+    usual = RowFile._put
+
+    def put(file: RowFile, place: int, data: Any) -> None:
+        made.append((file, place, bytes(data)))
+        usual(file, place, data)
+
+    monkeypatch.setattr(RowFile, "_put", put)
+    file = RowFile(path, [TEXTS], {"title": ""}, room=512)
+    for count in range(2, len(words) + 1):
+        file.keep_texts(words[:count])
+        file.append(file.count, [np.array([[count]]), np.array([[count - 1]])])
+        assert load(path)["pump.word"].values.tolist() == words[1:count]
+    file.end("done")
+    assert load(path).attributes == {"title": "", "ended": "done"}
+    assert len(Path(path).read_bytes()) > 1024
+    assert [p.name for p in tmp_path.iterdir()] == ["r.nc"]
+    grown = [one for one, *_ in made].index(next(one for one, *_ in made if one is not file))
+    assert grown > 20
+    for broken in range(1, grown):
+        _, place, data = made[broken]
+        for length in range(0, len(data), 3) if len(data) > 8 else (0,):
+            content = bytearray()
+            for at, piece in [(at, p) for _, at, p in made[:broken]] + [(place, data[:length])]:
+                content.extend(bytes(max(0, at - len(content))))
+                content[at : at + len(piece)] = piece
+            (tmp_path / "broken.nc").write_bytes(content)
+            found = load(tmp_path / "broken.nc")["pump.word"].values.tolist()
+            assert found == words[1 : len(found) + 1]

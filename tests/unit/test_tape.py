@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -164,3 +165,18 @@ def test_reachable_nodes_and_symbols(x: Scalar, y: Scalar) -> None:
     assert tape.symbols_of((used * unused).index) == {"x", "y"}
     assert tape.symbols_of((y * 0).index) == frozenset()
     assert tape.reachable([]) == []
+
+
+@pytest.mark.parametrize("attempt", [
+    lambda x: x > 0, lambda x: x <= 1.0, lambda x: max(x, 0.0), bool,
+])  # fmt: skip
+def test_a_recorded_scalar_has_no_branches(attempt: Callable[[Any], Any]) -> None:
+    x = Tape().symbol("x")
+    with pytest.raises(TypeError, match=r"use maximum\(x, 0\), minimum\(x, 0\) or sign"):
+        attempt(x)
+
+
+@pytest.mark.parametrize("attempt", [math.sin, float, math.sqrt])
+def test_a_recorded_scalar_is_no_number(attempt: Callable[[Any], Any]) -> None:
+    with pytest.raises(TypeError, match="take sin, sqrt, exp and the like"):
+        attempt(Tape().symbol("x"))

@@ -184,6 +184,22 @@ def test_an_input_that_moves_along_another_is_told(c_fmu: Fmus) -> None:
     assert note.startswith("b moves end.x along end.vx")
 
 
+def test_several_that_do_without_are_told_in_one_line(c_fmu: Fmus) -> None:
+    names = "bcd"
+    parts = [part(c_fmu, "mass+state", f"m{name}", stiffness=1.0) for name in names]
+    parts += [part(c_fmu, "moving_partner+state", name) for name in names]
+    parts += [part(c_fmu, "mass+state", "me"), part(c_fmu, "spring", "e")]
+    ways = [f"m{name}.m <-> {name}.end" for name in (*names, "e")]
+    outcome = run(System("s", tuple(parts), tuple(ways), Simulation(1, 0.1, "corrector")))
+    (note,) = outcome.notes
+    assert note == (
+        "e cannot go back (canGetAndSetFMUstate): it steps once, with inputs of the first pass; b, "
+        "c and d move b.end.x along b.end.vx (and 2 more) and follow no higher derivatives "
+        "(canInterpolateInputs): second order instead of third: half the step leaves a quarter of "
+        "the error, not an eighth"
+    )
+
+
 def test_a_last_step_that_is_shorter_costs_no_order(c_fmu: Fmus) -> None:
     # 10 s are 153 steps of 0.065 s and one of 0.055 s, or 307 of 0.0325 s and one of 0.0225 s
     case = force_displacement(c_fmu, *BOTH)

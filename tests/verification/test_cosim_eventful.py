@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
+import xarray as xr
 from support.eventful_systems import Event, eventful_system
 
-from m4e_fmi.cosim import Certificate
+from m4e_fmi.cosim import Certificate, run
 
 Fmus = Callable[[str], Path]
 
@@ -38,7 +40,9 @@ def test_what_happens_at_once_is_in_the_stated_error(c_fmu: Fmus, event: Event, 
 
 
 @pytest.mark.parametrize(("rigid", "seed"), [("some", 7), ("all", 8)])
-def test_a_second_set_meets_what_happens_at_once(c_fmu: Fmus, rigid: str, seed: int) -> None:
+def test_a_second_set_meets_what_happens_at_once(
+    c_fmu: Fmus, rigid: Literal["some", "all"], seed: int
+) -> None:
     rng = np.random.default_rng(seed)
     system = eventful_system(
         c_fmu, rng, algorithm="gauss_seidel", event="impact", rigid=rigid, steps=(60, 150)
@@ -64,3 +68,15 @@ def test_a_switch_beyond_the_first_window_is_followed(c_fmu: Fmus) -> None:
     assert since * 1e-9 < system.moment < until * 1e-9
     assert certificate.coverage.share < 1.0
     assert f"finer steps about t = {kink * 1e-9:.6g}" in str(certificate.coverage)
+
+
+def test_the_results_say_how_large_the_error_is(c_fmu: Fmus, tmp_path: Path) -> None:
+    rng = np.random.default_rng(1)
+    system = eventful_system(
+        c_fmu, rng, algorithm="corrector", event="contact", steps=(60, 61)
+    ).system
+    outcome = run(system, results=tmp_path / "r.nc")
+    assert isinstance(outcome.certificate, Certificate)
+    attributes = xr.open_datatree(tmp_path / "r.nc").attrs
+    assert attributes["coupling_error"] == str(outcome.certificate)
+    assert attributes["coupling_error_from"] == str(outcome.certificate.coverage)

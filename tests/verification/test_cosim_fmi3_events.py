@@ -159,6 +159,15 @@ def test_an_fmu_without_event_mode_ends_the_simulation_too(c_fmu: Fmus) -> None:
     assert "asked for the end" in outcome.notes[-1]
 
 
+def test_an_fmu_that_declares_event_mode_and_refuses_it(c_fmu: Fmus, tmp_path: Path) -> None:
+    def values(fmu: str) -> np.ndarray:
+        lag = Component("lag", FmuFile(c_fmu(fmu)), {"u": 1.0})
+        run(System("s", (lag,), (), Simulation(1.0, 0.1)), results=tmp_path / "r.nc")
+        return load(tmp_path / "r.nc")["lag.y"].values
+
+    np.testing.assert_array_equal(values("3:lag+refuses"), values("3:lag"))
+
+
 def test_a_discrete_input_and_a_tunable_parameter_are_set_in_event_mode(c_fmu: Fmus) -> None:
     ball = Component("ball", FmuFile(c_fmu("3:ball+events+state")))
     system = System("s", (ball,), (), Simulation(1.0, 0.125, "jacobi"))

@@ -105,6 +105,25 @@ def test_force_displacement_gauss_seidel_is_second_order(c_fmu: Fmus, partner: s
     np.testing.assert_allclose(again, found, rtol=1e-9)
 
 
+def test_without_declared_derivatives_gauss_seidel_is_second_order_and_less_exact(
+    c_fmu: Fmus,
+) -> None:
+    _, exact = two_mass(c_fmu, "partner")
+    components = (
+        part(c_fmu, "plain_mass", "a", stiffness=1.0, body__m__x=1.0),
+        part(c_fmu, "plain_partner", "b"),
+    )
+    found = errors(components, ("a.m <-> b.end",), "gauss_seidel", exact)
+    np.testing.assert_allclose(orders(found), 2.0, atol=0.15)
+    # the figures of docs/coupling.md, to their digits
+    assert found[0] == pytest.approx(1.53e-2, abs=5e-5)
+    assert found[-1] == pytest.approx(2.43e-4, abs=5e-7)
+    declared, _ = two_mass(c_fmu, "partner")
+    better = errors(declared, ("a.m <-> b.end",), "gauss_seidel", exact)
+    assert better[0] == pytest.approx(5.84e-3, abs=5e-6)
+    assert better[-1] == pytest.approx(9.06e-5, abs=5e-8)
+
+
 @pytest.mark.verifies(
     "error of `jacobi` at H = 0.1 s, two-mass oscillator: 0.413 m",
     independent="other FMI masters that exchange fresh values",
@@ -194,11 +213,12 @@ def test_energy_over_130_periods(c_fmu: Fmus, model: str, rate: float) -> None:
 def test_stability_limits(c_fmu: Fmus, model: str, limit: float) -> None:
     # from the eigenvalues of the recursion; 60 periods tell 3 % on either side apart
     assert amplitude(c_fmu, model, round(0.97 * limit, 6), 60) < 1
-    assert amplitude(c_fmu, model, round(1.03 * limit, 6), 60) > 1
+    with pytest.raises(RunError, match=r"unstable: a\.body\.m\.\w+ .* grew"):
+        amplitude(c_fmu, model, round(1.03 * limit, 6), 400)
 
 
 def test_an_overflow_ends_the_run(c_fmu: Fmus) -> None:
     components = (body(c_fmu), part(c_fmu, "spring", "b"))
     system = System("s", components, ("a.m <-> b.end",), Simulation(1e4, 4.0, "gauss_seidel"))
-    with pytest.raises(RunError, match=r"at t = .* is (nan|-?inf)"):
+    with pytest.raises(RunError, match=r"unstable: a\.body\.m\.\w+ .* grew from"):
         run(system)

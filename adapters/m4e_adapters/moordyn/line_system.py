@@ -21,15 +21,17 @@ import re
 import sys
 import tempfile
 from math import ceil, hypot, isfinite
+from operator import sub
 from pathlib import Path
 
 START_STEP = 1e-12  # [s] length of the step that evaluates the forces at the start
 LAST_PART = 1e-9  # the part of each step that is left to the evaluation of its end
 PIECE = 4  # internal steps of MoorDyn during which fairleads keep their velocity, at most
-LARGE_STRAIN = 0.2  # a line stretched by more than this at the start deserves a warning
+LARGE_STRAIN = 0.2  # a line stretched by more than this deserves a warning
 INSTALL = "pip install moordyn==2.7.2"
 REPORT_LENGTH = 6  # lines of MoorDyn's own report that go into an error message
 RESIDUAL = re.compile(r"Remaining error after (\S+) s = (\S+) m/s2")
+WARNING = re.compile(r"^WRN |warning", re.IGNORECASE)  # a line of MoorDyn's report that warns
 SOURCE_PLACE = re.compile(r"^(ERR|WRN) \S+:\d+ \w+\(\): ")  # of MoorDyn's own source files
 
 
@@ -92,6 +94,8 @@ class LineSystem:
         self.fairlead_tension = []
         self.anchor_tension = []
         self.warnings = []
+        self._lengths = []
+        self._stretched = set()  # the lines that were too long when last looked at
 
     @property
     def running(self):
@@ -108,7 +112,9 @@ class LineSystem:
         self._motion |= {"time": 0.0, "last": START_STEP}
         self._evaluate(velocity)
         self._measure()
-        self.warnings = [*self._residual_warning(report), *self._strain_warnings()]
+        self._stretched = set()
+        self.warnings = [*self._residual_warning(report), *_own_warnings(report)]
+        self.warnings += self.overstretched("check the initial positions of its fairleads")
 
     def advance(self, t, h, position, velocity):
         """Advance from t over h [s]: fairleads end at position + velocity·h.
@@ -215,6 +221,7 @@ class LineSystem:
         moordyn.SetVerbosity(self._system, moordyn.LEVEL_NONE)
         lines = [moordyn.GetLine(self._system, k + 1) for k in range(len(self._names))]
         self._ends = [(line, moordyn.GetLineN(line)) for line in lines]
+        self._lengths = [moordyn.GetLineUnstretchedLength(line) for line in lines]
         return report
 
     def _measure(self):
@@ -255,18 +262,29 @@ class LineSystem:
                 ]
         return []
 
-    def _strain_warnings(self):
-        warnings = []
-        for name, (line, last) in zip(self._names, self._ends, strict=True):
+    def overstretched(self, remedy="check its length and stiffness, and what holds the body"):
+        """A text for each line that is stretched far beyond its length, and was not before."""
+        before, self._stretched = self._stretched, set()
+        texts = []
+        for k, (line, last) in enumerate(self._ends):
             a, b = moordyn.GetLineNodePos(line, 0), moordyn.GetLineNodePos(line, last)
-            distance = hypot(*(p - q for p, q in zip(a, b, strict=True)))
-            length = moordyn.GetLineUnstretchedLength(line)
-            if distance > (1 + LARGE_STRAIN) * length:
-                warnings.append(
-                    f"the ends of {name} start {distance:.6g} m apart, its unstretched length is "
-                    f"{length:.6g} m: check the initial positions of its fairleads"
+            distance, length = hypot(*map(sub, a, b)), self._lengths[k]
+            if distance <= (1 + LARGE_STRAIN) * length:
+                continue
+            self._stretched.add(k)
+            if k not in before:
+                texts.append(
+                    f"the ends of {self._names[k]} are {distance:.6g} m apart, "
+                    f"{100 * (distance / length - 1):.3g} % beyond its unstretched length of "
+                    f"{length:.6g} m, and it pulls {self.fairlead_tension[k]:.3g} N: {remedy}"
                 )
-        return warnings
+        return texts
+
+
+def _own_warnings(report):
+    """What MoorDyn warns of while it starts, without the places in its source."""
+    lines = [line.strip() for line in report.splitlines() if WARNING.search(line)]
+    return [f"MoorDyn: {SOURCE_PLACE.sub('', line)}" for line in lines]
 
 
 def _each(formula, *pairs):

@@ -31,14 +31,18 @@ class MooringSlave(M4eSlave):
         if motion != self._started_with:
             self._lines.start(*motion)
             self._started_with = motion
-            for warning in self._lines.warnings:
-                self.log(f"{self.instance_name}: {warning}", status=Fmi2Status.warning)
+            self._warn(self._lines.warnings)
+
+    def _warn(self, texts):
+        for text in texts:
+            self.log(f"{self.instance_name}: {text}", status=Fmi2Status.warning)
 
     def step(self, t, h):
         self._lines.advance(t, h, self._pairs("x", "z"), self._pairs("vx", "vz"))
 
     def update(self):
         self._lines.settle(self._pairs("vx", "vz"))
+        self._warn(self._lines.overstretched())
         for name, (x, z) in zip(self._fairleads, self._lines.force, strict=True):
             self.values[self.index[f"{name}.force_x"]] = x
             self.values[self.index[f"{name}.force_z"]] = z

@@ -29,6 +29,7 @@ estimate of the error of the pass before, and larger than that of the result.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
 
 import networkx as nx
@@ -72,13 +73,16 @@ class Corrector(Scheduled):
         super().__init__(network, self._passes(2), interface.held)
         rigid = [part.name for knot in self._knots if knot.cyclic for part in knot.once]
         moving = [part for part in parts.values() if part.moved]
-        single = [part for part in parts.values() if part.holds and part.pieces == 1]
-        notes = [*map(_once_note, rigid), *map(_moved_note, moving), *map(_single_note, single)]
+        single = [part.name for part in parts.values() if part.holds and part.pieces == 1]
+        back: list[str] = []
         if interface.sampled:
-            back = [part for part in parts.values() if part.looks_back and part not in single]
-            notes += [_back_note(part, interface.sampled[0].name) for part in back]
-        self.notes = tuple(notes)
-        if self.notes:
+            looking = [part.name for part in parts.values() if part.looks_back]
+            back = [name for name in looking if name not in single]
+        reasons = [_once(rigid), _moved(moving), _single(single)]
+        reasons += [_back(back, interface.sampled[0].name)] if back else []
+        found = [reason for reason in reasons if reason]
+        self.notes: tuple[str, ...] = (f"{'; '.join(found)}: {_LOST}",) if found else ()
+        if found:
             self.order = 2
 
     @property
@@ -177,36 +181,55 @@ _NOTHING_RETURNS = (
     "no FMU can go back (canGetAndSetFMUstate), so that nothing could be corrected: ran as "
     f"gauss_seidel, {_LOST}"
 )
-
-
 _LOOPS = f"an algebraic loop is solved at each communication point: ran as gauss_seidel, {_LOST}"
 
 
-def _once_note(name: str) -> str:
+def _once(names: Sequence[str]) -> str:
+    """That these cannot go back; empty if there are none."""
+    if not names:
+        return ""
+    ones = "it steps once" if len(names) == 1 else "they step once"
     return (
-        f"{name} cannot go back (canGetAndSetFMUstate): it steps once, with inputs of the first "
-        f"pass; {_LOST}"
+        f"{_listed(names)} cannot go back (canGetAndSetFMUstate): {ones}, with inputs of the first "
+        "pass"
     )
 
 
-def _moved_note(part: Part) -> str:
-    moved, rate = part.moved[0]
-    more = f" (and {len(part.moved) - 1} more)" if len(part.moved) > 1 else ""
+def _moved(parts: Sequence[Part]) -> str:
+    """That these move inputs along others; empty if there are none."""
+    if not parts:
+        return ""
+    moved, rate = parts[0].moved[0]
+    count = sum(len(part.moved) for part in parts)
+    if len(parts) > 1:
+        moved, rate = f"{parts[0].name}.{moved}", f"{parts[0].name}.{rate}"
+    more = f" (and {count - 1} more)" if count > 1 else ""
+    verbs = ("moves", "follows") if len(parts) == 1 else ("move", "follow")
     return (
-        f"{part.name} moves {moved} along {rate}{more} and follows no higher derivatives "
-        f"(canInterpolateInputs): {_LOST}"
+        f"{_listed([part.name for part in parts])} {verbs[0]} {moved} along {rate}{more} and "
+        f"{verbs[1]} no higher derivatives (canInterpolateInputs)"
     )
 
 
-def _single_note(part: Part) -> str:
+def _single(names: Sequence[str]) -> str:
+    """That these make one step at a time; empty if there are none."""
+    if not names:
+        return ""
+    one, its = ("makes", "holds its") if len(names) == 1 else ("make", "hold their")
     return (
-        f"{part.name} makes one step in each of the system's, and holds its inputs "
-        f"(canInterpolateInputs): {_LOST}"
+        f"{_listed(names)} {one} one step in each of the system's, and {its} inputs "
+        "(canInterpolateInputs)"
     )
 
 
-def _back_note(part: Part, jumping: str) -> str:
+def _back(names: Sequence[str], jumping: str) -> str:
+    """That these take outputs from the step before, beside a component that jumps."""
+    verb = "tells" if len(names) == 1 else "tell"
     return (
-        f"{part.name} tells no value in the middle of a step, and what there is of the step before "
-        f"does not know of jumps, as those of {jumping}: {_LOST}"
+        f"{_listed(names)} {verb} no value in the middle of a step, and what there is of the step "
+        f"before does not know of jumps, as those of {jumping}"
     )
+
+
+def _listed(names: Sequence[str]) -> str:
+    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)

@@ -42,7 +42,7 @@ class Package:
             raise self._wrong("no such file", suggestion(self.path.name, near, "packages here"))
         try:
             with zipfile.ZipFile(self.path) as archive:
-                check_entries(self.path, archive.infolist())
+                check_entries(self.path, archive)
                 self.names = set(archive.namelist())
         except (zipfile.BadZipFile, OSError) as error:
             remedy = "copy or export the file again: it is truncated, or was never an SSP package"

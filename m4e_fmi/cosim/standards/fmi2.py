@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import ctypes
-from functools import partial
+import math
 from typing import Any
 
 from fmpy import fmi2
 
 from m4e_fmi.cosim.standards.classic import Classic
-from m4e_fmi.cosim.standards.standard import Call, Status
+from m4e_fmi.cosim.standards.standard import WARNING, Call, Status
 from m4e_fmi.cosim.standards.typed import Layout
 from m4e_fmi.fmu.messages import Messages
 from m4e_fmi.fmu.reading import Variable
 
+_TERMINATED = 3
+"""Of fmi2StatusKind."""
 _SAVE_OR_RESTORE = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p)
 
 
@@ -22,6 +24,10 @@ class Fmi2(Classic):
 
     BOOLEAN = fmi2.fmi2Boolean
     TRUTH = Layout.I32
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        self._ended: dict[int, float] = {}
 
     def instantiate(self, name: str, messages: Messages) -> None:
         self._functions.instanceName = name
@@ -45,13 +51,30 @@ class Fmi2(Classic):
         self._functions.fmi2FreeInstance(self.component)
         self.component = None
 
+    def wants_end(self) -> bool:
+        value = ctypes.c_int()
+        status = self._dll.fmi2GetBooleanStatus(self.component, _TERMINATED, ctypes.byref(value))
+        return status <= WARNING and bool(value.value)
+
     def saver(self, slot: ctypes.c_void_p) -> Call:
         function = _SAVE_OR_RESTORE(self.address("fmi2GetFMUstate"))
-        return partial(function, self.component, ctypes.addressof(slot))
+        place = ctypes.addressof(slot)
+
+        def save() -> Status:
+            self._ended[place] = self.events.ended
+            return function(self.component, place)
+
+        return save
 
     def restorer(self, slot: ctypes.c_void_p) -> Call:
         function = _SAVE_OR_RESTORE(self.address("fmi2SetFMUstate"))
-        return lambda: function(self.component, slot.value)
+        place = ctypes.addressof(slot)
+
+        def restore() -> Status:
+            self.events.ended = self._ended.get(place, math.inf)
+            return function(self.component, slot.value)
+
+        return restore
 
     def free_state(self, slot: ctypes.c_void_p) -> None:
         if slot:

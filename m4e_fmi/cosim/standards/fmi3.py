@@ -20,6 +20,7 @@ from fmpy.fmi1 import FMICallException
 from m4e_fmi.cosim.standards.access3 import EVENT_FIELDS, Access, Part, RawComponent, RawState
 from m4e_fmi.cosim.standards.standard import (
     EARLY,
+    NEAR,
     RESTLESS,
     WARNING,
     Call,
@@ -36,8 +37,6 @@ from m4e_fmi.fmu.reading import STRUCTURAL, Variable
 from m4e_fmi.runtime.library import library
 
 MOST_EVENTS = 1000
-NEAR = 1.5e-9
-"""Seconds; communication points are whole nanoseconds."""
 _NAMES = {
     "fmi2GetReal": "fmi3GetFloat64",
     "fmi2SetReal": "fmi3SetFloat64",
@@ -82,14 +81,14 @@ class Fmi3(Standard):
         self._experiment = (False, 0.0, 0.0, True, 0.0)
 
     def instantiate(self, name: str, messages: Messages) -> None:
-        events = self._description.has_events
         self._functions.instanceName = name
-        self._functions.instantiate(
-            loggingOn=True,
-            eventModeUsed=events,
-            earlyReturnAllowed=events,
-            logMessage=messages.add_3,
-        )
+        try:
+            self._instantiate(messages)
+        except Exception:
+            if not self._raw.has_events:
+                raise
+            self._raw.has_events = False  # there are FMUs that declare event mode and refuse it
+            self._instantiate(messages)
         self.component = self._raw.instance = self._functions.component
         self._raw.do_step = self.address("fmi2DoStep")
         self._raw.enter_event_mode = self.address("fmi3EnterEventMode")
@@ -97,6 +96,15 @@ class Fmi3(Standard):
         self._raw.enter_step_mode = self.address("fmi3EnterStepMode")
         self._raw.get_state = self.address("fmi2GetFMUstate")
         self._raw.set_state = self.address("fmi2SetFMUstate")
+
+    def _instantiate(self, messages: Messages) -> None:
+        events = bool(self._raw.has_events)
+        self._functions.instantiate(
+            loggingOn=True,
+            eventModeUsed=events,
+            earlyReturnAllowed=events,
+            logMessage=messages.add_3,
+        )
 
     def setup(self, *, start: float, stop: float, tolerance: float | None) -> None:
         self._experiment = (tolerance is not None, tolerance or 0.0, start, True, stop)

@@ -22,6 +22,9 @@ EARLY, RESTLESS = 16, 17
 """Further answers to a step, of the runtime's component_3.h: an event within it, the simulation was
 to end before it, events without end."""
 
+NEAR = 1.5e-9
+"""Seconds; communication points are whole nanoseconds."""
+
 Status = int
 Call = Callable[[], Status]
 Value = float | int | bool | str
@@ -165,6 +168,10 @@ class Standard(ABC):
     def directional_derivative(self, output: Variable, known: Variable) -> float:
         """∂output/∂known at the present instant."""
         raise NotImplementedError
+
+    def wants_end(self) -> bool:
+        """Whether the FMU discarded the last step because it asks for the end of the simulation."""
+        return False
 
     @abstractmethod
     def reached(self) -> float | None:

@@ -98,7 +98,9 @@ class M4eSlave(Fmi2Slave):
         """Keep the error, unless there is one already: the first is the cause of the others."""
         if not self._error:
             self._error = _printable(f"{message} (t = {self.time:.9g} s)")
-            self.log(f"{self.instance_name}: {self._error}\n{detail}", status=Fmi2Status.error)
+            self.log(f"{self.instance_name}: {self._error}", status=Fmi2Status.error)
+            if detail:
+                self.log(detail)
 
     def log(self, msg, status=Fmi2Status.ok, category=None, debug=None):
         # the binary uses the text as a printf format

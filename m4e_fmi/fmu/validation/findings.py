@@ -8,12 +8,15 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
+from m4e_fmi.shown import listing, short
+
 Severity = Literal["error", "warning", "note"]
 SEVERITIES: tuple[Severity, ...] = ("error", "warning", "note")
 SHOWN = 5
 """Of many things wrong in one way, how many a finding names."""
 
 
+@short
 @dataclass(frozen=True)
 class Finding:
     """One thing found by the check `id` (``group.name``).
@@ -58,6 +61,7 @@ class Failure:
         return cls(f"{type(error).__name__}: {error}{place}")
 
 
+@short
 @dataclass(frozen=True)
 class Group:
     """A group of checks: its findings, or why it was not run; `seconds` it took.
@@ -119,6 +123,14 @@ class Report:
         groups = [asdict(group) for group in self.groups]
         told = {"ok": self.ok, "complete": self.complete, "groups": groups}
         return {"fmu": str(self.path), **told}
+
+    def __repr__(self) -> str:
+        counts = (f"{len(self.of_severity(s))} {s}s" for s in SEVERITIES)
+        return listing(
+            f"Report on {self.path.name!r}: {', '.join(counts)}",
+            groups=self.groups,
+            findings=[f"{f.severity}: {f.message}" for f in self.findings],
+        )
 
 
 def some(names: Iterable[str]) -> str:

@@ -103,7 +103,7 @@ class Mechanism(Lists):
             if first.setdefault(child, k) != k:
                 message = f"body {child} is the child of joints[{first[child]}] already"
                 remedy = (
-                    "closed loops: cut one joint and put a stiff spring and damper in its place"
+                    "closed loops: cut one joint and put stiff springs and dampers in its place"
                 )
                 self.say(("joints", k, 1), message, remedy)
             if parent and parent not in children:
@@ -237,6 +237,11 @@ class Mechanism(Lists):
             return None
         for field, key in fields:
             vector = self._vector(key, row)
+            if vector is None and key not in self.lists:
+                message = f"a joint of type {letter!r} needs a direction, and there is no {key}"
+                self.say(
+                    ("types", row), message, f"add {key}: [x, z] per joint, [nan, nan] if none"
+                )
             if vector is None:
                 return None
             if any(entry is NAN for entry in vector):

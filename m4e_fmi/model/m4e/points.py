@@ -45,8 +45,11 @@ def point_name(text: object, declared: Collection[PointName], bodies: int) -> Po
     known = {*declared, *(PointName(body, None) for body in range(1, bodies + 1))}
     readings = [name for name in _readings(*found.groups()) if name in known]
     if not readings:
-        names = ", ".join(name.name for name in sorted(declared, key=lambda p: p.name))
-        raise ValueError(f"there is no point {text!r}", f"points: {names or 'none'}; CG of a body")
+        names = ", ".join(map(_spelled, sorted(declared, key=lambda p: p.name)))
+        meant = [_spelled(name) for name in known if name.name == text]  # as models call it
+        remedy = f"points: {names or 'none'}; CG of a body"
+        remedy = f'did you mean "{meant[0]}"?' if meant else remedy
+        raise ValueError(f"there is no point {text!r}", remedy)
     if len(readings) > 1:
         spelled = " or ".join(f'"{_spelled(name)}"' for name in readings)
         raise ValueError(f"{text!r} can be read in several ways", f"write {spelled}")
@@ -71,4 +74,6 @@ def _readings(kind: str, first: str, second: str | None) -> list[PointName]:
 
 
 def _spelled(name: PointName) -> str:
-    return f"{name.name}_{name.body}" if name.index is None else name.name
+    if name.index is None:
+        return f"{name.name}_{name.body}"
+    return name.name if name.body else f"GR0_{name.index}"

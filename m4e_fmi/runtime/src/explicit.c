@@ -77,21 +77,25 @@ static void attempt_rk45(m4e_integrator *s) {
     attempt(s, rk45_stages, ROWS(rk45_stages));
     combine(s, rk45_error, s->zero, s->work);
     for (uint32_t l = 0; l < s->model->lanes; ++l)
-        s->lanes[l].error = sqrt(m4e_sum(s, l, s->work, s->x, s->x_new)) / sqrt((double)s->controlled);
+        s->lanes[l].error = m4e_error(s, l, s->work);
 }
 
 static void attempt_dop853(m4e_integrator *s) {
     attempt(s, dop853_stages, ROWS(dop853_stages));
-    double fifth[M4E_LANES], third[M4E_LANES], *sum[] = {fifth, third};
+    double sum[2][GROUPS][M4E_LANES]; /* of the fifth and the third order */
     for (int i = 0; i < 2; ++i) {
         combine(s, &dop853_error[i], s->zero, s->work);
-        for (uint32_t l = 0; l < s->model->lanes; ++l)
-            sum[i][l] = m4e_sum(s, l, s->work, s->x, s->x_new);
+        for (int j = 0; j < s->groups; ++j)
+            for (uint32_t l = 0; l < s->model->lanes; ++l)
+                sum[i][j][l] = m4e_sum(s, l, s->group[j], s->work, s->x, s->x_new);
     }
-    for (uint32_t l = 0; l < s->model->lanes; ++l) {
-        const double both = fifth[l] + 0.01 * third[l];
-        s->lanes[l].error = both == 0.0 ? 0.0 : fifth[l] / sqrt(both * (double)s->controlled);
-    }
+    for (uint32_t l = 0; l < s->model->lanes; ++l)
+        for (int j = 0; j < s->groups; ++j) {
+            const double both = sum[0][j][l] + 0.01 * sum[1][j][l];
+            const double count = (double)(s->group[j].end - s->group[j].first);
+            const double error = both == 0.0 ? 0.0 : sum[0][j][l] / sqrt(both * count);
+            if (j == 0 || !(error <= s->lanes[l].error)) s->lanes[l].error = error;
+        }
 }
 
 /* The first three coefficients make value and slope right at both ends. */

@@ -32,11 +32,11 @@ void m4e_stage(m4e_integrator *s, double c, const double *x, double *result) {
     m4e_evaluate(m, M4E_RATES, t, x, result);
 }
 
-double m4e_sum(const m4e_integrator *s, uint32_t l, const double *v, const double *x,
+double m4e_sum(const m4e_integrator *s, uint32_t l, group of, const double *v, const double *x,
                const double *y) {
     const size_t lanes = s->model->lanes;
     double sum = 0.0;
-    for (size_t i = l; i < s->controlled * lanes; i += lanes) {
+    for (size_t i = of.first * lanes + l; i < of.end * lanes; i += lanes) {
         const double size = fmax(fabs(x[i]), fabs(y[i]));
         const double ratio = v[i] / (s->options.atol + size * s->options.rtol);
         sum += ratio * ratio;
@@ -44,8 +44,19 @@ double m4e_sum(const m4e_integrator *s, uint32_t l, const double *v, const doubl
     return sum;
 }
 
+double m4e_error(const m4e_integrator *s, uint32_t l, const double *v) {
+    double largest = 0.0;
+    for (int i = 0; i < s->groups; ++i) {
+        const group of = s->group[i];
+        const double sum = m4e_sum(s, l, of, v, s->x, s->x_new);
+        const double error = sqrt(sum) / sqrt((double)(of.end - of.first));
+        if (i == 0 || !(error <= largest)) largest = error;
+    }
+    return largest;
+}
+
 static double rms(const m4e_integrator *s, uint32_t l, const double *v) {
-    return sqrt(m4e_sum(s, l, v, s->x, s->x)) / sqrt((double)s->controlled);
+    return sqrt(m4e_sum(s, l, s->group[0], v, s->x, s->x)) / sqrt((double)s->group[0].end);
 }
 
 int32_t m4e_not_finite(const m4e_integrator *s, uint32_t l, const double *v) {

@@ -36,13 +36,23 @@ typedef struct {
     void (*interpolant)(m4e_integrator *); /* fills `dense` for the step just done */
 } method;
 
+/* States first to end whose errors are one norm: quadratures have their own, so that they never
+   allow the others a larger error. */
+typedef struct {
+    size_t first, end;
+} group;
+
+enum { GROUPS = 2 };
+
 struct m4e_integrator {
     const method *method;
     m4e_model *model;
     m4e_options options;
     m4e_events events;
     double *g, *g_new; /* event functions at both ends of the step; NULL without */
-    size_t n, controlled, width; /* states; those of them in the norm; length of a vector */
+    size_t n, width; /* states; length of a vector */
+    group group[GROUPS];
+    int groups;
     lane lanes[M4E_LANES];
     double step[M4E_LANES]; /* h of each member of a group */
     int started, dense_ready;
@@ -56,9 +66,11 @@ extern const method m4e_rk4, m4e_rk45, m4e_dop853, m4e_rodas;
 
 /* rates at (t + c h, x) of every lane */
 void m4e_stage(m4e_integrator *s, double c, const double *x, double *result);
-/* sum of the squares of v / (atol + rtol max(|x|, |y|)) over a lane's components in the norm */
-double m4e_sum(const m4e_integrator *s, uint32_t l, const double *v, const double *x,
+/* sum of the squares of v / (atol + rtol max(|x|, |y|)) over a lane's components of a group */
+double m4e_sum(const m4e_integrator *s, uint32_t l, group of, const double *v, const double *x,
                const double *y);
+/* RMS of an error v of the last step, over the tolerance: of the group for which it is largest */
+double m4e_error(const m4e_integrator *s, uint32_t l, const double *v);
 
 /* integrate.c */
 void m4e_first_steps(m4e_integrator *s, const int *fresh);

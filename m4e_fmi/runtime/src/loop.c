@@ -67,6 +67,12 @@ static int perform(const m4e_operation *o, double t, double h, uint64_t row) {
     }
 }
 
+static void note_warning(m4e_warned *w, double t) {
+    if (!w) return;
+    if (!w->count++) w->first = t;
+    w->last = t;
+}
+
 /* Without those `in_rows` where the step ends at no row. */
 static int perform_all(const m4e_operation *operations, size_t count, double t, double h,
                        uint64_t row, int at_row, uint64_t *failed) {
@@ -75,7 +81,11 @@ static int perform_all(const m4e_operation *operations, size_t count, double t, 
         if (o->in_rows && !at_row) continue;
         if (o->period && !is_due(o, t + h)) continue;
         const int status = perform(o, t, h, row);
-        if (status >= 0 && status <= WARNING) continue;
+        if (!status) continue;
+        if (status == WARNING) {
+            note_warning(o->warned, t);
+            continue;
+        }
         *failed = i;
         return status;
     }

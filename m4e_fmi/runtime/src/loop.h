@@ -22,6 +22,12 @@ enum {
 };
 enum { M4E_NOT_A_NUMBER = -1 }; /* beside the statuses of FMI */
 
+/* How often a component has answered a step with Warning; when the first and last of these began. */
+typedef struct {
+    uint64_t count;
+    double first, last;
+} m4e_warned;
+
 typedef struct {
     int32_t kind;
     uint32_t count, terms;
@@ -39,6 +45,7 @@ typedef struct {
                                plus a multiple of it, and a step by `own` ends there */
     int32_t in_rows;   /* performed only in steps that end at a row of results */
     int32_t unchecked; /* values that are got may be nan or infinite */
+    m4e_warned *warned; /* of a step; NULL of all else */
 } m4e_operation;
 
 /* How many of `count` values are rough at once. `past` has, for all of them one after the other: the

@@ -67,7 +67,7 @@ typedef struct {
     double max_step;   /* s; INFINITY for no limit. M4E_RK4 takes the fewest equal steps up to the
                           next time asked for that are not longer, whatever their error */
     uint64_t max_steps;
-    uint64_t quadratures; /* the last states, which no rate depends on: no part of the norm */
+    uint64_t quadratures; /* the last states, which no rate depends on: a norm of their own */
 } m4e_options;
 
 typedef struct {

@@ -72,7 +72,7 @@ static int factorise(m4e_integrator *s, double diagonal) {
             m[i * n + j] = (i == j ? diagonal : 0.0) - s->jacobian[i * (n + 1) + j];
     for (size_t k = 0; k < n; ++k) {
         size_t best = k;
-        for (size_t i = k + 1; i < s->controlled; ++i)
+        for (size_t i = k + 1; i < s->group[0].end; ++i)
             if (fabs(m[i * n + k]) > fabs(m[best * n + k])) best = i;
         s->pivot[k] = (uint32_t)best;
         if (!(fabs(m[best * n + k]) > 0.0) || !isfinite(m[best * n + k])) return 0;
@@ -131,8 +131,7 @@ static void attempt(m4e_integrator *s) {
         solve(s, k[i]);
     }
     for (size_t q = 0; q < n; ++q) s->x_new[q] += k[ORDER_STAGES - 1][q];
-    s->lanes[0].error =
-        sqrt(m4e_sum(s, 0, k[ORDER_STAGES - 1], s->x, s->x_new)) / sqrt((double)s->controlled);
+    s->lanes[0].error = m4e_error(s, 0, k[ORDER_STAGES - 1]);
 }
 
 static void interpolant(m4e_integrator *s) {

@@ -50,7 +50,10 @@ m4e_integrator *m4e_integrator_new(m4e_model *model, const m4e_options *options,
     s->options.rtol = fmax(options->rtol, 100.0 * DBL_EPSILON);
     if (events) s->events = *events;
     s->n = model->program->count.states;
-    s->controlled = s->n - options->quadratures;
+    const size_t motion = s->n - options->quadratures;
+    s->group[0] = (group){0, motion};
+    s->group[1] = (group){motion, s->n};
+    s->groups = options->quadratures > 0 ? 2 : 1;
     if (make_room(s)) return s;
     m4e_integrator_free(s);
     return NULL;

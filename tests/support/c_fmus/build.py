@@ -139,6 +139,18 @@ ADDED_MASS = (
     V("end.force_x", "N", "output", needs=("end.x", "end.ax")),
 )
 BLIND_ADDED_MASS = (*ADDED_MASS[:-1], replace(ADDED_MASS[-1], needs=None))
+LATE_ADDED_MASS = (*ADDED_MASS[:-1], V("end.force_x", "N", "output", needs=()))
+"""Declares that its force does not follow the acceleration at once, and so is a step late."""
+FUSE = (STIFFNESS, parameter("limit", "m", 1e6), *end(moves=False), SPRING[-1])
+PLAIN_MASS = tuple(replace(v, rate_of=None) for v in MASS)
+PLAIN_PARTNER = tuple(replace(v, rate_of=None) for v in PARTNER)
+"""Without declared derivatives, as the FMUs of many tools."""
+VAN_DER_POL = (
+    parameter("mu", "1", 2.0),
+    V("u", "1", "input", 0.0),
+    V("x", "1", "output", 1e-9, initial="exact"),
+    V("dx", "1/s", "output", 0.0, rate_of="x", initial="exact"),
+)
 MM_SPRING = (STIFFNESS, DAMPING, V("end.x", "mm", "input", 0.0), *SPRING[3:])
 DAMPER = (
     parameter("stiffness", "N/m", 0.0),
@@ -198,11 +210,27 @@ NODE = (
     *(V(f"u{k}", "1", "input", 0.0) for k in range(3)),
     *(V(f"y{k}", "1", "output", 0.0, initial="exact") for k in range(3)),
 )
+ENDING = (
+    parameter("when", "s", 1.0),
+    V("u", "1", "input", 0.0),
+    V("y", "s", "output", 0.0, initial="exact"),
+)
+KEEPER = (parameter("gain", "1/s", 1.0), V("u", "1", "input", 0.0), V("y", "1", "output"))
 ROGUE = (parameter("what", "1", 0.0), parameter("when", "s", 1.0), V("y", "s", "output"))
 VANDAL = (*ROGUE[:2], parameter("pause", "s", 0.0), ROGUE[2])
+TALKER = (
+    parameter("logged", "1", 1.0),
+    parameter("answer", "1", 0.0),
+    parameter("count", "1", 1.0),
+    parameter("kinds", "1", 1.0),
+    parameter("when", "s", 0.0),
+    V("y", "s", "output"),
+)
 
 MODELS: dict[str, tuple[str, tuple[V, ...]]] = {
     "mass": ("mass.c", MASS),
+    "plain_mass": ("mass.c", PLAIN_MASS),
+    "plain_partner": ("partner.c", PLAIN_PARTNER),
     "mm_mass": ("mass.c", MM_MASS),
     "partner": ("partner.c", PARTNER),
     "middle": ("middle.c", MIDDLE),
@@ -211,6 +239,9 @@ MODELS: dict[str, tuple[str, tuple[V, ...]]] = {
     "spring": ("spring.c", SPRING),
     "blind_spring": ("spring.c", BLIND_SPRING),
     "damper": ("spring.c", DAMPER),
+    "late_added_mass": ("added_mass.c", LATE_ADDED_MASS),
+    "fuse": ("fuse.c", FUSE),
+    "van_der_pol": ("van_der_pol.c", VAN_DER_POL),
     "mm_spring": ("spring.c", MM_SPRING),
     "added_mass": ("added_mass.c", ADDED_MASS),
     "line": ("line.c", LINE),
@@ -229,7 +260,10 @@ MODELS: dict[str, tuple[str, tuple[V, ...]]] = {
     "switch": ("switch.c", SWITCH),
     "relay": ("relay.c", RELAY),
     "node": ("node.c", NODE),
+    "ending": ("ending.c", ENDING),
+    "keeper": ("keeper.c", KEEPER),
     "rogue": ("rogue.c", ROGUE),
+    "talker": ("talker.c", TALKER),
     "vandal": ("vandal.c", VANDAL),
 }
 

@@ -21,6 +21,7 @@ typedef struct {
     double *d1, *d2; /* first and second time derivatives of inputs during a step */
     double t;       /* s */
     double reached; /* s, the last successful time of a step that was discarded */
+    int terminated; /* it asks for the end of the simulation: nothing may be set, no step be made */
     int stale;      /* outputs do not fit inputs and states */
     int running;    /* initialization mode or later */
     int started;    /* initialization is over */
@@ -72,20 +73,23 @@ static void show(Model *m) {
 }
 
 /* ONCE: one instance for each copy of the library. ALONE: one in the whole process. */
+#ifdef ONCE
 static int instances;
+#endif
 static int taken(void) {
 #ifdef ALONE
     if (getenv("M4E_TEST_ALONE")) return 1;
     setenv("M4E_TEST_ALONE", "1", 1);
 #endif
 #ifdef ONCE
-    if (instances) return 1;
+    if (instances++) return 1;
 #endif
-    instances++;
     return 0;
 }
 static void release(void) {
+#ifdef ONCE
     instances--;
+#endif
 #ifdef ALONE
     unsetenv("M4E_TEST_ALONE");
 #endif
@@ -136,6 +140,10 @@ fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n,
 
 fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Real v[]) {
     Model *m = c;
+    if (m->terminated) {
+        SAY(m, fmi2Error, "nothing is set after the end");
+        return fmi2Error;
+    }
 #ifdef PICKY
     for (size_t i = 0; i < n && m->running; i++)
         if (fabs(v[i]) > 0.5) return fmi2Error;
@@ -151,6 +159,10 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n,
 
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_undo) {
     Model *m = c;
+    if (m->terminated) {
+        SAY(m, fmi2Error, "no step after the end");
+        return fmi2Error;
+    }
 #ifdef CONSTANT
     if (!m->size) m->size = h;
 #endif
@@ -183,6 +195,11 @@ fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind k, fmi2Real *
     return k == fmi2LastSuccessfulTime ? fmi2OK : fmi2Discard;
 }
 
+fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind k, fmi2Boolean *v) {
+    *v = ((Model *)c)->terminated;
+    return k == fmi2Terminated ? fmi2OK : fmi2Discard;
+}
+
 #define NOT_SUPPORTED(name, ...) fmi2Status name(__VA_ARGS__) { return fmi2Error; }
 NOT_SUPPORTED(fmi2GetInteger, fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Integer v[])
 NOT_SUPPORTED(fmi2GetBoolean, fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Boolean v[])
@@ -197,17 +214,17 @@ NOT_SUPPORTED(fmi2GetRealOutputDerivatives, fmi2Component c, const fmi2ValueRefe
 NOT_SUPPORTED(fmi2CancelStep, fmi2Component c)
 NOT_SUPPORTED(fmi2GetStatus, fmi2Component c, const fmi2StatusKind k, fmi2Status *v)
 NOT_SUPPORTED(fmi2GetIntegerStatus, fmi2Component c, const fmi2StatusKind k, fmi2Integer *v)
-NOT_SUPPORTED(fmi2GetBooleanStatus, fmi2Component c, const fmi2StatusKind k, fmi2Boolean *v)
 NOT_SUPPORTED(fmi2GetStringStatus, fmi2Component c, const fmi2StatusKind k, fmi2String *v)
 
 #ifdef STATE
 fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *s) {
     Model *m = c;
-    double *kept = *s ? *s : malloc((2 * N + 2) * sizeof(double));
+    double *kept = *s ? *s : malloc((2 * N + 3) * sizeof(double));
     memcpy(kept, m->r, N * sizeof(double));
     kept[N] = m->t;
     kept[N + 1] = m->stale;
     memcpy(kept + N + 2, m->shown, N * sizeof(double));
+    kept[2 * N + 2] = m->terminated;
     *s = kept;
     return fmi2OK;
 }
@@ -218,6 +235,7 @@ fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate s) {
     m->t = kept[N];
     m->stale = (int)kept[N + 1];
     memcpy(m->shown, kept + N + 2, N * sizeof(double));
+    m->terminated = (int)kept[2 * N + 2];
     return fmi2OK;
 }
 fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *s) {

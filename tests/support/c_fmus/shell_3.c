@@ -30,6 +30,12 @@ fmi3Instance fmi3InstantiateCoSimulation(
     fmi3Boolean logging, fmi3Boolean events, fmi3Boolean early, const fmi3ValueReference required[],
     size_t n_required, fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
     fmi3IntermediateUpdateCallback update) {
+#ifdef REFUSES
+    if (events || early) {
+        log(environment, fmi3Error, "logStatusError", "event mode is not supported");
+        return NULL;
+    }
+#endif
     Receiver *r = malloc(sizeof *r);
     *r = (Receiver){log, environment};
     fmi2CallbackFunctions callbacks = {.logger = tell, .componentEnvironment = r};

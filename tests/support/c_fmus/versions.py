@@ -24,8 +24,17 @@ OPTIONS_3 = {
     "picky": "",
     "events": 'hasEventMode="true" mightReturnEarlyFromDoStep="true"',
     "clears": "",
+    "tenth": 'fixedInternalStepSize="0.1"',
+    "rigid": "",
+    "refuses": 'hasEventMode="true" mightReturnEarlyFromDoStep="true"',
 }
-FLAGS = {**{name: flag for name, (flag, _) in OPTIONS.items()}, "events": "EVENTS"}
+FLAGS = {
+    **{name: flag for name, (flag, _) in OPTIONS.items()},
+    "events": "EVENTS",
+    "tenth": "TENTH",
+    "rigid": "RIGID",
+    "refuses": "REFUSES",
+}
 
 TIME = (
     '<Float64 name="time" valueReference="999" causality="independent" variability="continuous"/>'
@@ -186,7 +195,8 @@ def description_3(
     return (
         '<?xml version="1.0" encoding="UTF-8"?>'
         f'<fmiModelDescription fmiVersion="3.0" modelName="{name}" instantiationToken="{name}">'
-        f'<CoSimulation modelIdentifier="{name}" canHandleVariableCommunicationStepSize="true" '
+        f'<CoSimulation modelIdentifier="{name}" '
+        f'canHandleVariableCommunicationStepSize="{str("rigid" not in options).lower()}" '
         + " ".join(OPTIONS_3[option] for option in options)
         + f"/>{definitions}<ModelVariables>{TIME}{variables}</ModelVariables>"
         f"<ModelStructure>{structure}</ModelStructure></fmiModelDescription>"

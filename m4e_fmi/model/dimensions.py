@@ -1,0 +1,154 @@
+"""Dimensions of expressions, as far as units are given.
+
+Parameters and tables have units; a unit of ``1`` says nothing. Numbers, functions, the time and the
+motion have the unit that makes sense where they stand: they match anything, and so does a product
+with one of them. Angles are plain numbers: rad and deg are no dimension.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from fractions import Fraction
+from typing import Any
+
+from m4e_fmi.document import Location
+from m4e_fmi.model.expression import CONSTANTS, Expression, as_expression
+from m4e_fmi.model.findings import Finding
+from m4e_fmi.units import BASE_UNITS, parse_unit
+
+Dimension = tuple[Fraction, ...]
+"""Exponents of the base units but rad."""
+Maybe = Dimension | None
+"""None where any would do."""
+
+PLAIN: Dimension = (Fraction(0),) * (len(BASE_UNITS) - 1)
+OF_NUMBERS = ("sin", "cos", "tan", "asin", "acos", "atan", "exp", "log", "tanh")
+ALIKE = {"add": "+", "sub": "-", "min": "and", "max": "and", "atan2": "and"}
+NAMED = ["N", "N.m", "W", "N/m", "N.s/m", "N.m.s", "Pa", "m/s", "m/s2", "kg.m2", "kg/m", "1/s"]
+"""Units that a dimension is told in where it has one of them."""
+OF_JOINTS = {
+    "revolute": {"q": "rad", "u": "rad/s"},
+    "prismatic": {"q": "m", "u": "m/s"},
+    "floating": {"x": "m", "z": "m", "theta": "rad", "vx": "m/s", "vz": "m/s", "omega": "rad/s"},
+}
+
+
+class DimensionError(ValueError):
+    """Parts of an expression have dimensions that do not belong together."""
+
+
+def dimension_of(unit: str) -> Maybe:
+    """The dimension of a unit; None of ``1``, which is any, and of what is no unit."""
+    try:
+        exponents = parse_unit(unit).exponents
+    except ValueError:
+        return None
+    pairs = zip(BASE_UNITS, exponents, strict=True)
+    return None if unit == "1" else tuple(Fraction(e) for base, e in pairs if base != "rad")
+
+
+def dimension(e: Expression, known: Mapping[str, Maybe]) -> Maybe:
+    """The dimension of `e`; DimensionError names the part that has none."""
+    if e.kind == "number":
+        return None
+    if e.kind == "name":
+        (name,) = e.arguments
+        return PLAIN if name in CONSTANTS else known.get(name)
+    if e.kind == "pow":
+        return _power(e, known)
+    parts = [dimension(a, known) for a in e.arguments]
+    if e.kind in OF_NUMBERS:
+        if parts[0] not in (None, PLAIN):
+            where = f"{e.kind}({e.arguments[0]})"
+            raise DimensionError(f"the argument of {where} is in {told(parts[0])}, not a number")
+        return None
+    if e.kind in ALIKE:
+        if None not in parts and parts[0] != parts[1]:
+            a, b = (f"{a} [{told(p)}]" for a, p in zip(e.arguments, parts, strict=True))
+            raise DimensionError(f"{a} {ALIKE[e.kind]} {b} have different dimensions")
+        return None if e.kind == "atan2" else next((p for p in parts if p is not None), None)
+    match e.kind:
+        case "mul" | "div":
+            first, second = parts
+            sign = 1 if e.kind == "mul" else -1
+            return None if first is None or second is None else _sum(first, second, sign)
+        case "sqrt":
+            return None if parts[0] is None else tuple(x / 2 for x in parts[0])
+        case "sign":
+            return None
+    return parts[0]  # neg, abs
+
+
+def _sum(a: Dimension, b: Dimension, sign: int) -> Dimension:
+    return tuple(x + sign * y for x, y in zip(a, b, strict=True))
+
+
+def _power(e: Expression, known: Mapping[str, Maybe]) -> Maybe:
+    base, exponent = e.arguments
+    times = dimension(exponent, known)
+    if times not in (None, PLAIN):
+        raise DimensionError(f"the exponent {exponent} is in {told(times)}, not a number")
+    of = dimension(base, known)
+    sign, number = (-1, exponent.arguments[0]) if exponent.kind == "neg" else (1, exponent)
+    if of is None or number.kind != "number":
+        return of if of == PLAIN else None
+    return tuple(x * sign * Fraction(number.arguments[0]) for x in of)
+
+
+def told(of: Maybe) -> str:
+    """A dimension as a unit."""
+    for unit in NAMED:
+        if dimension_of(unit) == of:
+            return unit
+    bases = [base for base in BASE_UNITS if base != "rad"]
+    pairs = [(base, x) for base, x in zip(bases, of or PLAIN, strict=True) if x]
+    return ".".join(base if x == 1 else f"{base}{x}" for base, x in pairs) or "1"
+
+
+def dimension_findings(model: Any, quantities: Iterator[tuple[Location, Any]]) -> Iterator[Finding]:
+    """What of the `quantities` of a model has a dimension that its place does not take."""
+    units = {name: p.unit for name, p in (*model.parameters.items(), *model.tables.items())}
+    known = {name: of for name, unit in units.items() if (of := dimension_of(unit)) is not None}
+    for at, value in quantities:
+        expression = as_expression(value)
+        if known.keys().isdisjoint(expression.names()):
+            continue
+        place = at[-1] if isinstance(at[-1], str) else at[-2]
+        try:
+            found = dimension(expression, known)
+        except DimensionError as error:
+            yield Finding(at, f"{place}: {error}", "check the units of what is named in it")
+            continue
+        unit = expected_unit(model, at)
+        expected = PLAIN if unit == "rad" else dimension_of(unit)
+        if found is None or expected is None or found == expected:
+            continue
+        got = units[expression.arguments[0]] if expression.kind == "name" else told(found)
+        message = f"{place}: {value} is in {got}, expected {unit}"
+        yield Finding(at, message, _remedy(expression, unit, expected, known))
+
+
+def _remedy(
+    expression: Expression, unit: str, expected: Dimension, known: Mapping[str, Maybe]
+) -> str:
+    alike = [name for name, of in known.items() if of == expected]
+    if alike:
+        return f"did you mean {' or '.join(map(repr, alike[:3]))}, in {unit}?"
+    if expression.kind == "name":
+        return f"give {expression} a unit such as {unit}, or name another parameter"
+    return f"write an expression that is in {unit}"
+
+
+def expected_unit(model: Any, at: Location) -> str:
+    """The unit of the quantity at a place of a model; "" where any will do."""
+    if at == ("gravity",):
+        return "m/s2"
+    group, name, field = at[:3]
+    element = getattr(model, str(group))[name]
+    if field == "initial":
+        return OF_JOINTS.get(element.type, {}).get(str(at[3]), "")
+    unit = {**getattr(element, "scalars", {}), **getattr(element, "vectors", {})}.get(field, "")
+    of_angle, _, of_distance = unit.partition(" or ")
+    if not of_distance:
+        return unit
+    return of_angle if model.joints[element.joint].type == "revolute" else of_distance

@@ -1,0 +1,77 @@
+"""How objects show themselves in Python: some lines that say what there is, never all of it."""
+
+from __future__ import annotations
+
+import reprlib
+from collections.abc import Iterable, Sequence
+from dataclasses import fields
+from typing import Any, TypeVar
+
+MOST_LINES = 20
+WIDTH = 100
+
+Kind = TypeVar("Kind")
+
+
+class _Short(reprlib.Repr):
+    """Shortened texts of values: the first of many, of arrays the shape, of objects a line."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.maxlevel = 2
+        self.maxdict = self.maxlist = self.maxtuple = self.maxset = self.maxfrozenset = 4
+        self.maxstring = self.maxother = 60
+
+    def repr_ndarray(self, array: Any, _: int) -> str:
+        return f"<{'×'.join(map(str, array.shape))} array>"
+
+    def repr_instance(self, x: Any, level: int) -> str:
+        first, *more = super().repr_instance(x, level).split("\n")
+        return f"<{first} …>" if more else first
+
+
+_SHORT = _Short()
+
+
+def short(kind: type[Kind]) -> type[Kind]:
+    """A dataclass whose repr has all its fields, each of them shortened, on one line."""
+
+    def shown(self: Any) -> str:
+        values = (f"{f.name}={_SHORT.repr(getattr(self, f.name))}" for f in fields(self) if f.repr)
+        return f"{type(self).__name__}({', '.join(values)})"
+
+    kind.__repr__ = shown
+    return kind
+
+
+def listing(title: str, **groups: Iterable[Any]) -> str:
+    """A title, and a line for each group with its size and the first of its members.
+
+    Members are texts, or have a `name`. Empty groups are left out; of very many, the last.
+    """
+    lines = [title]
+    for group, members in groups.items():
+        names = [one if isinstance(one, str) else one.name for one in members]
+        if names:
+            lines.append(_line(f"  {group} ({len(names)}): ", names))
+    if len(lines) > MOST_LINES:
+        left = len(lines) - MOST_LINES + 1
+        lines[MOST_LINES - 1 :] = [f"  … and {left} more"]
+    return "\n".join(lines)
+
+
+def _line(head: str, names: Sequence[str]) -> str:
+    """As many of the names as fit into a line, the first one cut if need be."""
+    line = head + names[0].split("\n")[0][:WIDTH]
+    for name in names[1:]:
+        if len(line) + len(name) + 5 > WIDTH:
+            return f"{line}, …"
+        line += f", {name}"
+    return line
+
+
+def span(time: Sequence[float] | Any) -> str:
+    """From when to when results are."""
+    if not len(time):
+        return "no rows"
+    return f"{len(time)} rows from {time[0]:g} to {time[-1]:g} s"

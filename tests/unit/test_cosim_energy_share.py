@@ -1,0 +1,90 @@
+"""The energy that a connection exchanges: the scale of what the coupling invents or loses."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import cast
+
+import numpy as np
+import pytest
+
+from m4e_fmi.cosim import Bond, BondEnergy, Link, Network, Port
+from m4e_fmi.cosim.connect import Axis
+from m4e_fmi.cosim.energy import EnergyBalance
+
+A, OMEGA, STIFFNESS, DAMPING = 0.7, 1.3, 2e5, 3e4
+PERIOD = 2 * np.pi / OMEGA
+
+
+def link(source: str, target: str) -> Link:
+    return Link(Port("line", source), Port("body", target), 0)
+
+
+def balance(
+    times: np.ndarray, force: np.ndarray, speed: np.ndarray, place: np.ndarray
+) -> BondEnergy:
+    """The balance of a bond of one direction with these courses; held forces are their means."""
+    names = ("force_x", "vx", "x")
+    links = [link(name, name) for name in names]
+    index = {k.source: row for row, k in enumerate(links)}
+    network = SimpleNamespace(
+        values=np.zeros(3),
+        targets=[k.target for k in links],
+        index=index.__getitem__,
+        to_si=lambda _: 1.0,
+    )
+    courses = np.column_stack((force, speed, place))
+    network.values[:] = courses[0]
+    energy = EnergyBalance(cast("Network", network), (Bond("b", (Axis(*links),)),))
+    for k in range(1, len(times)):
+        network.values[:] = courses[k]
+        held = np.array([(force[k - 1] + force[k]) / 2, 0.0, 0.0])
+        energy.add(held, times[k] - times[k - 1])
+    (found,) = energy.result()
+    return found
+
+
+def oscillation(periods: int, steps: int) -> tuple[np.ndarray, ...]:
+    """Times, x = A cos(wt) and its rate."""
+    times = np.linspace(0.0, periods * PERIOD, periods * steps + 1)
+    return times, A * np.cos(OMEGA * times), -A * OMEGA * np.sin(OMEGA * times)
+
+
+@pytest.mark.parametrize("preload", [0.0, 1e6, -1e8])
+@pytest.mark.parametrize("periods", [2, 60])
+def test_a_spring_exchanges_its_potential_whatever_the_preload(
+    preload: float, periods: int
+) -> None:
+    times, x, v = oscillation(periods, 400)  # up to 24 blocks of 1024 steps
+    found = balance(times, preload - STIFFNESS * x, v, x + 5.0)
+    # trapezoids of a harmonic power of angular frequency 2 w: (2 w h)²/12, w h = 2 pi/400
+    assert found.exchanged == pytest.approx(STIFFNESS * A**2 / 2, rel=(4 * np.pi / 400) ** 2)
+
+
+@pytest.mark.parametrize("preload", [0.0, 1e6])
+def test_a_damper_exchanges_what_it_takes(preload: float) -> None:
+    times, x, v = oscillation(20, 400)
+    found = balance(times, preload - DAMPING * v, v, x)
+    assert found.exchanged == pytest.approx(DAMPING * A**2 * OMEGA**2 / 2 * times[-1], rel=1e-3)
+
+
+def test_a_body_that_is_towed_takes_the_work_of_the_mean_force() -> None:
+    times = np.linspace(0.0, 100.0, 4001)
+    found = balance(times, np.full(times.size, 50.0), np.full(times.size, 3.0), 3.0 * times)
+    assert found.exchanged == pytest.approx(50.0 * 300.0)
+
+
+def test_the_share_is_of_what_moves() -> None:
+    times, x, v = oscillation(20, 400)
+    found = balance(times, 1e7 - STIFFNESS * x, v, x)
+    # the weight swings by 1.4e7 J, the spring by 4.9e4 J
+    invented = replace(found, received=found.given + 490.0)
+    assert invented.relative == pytest.approx(0.01, rel=1e-3)
+
+
+def test_nothing_moves() -> None:
+    times = np.linspace(0.0, 10.0, 101)
+    zero = np.zeros(times.size)
+    found = balance(times, zero + 1e6, zero, zero)
+    assert (found.exchanged, found.relative) == (0.0, 0.0)

@@ -1,0 +1,173 @@
+"""What loads exert, and their power: as outputs of programs, of FMUs, of coupled runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.planar_trees import random_tree
+
+from m4e_fmi.cosim import System, run
+from m4e_fmi.fmu import build_fmu, read_description
+from m4e_fmi.model import (
+    Body,
+    BodyDrag,
+    BodyForce,
+    Joint,
+    JointEffort,
+    JointFriction,
+    JointStop,
+    Model,
+    Point,
+    PointForce,
+    TensionDamper,
+    TensionSpring,
+    TorsionDamper,
+    TorsionSpring,
+)
+from m4e_fmi.multibody import model_program
+from m4e_fmi.report import run_summary, simulation_summary
+from m4e_fmi.simulate import simulate
+
+ROUNDING = 1e-12
+
+MODEL = """\
+name: slider
+bodies: {block: {mass: 2, inertia: 1}}
+joints: {rail: {type: prismatic, child: block, direction: [1, 0], initial: {q: 0.5}}}
+points:
+  wall: {body: ground, at: [-1, 0]}
+  hook: {body: block, at: [0, 0]}
+loads:
+  spring: {type: tension_spring, points: [wall, hook], stiffness: 50, length: 1}
+  pto: {type: tension_damper, points: [wall, hook], damping: 4, description: Generator}
+"""
+
+
+def two_bodies() -> Model:
+    """A carriage on a rail and an arm on it, which move; one load of most kinds."""
+    return Model(
+        name="pair",
+        bodies={"car": Body(2.0, 1.0), "arm": Body(1.0, 0.3)},
+        joints={
+            "rail": Joint("prismatic", "car", direction=(1.0, 0.0), initial={"u": 0.4}),
+            "pin": Joint("revolute", "arm", "car", joint_to_child=(0.0, -0.5), initial={"q": 1.0}),
+        },
+        points={"tip": Point("arm", (0.0, -0.5)), "wall": Point("ground", (-2.0, 0.5))},
+        loads={
+            "spring": TensionSpring(("wall", "tip"), stiffness=50.0, length=1.5),
+            "damper": TensionDamper(("wall", "tip"), damping=4.0),
+            "coil": TorsionSpring(("car", "arm"), stiffness=5.0, angle=0.2),
+            "oil": TorsionDamper(("car", "arm"), damping=0.7),
+            "push": PointForce("tip", ("sin(3*t)", 2.0), "body"),
+            "lift": BodyForce("arm", (0.3, "t"), 0.6),
+            "sea": BodyDrag("arm", 0.8, 0.2, (1.0, 0.0)),
+            "motor": JointEffort("pin", "cos(t)"),
+            "rub": JointFriction("rail", 0.5, 0.1),
+            "stop": JointStop("pin", 100.0, upper=0.9, damping=2.0),
+        },
+    )
+
+
+def test_every_load_tells_its_force_and_what_it_depends_on() -> None:
+    result = simulate(two_bodies(), stop_time=3.0, tolerance=1e-9)
+
+    def same(name: str, value: np.ndarray) -> None:
+        np.testing.assert_allclose(result[f"load.{name}"], value, atol=ROUNDING, err_msg=name)
+
+    t, theta, omega = result.time, result["body.arm.theta"], result["body.arm.omega"]
+    way = np.array([result["point.tip.x"] + 2.0, result["point.tip.z"] - 0.5])
+    speed = np.array([result["point.tip.vx"], result["point.tip.vz"]])
+    distance = np.hypot(*way)
+    rate = (way * speed).sum(axis=0) / distance
+    same("spring.distance", distance)
+    same("spring.extension", distance - 1.5)
+    same("spring.tension", 50 * (distance - 1.5))
+    same("damper.distance_rate", rate)
+    same("damper.tension", 4 * rate)
+    same("damper.power", -4 * rate**2)
+    same("coil.twist", theta - 0.2)
+    same("coil.moment", 5 * (theta - 0.2))
+    same("oil.moment", 0.7 * omega)
+    same("oil.power", -0.7 * omega**2)
+    x, z = np.sin(3 * t), 2.0
+    same("push.force_x", np.cos(theta) * x + np.sin(theta) * z)
+    same("push.force_z", np.cos(theta) * z - np.sin(theta) * x)
+    same(
+        "push.power",
+        (result["load.push.force_x"] * speed[0] + result["load.push.force_z"] * speed[1]),
+    )
+    same("lift.moment", np.full(len(t), 0.6))
+    wind = np.array([result["body.arm.vx"] - 1.0, result["body.arm.vz"]])
+    same("sea.force_x", -0.8 * np.hypot(*wind) * wind[0])
+    same("sea.moment", -0.2 * np.abs(omega) * omega)
+    same("motor.effort", np.cos(t))
+    same("motor.power", np.cos(t) * omega)
+    same("rub.effort", -0.5 * np.tanh(result["joint.rail.u"] / 0.1))
+    depth = np.maximum(0, theta - 0.9)
+    more = np.minimum(np.maximum(2 * omega, -100 * depth), 100 * depth)
+    same("stop.effort", -(100 * depth + more))
+    same("stop.gap", 0.9 - theta)
+    assert depth.any()
+
+
+def test_units_and_words() -> None:
+    program = model_program(two_bodies())
+    units = {v.name: v.unit for v in program.outputs if v.name.startswith("load.")}
+    assert units["load.motor.effort"] == "N.m"
+    assert units["load.rub.effort"] == "N"
+    assert units["load.stop.gap"] == "rad"
+    assert units["load.spring.tension"] == "N"
+    assert not any(v.local or not v.description for v in program.outputs)
+    (rate,) = (v for v in program.outputs if v.name == "load.spring.distance_rate")
+    assert rate.derivative_of == "load.spring.distance"
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_they_cost_the_accelerations_nothing(seed: int) -> None:
+    """The rates need the same operations with and without any output."""
+    program = model_program(random_tree(seed, size=6))
+    alone, all_ = program.operations(program.rates), program.operations(program.results)
+    loads = [
+        k
+        for v, k in zip(program.outputs, program.results, strict=True)
+        if v.name.startswith("load.")
+    ]
+    more = set(program.operations(loads)) - set(alone)
+    assert len(loads) > 20
+    # a product or two, and a root where a distance is not needed otherwise
+    assert len(more) < 5 * len(loads)
+    assert more <= set(all_)
+
+
+@pytest.mark.parametrize(("native", "version"), [(True, "2"), (True, "3"), (False, "2")])
+def test_fmus_have_them_as_outputs(tmp_path: Path, native: bool, version: str) -> None:
+    path = tmp_path / "slider.model.yaml"
+    path.write_text(MODEL, encoding="utf-8")
+    fmu = build_fmu(model_program(path), tmp_path / "slider.fmu", native=native, fmi=version)
+    variables = read_description(fmu).variables
+    power = variables["load.pto.power"]
+    assert (power.causality, power.unit) == ("output", "W")
+    assert power.description == "Generator: power by which the load changes the total energy"
+    assert variables["load.spring.tension"].causality == "output"
+
+
+def test_they_are_in_coupled_results_and_summaries(tmp_path: Path) -> None:
+    """The mean power of a damper inside a model is in the results and in what is printed."""
+    path, file = tmp_path / "slider.model.yaml", tmp_path / "s.system.yaml"
+    path.write_text(MODEL, encoding="utf-8")
+    file.write_text(
+        "name: s\ncomponents:\n  buoy: {model: slider.model.yaml}\n"
+        "connections: []\nsimulation: {stop_time: 2.0, step_size: 0.01}\n",
+        encoding="utf-8",
+    )
+    alone = simulate(path, stop_time=2.0)
+    outcome = run(System.load(file), results=tmp_path / "s.nc", build_directory=tmp_path / "build")
+    loaded = outcome.results()
+    for name in ("load.pto.power", "load.spring.tension", "load.spring.extension"):
+        # the same method at the same tolerance, 1e-8, restarted at each step
+        np.testing.assert_allclose(loaded[f"buoy.{name}"].values, alone[name], atol=1e-5)
+    mean = alone["load.pto.work"][-1] / 2.0
+    assert f"mean power {mean / 1e3:.3f} kW over 2 s (buoy.load.pto.power)" in run_summary(outcome)
+    assert f"{mean: .6g} W" in simulation_summary(alone)

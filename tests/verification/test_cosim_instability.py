@@ -1,0 +1,158 @@
+"""Coupled systems that grow without bound: what is named, since when, and what is not called so."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from m4e_fmi.cosim import Component, FmuFile, Outcome, Simulation, System, load, run, start
+from m4e_fmi.cosim.instability import Stability
+from m4e_fmi.errors import RunError
+
+Fmus = Callable[[str], Path]
+
+
+def part(fmus: Fmus, model: str, name: str, **values: float) -> Component:
+    return Component(
+        name, FmuFile(fmus(model)), {k.replace("__", "."): v for k, v in values.items()}
+    )
+
+
+def failure(system: System, results: Path | None = None) -> RunError:
+    with pytest.raises(RunError) as caught:
+        run(system, results=results)
+    return caught.value
+
+
+def times_of(message: str) -> tuple[float, float, float]:
+    """Since when, until when, and the time for a factor of ten, in the words of a message."""
+    found = re.search(r" at t = (\S+) s to .* at t = (\S+) s, tenfold every (\S+) s", message)
+    assert found, message
+    since, until, tenfold = map(float, found.groups())
+    return since, until, tenfold
+
+
+def pair(fmus: Fmus, settings: Simulation, **values: float) -> System:
+    """A unit mass, x(0) = 1 m, on a spring of 1 N/m in another FMU."""
+    parts = (part(fmus, "mass", "a", body__m__x=1.0), part(fmus, "spring", "b", **values))
+    return System("s", parts, ("a.m <-> b.end",), settings)
+
+
+def test_steps_that_are_too_long(c_fmu: Fmus, tmp_path: Path) -> None:
+    file = tmp_path / "r.nc"
+    error = failure(pair(c_fmu, Simulation(1e4, 4.0, "gauss_seidel")), results=file)
+    assert re.match(r"unstable: a\.body\.m\.\w+ \(output body\.m\.\w+\) grew from ", error.message)
+    assert error.remedy.startswith("try step_size: 1; take algorithm: corrector or implicit")
+    since, until, tenfold = times_of(error.message)
+    # the largest root of the recursion there
+    assert since <= 16.0
+    assert until < 500
+    results = load(file)
+    assert results.time[-1] == pytest.approx(until, abs=1e-3)  # as many digits as are told
+    x = results["a.body.m.x"].values
+    assert np.isfinite(x).all()
+    last = np.abs(x[-10:])
+    steps = np.log10(last[-1] / last[0]) / 9
+    assert tenfold == pytest.approx(4.0 / steps, rel=0.2)
+
+
+def test_jacobi_feeds_energy_in(c_fmu: Fmus) -> None:
+    error = failure(pair(c_fmu, Simulation(1e6, 0.5, "jacobi")))
+    _, _, tenfold = times_of(error.message)
+    # a held force makes x grow by (ωH)²/4 a step, to the next order in (ωH)²
+    assert tenfold == pytest.approx(0.5 * np.log(10) / (0.5**2 / 4), rel=0.1)
+    assert "if half the step_size leaves it as it is, the system itself is unstable" in error.remedy
+
+
+def test_an_fmu_that_fails_by_itself_after_something_grew(
+    c_fmu: Fmus, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    parts = (part(c_fmu, "mass", "a", body__m__x=1.0), part(c_fmu, "fuse", "b", stiffness=40.0))
+    system = System("s", parts, ("a.m <-> b.end",), Simulation(1e4, 1.0, "gauss_seidel"))
+    for file in (None, tmp_path / "r.nc"):
+        if file:  # no look falls into the growth: the rows tell
+            monkeypatch.setattr(Stability, "look", lambda *_: None)
+        error = failure(system, file)
+        assert error.message.startswith("unstable: a.body.m.")
+        assert "; then b (fuse.fmu): the step from t = " in error.message
+        assert "the fuse has blown" in error.message
+        assert "try step_size: 0.25" in error.remedy
+
+
+def test_an_fmu_that_fails_where_nothing_grew(c_fmu: Fmus, tmp_path: Path) -> None:
+    # the mass flies away at 1 m/s: x = t
+    parts = (
+        part(c_fmu, "mass", "a", body__m__vx=1.0),
+        part(c_fmu, "fuse", "b", stiffness=0.0, limit=1e5),
+    )
+    system = System("s", parts, ("a.m <-> b.end",), Simulation(1e6, 10.0, "gauss_seidel"))
+    error = failure(system, results=tmp_path / "r.nc")
+    assert error.message.startswith("b (fuse.fmu): the step from t = ")
+
+
+def test_an_added_mass_that_is_exchanged_as_a_force(c_fmu: Fmus) -> None:
+    parts = (
+        part(c_fmu, "mass", "a", body__m__x=1.0),
+        part(c_fmu, "late_added_mass", "b", added=3.0),
+    )
+    ways = ("a.m <-> b.end",)
+    error = failure(System("s", parts, ways, Simulation(100.0, 0.01, "jacobi")))
+    assert "a.body.m.ax -> b.end.ax carries an acceleration" in error.remedy
+    assert "added_mass: true" in error.remedy
+
+
+EXPONENTIAL = ("a.y -> b.u", "b.y -> a.u")
+
+
+def rising(fmus: Fmus, stop: float) -> System:
+    """y = 1e-9 e^t in both of two integrators."""
+    parts = tuple(part(fmus, "integrator+state", name, y=1e-9) for name in "ab")
+    return System("s", parts, EXPONENTIAL, Simulation(stop, 0.05))
+
+
+def test_growth_that_is_not_large_yet_is_no_matter(c_fmu: Fmus) -> None:
+    assert run(rising(c_fmu, 20.0)).warnings == ()  # 0.5
+
+
+def test_growth_at_the_end_of_a_run_is_told(c_fmu: Fmus) -> None:
+    (warning,) = run(rising(c_fmu, 45.0)).warnings  # 3.5e10
+    assert "this seems to be unstable" in warning
+    _, _, tenfold = times_of(warning)
+    assert tenfold == pytest.approx(np.log(10), rel=0.02)
+
+
+def test_a_run_that_goes_back_forgets_what_grew(c_fmu: Fmus) -> None:
+    with start(rising(c_fmu, 60.0)) as stepped:
+        first = stepped.save()
+        while stepped.time < 50.0:
+            stepped.step()
+        stepped.restore(first)
+        while stepped.time < 10.0:
+            stepped.step()
+    assert stepped.outcome.warnings == ()
+
+
+def far(fmus: Fmus) -> System:
+    """u = 1 (start), y = 1e12 t, z = 1e12 t²/2 to t = 1e6 s: 5e23, far beyond any size."""
+    parts = (
+        part(fmus, "integrator", "a", u=1.0, gain=1e12),
+        part(fmus, "integrator", "b"),
+        part(fmus, "integrator", "c", gain=1e-30),
+    )
+    return System("s", parts, ("a.y -> b.u", "b.y -> c.u"), Simulation(1e6, 100.0, "gauss_seidel"))
+
+
+def limit_cycle(fmus: Fmus) -> System:
+    parts = (part(fmus, "van_der_pol", "a", u=0.0), part(fmus, "lag", "b"))
+    return System("s", parts, ("a.x -> b.u",), Simulation(100.0, 0.05, "gauss_seidel"))
+
+
+@pytest.mark.parametrize("make", [far, limit_cycle])
+def test_what_becomes_large_by_its_nature(make: Callable[[Fmus], System], c_fmu: Fmus) -> None:
+    outcome: Outcome = run(make(c_fmu))
+    assert outcome.steps > 1000
+    assert outcome.warnings == ()

@@ -1,0 +1,173 @@
+"""What FMUs log in a run reaches the person: at once, in the summary, the outcome and the file."""
+
+from __future__ import annotations
+
+import json
+import tracemalloc
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from m4e_fmi.cli import main
+from m4e_fmi.cosim import Component, FmuFile, Outcome, Simulation, System, load, run
+from m4e_fmi.errors import RunError
+from m4e_fmi.report import run_summary
+
+Fmus = Callable[[str], Path]
+VERSIONS = ["talker", "1:talker", "3:talker"]
+
+
+def talk(fmu: Path, *, file: Path | None = None, **start: float) -> tuple[Outcome, list[str]]:
+    """A run of 1 s in steps of 0.1 s of a talker, and the lines that it gave at once."""
+    lines: list[str] = []
+    system = System("s", (Component("pump", FmuFile(fmu), start),), (), Simulation(1.0, 0.1))
+    return run(system, results=file, warn=lines.append), lines
+
+
+@pytest.mark.parametrize("name", VERSIONS)
+@pytest.mark.parametrize(("status", "word"), [(1, "warning"), (2, "discard"), (3, "error")])
+def test_a_message_in_each_step_is_one(c_fmu: Fmus, name: str, status: int, word: str) -> None:
+    outcome, lines = talk(c_fmu(name), logged=status, when=0.3)
+    assert lines == [f"pump, {word} at t = 0.3 s: line aaa is 300 m too long, t = 0.3"]
+    (message,) = outcome.messages
+    assert (message.component, message.status, message.count) == ("pump", word, 7)
+    assert (message.first, message.last) == (pytest.approx(0.3), pytest.approx(0.9))
+
+
+@pytest.mark.parametrize("name", VERSIONS)
+def test_a_step_answered_with_warning_is_told(c_fmu: Fmus, name: str) -> None:
+    outcome, _ = talk(c_fmu(name), answer=1, count=0, when=0.3)
+    (message,) = outcome.messages
+    assert str(message) == (
+        "pump, warning, 7 times, t = 0.3 s to 0.9 s: fmi2DoStep answered Warning, and the FMU "
+        "logged nothing"
+    )
+    # where the FMU tells why, that is enough
+    outcome, _ = talk(c_fmu(name), answer=1, when=0.3)
+    assert [m.text for m in outcome.messages] == ["line aaa is 300 m too long, t = 0.3"]
+
+
+def test_plain_messages_are_no_warnings(c_fmu: Fmus) -> None:
+    outcome, lines = talk(c_fmu("talker"), logged=0)
+    assert (outcome.messages, lines) == ((), [])
+
+
+def test_the_summary_and_the_file_have_them(c_fmu: Fmus, tmp_path: Path) -> None:
+    outcome, _ = talk(c_fmu("talker"), file=tmp_path / "r.nc", when=0.3)
+    line = "pump, warning, 7 times, t = 0.3 s to 0.9 s: line aaa is 300 m too long, t = 0.3"
+    assert f"messages of FMUs:\n  {line}\n" in run_summary(outcome)
+    assert load(tmp_path / "r.nc").attributes["messages"] == line
+
+
+def test_a_flood_is_bounded(c_fmu: Fmus, tmp_path: Path) -> None:
+    tracemalloc.start()
+    outcome, lines = talk(c_fmu("talker"), file=tmp_path / "r.nc", count=10_000, kinds=10_000)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert sum(message.count for message in outcome.messages) == 100_000
+    assert len(outcome.messages) == len(lines) == 21
+    assert "further messages" in outcome.messages[-1].text
+    assert outcome.messages[-1].count == 100_000 - 20 * 10
+    assert len(run_summary(outcome).splitlines()) < 40
+    assert peak < 20e6
+
+
+def test_the_steps_that_tell_the_error_are_not_heard(c_fmu: Fmus) -> None:
+    lines: list[str] = []
+    pair = (
+        Component("a", FmuFile(c_fmu("integrator+state")), {"y": 1.0}),
+        Component("b", FmuFile(c_fmu("talker+state")), {"answer": 1.0}),
+        Component("c", FmuFile(c_fmu("integrator+state"))),
+    )
+    connections = ("a.y -> c.u", "c.y -> a.u")
+    system = System("s", pair, connections, Simulation(1.0, 0.1, "gauss_seidel"))
+    outcome = run(system, warn=lines.append)
+    assert outcome.messages[0].count == 10
+    assert [line[:9] for line in lines] == ["warning: ", "b, warnin"]
+    quiet = System("s", (pair[0], _silent(pair[1]), pair[2]), connections, system.simulation)
+    assert run(quiet).messages[0].count == 10
+
+
+def _silent(talker: Component) -> Component:
+    return Component(talker.name, talker.source, {"answer": 1.0, "count": 0.0})
+
+
+def test_the_command_tells_at_once_and_in_the_summary(
+    c_fmu: Fmus,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    content = {
+        "name": "talking",
+        "components": {"pump": {"fmu": str(c_fmu("talker")), "start": {"when": 0.5}}},
+        "connections": [],
+        "simulation": {"stop_time": 1.0, "step_size": 0.1},
+    }
+    Path("system.yaml").write_text(json.dumps(content))
+    assert main(["run", "system.yaml", "--output-file", "r.nc"]) == 0
+    told = capsys.readouterr()
+    assert told.err.count("pump, warning at t = 0.5 s: line aaa is 500 m too long") == 1
+    assert "pump, warning, 5 times, t = 0.5 s to 0.9 s: line aaa is 500 m too long" in told.out
+
+
+def test_what_a_listener_raises_ends_the_run(c_fmu: Fmus) -> None:
+    class StopError(Exception):
+        pass
+
+    def refuse(_: str) -> None:
+        raise StopError
+
+    system = System("s", (Component("pump", FmuFile(c_fmu("talker"))),), (), Simulation(1.0, 0.1))
+    with pytest.raises(StopError):
+        run(system, warn=refuse)
+
+
+def test_messages_of_a_run_that_fails_are_in_its_results(c_fmu: Fmus, tmp_path: Path) -> None:
+    parts = (
+        Component("pump", FmuFile(c_fmu("talker"))),
+        Component("rogue", FmuFile(c_fmu("rogue")), {"what": 3.0, "when": 0.5}),
+    )
+    with pytest.raises(RunError):
+        run(System("s", parts, (), Simulation(1.0, 0.1)), results=tmp_path / "r.nc")
+    lines = load(tmp_path / "r.nc").attributes["messages"].splitlines()
+    assert [line.split(",")[0] for line in lines] == ["pump", "rogue"]
+    assert "rogue, error at t = 0.4 s: the pump ran dry" in lines[1]
+
+
+def test_run_and_info_tell_of_an_input_that_nobody_feeds(
+    c_fmu: Fmus,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    loop = ["plant.y -> control.y", "control.u -> plant.u"]
+    told = "control.y is connected to nothing and runs on its start value 0: connect it"
+
+    def write(connections: list[str]) -> None:
+        content = {
+            "name": "loop",
+            "components": {
+                "plant": {"fmu": str(c_fmu("lag")), "start": {"y": 1}},
+                "control": {"fmu": str(c_fmu("pi"))},
+            },
+            "connections": connections,
+            "simulation": {"stop_time": 1.0, "step_size": 0.1},
+        }
+        Path("system.yaml").write_text(json.dumps(content))
+
+    write(loop[1:])
+    assert main(["run", "system.yaml", "--output-file", "r.nc"]) == 0
+    out, err = capsys.readouterr()
+    assert f"warning: {told}" in err
+    assert f"  warning: {told}" in out
+    assert main(["info", "system.yaml"]) == 0
+    out = capsys.readouterr().out
+    assert f"warning: {told}" in out
+    assert "unconnected inputs, which keep their start values:\n  control.y = 0\n" in out
+    write(loop)
+    assert main(["run", "system.yaml", "--output-file", "r.nc"]) == 0
+    assert "connected to nothing" not in "".join(capsys.readouterr())

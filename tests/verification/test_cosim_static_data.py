@@ -1,0 +1,81 @@
+"""FMUs that keep something in static variables, though they do not say that they are but one."""
+
+from __future__ import annotations
+
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pytest
+
+from m4e_fmi.cosim import Certificate, Component, FmuFile, Simulation, System, load, run
+from m4e_fmi.cosim.static_data import keeps_nothing
+
+Fmus = Callable[[str], Path]
+VERSIONS = ["", "1:", "3:"]
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_two_components_of_one_file(c_fmu: Fmus, tmp_path: Path, version: str) -> None:
+    parts = tuple(
+        Component(f"c{k}", FmuFile(c_fmu(f"{version}keeper")), {"u": float(k)}) for k in range(4)
+    )
+    run(System("s", parts, (), Simulation(1.0, 0.125)), results=tmp_path / "r.nc")
+    found = load(tmp_path / "r.nc")
+    for k in range(4):
+        np.testing.assert_array_equal(found[f"c{k}.y"].values, k * found.time)
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_the_second_set_of_the_certificate(c_fmu: Fmus, tmp_path: Path, version: str) -> None:
+    """None of these can go back, so that a second set of instances goes beside the run."""
+    keeper = FmuFile(c_fmu(f"{version}keeper"))
+    parts = (Component("a", keeper, {"u": 1.0}), Component("b", keeper))
+    system = System("s", parts, ("a.y -> b.u",), Simulation(1.0, 0.125, "jacobi"))
+    outcome = run(system, results=tmp_path / "r.nc")
+    found = load(tmp_path / "r.nc")
+    t = found.time
+    np.testing.assert_array_equal(found["a.y"].values, t)
+    np.testing.assert_allclose(found["b.y"].values, t * (t - 0.125) / 2, rtol=1e-13)
+    assert isinstance(outcome.certificate, Certificate)
+    # b.y is of first order: half the step would leave half of t H/2, of a range of 7/16
+    assert outcome.certificate.errors[0].error == pytest.approx(0.0625 / 1.0, rel=0.5)
+
+
+PLAIN = "int f(int a) { return a + 1; }"
+STATIC = (
+    "static int s; int f(int a) { return s += a; }",
+    "static char s; int f(int a) { return s += a; }",
+    "static _Bool s; int f(int a) { if (!s) { s = 1; return a; } return 0; }",
+    "static char s, t; int f(int a) { if (t) s = 4; t = 1; return s; }",
+    "char s; int f(int a) { return s += a; }",
+    "static long s = 5; int f(int a) { return s += a; }",
+    "static char s[3]; char *f(int a) { return s + a; }",
+    "static __thread char s; int f(int a) { return s += a; }",
+    'int f(int a) { static const char *s = "b"; return *s++ + a; }',
+)
+
+
+def library(folder: Path, code: str, *flags: str) -> Path:
+    source, path = folder / "x.c", folder / f"x{fmpy.sharedLibraryExtension}"
+    source.write_text(code)
+    subprocess.run(["cc", "-shared", "-fPIC", *flags, str(source), "-o", str(path)], check=True)
+    return path
+
+
+@pytest.mark.parametrize("code", STATIC)
+@pytest.mark.parametrize("flags", [("-O0",), ("-O2",), ("-O2", "-nostartfiles")])
+def test_static_variables_are_found(tmp_path: Path, code: str, flags: tuple[str, ...]) -> None:
+    assert not keeps_nothing(library(tmp_path, code, *flags))
+
+
+@pytest.mark.skipif(fmpy.platform_tuple != "x86_64-linux", reason="elsewhere nothing is certain")
+@pytest.mark.parametrize("flags", ["-O0", "-O2"])
+def test_a_library_without_any(tmp_path: Path, flags: str) -> None:
+    assert keeps_nothing(library(tmp_path, PLAIN, flags))
+    damaged = tmp_path / "damaged.so"
+    content = (tmp_path / f"x{fmpy.sharedLibraryExtension}").read_bytes()
+    damaged.write_bytes(content[: len(content) // 2])
+    assert not keeps_nothing(damaged)
