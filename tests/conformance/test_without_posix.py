@@ -47,7 +47,12 @@ for package in ("m4e_fmi", "m4e_adapters", "m4e_fmus"):
 print(count, "modules")
 """
 RUNS = """
+from types import ModuleType, SimpleNamespace
+from m4e_fmi import locks
 from m4e_fmi.cli import main
+locks.sys = SimpleNamespace(platform="win32")  # so that it locks as there, by this:
+sys.modules["msvcrt"] = windows = ModuleType("msvcrt")
+windows.LK_NBLCK, windows.locking = 2, lambda descriptor, mode, count: None
 codes = [
     main(["simulate", "pendulum.model.yaml", "--stop-time", "0.02", "--no-plot"]),
     main(["run", "system.yaml"]),
