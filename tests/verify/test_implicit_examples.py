@@ -11,6 +11,7 @@ import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -77,7 +78,7 @@ def system(case: str) -> System:
     return replace(found, simulation=replace(found.simulation, output_interval=None))
 
 
-def course(case: str, folder: Path, **settings: float | str) -> tuple[Courses, Network, Outcome]:
+def course(case: str, folder: Path, **settings: Any) -> tuple[Courses, Network, Outcome]:
     """Judged outputs at all communication points."""
     seen: Courses = {}
     networks: list[Network] = []
