@@ -65,9 +65,13 @@ class Recorder:
     def halt(self) -> None:
         """It makes no steps."""
 
-    def after(self, steps: int, size: int, row: int, *, jumped: bool = False) -> None:
+    def after(
+        self, steps: int, size: int, row: int, *, jumped: bool = False, within: bool = False
+    ) -> None:
         """After so many steps of `size` [ns]; the operations have filled rows from `row` on."""
         values = self._block[row : row + steps].copy()
+        if within:
+            self._note(np.array([steps - 1]), values)
         if jumped or size != self._size:
             self._roughness.forget()
         else:
@@ -160,11 +164,13 @@ class Companion:
         """The second set cannot follow the run any more: nothing can be told."""
         self.failure = self.failure or why
 
-    def after(self, steps: int, size: int, row: int, *, jumped: bool = False) -> None:
+    def after(
+        self, steps: int, size: int, row: int, *, jumped: bool = False, within: bool = False
+    ) -> None:
         """After steps of the run, as `Recorder.after`."""
         self._steps += steps
         if not self.failure:
-            self._run.after(steps, size, row, jumped=jumped)
+            self._run.after(steps, size, row, jumped=jumped, within=within)
             if self._run.count >= BLOCK:
                 self._follow()
 

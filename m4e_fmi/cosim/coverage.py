@@ -42,7 +42,7 @@ class Coverage:
 
     def lose(self, since: int, why: str) -> Coverage:
         """Without knowledge from some time on."""
-        return replace(self, lost=(*self.lost, (since, why)))
+        return self if self.lost else replace(self, lost=((since, why),))
 
     @property
     def share(self) -> float:

@@ -180,6 +180,13 @@ class Master:
         """Whether all components can go back, and make a shorter step then."""
         return not self._rigid() and all(rate.shortens for rate in self._rates.values())
 
+    @property
+    def _coarse(self) -> str:
+        """Why there are no steps of a small part of the length; empty if there are."""
+        inside = ((n, d.internal_step) for n, d in self._descriptions.items() if d.internal_step)
+        own = [f"{name} goes by steps of {step:g} s inside" for name, step in inside]
+        return "; ".join([f"{n} {r}" for n, r in self._rates.items() if not r.shortens] or own)
+
     def _lengths(self) -> list[float] | str:
         """Lengths of steps, over the run's, that can tell its error; or why there are none."""
         rates = self._rates.items()
@@ -210,7 +217,7 @@ class Master:
                 lengths,
                 order=self.order,
                 spans=self._spans,
-                refines=self._shortens,
+                coarse=self._coarse,
             )
             return
         try:

@@ -44,7 +44,9 @@ class Watcher(Protocol):
     def room(self) -> int: ...
     def before(self) -> None: ...
     def halt(self) -> None: ...
-    def after(self, steps: int, size: int, row: int, *, jumped: bool = False) -> None: ...
+    def after(
+        self, steps: int, size: int, row: int, *, jumped: bool = False, within: bool = False
+    ) -> None: ...
 
 
 class Course:
@@ -224,7 +226,8 @@ class Course:
         before = event_count(self._telling)
         size = self._step(size)
         self.now += size
-        jumped = event_count(self._telling) > before or self.now == self._jump
+        within = event_count(self._telling) > before and self.now != self._jump
+        jumped = within or self.now == self._jump
         if jumped:
             self._network.forget()
         changed = self._network.advance(self.now / SECOND)
@@ -233,7 +236,7 @@ class Course:
         self.steps += 1
         if self._witness:
             (self._note_open if self._witness.open else self._note).run(self._network.time)
-            self._witness.after(1, size, 0, jumped=jumped or bool(changed))
+            self._witness.after(1, size, 0, jumped=jumped or bool(changed), within=within)
         last = self.now == self._stop or self.over
         if last or self.now >= self._row + self._every:
             self._record()

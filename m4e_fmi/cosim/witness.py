@@ -112,9 +112,9 @@ class _Told:
 class _Stretch:
     """Steps since `start`: `times` [ns] and, if it is `recorded`, source values, piece by piece.
 
-    `jumps` are the times to which a jump has led, `kinks` numbers of steps that are rough at once,
-    `changes` what was set at some times. A `window` is made again in any case, up to the step `end`
-    of the run.
+    `jumps` are the times to which a jump has led, of which some were `within` the step; `kinks`
+    numbers of steps that are rough at once, `changes` what was set at some times. A `window` is
+    made again in any case, up to the step `end` of the run.
     """
 
     start: Point
@@ -125,12 +125,15 @@ class _Stretch:
     values: list[np.ndarray]
     jumps: list[int] = field(default_factory=list)
     kinks: list[np.ndarray] = field(default_factory=list)
+    within: list[int] = field(default_factory=list)
     changes: dict[int, list[Change]] = field(default_factory=dict)
 
     def copy(self) -> _Stretch:
         """The same, which stays as it is while this goes on."""
         changes = {time: changes.copy() for time, changes in self.changes.items()}
-        lists = {n: getattr(self, n).copy() for n in ("times", "values", "jumps", "kinks")}
+        lists = {
+            n: getattr(self, n).copy() for n in ("times", "values", "jumps", "kinks", "within")
+        }
         return replace(self, changes=changes, **lists)
 
     @property
@@ -181,7 +184,8 @@ class Witness:
     The `operations` are to be performed after each step of the run: those of `open` steps while it
     is `open`. `lengths` are those of the other course's steps over the run's, TWICE and HALF, to be
     tried in this order. `spans` gives the range of all outputs of its unit for the range of each
-    source. With `refines`, steps may be of any length.
+    source. `coarse` says why
+    there are no steps of a part of the length, if so.
     """
 
     REMEMBERED = (
@@ -198,12 +202,12 @@ class Witness:
         *,
         order: int,
         spans: Callable[[np.ndarray], np.ndarray],
-        refines: bool,
+        coarse: str,
     ) -> None:
         self._network = network
         self._others = {c: SecondCourse(network, make, sources, length=c) for c in lengths}
         self._same = SecondCourse(network, make, sources, length=1.0)
-        self._refines = refines
+        self._coarse = coarse
         self._order, self._sources, self._spans = order, sources, spans
         self._measured = float(order)
         self._roughness = Roughness(network)
@@ -285,10 +289,13 @@ class Witness:
             return FAR
         return self._stretch.end - self._steps
 
-    def after(self, steps: int, size: int, row: int, *, jumped: bool = False) -> None:
+    def after(
+        self, steps: int, size: int, row: int, *, jumped: bool = False, within: bool = False
+    ) -> None:
         """After so many steps of `size` [ns]; the operations have filled rows from `row` on.
 
-        The last has `jumped`: what was before it is forgotten.
+        The last has `jumped`: what was before it is forgotten. The jump was `within` it, or else at
+        its end.
         """
         stretch = self._stretch
         self._steps += steps
@@ -301,6 +308,9 @@ class Witness:
         else:
             stretch.kinks.append(stretch.steps + self._roughness.sudden(row, steps))
         stretch.times.append(last + size * np.arange(1, steps + 1))
+        if within:
+            stretch.kinks.append(np.array([stretch.steps - 1]))
+            stretch.within.append(last + size * steps)
         if jumped:
             stretch.jumps.append(last + size * steps)
         if stretch.recorded:
@@ -349,7 +359,11 @@ class Witness:
             np.maximum(self._watched, self._roughness.largest, out=self._watched)
             self._set_gates(values)
         kinks = kinks[self._relevant(kinks, values)]
-        if self._refines and not self.failure and (self._followed or len(kinks)):
+        if self.failure or not (self._followed or len(kinks)):
+            return ", and ".join(why)
+        if self._coarse:
+            self._coverage = self._coverage.lose(int(times[kinks[0]]), self._coarse)
+        else:
             why += self._follow(stretch, times, values, kinks)
             self._set_gates(values)
         return ", and ".join(why)
@@ -479,7 +493,8 @@ class Witness:
         The second course begins where it has ended before, or at the start of the stretch.
         """
         followed = self._followed or _Followed(stretch.start, int(run[0]))
-        times = refined(run, stretch.jumps, about(kinks, stretch.steps))
+        met = [time for time in stretch.jumps if time not in stretch.within]
+        times = refined(run, met, about(kinks, stretch.steps))
         try:
             self._network.restore(followed.point)
             again = self._same.values(times, stretch.jumps, stretch.changes)
