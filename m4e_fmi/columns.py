@@ -12,10 +12,13 @@ from pathlib import Path
 
 from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.files_read import TooLongError, read_text
+from m4e_fmi.units import parse_unit
 
 LARGEST_FILE = 20_000_000
 """Bytes that are read of one file."""
 _NO_TEXT = re.compile("[\x00-\x08\x0e-\x1f]")
+_IN_BRACKETS = re.compile(r"\[([^\[\]]*)\]\s*$")
+COMMAS = "separate columns by commas, and write decimal points"
 _LONGEST_SHOWN = 40
 """Characters of an entry that a message shows."""
 MOST_PROBLEMS = 10
@@ -54,7 +57,8 @@ def read_columns(path: Path, wanted: Sequence[str | int]) -> Columns:
         message, remedy = "has no two columns", "separate them by commas, names first"
         raise InputError.single(message, remedy, str(path))
     names = [entry if isinstance(entry, str) else header[entry] for entry in wanted]
-    unclear = dict.fromkeys(_header_problems(header, names))
+    by_place = [header[entry] for entry in wanted if not isinstance(entry, str)]
+    unclear = dict.fromkeys((*_header_problems(header, names), *_unit_problems(by_place)))
     if unclear:
         raise InputError(_problem(path, lines, rows[0][0], *texts) for texts in unclear)
     places = [header.index(name) for name in names]
@@ -65,6 +69,11 @@ def read_columns(path: Path, wanted: Sequence[str | int]) -> Columns:
         for place in dict.fromkeys(places)
         if not math.isfinite(_number(row, place))
         for got in [f"got {_shown(row[place])}" if place < len(row) else "got nothing"]
+    ]
+    problems += [
+        _problem(path, lines, line, f"{len(row)} entries, the header has {len(header)}", COMMAS)
+        for line, row in rows[1:]
+        if any(entry.strip() for entry in row[len(header) :])
     ]
     if problems:
         raise InputError(shortened(problems))
@@ -95,7 +104,26 @@ def _text(path: Path) -> str:
     return text
 
 
+def _unit_problems(names: Sequence[str]) -> list[tuple[str, str]]:
+    """Of columns that are taken by their place: units other than those of the SI in their names."""
+    found = []
+    for name in names:
+        unit = _IN_BRACKETS.search(name)
+        try:
+            plain = not unit or parse_unit(unit[1]).factor == 1.0
+        except ValueError:
+            plain = False
+        if not plain:
+            message = f"column {name[:_LONGEST_SHOWN]!r} names a unit, which is not read"
+            found.append(
+                (message, "convert the column to SI units, and name them so or not at all")
+            )
+    return found
+
+
 def _header_problems(header: Sequence[str], names: Sequence[str]) -> list[tuple[str, str]]:
+    if all(math.isfinite(_number(header, place)) for place in range(len(header))):
+        return [("the first row is numbers: column names are missing", "write names above them")]
     found = []
     for name in names:
         if name not in header:

@@ -117,7 +117,7 @@ WRONG_HERE = {
         "time: {": "cannot be called time",
     },
     "beyond: held": {"beyond: hold": "unknown beyond 'hold'", "beyend: held": "unknown key"},
-    "0.5, ": {"": "'f' has 3 values for 4 times", "x, ": "valid number", ".inf, ": "finite number"},
+    "0.5, ": {"": "'f' has 3 values for 4 times", "x, ": "expected a number, got 'x'", ".inf, ": "finite number"},
 }
 
 
@@ -159,7 +159,7 @@ def test_all_mistakes_at_once() -> None:
         ("time,f,f\n0,1,1\n1,2,2\n", 1, "two columns are called 'f'"),
         ("time,f\n0,1\n\n1,nan\n", 4, "expected a finite number in column 'f', got 'nan'"),
         ("time,f\n0,1\n1\n", 3, "expected a finite number in column 'f', got nothing"),
-        ("time,f\n0,1\n1,1,5\n2,one\n", 4, "expected a finite number in column 'f', got 'one'"),
+        ("time,f\n0,1\n1,1\n2,one\n", 4, "expected a finite number in column 'f', got 'one'"),
         ("time,f\n0,1\n2,1\n1,2\n", 4, "time 1 is before 2"),
         ("time,f\n0,1\n2,1\n2,2\n2,3\n", 5, "a third row at time 2"),
         ('time,f\n0,"1\n', 0, "cannot be read"),

@@ -1,0 +1,33 @@
+"""Columns of CSV files that look right and are not."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from m4e_fmi.columns import read_columns
+from m4e_fmi.errors import InputError
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("0,-5\n1,1\n2,1\n", "column names are missing"),
+        ("time [ms],force\n0,1\n1000,1\n", "column 'time [ms]' names a unit, which is not read"),
+        ("time [s],force [kN]\n0,1\n1,1\n", "column 'force [kN]' names a unit, which is not read"),
+        ("time,force\n0,1,5\n1,1\n", "3 entries, the header has 2"),
+    ],
+)
+def test_what_would_be_read_wrongly_is_refused(tmp_path: Path, text: str, message: str) -> None:
+    file = tmp_path / "t.csv"
+    file.write_text(text, "utf-8")
+    with pytest.raises(InputError, match=r"t\.csv") as caught:
+        read_columns(file, (0, 1))
+    assert message in str(caught.value)
+
+
+def test_si_units_in_names_and_empty_entries_at_the_end_are_fine(tmp_path: Path) -> None:
+    file = tmp_path / "t.csv"
+    file.write_text("time [s],force [N]\n0,1,\n1,2\n", "utf-8")
+    assert read_columns(file, (0, 1)).values == ([0.0, 1.0], [1.0, 2.0])
