@@ -59,9 +59,9 @@ def test_a_number_out_of_scale_is_named() -> None:
 
 
 def test_a_load_that_overflows_is_named() -> None:
-    model = replace(arm(), loads={"pull": PointForce("hand", ("exp(500 * k)", 0.0))})
+    model = replace(arm(), loads={"pull": PointForce("hand", ("exp(200 * k)", 0.0))})
     with pytest.raises(RunError, match=r"t = 0 s.*load pull cannot be computed: math range error"):
-        simulate(model, stop_time=1.0, start_values={"k": 2.0})
+        simulate(model, stop_time=1.0, start_values={"k": 5.0})
 
 
 def test_a_pole_names_load_and_time() -> None:
