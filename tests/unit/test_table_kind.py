@@ -117,7 +117,11 @@ WRONG_HERE = {
         "time: {": "cannot be called time",
     },
     "beyond: held": {"beyond: hold": "unknown beyond 'hold'", "beyend: held": "unknown key"},
-    "0.5, ": {"": "'f' has 3 values for 4 times", "x, ": "expected a number, got 'x'", ".inf, ": "finite number"},
+    "0.5, ": {
+        "": "'f' has 3 values for 4 times",
+        "x, ": "expected a number, got 'x'",
+        ".inf, ": "finite number",
+    },
 }
 
 
