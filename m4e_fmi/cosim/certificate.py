@@ -9,7 +9,7 @@ at H/2, differ by most of the error of the first:
 
 The largest over the run is told for each connection, relative to the range: how far the values of
 any judged output of that unit have been apart. Judged are the sources of all connections; of a
-component from which nothing is taken, all outputs. This is the error of the coupling alone; each
+component from which no Real is taken, all outputs. This is the error of the coupling alone; each
 FMU's own error is the same in both courses.
 """
 

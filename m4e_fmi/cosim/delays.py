@@ -20,13 +20,15 @@ def broken(
 ) -> tuple[Wiring, list[str]]:
     """The wiring with delays where loops cannot be solved, and what is to be said of each.
 
-    Of the links of such a loop into the component that steps more rarely, and those out of it, the
+    Loops over values that are not Real are cut one link at a time, until there are none. Of the
+    links of a loop into the component that steps more rarely, and those out of it, the
     fewer are delayed.
     """
-    found = apart(loop_links(wiring.links, exchange_graph(descriptions, wiring)))
-    notes = []
+    found, notes = list[Link](), []
+    while rest := apart(loop_links(wiring.links, exchange_graph(descriptions, wiring))):
+        found.append(rest[0])
+        wiring = _delayed(wiring, rest[:1])
     if found:
-        wiring = _delayed(wiring, found)
         notes = [
             f"an algebraic loop leads over values that are not Real: {', '.join(map(str, found))} "
             f"carr{'y' if len(found) > 1 else 'ies'} the value of the step before"

@@ -160,7 +160,7 @@ class Master:
         self._witness: Witness | Companion | None = None
         self._unwatched = ""
         self._second_look = SecondLook(self.network)
-        if self._certify and self.network.judged:
+        if self._certify and self.network.links:
             self._watch(stack)
 
     def _make(self, network: Network) -> Algorithm:
@@ -244,7 +244,7 @@ class Master:
         witness, network = self._witness, self.network
         if not network.links and not network.discrete:
             return Certificate(())
-        if not network.judged:
+        if not network.links:
             return "no Real is exchanged"
         if witness is None:
             return self._unwatched

@@ -72,7 +72,8 @@ def probed(
         rest = frozenset(v.name for v in description.of_causality("input")).difference(inputs)
         needs = {name: found.needs[name] | rest for name in found.how}
         result[component.name] = resolve(description, needs, found.how)
-        told.setdefault(_line(found, outputs), []).append(component.name)
+        none = f"none of {', '.join(inputs)}" if rest else "no input"
+        told.setdefault(_line(found, outputs, none), []).append(component.name)
     return result, [
         f"{', '.join(names)}: no dependencies are declared; {text}" for text, names in told.items()
     ]
@@ -98,7 +99,7 @@ def _doubtful(
         yield name, (tuple(sorted(outputs)), tuple(sorted(inputs)))
 
 
-def _line(found: Probe, outputs: Sequence[str]) -> str:
+def _line(found: Probe, outputs: Sequence[str], none: str) -> str:
     if found.failure:
         return (
             f"{', '.join(outputs)} may depend on every input ({found.failure}); write what is true "
@@ -107,7 +108,7 @@ def _line(found: Probe, outputs: Sequence[str]) -> str:
     texts = []
     for name in outputs:
         needs = sorted(found.needs[name])
-        text = f"{name} follows {', '.join(needs) or 'no input'}"
+        text = f"{name} follows {', '.join(needs) or none}"
         texts.append(text + (" before its next step" if found.how[name] == STEPPED else ""))
     return f"probed, {'; '.join(texts)}"
 

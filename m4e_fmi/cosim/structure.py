@@ -53,7 +53,7 @@ class Structure:
     `initial` are the transfers in initialization mode, `exchange` those at a communication point;
     `sweep` is the order of components in which sources of unpredictable values come first, and
     `delayed` the links that go against it all the same. `ends` are the outputs of components that
-    are driven, but from which nothing is taken: what the coupling does to them shows there only.
+    are driven, but from which no Real is taken: what the coupling does to them shows there only.
     """
 
     initial: tuple[Transfer | Loop, ...]
@@ -115,7 +115,7 @@ def exchange_graph(descriptions: Mapping[str, Description], wiring: Wiring) -> n
 
 
 def _ends(descriptions: Mapping[str, Description], links: Sequence[Link]) -> Iterator[Port]:
-    taken = {link.source.component for link in links}
+    taken = {link.source.component for link in links if link.is_real}
     for name in dict.fromkeys(link.target.component for link in links):
         if name in taken:
             continue

@@ -359,7 +359,7 @@ def test_values_of_all_types_are_probed(
     late = "" if option else " before its next step"
     (line,) = (note for note in found.notes if "no dependencies are declared" in note)
     for kind in kinds:
-        follows = f"u_{kind}" if option else "no input"
+        follows = f"u_{kind}" if option else "none of u_bool, u_enum, u_int, u_text"
         assert f"y_{kind} follows {follows}{late}" in line
     assert any(k.delayed for k in found.wiring.links) is bool(option)
     run(found)

@@ -244,13 +244,14 @@ def test_loops_over_values_that_are_not_real_are_broken(c_fmu: Fmus) -> None:
     )
     prepared = prepare(System("s", parts, linked(("a", "b", "a"), ("int",)), Simulation(0.4, H)))
     note = next(note for note in prepared.notes if "not Real" in note)
-    assert "a.y_int -> b.u_int, b.y_int -> a.u_int carry the value of the step before" in note
+    assert "a.y_int -> b.u_int carries the value of the step before" in note
+    assert [str(k) for k in prepared.wiring.links if k.delayed] == ["a.y_int -> b.u_int"]
     found = watched(prepared.system, ("a.y_int", "b.y_int"))
-    # a gives what b gave before, and the periods that have passed; b what a gave before
+    # b gives what a gave before; a what b gives now, and the periods that have passed
     expected = [[0, 0]]
     for k in range(1, 5):
-        a, b = expected[-1]
-        expected.append([b + periods(k * H, 0.2), a])
+        b = expected[-1][0]
+        expected.append([b + periods(k * H, 0.2), b])
     assert found == expected
 
 
@@ -389,6 +390,18 @@ def test_a_system_without_reals_says_why_its_error_is_not_known(c_fmu: Fmus) -> 
     both = (*linked(("a", "b", "a"), ("bool",)),)
     outcome = run(System("s", parts, both, Simulation(1.0, H)))
     assert outcome.certificate == "no Real is exchanged"
+
+
+def test_reals_are_judged_where_only_other_values_are_taken(c_fmu: Fmus) -> None:
+    parts = (part(c_fmu, "a", "kinds+state", period=0.3), part(c_fmu, "b", "kinds+state+through"))
+    links = ("a.y_real -> b.u_real", "b.y_int -> a.u_int")
+    judged: set[str] = set()
+
+    def observe(_: float, network: Network) -> None:
+        judged.update(str(port) for _, port in network.judged)
+
+    run(System("s", parts, links, Simulation(1.0, H)), observers=[observe])
+    assert judged == {"a.y_real", "b.y_real"}
 
 
 def test_the_same_bits_with_and_without_other_values(c_fmu: Fmus) -> None:
