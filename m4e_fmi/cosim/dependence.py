@@ -38,6 +38,15 @@ def how_known(description: Description, output: str) -> str:
     return ASSUMED if output in description.undeclared else DECLARED
 
 
+def assumed(description: Description) -> frozenset[str]:
+    """Outputs of whose dependencies nothing is known."""
+    return frozenset(
+        variable.name
+        for variable in description.of_causality("output")
+        if how_known(description, variable.name) == ASSUMED
+    )
+
+
 def resolve(
     description: Description, found: Mapping[str, Iterable[str]], how: Mapping[str, str]
 ) -> Description:

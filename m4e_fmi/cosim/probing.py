@@ -11,20 +11,25 @@ with an error to a value.
 Some FMUs compute outputs in steps only. What an input is moved by shows after the next step then,
 and no longer when the input is back one step later; what is integrated stays. That is no loop, but
 a delay of one step.
+
+Outputs in no loop keep the dependencies that are assumed, and are read when all inputs are set. But
+where an FMU loses its outputs then, nothing is left to read. Whether it does is seen in the same
+way, with all its inputs moved at once.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import product
 
 import networkx as nx
 import numpy as np
 
 from m4e_fmi.cosim.binary import Binary, Files
 from m4e_fmi.cosim.connect import Wiring
-from m4e_fmi.cosim.dependence import ASSUMED, LOST, PROBED, STEPPED, how_known, resolve
+from m4e_fmi.cosim.dependence import LOST, PROBED, STEPPED, assumed, resolve
 from m4e_fmi.cosim.instance import WARNING, Instance
 from m4e_fmi.cosim.start_values import Value, start_values
 from m4e_fmi.cosim.structure import exchange_graph
@@ -58,28 +63,46 @@ def probed(
     """The descriptions with what probing has found, and what is to be said of it, line by line."""
     result, told = dict(descriptions), dict[str, list[str]]()
     known: dict[object, Probe] = {}
-    doubtful = dict(_doubtful(descriptions, wiring))
+    looped, driven = dict(_looped(descriptions, wiring)), _driven(wiring)
     for component in system.components:
-        if component.name not in doubtful:
+        if component.name not in driven:
             continue
-        outputs, inputs = doubtful[component.name]
         description = descriptions[component.name]
+        outputs, inputs = looped.get(component.name, ((), ()))
+        others = tuple(sorted(set(assumed(description)).difference(outputs)))
+        if not outputs and not others:
+            continue
         start = tuple(sorted((name, str(value)) for name, value in component.start.items()))
-        key = description.path, start, component.step_size, outputs, inputs
+        asked = _Asked(outputs, inputs, others, driven[component.name])
+        key = description.path, start, component.step_size, asked
         if key not in known:
-            known[key] = _probe(component, description, system.simulation, outputs, inputs)
+            known[key] = _probe(component, description, system.simulation, asked)
         found = known[key]
         rest = frozenset(v.name for v in description.of_causality("input")).difference(inputs)
-        needs = {name: found.needs[name] | rest for name in found.how}
+        needs = {
+            name: frozenset() if how == LOST else found.needs[name] | rest
+            for name, how in found.how.items()
+        }
         result[component.name] = resolve(description, needs, found.how)
-        none = f"none of {', '.join(inputs)}" if rest else "no input"
-        told.setdefault(_line(found, outputs, none), []).append(component.name)
+        text = _line(found, outputs, f"none of {', '.join(inputs)}" if rest else "no input")
+        if text:
+            told.setdefault(text, []).append(component.name)
     return result, [
         f"{', '.join(names)}: no dependencies are declared; {text}" for text, names in told.items()
     ]
 
 
-def _doubtful(
+@dataclass(frozen=True)
+class _Asked:
+    """Of a component: outputs and inputs in loops; the other outputs, and all connected inputs."""
+
+    outputs: tuple[str, ...]
+    inputs: tuple[str, ...]
+    others: tuple[str, ...]
+    driven: tuple[str, ...]
+
+
+def _looped(
     descriptions: Mapping[str, Description], wiring: Wiring
 ) -> Iterator[tuple[str, tuple[tuple[str, ...], tuple[str, ...]]]]:
     """Components with outputs that are assumed to close a loop: these outputs, and its inputs."""
@@ -87,10 +110,7 @@ def _doubtful(
     found: dict[str, tuple[set[str], set[str]]] = {}
     for loop in nx.strongly_connected_components(graph):
         for port in loop if len(loop) > 1 else ():
-            description = descriptions[port.component]
-            if description.variables[port.variable].causality == "output":
-                if how_known(description, port.variable) != ASSUMED:
-                    continue
+            if port.variable in assumed(descriptions[port.component]):
                 inputs = {p.variable for p in graph.predecessors(port) if p in loop}
                 outputs, all_inputs = found.setdefault(port.component, (set(), set()))
                 outputs.add(port.variable)
@@ -99,7 +119,16 @@ def _doubtful(
         yield name, (tuple(sorted(outputs)), tuple(sorted(inputs)))
 
 
+def _driven(wiring: Wiring) -> dict[str, tuple[str, ...]]:
+    """The connected inputs of each component that has any."""
+    found: dict[str, set[str]] = {}
+    for link in wiring.links:
+        found.setdefault(link.target.component, set()).add(link.target.variable)
+    return {name: tuple(sorted(inputs)) for name, inputs in found.items()}
+
+
 def _line(found: Probe, outputs: Sequence[str], none: str) -> str:
+    """What is to be said of a component; nothing where no loop and no loss depends on it."""
     if found.failure:
         return (
             f"{', '.join(outputs)} may depend on every input ({found.failure}); write what is true "
@@ -110,29 +139,40 @@ def _line(found: Probe, outputs: Sequence[str], none: str) -> str:
         needs = sorted(found.needs[name])
         text = f"{name} follows {', '.join(needs) or none}"
         texts.append(text + (" before its next step" if found.how[name] == STEPPED else ""))
-    return f"probed, {'; '.join(texts)}"
+    lost = [name for name, how in found.how.items() if how == LOST]
+    if lost:
+        texts.append(f"setting inputs spoils {', '.join(lost)}, read before that only")
+    return f"probed, {'; '.join(texts)}" if texts else ""
 
 
 def _probe(
-    component: Component,
-    description: Description,
-    simulation: Simulation,
-    outputs: tuple[str, ...],
-    inputs: tuple[str, ...],
+    component: Component, description: Description, simulation: Simulation, asked: _Asked
 ) -> Probe:
+    """The result for outputs in loops, and for those that are lost."""
     if description.once_per_process:
-        return Probe({}, {}, "its FMU allows one instance only, so that it is not probed")
+        failure = "its FMU allows one instance only, so that it is not probed"
+        return Probe({}, {}, failure if asked.outputs else "")
     new = _Instances(component, description, simulation)
-    needs: dict[str, set[str]] = {name: set() for name in outputs}
-    lost: set[str] = set()
-    try:
-        with new.instance() as instance:
-            _move(_Subject(instance, outputs, inputs), new.step, needs, lost)
-        late = _late(new, outputs, inputs) - {name for name, found in needs.items() if found}
-    except RunError as error:
-        return Probe({}, {}, f"probing it failed: {error.message}")
+    found = Probe({}, {})
+    if asked.outputs:
+        try:
+            found = _in_loops(new, asked.outputs, asked.inputs)
+        except RunError as error:
+            return Probe({}, {}, f"probing it failed: {error.message}")
+    if asked.others:
+        try:
+            lost = _moved_inputs(new, asked.others, asked.driven, alone=False)[1]
+        except RunError:
+            return found  # what is assumed of these outputs holds for any FMU that can be read late
+        found = replace(found, how={**found.how, **dict.fromkeys(sorted(lost), LOST)})
+    return found
+
+
+def _in_loops(new: _Instances, outputs: Sequence[str], inputs: Sequence[str]) -> Probe:
+    needs, lost = _moved_inputs(new, outputs, inputs, alone=True)
+    late = _late(new, outputs, inputs) - {name for name, found in needs.items() if found}
     how = dict.fromkeys(outputs, PROBED) | dict.fromkeys(lost, LOST) | dict.fromkeys(late, STEPPED)
-    return Probe({name: frozenset(found) for name, found in needs.items()}, how)
+    return Probe(needs, how)
 
 
 class _Instances:
@@ -216,30 +256,40 @@ def _moved(variable: Variable, start: Value, value: Value, share: float) -> Valu
     return value + change if low <= value + change <= high else value - change
 
 
-def _move(subject: _Subject, step: float, needs: dict[str, set[str]], lost: set[str]) -> None:
-    """Note which outputs follow which inputs, and which are `lost` when any is set."""
-    count = len(subject.inputs)
-    values = subject.start
-    for point in range(POINTS):
-        fresh = subject.read()
-        subject.set(values)
-        still = subject.read()
-        lost |= {n for n, a, b in zip(subject.outputs, fresh, still, strict=True) if _differ(a, b)}
-        sign = -1.0 if point % 2 else 1.0
-        for column, name in enumerate(subject.inputs):
-            for share in SHARES:
-                only = [sign * share * (k == column) for k in range(count)]
-                subject.set(subject.moved(only, values))
+def _moved_inputs(
+    new: _Instances, outputs: Sequence[str], inputs: Sequence[str], *, alone: bool
+) -> tuple[dict[str, frozenset[str]], set[str]]:
+    """Which outputs follow which inputs, moved `alone` or all at once, and which are lost.
+
+    Those are outputs that change when inputs are set to the values that they have, and then follow
+    none of them.
+    """
+    needs: dict[str, set[str]] = {name: set() for name in outputs}
+    spoilt: set[str] = set()
+    groups = [[name] for name in inputs] if alone else [list(inputs)]
+    with new.instance() as instance:
+        subject = _Subject(instance, outputs, inputs)
+        values = subject.start
+        for point in range(POINTS):
+            fresh = subject.read()
+            subject.set(values)
+            still = subject.read()
+            spoilt |= {n for n, a, b in zip(outputs, fresh, still, strict=True) if _differ(a, b)}
+            sign = -1.0 if point % 2 else 1.0
+            for group, share in product(groups, SHARES):
+                subject.set(subject.moved([sign * share * (n in group) for n in inputs], values))
                 there = subject.read()
                 subject.set(values)
                 back = subject.read()
-                for output, *seen in zip(subject.outputs, still, there, back, strict=True):
+                for output, *seen in zip(outputs, still, there, back, strict=True):
                     if any(_differ(seen[0], value) for value in seen[1:]):
-                        needs[output].add(name)
-        if point + 1 < POINTS:
-            values = subject.moved([sign * TOGETHER * (1 + k / 7) for k in range(count)])
-            subject.set(values)
-            subject.step(step)
+                        needs[output].update(group)
+            if point + 1 < POINTS:
+                values = subject.moved([sign * TOGETHER * (1 + k / 7) for k in range(len(inputs))])
+                subject.set(values)
+                subject.step(new.step)
+    followed = {name: frozenset(found) for name, found in needs.items()}
+    return followed, {name for name in spoilt if not needs[name]}
 
 
 def _differ(a: Value, b: Value) -> bool:
