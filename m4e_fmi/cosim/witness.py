@@ -445,6 +445,8 @@ class Witness:
         if twice and not self._told and HALF in self._others:
             self._measure(stretch, run, values, again, times, alike)
         scale = span / other * (1.0 if twice else 2.0**self._measured)
+        if len(kinks):
+            scale *= (2.0**self._measured - 1) / (2.0 ** min(self._measured, self._order) - 1)
         better = values if twice else again
         found = scale * np.array([first, errors.max(axis=0)])
         self._told = [*self._told, _Told(found, int(run[0]), span, stretch.window)]
@@ -463,7 +465,8 @@ class Witness:
         """Measure the order by a third course at H/2 over the first steps.
 
         It may be lower than the algorithm promises, as where FMUs are not linear in inputs that
-        they hold, or higher by one.
+        they hold, or higher by one; but higher it is not taken in a window with kinks, after which
+        the motion is faster than where it was measured.
 
         Where differences are rounding, or so large that no order shows, the algorithm's counts.
         """
