@@ -8,9 +8,9 @@ at H/2, differ by most of the error of the first:
     error of y = |y − z| · 2^p/(2^p − 1)
 
 The largest over the run is told for each connection, relative to the range: how far the values of
-any judged output of that unit have been apart. Judged are the sources of all connections; of a
-component from which no Real is taken, all outputs. This is the error of the coupling alone; each
-FMU's own error is the same in both courses.
+any judged output of that unit have been apart; of the output itself, if it has no unit. Judged are
+the sources of all connections; of a component from which no Real is taken, all outputs. This is the
+error of the coupling alone; each FMU's own error is the same in both courses.
 """
 
 from __future__ import annotations
@@ -25,6 +25,9 @@ from m4e_fmi.cosim.coverage import Coverage
 from m4e_fmi.cosim.network import Network
 from m4e_fmi.cosim.system import SECOND
 from m4e_fmi.shown import short
+
+LEAST_RANGE = 1e-9
+"""Below this share of the largest, the range of an output without unit may be noise."""
 
 
 @dataclass(frozen=True)
@@ -79,12 +82,19 @@ class Trace:
 
 
 def spans(network: Network, ranges: np.ndarray) -> np.ndarray:
-    """The largest range of all judged outputs of its unit for each of them; 0 if none has any."""
+    """What the errors of all judged outputs are relative to: the largest range of all of its unit.
+
+    Outputs that have no unit may be anything: each has its own range, or LEAST_RANGE of the largest
+    of them if that is more. 0 where nothing moves.
+    """
     units = [network.unit(port) for _, port in network.judged]
     of_unit: dict[str, float] = {}
     for unit, span in zip(units, ranges.tolist(), strict=True):
         of_unit[unit] = max(span, of_unit.get(unit, 0.0))
-    return np.array([of_unit[unit] for unit in units])
+    own = np.maximum(ranges, LEAST_RANGE * of_unit.get("", 0.0)).tolist()
+    return np.array(
+        [of_unit[unit] if unit else span for unit, span in zip(units, own, strict=True)]
+    )
 
 
 def certificate(

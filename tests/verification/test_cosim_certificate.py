@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 from support.random_systems import random_system
+from unit.test_cosim_versions import reworded
 
 from m4e_fmi.cosim import (
     Certificate,
@@ -348,3 +349,24 @@ def test_errors_in_what_nobody_takes_are_stated(c_fmu: Fmus, options: str) -> No
     (error,) = outcome.certificate.errors
     assert str(error.source) == "b.y"
     assert error.error == pytest.approx(STEP * STOP / 2 / (STOP**2 / 2 - STOP * STEP / 2), rel=1e-9)
+
+
+def test_outputs_without_a_unit_have_ranges_of_their_own(c_fmu: Fmus, tmp_path: Path) -> None:
+    """Two rings of one kind, one a million times as large: a unit shared is a range shared."""
+    bare = FmuFile(reworded(c_fmu("integrator"), tmp_path / "bare.fmu", ' unit="1"', ""))
+    shares = {}
+    for fmu in (bare, FmuFile(c_fmu("integrator"))):
+        parts = [
+            Component(f"{name}{k}", fmu, {"y": start * size, "gain": gain})
+            for k, size in enumerate((1.0, 1e6))
+            for name, start, gain in (("a", 1.0, 1.0), ("b", 0.0, -1.0))
+        ]
+        links = [line for k in "01" for line in (f"a{k}.y -> b{k}.u", f"b{k}.y -> a{k}.u")]
+        outcome = run(
+            System("s", tuple(parts), tuple(links), Simulation(5.0, 0.05, "gauss_seidel"))
+        )
+        assert isinstance(outcome.certificate, Certificate)
+        found = {str(one.source): one.error for one in outcome.certificate.errors}
+        shares[fmu is bare] = found["a0.y"] / found["a1.y"]
+    assert shares[True] == pytest.approx(1.0)
+    assert shares[False] == pytest.approx(1e-6)
