@@ -24,8 +24,8 @@ from m4e_fmi.cosim.system import SECOND, Simulation
 from m4e_fmi.cosim.witness import FAR, NOISE, SMALL, off
 from m4e_fmi.errors import RunError
 
-KINKED = 0.5
-"""Order that is taken where outputs have kinks: two courses may meet a kink alike, by chance."""
+KINKED = 1.0
+"""Order of the error of a kink within a step, which others know at its ends only."""
 
 
 class Recorder:
@@ -76,7 +76,7 @@ class Recorder:
             self._roughness.forget()
         else:
             self._note(self._roughness.sudden(row, steps), values)
-        self._last, self._size = values[-HISTORY:], size
+        self._last, self._size = np.concatenate((self._last, values))[-HISTORY:], size
         self._times.append(self._now + size * np.arange(1, steps + 1))
         self._now += size * steps
         self._values.append(values)

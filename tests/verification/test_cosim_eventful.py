@@ -51,6 +51,18 @@ def test_a_second_set_meets_what_happens_at_once(
     assert true / 3 < stated < 10 * true
 
 
+@pytest.mark.parametrize("seed", [9, 10])
+def test_the_error_of_a_switch_is_of_first_order(c_fmu: Fmus, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    system = eventful_system(
+        c_fmu, rng, algorithm="gauss_seidel", event="switch", rigid="some", steps=(60, 100)
+    )
+    true, stated, outcome = system.true_and_stated()
+    assert true < stated < 5 * true
+    assert isinstance(outcome.certificate, Certificate)
+    assert outcome.certificate.errors[0].halved == pytest.approx(stated / 2)
+
+
 def test_a_switch_beyond_the_first_window_is_followed(c_fmu: Fmus) -> None:
     # 3,000 steps, of which 2,048 are made twice; the switch is at about the 2,700th
     rng = np.random.default_rng(3)
