@@ -129,7 +129,9 @@ def test_a_line_that_a_run_stretches_far_beyond_its_length_is_told(files, c_fmu)
     )
     way = ("winch.y + 30 -> line.f1.x, units ignored",)
     outcome = run(System("s", parts, way, Simulation(1.0, 0.05, "gauss_seidel")))
-    (message,) = outcome.messages
+    start, message = outcome.messages
+    assert "14.4 % beyond its unstretched length of 165 m" in start.text
+    assert start.first == 0.0
     assert (message.component, message.status, message.count) == ("line", "warning", 1)
     assert message.text.startswith("the ends of l1 are ")
     assert "% beyond its unstretched length of 165 m, and it pulls " in message.text

@@ -28,6 +28,8 @@ START_STEP = 1e-12  # [s] length of the step that evaluates the forces at the st
 LAST_PART = 1e-9  # the part of each step that is left to the evaluation of its end
 PIECE = 4  # internal steps of MoorDyn during which fairleads keep their velocity, at most
 LARGE_STRAIN = 0.2  # a line stretched by more than this deserves a warning
+START_STRAIN = 0.002  # at the start, by this: steel yields there
+DIGITS, SHARE = 0.01, 1e-3  # [m], and of the shortest line: to what files round positions
 INSTALL = "pip install moordyn==2.7.2"
 REPORT_LENGTH = 6  # lines of MoorDyn's own report that go into an error message
 RESIDUAL = re.compile(r"Remaining error after (\S+) s = (\S+) m/s2")
@@ -67,6 +69,8 @@ class LineSystem:
         MoorDyn's internal step [s], as in `text`.
     static_duration
         The longest time [s] that the static solution may take; 0 if there is none.
+    drawn
+        Name, x and z [m] of the fairleads in a file that somebody else wrote, in its order.
 
     Attributes
     ----------
@@ -79,12 +83,13 @@ class LineSystem:
         What was odd about the last start.
     """
 
-    def __init__(self, text, *, fairleads, lines, time_step, static_duration=0.0):
+    def __init__(self, text, *, fairleads, lines, time_step, static_duration=0.0, drawn=()):
         self._text = text
         self._y = [float(y) for y in fairleads]
         self._names = list(lines)
         self._piece = PIECE * time_step
         self._static_duration = static_duration
+        self._drawn = drawn
         self._system = None
         self._folder = None
         self._ends = []
@@ -112,9 +117,11 @@ class LineSystem:
         self._motion |= {"time": 0.0, "last": START_STEP}
         self._evaluate(velocity)
         self._measure()
-        self._stretched = set()
         self.warnings = [*self._residual_warning(report), *_own_warnings(report)]
-        self.warnings += self.overstretched("check the initial positions of its fairleads")
+        self.warnings += _misplaced(self._drawn, position, min(DIGITS, SHARE * min(self._lengths)))
+        remedy = "check the initial positions of its fairleads, and its length"
+        self.warnings += self._beyond(START_STRAIN, remedy).values()
+        self._stretched = set(self._beyond(LARGE_STRAIN, remedy))
 
     def advance(self, t, h, position, velocity):
         """Advance from t over h [s]: fairleads end at position + velocity·h.
@@ -264,21 +271,56 @@ class LineSystem:
 
     def overstretched(self, remedy="check its length and stiffness, and what holds the body"):
         """A text for each line that is stretched far beyond its length, and was not before."""
-        before, self._stretched = self._stretched, set()
-        texts = []
+        found = self._beyond(LARGE_STRAIN, remedy)
+        texts = [text for k, text in found.items() if k not in self._stretched]
+        self._stretched = set(found)
+        return texts
+
+    def _beyond(self, strain, remedy):
+        """A text for each line whose ends are so much further apart than it is long, by number."""
+        texts = {}
         for k, (line, last) in enumerate(self._ends):
             a, b = moordyn.GetLineNodePos(line, 0), moordyn.GetLineNodePos(line, last)
             distance, length = hypot(*map(sub, a, b)), self._lengths[k]
-            if distance <= (1 + LARGE_STRAIN) * length:
-                continue
-            self._stretched.add(k)
-            if k not in before:
-                texts.append(
+            if distance > (1 + strain) * length:
+                texts[k] = (
                     f"the ends of {self._names[k]} are {distance:.6g} m apart, "
                     f"{100 * (distance / length - 1):.3g} % beyond its unstretched length of "
                     f"{length:.6g} m, and it pulls {self.fairlead_tension[k]:.3g} N: {remedy}"
                 )
         return texts
+
+
+def _misplaced(drawn, position, tolerance):
+    """What to say of fairleads that start elsewhere than `drawn`, by more than `tolerance` [m]."""
+
+    def distance(k, other):
+        (x, z), (_, at_x, at_z) = position[k], drawn[other]
+        return hypot(x - at_x, z - at_z)
+
+    count = range(len(drawn))
+    away = [k for k in count if distance(k, k) > tolerance]
+    nearest = [min(count, key=lambda other, k=k: (distance(k, other), other != k)) for k in count]
+    swapped = sorted(nearest) == list(count) and any(
+        2 * max(distance(j, nearest[j]) for j in count) < distance(k, k) for k in away
+    )
+    if swapped:
+        order = ", ".join(drawn[nearest.index(k)][0] for k in count)
+        return [
+            f"fairleads start where the file has others ({_placed(drawn, position, away[0])}): "
+            f"give them in the order of its coupled points, which seems to be {order}"
+        ]
+    return [
+        f"{_placed(drawn, position, k)}, {distance(k, k):.4g} m away: check the connection, the "
+        "initial position of its body, and the origin and the order of the points in the file"
+        for k in away
+    ]
+
+
+def _placed(drawn, position, k):
+    """Where fairlead `k` starts, and where it is in the file."""
+    (x, z), (name, at_x, at_z) = position[k], drawn[k]
+    return f"{name} starts at ({x:.6g}, {z:.6g}) m and is at ({at_x:.6g}, {at_z:.6g}) m in the file"
 
 
 def _own_warnings(report):

@@ -35,6 +35,7 @@ def make(
             "lines": list(mooring.lines),
             "time_step": mooring.time_step,
             "static_duration": mooring.static_duration,
+            "drawn": [(fairlead.name, fairlead.x, fairlead.z) for fairlead in mooring.drawn],
         },
     }
     return PythonSource(
