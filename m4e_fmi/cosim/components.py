@@ -164,9 +164,13 @@ def _built(
 def _made(system: System, name: str, source: ModelFile | Kind, progress: Tell) -> Any:
     """The Program or PythonSource of a component."""
     if isinstance(source, ModelFile):
+        from m4e_fmi.model import load_model
         from m4e_fmi.multibody import model_program
 
-        return model_program(source.path)
+        model = load_model(source.path)
+        for warning in model.warnings:
+            progress(f"{_WARNING}: {warning}")
+        return model_program(model)
     module = kind_module(source.name)
     return module.make(source.config, name=name, folder=system.folder, progress=progress)
 

@@ -7,7 +7,7 @@ import zipfile
 from collections.abc import Callable
 from importlib.machinery import ModuleSpec
 from pathlib import Path
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 
 import numpy as np
 import pytest
@@ -52,7 +52,8 @@ def coil(
     return r.program()
 
 
-def mass(path: Path) -> Program:
+def mass(model: SimpleNamespace) -> Program:
+    path = model.path
     r = Recorder(path.stem, MASS)
     m = r.parameter(Variable("mass", "kg", "mass", start=float(read_text(path))))
     force = r.input(Variable("body.m.force_x", "N", "force"))
@@ -79,6 +80,9 @@ def pair(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Syste
     for place in (system_module, components):
         monkeypatch.setattr(place, "kinds", lambda: {"coil": Point()})
     monkeypatch.setattr("m4e_fmi.multibody.model_program", mass)
+    monkeypatch.setattr(
+        "m4e_fmi.model.load_model", lambda path: SimpleNamespace(path=path, warnings=())
+    )
     (tmp_path / "mass.model.yaml").write_text("1.0")
     (tmp_path / "table.csv").write_text("1")
 
