@@ -263,6 +263,11 @@ class Master:
             coverage=witness.coverage(),
         )
 
+    def _stated(self) -> float | None:
+        """The largest coupling error up to the present point, over the range, if it is known."""
+        found = self.certificate()
+        return found.errors[0].error if isinstance(found, Certificate) and found.errors else None
+
     def _step_control(self, algorithm: Returning) -> StepControl:
         simulation = self._system.simulation
         tolerance = simulation.coupling_tolerance
@@ -375,7 +380,7 @@ class Master:
             singly=singly,
             most_time=PROGRESS_INTERVAL,
         )
-        self._stability = Stability(self.network, self._system.simulation)
+        self._stability = Stability(self.network, self._system.simulation, self._stated)
         self._journal.clock = lambda: self._course.time
         if results is not None:
             results.record(self.network.time)
