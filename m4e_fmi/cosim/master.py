@@ -44,7 +44,7 @@ Progress = Callable[[float], None]
 PROGRESS_INTERVAL = 0.1
 """Wall seconds between calls of a progress callable."""
 SECOND_SET = "_again"
-"""What the names of the instances end with that go beside the run."""
+"""What the names end with that FMUs hear of instances beside the run."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,7 +128,7 @@ class Master:
         for component in self._system.components:
             name, description = component.name, self._descriptions[component.name]
             listener = None if suffix else self._journal.listener(name)
-            instance = Instance(name + suffix, description, loaded[name], listener)
+            instance = Instance(name, description, loaded[name], listener, suffix=suffix)
             stack.enter_context(instance).setup(
                 start=simulation.start_time,
                 stop=simulation.stop_time,
