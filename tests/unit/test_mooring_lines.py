@@ -9,7 +9,8 @@ import sys
 import pytest
 
 from m4e_adapters.moordyn import MooringConfig, mooring
-from m4e_adapters.moordyn.line_system import LineSystem, MooringError, _misplaced
+from m4e_adapters.moordyn.line_system import LineSystem, MooringError
+from m4e_adapters.moordyn.placement import misplaced
 from m4e_fmi.document import Document
 
 STIFFNESS, LENGTH = 1e9, 100.5
@@ -210,7 +211,7 @@ THERE = [(30.0, -5.0), (-30.0, -5.0), (0.0, -15.0)]
     ],
 )
 def test_fairleads_elsewhere_than_in_the_file_are_told(position, told):
-    texts = _misplaced(DRAWN, position, 0.01)
+    texts = misplaced(DRAWN, position, shortest=100.0)
     assert len(texts) == len(told)
     for text, parts in zip(texts, told, strict=True):
         assert all(part in text for part in parts), text

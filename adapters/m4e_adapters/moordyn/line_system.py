@@ -1,7 +1,7 @@
 """One MoorDyn system: fairlead motion in, forces on the bodies out.
 
-Travels inside the FMU: imports the standard library and `moordyn` only. World frame, X right and
-Z up, SI units; the y of every fairlead is fixed.
+Travels inside the FMU: imports the standard library, `moordyn` and `placement` only. World frame,
+X right and Z up, SI units; the y of every fairlead is fixed.
 
 MoorDyn 2.7.2 has habits that this module answers:
 
@@ -24,12 +24,13 @@ from math import ceil, hypot, isfinite
 from operator import sub
 from pathlib import Path
 
+from .placement import misplaced
+
 START_STEP = 1e-12  # [s] length of the step that evaluates the forces at the start
 LAST_PART = 1e-9  # the part of each step that is left to the evaluation of its end
 PIECE = 4  # internal steps of MoorDyn during which fairleads keep their velocity, at most
 LARGE_STRAIN = 0.2  # a line stretched by more than this deserves a warning
 START_STRAIN = 0.002  # at the start, by this: steel yields there
-DIGITS, SHARE = 0.01, 1e-3  # [m], and of the shortest line: to what files round positions
 INSTALL = "pip install moordyn==2.7.2"
 REPORT_LENGTH = 6  # lines of MoorDyn's own report that go into an error message
 RESIDUAL = re.compile(r"Remaining error after (\S+) s = (\S+) m/s2")
@@ -71,6 +72,9 @@ class LineSystem:
         The longest time [s] that the static solution may take; 0 if there is none.
     drawn
         Name, x and z [m] of the fairleads in a file that somebody else wrote, in its order.
+    place
+        The folder in which MoorDyn's own is, as long as it needs one; that of the system for
+        temporary files if it is None, or cannot be used.
 
     Attributes
     ----------
@@ -83,13 +87,16 @@ class LineSystem:
         What was odd about the last start.
     """
 
-    def __init__(self, text, *, fairleads, lines, time_step, static_duration=0.0, drawn=()):
+    def __init__(
+        self, text, *, fairleads, lines, time_step, static_duration=0.0, drawn=(), place=None
+    ):
         self._text = text
         self._y = [float(y) for y in fairleads]
         self._names = list(lines)
         self._piece = PIECE * time_step
         self._static_duration = static_duration
         self._drawn = drawn
+        self._place = place
         self._system = None
         self._folder = None
         self._ends = []
@@ -118,7 +125,7 @@ class LineSystem:
         self._evaluate(velocity)
         self._measure()
         self.warnings = [*self._residual_warning(report), *_own_warnings(report)]
-        self.warnings += _misplaced(self._drawn, position, min(DIGITS, SHARE * min(self._lengths)))
+        self.warnings += misplaced(self._drawn, position, shortest=min(self._lengths))
         remedy = "check the initial positions of its fairleads, and its length"
         self.warnings += self._beyond(START_STRAIN, remedy).values()
         self._stretched = set(self._beyond(LARGE_STRAIN, remedy))
@@ -202,9 +209,7 @@ class LineSystem:
         """Make the MoorDyn system; returns what it wrote to the console."""
         self.close()
         # a .out file appears beside the input, so every system has a folder of its own
-        self._folder = tempfile.TemporaryDirectory(
-            prefix="m4e_mooring_", ignore_cleanup_errors=True
-        )
+        self._folder = _new_folder(self._place)
         path = Path(self._folder.name) / "lines.txt"
         path.write_text(self._text, encoding="utf-8")
         places = ", ".join(f"({x:.6g}, {z:.6g})" for x, z in position)
@@ -291,36 +296,13 @@ class LineSystem:
         return texts
 
 
-def _misplaced(drawn, position, tolerance):
-    """What to say of fairleads that start elsewhere than `drawn`, by more than `tolerance` [m]."""
-
-    def distance(k, other):
-        (x, z), (_, at_x, at_z) = position[k], drawn[other]
-        return hypot(x - at_x, z - at_z)
-
-    count = range(len(drawn))
-    away = [k for k in count if distance(k, k) > tolerance]
-    nearest = [min(count, key=lambda other, k=k: (distance(k, other), other != k)) for k in count]
-    swapped = sorted(nearest) == list(count) and any(
-        2 * max(distance(j, nearest[j]) for j in count) < distance(k, k) for k in away
-    )
-    if swapped:
-        order = ", ".join(drawn[nearest.index(k)][0] for k in count)
-        return [
-            f"fairleads start where the file has others ({_placed(drawn, position, away[0])}): "
-            f"give them in the order of its coupled points, which seems to be {order}"
-        ]
-    return [
-        f"{_placed(drawn, position, k)}, {distance(k, k):.4g} m away: check the connection, the "
-        "initial position of its body, and the origin and the order of the points in the file"
-        for k in away
-    ]
-
-
-def _placed(drawn, position, k):
-    """Where fairlead `k` starts, and where it is in the file."""
-    (x, z), (name, at_x, at_z) = position[k], drawn[k]
-    return f"{name} starts at ({x:.6g}, {z:.6g}) m and is at ({at_x:.6g}, {at_z:.6g}) m in the file"
+def _new_folder(place):
+    """A temporary folder in `place`, with which it goes if this process is killed."""
+    options = {"prefix": "m4e_mooring_", "ignore_cleanup_errors": True}
+    if place is not None and str(place).isascii():  # MoorDyn takes no other paths on Windows
+        with contextlib.suppress(OSError):  # as where the FMU's files cannot be changed
+            return tempfile.TemporaryDirectory(dir=place, **options)
+    return tempfile.TemporaryDirectory(**options)
 
 
 def _own_warnings(report):

@@ -43,7 +43,10 @@ def make(
             name, f"mooring lines {', '.join(mooring.lines)} by MoorDyn", _variables(mooring)
         ),
         slave="slave:MooringSlave",
-        modules={"slave.py": here / "slave.py", "line_system.py": adapter / "line_system.py"},
+        modules={
+            "slave.py": here / "slave.py",
+            **{name: adapter / name for name in ("line_system.py", "placement.py")},
+        },
         data={"lines.txt": mooring.text.encode(), "mooring.json": json.dumps(layout).encode()},
     )
 
