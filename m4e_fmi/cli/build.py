@@ -12,6 +12,7 @@ from m4e_fmi.cli.options import (
     add_build_folder,
     add_native,
     is_system,
+    load_model,
     load_system,
     print_files,
     say,
@@ -92,7 +93,6 @@ def _build_model(options: argparse.Namespace) -> tuple[Path, str]:
     from m4e_fmi.fmu import Options, matching
     from m4e_fmi.fmu.archive import write_archive
     from m4e_fmi.fmu.build import fmu_files
-    from m4e_fmi.model import load_model
     from m4e_fmi.multibody import model_program
 
     chosen: dict[str, Any] = {name: getattr(options, name) for name in ARGUMENTS}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from m4e_fmi.cli.options import BUILD_FOLDER, MODEL_FILE, print_files
+from m4e_fmi.cli.options import BUILD_FOLDER, MODEL_FILE, load_model, print_files
 
 
 def add(commands: argparse._SubParsersAction) -> None:
@@ -22,7 +22,6 @@ def add(commands: argparse._SubParsersAction) -> None:
 
 def _run(options: argparse.Namespace) -> None:
     from m4e_fmi.file_names import file_stem
-    from m4e_fmi.model import load_model
     from m4e_fmi.report import draw_model
 
     model = load_model(options.model)

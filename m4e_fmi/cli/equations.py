@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from m4e_fmi.cli.options import MODEL_FILE
+from m4e_fmi.cli.options import MODEL_FILE, load_model
 
 
 def add(commands: argparse._SubParsersAction) -> None:
@@ -26,7 +26,6 @@ def add(commands: argparse._SubParsersAction) -> None:
 
 
 def _run(options: argparse.Namespace) -> None:
-    from m4e_fmi.model import load_model
     from m4e_fmi.multibody import Equations
 
     equations = Equations(load_model(options.model))

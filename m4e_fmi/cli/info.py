@@ -8,6 +8,7 @@ from pathlib import Path
 from m4e_fmi.cli.options import (
     add_build_folder,
     is_system,
+    load_model,
     load_system,
     print_files,
     say,
@@ -51,7 +52,6 @@ def _run(options: argparse.Namespace) -> None:
         if options.output_file:
             print_files([draw_system(prepared, options.output_file)])
     else:
-        from m4e_fmi.model import load_model
         from m4e_fmi.multibody import model_program
         from m4e_fmi.report import model_tables
 

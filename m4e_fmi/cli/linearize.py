@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from m4e_fmi.cli.options import MODEL_FILE, add_start_values, print_files, start_values
+from m4e_fmi.cli.options import MODEL_FILE, add_start_values, load_model, print_files, start_values
 
 POINTS = {
     "equilibrium": "equilibrium",
@@ -44,7 +44,6 @@ def _run(options: argparse.Namespace) -> None:
     import json
 
     from m4e_fmi.analysis import equilibrium, linearize, modes
-    from m4e_fmi.model import load_model
     from m4e_fmi.report import linear_json, linear_text
     from m4e_fmi.writing import written
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from m4e_fmi.cosim import System
+    from m4e_fmi.model import Model
 
 EXIT_FAILED = 1
 BUILD_FOLDER = "build"
@@ -85,6 +86,16 @@ def is_system(path: Path) -> bool:
     from m4e_fmi.file_kinds import SYSTEM, kind_of
 
     return path.suffix.lower() == PACKAGE or kind_of(Document.load(path).data) == SYSTEM
+
+
+def load_model(path: Path) -> Model:
+    """The model in a file, after telling what is seldom meant in it."""
+    from m4e_fmi import model
+
+    found = model.load_model(path)
+    for warning in found.warnings:
+        print(f"warning: {warning}", file=sys.stderr)
+    return found
 
 
 def load_system(path: Path) -> System:

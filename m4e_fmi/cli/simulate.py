@@ -11,6 +11,7 @@ from m4e_fmi.cli.options import (
     MODEL_FILE,
     add_output_file,
     add_start_values,
+    load_model,
     output_file,
     print_files,
     start_values,
@@ -66,7 +67,6 @@ def add(commands: argparse._SubParsersAction) -> None:
 
 def _run(options: argparse.Namespace) -> None:
     from m4e_fmi.locks import claimed
-    from m4e_fmi.model import load_model
     from m4e_fmi.results import stream_of
 
     model = load_model(options.model)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import sys
 import sysconfig
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,7 @@ from m4e_fmi.code_hash import code_hash
 from m4e_fmi.cosim.system import Component, FmuFile, Kind, ModelFile, System, kind_module, kinds
 from m4e_fmi.errors import InputError, Problem, RunError
 from m4e_fmi.file_names import file_stem, file_stems
-from m4e_fmi.files_read import files_read
+from m4e_fmi.files_read import depends_on, files_read
 from m4e_fmi.fmu.build_record import BuildRecord, read_record, write_record
 from m4e_fmi.fmu.reading import Description
 from m4e_fmi.writing import remove_leftovers
@@ -153,6 +153,7 @@ def _built(
             warnings.append(text)
 
     with files_read() as files:
+        _note_named(system, source)
         made = _made(system, name, source, progress)
         options = Options(native=native and isinstance(made, Program))
         content = write_archive(fmu_archive(made, options), fmu)
@@ -161,12 +162,41 @@ def _built(
     return ReadyFmu(fmu, content)
 
 
+def _note_named(system: System, source: ModelFile | Kind) -> None:
+    """Note the files that the configuration of a kind names, however the kind reads them."""
+    if isinstance(source, ModelFile):
+        return
+    for text in _texts(source.config.model_dump(serialize_as_any=True)):
+        try:
+            path = system.folder / text
+            if path.is_file():
+                depends_on(path)
+        except (OSError, ValueError):  # a text that no file can be called by
+            continue
+
+
+def _texts(value: Any) -> Iterator[str | Path]:
+    """All texts and paths in plain data."""
+    if isinstance(value, str | Path):
+        yield value
+    elif isinstance(value, Mapping):
+        for member in value.values():
+            yield from _texts(member)
+    elif isinstance(value, list | tuple | set | frozenset):
+        for member in value:
+            yield from _texts(member)
+
+
 def _made(system: System, name: str, source: ModelFile | Kind, progress: Tell) -> Any:
     """The Program or PythonSource of a component."""
     if isinstance(source, ModelFile):
+        from m4e_fmi.model import load_model
         from m4e_fmi.multibody import model_program
 
-        return model_program(source.path)
+        model = load_model(source.path)
+        for warning in model.warnings:
+            progress(f"{_WARNING}: {warning}")
+        return model_program(model)
     module = kind_module(source.name)
     return module.make(source.config, name=name, folder=system.folder, progress=progress)
 

@@ -3,12 +3,13 @@
 Exchanged outputs are looked at now and then. Where one has become `HUGE` by growth without bound
 (`m4e_fmi.growth`), the run ends there. Where an FMU fails, or gives no number, the looks and the
 rows of the results tell if something had grown so before. A run that reaches its stop time while
-something grows says so.
+something grows says so. Where the coupling error that the run states is small, the steps are not
+the cause, and the remedy is none of theirs.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -35,13 +36,22 @@ ROWS = 4096
 ACCELERATION = {"m": 1, "s": -2}, {"rad": 1, "s": -2}, {"s": -2}
 FAST = 30.0
 """Steps for a factor of ten; what grows in fewer does so because of the steps."""
+SMALL = 0.03
+"""Coupling error over the range up to which the steps are not the cause."""
+OWN = "look at the signs of its feedback, stiffness and damping, or give it damping"
 
 
 class Stability:
-    """Looks at the exchanged outputs of `network`, which runs by `simulation`."""
+    """Looks at the exchanged outputs of `network`, which runs by `simulation`.
 
-    def __init__(self, network: Network, simulation: Simulation) -> None:
-        self._network, self._simulation = network, simulation
+    `stated` gives the largest coupling error up to the present point, over the range; None if it is
+    not known.
+    """
+
+    def __init__(
+        self, network: Network, simulation: Simulation, stated: Callable[[], float | None]
+    ) -> None:
+        self._network, self._simulation, self._stated = network, simulation, stated
         count = len(network.outputs)
         self._outputs = slice(network.now, network.now + count)
         self._before = slice(network.before, network.before + count)
@@ -130,6 +140,12 @@ class Stability:
 
     def _remedy(self, grown: Growth) -> str:
         """Remedies, the likeliest first."""
+        error = self._stated()
+        if error is not None and error <= SMALL:
+            return (
+                f"the steps are not the cause, as the coupling error is {error:.1e} of range: the "
+                f"model itself grows: {OWN}"
+            )
         settings = self._simulation
         steps = grown.tenfold / settings.step_size
         others = {
@@ -153,8 +169,7 @@ class Stability:
             advice.insert(
                 0,
                 f"the growth takes {steps:.2g} steps for a factor of ten: if half the step_size "
-                "leaves it as it is, the system itself is unstable: look at the signs of its "
-                "feedback, stiffness and damping, or give it damping",
+                f"leaves it as it is, the system itself is unstable: {OWN}",
             )
         return "; ".join(advice)
 

@@ -76,8 +76,9 @@ class EndWithinError(DiscardedError):
 
 
 class Instance:
-    """An instance named `name` of a loaded FMU; `close` it, or use it as a context manager.
+    """An instance of a loaded FMU for the component `name`; `close` it, or use it in a with block.
 
+    The FMU hears the name with a `suffix`, of instances beside that of the run; nobody else does.
     `scales` are factor and offset of the inputs that are set otherwise than by their own values.
     A `listener` hears what the FMU logs with another status than OK; `warned` counts the steps that
     it has answered with Warning.
@@ -92,10 +93,13 @@ class Instance:
         description: Description,
         binary: Binary,
         listener: Listener | None = None,
+        *,
+        suffix: str = "",
     ) -> None:
         self.name = name
         self.description = description
-        self._messages = Messages(listener)
+        self._told_name = name + suffix
+        self._messages = Messages(listener, self._told_name)
         self.warned = Warned()
         self.time = 0.0
         self._broken = False
@@ -122,7 +126,7 @@ class Instance:
     def _open(self) -> None:
         self._binary.in_use += 1
         try:
-            self._fmu.instantiate(self.name, self._messages)
+            self._fmu.instantiate(self._told_name, self._messages)
         except Exception as error:
             self._fmu.component = None
             message = f"{self._origin}: cannot be instantiated{self._own_words()}"
@@ -400,7 +404,7 @@ class Instance:
         Where that begins with a variable, as in ``f is inf``, what the variable is comes after it.
         """
         text = self._last_error() if status in (DISCARD, ERROR) else ""
-        text = text or self._messages.last()
+        text = (text or self._messages.last()).removeprefix(f"{self._told_name}: ")
         variable = self.description.variables.get(text.partition(" is ")[0])
         told = f" ({variable.description})" if variable and variable.description else ""
         return f": {text}{told}" if text else ""

@@ -6,9 +6,11 @@ force, moment or effort on a body, point or joint of a multibody FMU that is 0, 
 in any system. An idle load is told only where something else says that it should be connected:
 
 - its connector is connected in part, and the other side has an output of its name;
+- another component has a connector for it (`counterparts`), whose outputs lead nowhere;
 - a component that follows the multibody FMU has outputs that lead nowhere, of the load's dimension.
 
-Besides, a component is told that is connected with no other at all.
+Besides, a component is told that is connected with no other at all. A connection is suggested only
+where names and units leave no other.
 """
 
 from __future__ import annotations
@@ -19,6 +21,7 @@ from collections.abc import Iterator, Mapping
 import networkx as nx
 
 from m4e_fmi.cosim.connect import Port, Wiring
+from m4e_fmi.cosim.counterparts import Pair, fits, free_pairs, group_of
 from m4e_fmi.cosim.system import System
 from m4e_fmi.fmu.reading import Description, Variable
 
@@ -51,21 +54,37 @@ def loose_ends(system: System, descriptions: Descriptions, wiring: Wiring) -> li
     linked = {port.component for link in links for port in (link.source, link.target)}
     linked |= {text.partition(".")[0] for text in system.outputs.values()}
     linked |= {text.partition(".")[0] for texts in system.inputs.values() for text in texts}
+    taken = {link.source for link in links}
+    taken |= {Port(*text.partition(".")[::2]) for text in system.outputs.values()}
+    pairs = list(free_pairs(descriptions, driven={link.target for link in links}))
     by_component = {name: [p for p in others if p.component == name] for name in descriptions}
     fed_by_nobody = [
-        _fed_by_nobody(descriptions[name], found)
+        _fed_by_nobody(descriptions[name], found, pairs)
         for name, found in by_component.items()
         if found and name in linked
     ]
     missing = dict(_halves(descriptions, wiring, loads))
     halves = [
-        f"{load} is connected to nothing, though {_group(load)} and {_group(source)} are connected "
-        f"by other variables: '{source} -> {load}' seems to be left out"
+        f"{load} is connected to nothing, though {group_of(load)} and {group_of(source)} are "
+        f"connected by other variables: '{source} -> {load}' seems to be left out"
         for load, source in missing.items()
     ]
-    known = {source.component for source in missing.values()}
+    open_inputs = {group_of(port) for port in others}
+    unused = {
+        pair.of(load): pair
+        for load in loads
+        for pair in pairs
+        if group_of(load) in pair.ends and pair.of(load).component in linked
+        if not taken & pair.outputs(pair.of(load)) and pair.of(load) not in open_inputs
+    }
+    led_nowhere = [
+        f"{source} leads nowhere, and {pair.of(source)} takes nothing: {pair} seems to be left "
+        "out; if it only watches, name its outputs under outputs:"
+        for source, pair in unused.items()
+    ]
+    known = {port.component for port in (*missing.values(), *unused)}
     dead_ends = _dead_ends(system, descriptions, wiring, loads, known)
-    return [*_alone(descriptions, linked), *fed_by_nobody, *halves, *dead_ends]
+    return [*_alone(descriptions, linked, pairs), *fed_by_nobody, *halves, *led_nowhere, *dead_ends]
 
 
 def start_text(variable: Variable) -> str:
@@ -82,7 +101,7 @@ def _number(variable: Variable) -> float | None:
         return None
 
 
-def _alone(descriptions: Descriptions, linked: set[str]) -> Iterator[str]:
+def _alone(descriptions: Descriptions, linked: set[str], pairs: list[Pair]) -> Iterator[str]:
     """Components that are connected with nothing, beside others."""
     alone = [
         name
@@ -95,27 +114,42 @@ def _alone(descriptions: Descriptions, linked: set[str]) -> Iterator[str]:
         yield f"{', '.join(alone)}: no component is connected with another"
         return
     for name in alone:
-        yield f"{name} is connected with nothing: it does not act on the others, nor they on it"
+        left_out = _left_out(
+            [pair for pair in pairs if name in {end.component for end in pair.ends}]
+        )
+        yield (
+            f"{name} is connected with nothing: it does not act on the others, nor they on it"
+            f"{left_out}"
+        )
 
 
-def _fed_by_nobody(description: Description, ports: list[Port]) -> str:
+def _left_out(pairs: list[Pair]) -> str:
+    """The connections that are missing, in brackets; empty if none are known."""
+    seem = "seems" if len(pairs) == 1 else "seem"
+    return f" ({', '.join(map(str, pairs))} {seem} to be left out)" if pairs else ""
+
+
+def _fed_by_nobody(description: Description, ports: list[Port], pairs: list[Pair]) -> str:
     """The inputs of one component that run on their start values."""
     names: dict[str, str] = {}
     for port in ports:
         base, bracket, _ = port.variable.partition("[")
         name = f"{base}[…]" if bracket else base
         names.setdefault(name, start_text(description.variables[port.variable]))
+    groups = {group_of(port) for port in ports}
+    left_out = _left_out([pair for pair in pairs if groups & set(pair.ends)])
     if len(names) == 1:
         ((name, value),) = names.items()
         return (
             f"{ports[0].component}.{name} is connected to nothing and runs on its start value "
-            f"{value}: connect it, or set it under start: if that is meant"
+            f"{value}: connect it{left_out}, or set it under start: if that is meant"
         )
     shown = ", ".join(f"{name} ({value})" for name, value in list(names.items())[:SHOWN])
     more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
     return (
         f"{ports[0].component}: {len(names)} inputs are connected to nothing and run on their "
-        f"start values, {shown}{more}: connect them, or set them under start: if that is meant"
+        f"start values, {shown}{more}: connect them{left_out}, or set them under start: if that is "
+        "meant"
     )
 
 
@@ -124,23 +158,21 @@ def _halves(
 ) -> Iterator[tuple[Port, Port]]:
     """Loads of connectors that are connected in part, each with the output of the other side."""
     pairs = {
-        (_group(here), _group(there))
+        (group_of(here), group_of(there))
         for link in wiring.links
         for here, there in ((link.source, link.target), (link.target, link.source))
     }
     for load in loads:
         last = load.variable.rpartition(".")[2]
+        wanted = descriptions[load.component].variables[load.variable]
         for here, there in sorted(pairs):
             source = Port(there.component, f"{there.variable}.{last}")
             known = descriptions[there.component].variables.get(source.variable)
-            if here == _group(load) and known is not None and known.causality == "output":
+            if here != group_of(load) or known is None or known.causality != "output":
+                continue
+            if fits(known, wanted):
                 yield load, source
                 break
-
-
-def _group(port: Port) -> Port:
-    """The connector of a variable."""
-    return Port(port.component, port.variable.rpartition(".")[0])
 
 
 def _dead_ends(
@@ -162,20 +194,38 @@ def _dead_ends(
         if name in known | taken or not graph.in_degree(name):
             continue
         before = nx.ancestors(graph, name)
-        for load in (load for load in loads if load.component in before):
-            wanted = descriptions[load.component].variables[load.variable]
-            found = next((v for v in description.of_causality("output") if _fits(v, wanted)), None)
-            if found is not None:
-                yield (
-                    f"{name} takes inputs, but none of its outputs leads anywhere, and {load} is "
-                    f"connected to nothing: '{name}.{found.name} -> {load}' seems to be left out; "
-                    "if it only watches, name its outputs under outputs:"
-                )
-                break
+        candidates = [
+            (output, load)
+            for load in loads
+            if load.component in before
+            for output in description.of_causality("output")
+            if fits(output, descriptions[load.component].variables[load.variable])
+        ]
+        if candidates:
+            driven = ", ".join(dict.fromkeys(load.component for _, load in candidates))
+            yield (
+                f"{name} takes inputs, but none of its outputs leads anywhere, and loads of "
+                f"{driven} are connected to nothing{_suggested(name, descriptions, candidates)}; "
+                "if it only watches, name its outputs under outputs:"
+            )
 
 
-def _fits(output: Variable, load: Variable) -> bool:
-    if output.type != load.type:
-        return False
-    a, b = output.dimension, load.dimension
-    return a is None or b is None or a.same_dimension(b)
+def _suggested(
+    name: str, descriptions: Descriptions, candidates: list[tuple[Variable, Port]]
+) -> str:
+    """The connection from component `name` that is left out, if names and units leave only one."""
+    known = [
+        (output, load)
+        for output, load in candidates
+        if output.dimension and descriptions[load.component].variables[load.variable].dimension
+    ]
+    of_name = [
+        (output, load)
+        for output, load in candidates
+        if output.name.rpartition(".")[2] == load.variable.rpartition(".")[2]
+    ]
+    for found in (of_name, known if len(known) == len(candidates) else []):
+        if len(found) == 1:
+            ((output, load),) = found
+            return f": '{name}.{output.name} -> {load}' seems to be left out"
+    return ""

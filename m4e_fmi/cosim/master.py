@@ -44,7 +44,7 @@ Progress = Callable[[float], None]
 PROGRESS_INTERVAL = 0.1
 """Wall seconds between calls of a progress callable."""
 SECOND_SET = "_again"
-"""What the names of the instances end with that go beside the run."""
+"""What the names end with that FMUs hear of instances beside the run."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,7 +128,7 @@ class Master:
         for component in self._system.components:
             name, description = component.name, self._descriptions[component.name]
             listener = None if suffix else self._journal.listener(name)
-            instance = Instance(name + suffix, description, loaded[name], listener)
+            instance = Instance(name, description, loaded[name], listener, suffix=suffix)
             stack.enter_context(instance).setup(
                 start=simulation.start_time,
                 stop=simulation.stop_time,
@@ -263,6 +263,11 @@ class Master:
             coverage=witness.coverage(),
         )
 
+    def _stated(self) -> float | None:
+        """The largest coupling error up to the present point, over the range, if it is known."""
+        found = self.certificate()
+        return found.errors[0].error if isinstance(found, Certificate) and found.errors else None
+
     def _step_control(self, algorithm: Returning) -> StepControl:
         simulation = self._system.simulation
         tolerance = simulation.coupling_tolerance
@@ -375,7 +380,7 @@ class Master:
             singly=singly,
             most_time=PROGRESS_INTERVAL,
         )
-        self._stability = Stability(self.network, self._system.simulation)
+        self._stability = Stability(self.network, self._system.simulation, self._stated)
         self._journal.clock = lambda: self._course.time
         if results is not None:
             results.record(self.network.time)

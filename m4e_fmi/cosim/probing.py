@@ -43,6 +43,8 @@ POINTS = 3
 SHORTER, LOST_AGAIN = 8, 0.5
 """How much shorter than the component's the steps are that show what is integrated; and the share
 of a difference that is lost in the second, if it is not."""
+PROBE = "_probe"
+"""What the names end with that FMUs hear of instances under probe."""
 
 
 @dataclass(frozen=True)
@@ -195,7 +197,7 @@ class _Instances:
         with (
             closing(Files(self._description)) as files,
             Binary(self._description, files, origin=origin) as binary,
-            Instance(f"{name}_probe", self._description, binary) as instance,
+            Instance(name, self._description, binary, suffix=PROBE) as instance,
         ):
             instance.setup(start=times.start_time, stop=times.stop_time, tolerance=times.tolerance)
             instance.set_values(start_values(self._component, self._description))

@@ -2,8 +2,8 @@
 
 FMPy's native proxy formats the messages (their arguments are variadic, which ctypes cannot take),
 but knows one logger for the whole process. The one here finds the instance by its FMI component
-environment, in FMI 1.0 by its name, and leaves messages of other instances to FMPy. FMI 3.0's
-messages are whole texts, and go to the instance itself.
+environment, in FMI 1.0 and where an FMU has lost that by its name, and leaves messages of other
+instances to FMPy. FMI 3.0's messages are whole texts, and go to the instance itself.
 """
 
 from __future__ import annotations
@@ -29,19 +29,21 @@ Listener = Callable[[int, str], None]
 
 
 class Messages:
-    """The last messages of one instance, oldest first.
+    """The last messages of one instance, called `name`, oldest first.
 
     A `listener` hears all that have another status than OK, but while they are `muted`. `callbacks`
     goes into fmi2Instantiate, `callbacks_1` into fmiInstantiateSlave, `add_3` into
     FMPy's `instantiate` of FMI 3.0.
     """
 
-    def __init__(self, listener: Listener | None = None) -> None:
+    def __init__(self, listener: Listener | None = None, name: str = "") -> None:
         self._listener = listener
         self.muted = False
         self._texts: deque[tuple[int, str]] = deque(maxlen=KEPT)
         environment = next(_NUMBERS)
         _ALL[environment] = self
+        if name:
+            _BY_NAME[name.encode("utf-8")] = self
         self.callbacks = fmi2.fmi2CallbackFunctions()
         self.callbacks.logger = _LOGGER
         self.callbacks.allocateMemory = _ALLOCATE
@@ -49,9 +51,8 @@ class Messages:
         self.callbacks.componentEnvironment = environment
         addLoggerProxy(ctypes.byref(self.callbacks))
 
-    def callbacks_1(self, name: str) -> fmi1.fmi1CallbackFunctions:
-        """For an instance of FMI 1.0 called `name`."""
-        _BY_NAME[name.encode("utf-8")] = self
+    def callbacks_1(self) -> fmi1.fmi1CallbackFunctions:
+        """For an instance of FMI 1.0."""
         callbacks = fmi1.fmi1CallbackFunctions()
         callbacks.logger = ctypes.cast(_LOGGER, fmi1.fmi1CallbackLoggerTYPE)
         callbacks.allocateMemory = ctypes.cast(_ALLOCATE, fmi1.fmi1CallbackAllocateMemoryTYPE)

@@ -254,6 +254,8 @@ def _value_findings(model: Any) -> Iterator[Finding]:
         elif at[-1] in getattr(_element(model, at), "positive", ()) and not value > 0:
             remedy = f"give a positive {at[-1]}"
             yield Finding(at, f"must be positive, got {value:.6g}", remedy)
+        elif at[-1] in getattr(_element(model, at), "not_negative", ()) and value < 0:
+            yield Finding(at, f"must not be negative, got {value:.6g}", "give 0 or more")
     for name in model.loads:
         lower, upper = (computed.get(("loads", name, key)) for key in ("lower", "upper"))
         if lower is not None and upper is not None and lower >= upper:
@@ -277,12 +279,27 @@ def _constant_findings(at: Location, expression: Expression) -> Iterator[Finding
             yield Finding(at, f"{part} must be finite, got {value}")
 
 
-def positive_parameters(model: Any) -> frozenset[str]:
-    """Parameters that are, by themselves, a quantity that must be positive."""
+def doubts(model: Model) -> Iterator[Finding]:
+    """What is allowed in a model, and seldom meant: negative stiffness and damping of loads."""
+    values = parameter_values(model.parameters)
+    for at, quantity in _all_quantities(model):
+        expression = as_expression(quantity)
+        if at[-1] not in getattr(_element(model, at), "seldom_negative", ()):
+            continue
+        if expression.names() <= values.keys() and (value := expression.evaluate(values)) < 0:
+            effect = (
+                "drives the motion" if at[-1] == "damping" else "pushes away from where it rests"
+            )
+            message = f"negative {at[-1]}, {value:.6g}: the load {effect}"
+            yield Finding(at, message, "change the sign if that is not meant")
+
+
+def bounded_parameters(model: Any) -> frozenset[str]:
+    """Parameters that are, by themselves, a quantity that must be positive or not negative."""
     return frozenset(
         expression.arguments[0]
         for at, quantity in _all_quantities(model)
-        if at[-1] in getattr(_element(model, at), "positive", ())
+        if at[-1] in _bounded(_element(model, at))
         and (expression := as_expression(quantity)).kind == "name"
         and expression.arguments[0] in model.parameters
     )
@@ -304,6 +321,10 @@ def _all_quantities(model: Any) -> Iterator[tuple[Location, Any]]:
                     yield (group, name, field, index), value
             for key, value in getattr(element, "initial", {}).items():
                 yield (group, name, "initial", key), value
+
+
+def _bounded(element: Any) -> tuple[str, ...]:
+    return (*getattr(element, "positive", ()), *getattr(element, "not_negative", ()))
 
 
 def _element(model: Any, at: Location) -> Any:

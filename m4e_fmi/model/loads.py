@@ -5,7 +5,8 @@ expression names variables as the FMU does, `joint.<name>.q` and `u`; `body.<nam
 `vx`, `vz`, `omega`; `point.<name>.x`, `z`, `vx`, `vz`.
 
 `type` is a load's name in files. `scalars` and `vectors` are its quantities with their units; one
-that is None is not used. Of the fields in `either`, one is given.
+that is None is not used. Of the fields in `either`, one is given. Those in `not_negative` must not
+be negative, and a warning tells those in `seldom_negative` that are.
 """
 
 from __future__ import annotations
@@ -44,6 +45,8 @@ class TensionSpring(_Described):
     either: ClassVar = ("stiffness", "law")
     required: ClassVar = ("length",)
     law_variables: ClassVar = ("l", "ld")
+    not_negative: ClassVar = ("length",)
+    seldom_negative: ClassVar = ("stiffness",)
 
 
 @dataclass(frozen=True)
@@ -61,6 +64,7 @@ class TensionDamper(_Described):
     scalars: ClassVar = {"damping": "N.s/m", "law": "N"}
     either: ClassVar = ("damping", "law")
     law_variables: ClassVar = ("ld",)
+    seldom_negative: ClassVar = ("damping",)
 
 
 @dataclass(frozen=True)
@@ -81,6 +85,7 @@ class TensionStop(_Described):
     type: ClassVar = "tension_stop"
     scalars: ClassVar = {"stiffness": "N/m", "lower": "m", "upper": "m", "damping": "N.s/m"}
     positive: ClassVar = ("stiffness",)
+    not_negative: ClassVar = ("lower", "upper", "damping")
 
 
 @dataclass(frozen=True)
@@ -97,6 +102,7 @@ class Bushing(_Described):
 
     type: ClassVar = "bushing"
     scalars: ClassVar = {"stiffness": "N/m", "damping": "N.s/m"}
+    seldom_negative: ClassVar = ("stiffness", "damping")
 
 
 @dataclass(frozen=True)
@@ -117,6 +123,7 @@ class TorsionSpring(_Described):
     scalars: ClassVar = {"stiffness": "N.m/rad", "angle": "rad", "law": "N.m"}
     either: ClassVar = ("stiffness", "law")
     law_variables: ClassVar = ("theta", "thetad")
+    seldom_negative: ClassVar = ("stiffness",)
 
 
 @dataclass(frozen=True)
@@ -134,6 +141,7 @@ class TorsionDamper(_Described):
     scalars: ClassVar = {"damping": "N.m.s/rad", "law": "N.m"}
     either: ClassVar = ("damping", "law")
     law_variables: ClassVar = ("thetad",)
+    seldom_negative: ClassVar = ("damping",)
 
 
 @dataclass(frozen=True)
@@ -179,6 +187,7 @@ class PointDrag(_Described):
     type: ClassVar = "point_drag"
     scalars: ClassVar = {"coefficient": "kg/m"}
     vectors: ClassVar = {"flow": "m/s"}
+    not_negative: ClassVar = ("coefficient",)
 
 
 @dataclass(frozen=True)
@@ -196,6 +205,7 @@ class BodyDrag(_Described):
     type: ClassVar = "body_drag"
     scalars: ClassVar = {"coefficient": "kg/m", "moment_coefficient": "N.m.s2/rad2"}
     vectors: ClassVar = {"flow": "m/s"}
+    not_negative: ClassVar = ("coefficient", "moment_coefficient")
 
 
 @dataclass(frozen=True)
@@ -227,6 +237,7 @@ class JointFriction(_Described):
     type: ClassVar = "joint_friction"
     scalars: ClassVar = {"effort": "N.m or N", "velocity": "rad/s or m/s"}
     positive: ClassVar = ("velocity",)
+    not_negative: ClassVar = ("effort",)
 
 
 @dataclass(frozen=True)
@@ -251,6 +262,7 @@ class JointStop(_Described):
         "damping": "N.m.s/rad or N.s/m",
     }
     positive: ClassVar = ("stiffness",)
+    not_negative: ClassVar = ("damping",)
 
 
 Load = (

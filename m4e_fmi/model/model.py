@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.model.elements import Body, Joint, Parameter, Point, Quantity
 from m4e_fmi.model.loads import Load
 from m4e_fmi.model.table import Table
 from m4e_fmi.shown import listing
+
+if TYPE_CHECKING:
+    from m4e_fmi.model.findings import Finding
 
 STANDARD_GRAVITY = 9.80665  # m/s², CGPM 1901
 
@@ -32,15 +36,31 @@ class Model:
     gravity: Quantity = STANDARD_GRAVITY
     description: str = ""
 
+    _warnings = ()  # no field: they follow from the others
+
     def __post_init__(self) -> None:
         from m4e_fmi.model.checks import findings
 
-        problems = [
-            Problem(f"{'.'.join(map(str, f.location))}: {f.message}", f.remedy, self.name)
-            for f in findings(self)
-        ]
+        problems = [self._problem(finding) for finding in findings(self)]
         if problems:
             raise InputError(problems)
+        self.place_warnings(self._problem)
+
+    @property
+    def warnings(self) -> tuple[Problem, ...]:
+        """What is allowed and seldom meant, as negative damping."""
+        return self._warnings
+
+    def place_warnings(self, place: Callable[[Finding], Problem]) -> Model:
+        """This model; its warnings are where `place` puts them from now on."""
+        from m4e_fmi.model.checks import doubts
+
+        object.__setattr__(self, "_warnings", tuple(map(place, doubts(self))))
+        return self
+
+    def _problem(self, finding: Finding) -> Problem:
+        place = ".".join(map(str, finding.location))
+        return Problem(f"{place}: {finding.message}", finding.remedy, self.name)
 
     def __repr__(self) -> str:
         return listing(

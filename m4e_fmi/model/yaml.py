@@ -178,12 +178,13 @@ def model_of(document: Document) -> Model:
         if not found and not problems:
             found = list(whole_findings(namespace))
         if not found and not problems:
-            return Model(
+            model = Model(
                 name=section.name,
                 description=section.description,
                 gravity=section.gravity,
                 **groups,
             )
+            return model.place_warnings(lambda f: document.problem(f.location, f.message, f.remedy))
         problems += [document.problem(f.location, f.message, f.remedy) for f in found]
     raise InputError(problems)
 

@@ -7,7 +7,7 @@ from collections.abc import Container
 from typing import Any, Protocol
 
 from m4e_fmi.model import Model
-from m4e_fmi.model.checks import positive_parameters
+from m4e_fmi.model.checks import bounded_parameters
 from m4e_fmi.model.elements import (
     GROUND,
     Parameter,
@@ -53,9 +53,9 @@ def declared(
     recorder: Recorder, model: Model, tree: Topology, inputs: Container[str] | None = None
 ) -> Scalars:
     """The parameters, inputs and states of a model, declared."""
-    positive = positive_parameters(model)
+    bounded = bounded_parameters(model)
     parameters: dict[str, Any] = {
-        name: recorder.parameter(_parameter(name, parameter, positive=name in positive))
+        name: recorder.parameter(_parameter(name, parameter, bounded=name in bounded))
         for name, parameter in model.parameters.items()
     }
     added_mass = _declared_added_mass(recorder, model, tree)
@@ -64,7 +64,7 @@ def declared(
     return Scalars(q, u, recorder.time, parameters, added_mass=added_mass, **acting)
 
 
-def _parameter(name: str, parameter: Parameter, *, positive: bool) -> Variable:
+def _parameter(name: str, parameter: Parameter, *, bounded: bool) -> Variable:
     unit = parse_unit(parameter.unit)
     return Variable(
         name,
@@ -73,7 +73,7 @@ def _parameter(name: str, parameter: Parameter, *, positive: bool) -> Variable:
         start=parameter.value * unit.factor,
         display_unit=None if unit.factor == 1.0 else unit.text,
         tunable=parameter.tunable,
-        minimum=0.0 if positive else -math.inf,
+        minimum=0.0 if bounded else -math.inf,
     )
 
 

@@ -1,8 +1,10 @@
 """The mooring and linear_pto FMUs as files: valid, and the same numbers as what is inside."""
 
 import math
+import tempfile
 from pathlib import Path
 
+import moordyn
 import pytest
 from fmpy import extract, read_model_description
 from fmpy.fmi2 import FMU2Slave
@@ -129,10 +131,29 @@ def test_a_line_that_a_run_stretches_far_beyond_its_length_is_told(files, c_fmu)
     )
     way = ("winch.y + 30 -> line.f1.x, units ignored",)
     outcome = run(System("s", parts, way, Simulation(1.0, 0.05, "gauss_seidel")))
-    (message,) = outcome.messages
+    start, message = outcome.messages
+    assert "14.4 % beyond its unstretched length of 165 m" in start.text
+    assert start.first == 0.0
     assert (message.component, message.status, message.count) == ("line", "warning", 1)
     assert message.text.startswith("the ends of l1 are ")
     assert "% beyond its unstretched length of 165 m, and it pulls " in message.text
     distance = float(message.text.split(" are ")[1].split(" m ")[0])
     assert 1.2 * 165 < distance < 1.2 * 165 + 50 * 0.05
     assert math.hypot(180 + 50 * message.first, 57) < 1.2 * 165 + 1e-9
+
+
+def test_the_folder_of_moordyn_is_in_that_of_its_fmu(files, tmp_path, monkeypatch):
+    """So what removes the one after a kill removes the other."""
+    seen, init = [], moordyn.Init
+
+    def noted(*arguments):
+        seen.extend(path.relative_to(tmp_path) for path in tmp_path.rglob("m4e_mooring_*"))
+        return init(*arguments)
+
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setattr(moordyn, "Init", noted)
+    part = Component("line", FmuFile(files["mooring"]))
+    run(System("s", (part,), (), Simulation(0.1, 0.05, "gauss_seidel")))
+    assert seen
+    assert all(path.parts[0].startswith("m4e_fmi_") for path in seen)
+    assert list(tmp_path.iterdir()) == []

@@ -7,10 +7,12 @@ import zipfile
 from collections.abc import Callable
 from importlib.machinery import ModuleSpec
 from pathlib import Path
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
+from pydantic import Field
 
 from m4e_fmi.cosim import (
     Component,
@@ -37,6 +39,7 @@ MASS = "a mass of 1 kg on a spring of the given stiffness, driven by a force"
 class CoilConfig(Section):
     stiffness: float
     table: str = ""
+    curves: dict[str, list[str]] = Field(default_factory=dict)
 
 
 def coil(
@@ -44,6 +47,10 @@ def coil(
 ) -> Program:
     if config.table:
         read_bytes(folder / config.table)
+    for path in (path for paths in config.curves.values() for path in paths):
+        named = (folder / path).read_text()  # as by a library, of which m4e_fmi knows nothing
+        if named:
+            read_text(folder / named)
     progress("winding")
     r = Recorder(name, "a spring")
     x = r.input(Variable("end.x", "m", "position"))
@@ -52,7 +59,8 @@ def coil(
     return r.program()
 
 
-def mass(path: Path) -> Program:
+def mass(model: SimpleNamespace) -> Program:
+    path = model.path
     r = Recorder(path.stem, MASS)
     m = r.parameter(Variable("mass", "kg", "mass", start=float(read_text(path))))
     force = r.input(Variable("body.m.force_x", "N", "force"))
@@ -79,11 +87,14 @@ def pair(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Syste
     for place in (system_module, components):
         monkeypatch.setattr(place, "kinds", lambda: {"coil": Point()})
     monkeypatch.setattr("m4e_fmi.multibody.model_program", mass)
+    monkeypatch.setattr(
+        "m4e_fmi.model.load_model", lambda path: SimpleNamespace(path=path, warnings=())
+    )
     (tmp_path / "mass.model.yaml").write_text("1.0")
     (tmp_path / "table.csv").write_text("1")
 
-    def make(stiffness: float = 1.0) -> System:
-        config = CoilConfig(stiffness=stiffness, table="table.csv")
+    def make(stiffness: float = 1.0, **more: Any) -> System:
+        config = CoilConfig(stiffness=stiffness, table="table.csv", **more)
         parts = (
             Component("body", ModelFile(tmp_path / "mass.model.yaml")),
             Component("coil", Kind("coil", config)),
@@ -110,6 +121,26 @@ def test_only_what_changed_is_built_again(pair: Callable[..., System], tmp_path:
     (tmp_path / "mass.model.yaml").write_text("2.0")
     assert built(pair(stiffness=2.0)) == ["body"]
     assert {p.suffix for p in (tmp_path / "build" / "pair").iterdir()} == {".fmu", ".json"}
+
+
+def test_files_that_a_kind_reads_by_its_own_means(
+    pair: Callable[..., System], tmp_path: Path
+) -> None:
+    """Those that its configuration names are known, and those that it reads with `read_text`."""
+    outside = tmp_path / "outside.csv"
+    for path, text in (("curve.csv", "further.csv"), (outside, ""), ("further.csv", "1")):
+        (tmp_path / path).write_text(text)
+
+    def built() -> bool:
+        told: list[str] = []
+        system = pair(curves={"up": ["curve.csv"], "down": [str(outside)]})
+        components.fmu_files(system, tmp_path / "build", tell=told.append)
+        return any(line.startswith("coil: building") for line in told)
+
+    assert [built(), built()] == [True, False]
+    for path, text in (("further.csv", "2"), (outside, "further.csv"), ("curve.csv", "")):
+        (tmp_path / path).write_text(text)
+        assert [built(), built()] == [True, False]
 
 
 def test_native_where_it_can_be(

@@ -102,6 +102,19 @@ def test_what_is_calculated_and_not_carried_over_is_told(
     assert found == ([text] if missing else [])
 
 
+def test_no_connection_is_suggested_between_arrays_of_two_sizes() -> None:
+    large = described(
+        "hydro", *((f"added_mass[1,{k}]", "calculatedParameter", "kg") for k in "123")
+    )
+    both = {"buoy": BOTH["buoy"], "hydro": large}
+    parts = tuple(Component(name, FmuFile(Path(name))) for name in both)
+    system = System("s", parts, (), SIMULATION)
+    assert forgotten(system, both, connect(system, both)) == [
+        "hydro.added_mass is calculated, but not carried over: buoy.added_mass, which differs in "
+        "size (3 and 2 elements), keeps its start value"
+    ]
+
+
 def test_a_variable_without_unit_fits_any() -> None:
     assert wired(BOTH, "hydro.plain -> buoy.body.float.force_x").links
 

@@ -90,6 +90,79 @@ def test_a_controller_whose_output_leads_nowhere() -> None:
     assert len(told({**pair("cart", "control"), "lag": lag}, *way)) == 1
 
 
+def test_an_output_of_another_name_is_not_suggested_for_one_of_many_loads() -> None:
+    control = described("control", ("angle", "input", "m"), ("f", "output", "N"))
+    (line,) = told({"cart": CART, "control": control}, LOOP[0], start={})
+    assert "none of its outputs leads anywhere, and loads of cart are connected to nothing" in line
+    assert "->" not in line
+    # of the only load in its unit it is
+    torque = described("control", ("angle", "input", "m"), ("f", "output", "N.m"))
+    (line,) = told({"cart": CART, "control": torque}, LOOP[0], start={})
+    assert "'control.f -> cart.body.cart.moment_y' seems to be left out" in line
+    # what has no unit might be anything
+    plain = described("control", ("angle", "input", "m"), ("f", "output", ""))
+    (line,) = told({"cart": CART, "control": plain}, LOOP[0], start={})
+    assert "->" not in line
+
+
+WATER = described(
+    "water",
+    *((f"cart.{name}", "input", unit) for name, unit in (("x", "m"), ("vx", "m/s"))),
+    *((f"mast.{name}", "output", "N") for name in ("force_x", "heeling_force_x")),
+    ("cart.force_x", "output", "N"),
+    ("added_mass", "calculatedParameter", "kg"),
+)
+HULL = described(
+    "hull",
+    ("added_mass", "parameter", "kg"),
+    *((f"body.{body}.force_x", "input", "N") for body in ("cart", "mast")),
+    *((f"body.{body}.x", "output", "m") for body in ("cart", "mast")),
+    *((f"body.{body}.vx", "output", "m/s") for body in ("cart", "mast")),
+)
+AFLOAT = {"hull": HULL, "water": WATER}
+CARRIED, MAST = "water.added_mass -> hull.added_mass", "hull.mast <-> water.mast"
+MISSING = "'hull.body.cart <-> water.cart' seems to be left out"
+
+
+def test_a_connector_beside_others_that_are_connected() -> None:
+    assert told(AFLOAT, CARRIED, MAST, "hull.cart <-> water.cart", start={}) == []
+    (line,) = told(AFLOAT, CARRIED, MAST, start={})
+    assert line.startswith("water: 2 inputs are connected to nothing and run on their start values")
+    assert f"connect them ({MISSING}), or set them under start:" in line
+
+
+def test_a_connector_with_start_values_whose_forces_lead_nowhere() -> None:
+    fixed = {"water": {"cart.x": 0.0, "cart.vx": 0.0}}
+    (line,) = told(AFLOAT, CARRIED, MAST, start=fixed)
+    assert line == (
+        f"water.cart leads nowhere, and hull.body.cart takes nothing: {MISSING}; if it only "
+        "watches, name its outputs under outputs:"
+    )
+    watched = {"outputs": {"force": "water.cart.force_x"}}
+    assert told(AFLOAT, CARRIED, MAST, start=fixed, **watched) == []
+
+
+def test_a_connector_of_outputs_only() -> None:
+    rest = (CARRIED, "hull.cart <-> water.cart")
+    (line,) = told(AFLOAT, *rest, start={})
+    assert line.startswith("water.mast leads nowhere, and hull.body.mast takes nothing")
+    assert "'hull.body.mast <-> water.mast' seems to be left out" in line
+
+
+def test_of_two_connectors_that_fit_none_is_suggested() -> None:
+    parts = {"hull": HULL, "other": replace(HULL), "water": WATER}
+    lines = told(parts, CARRIED, MAST, "water.added_mass -> other.added_mass", start={})
+    assert [line for line in lines if line.startswith("water: 2 inputs")]
+    assert not [line for line in lines if "hull.body.cart <-> water.cart" in line]
+
+
+def test_a_connector_of_other_units_is_not_suggested() -> None:
+    odd = described("water", ("cart.x", "input", "kg"), ("mast.force_x", "output", "N"))
+    (line,) = told({"hull": HULL, "water": odd}, MAST, start={})
+    assert line.startswith("water.cart.x is connected to nothing")
+    assert "<->" not in line
+
+
 def test_a_meter_may_lead_nowhere() -> None:
     assert told({"cart": CART, "meter": METER}, "cart.point.tip.x -> meter.x") == []
 
@@ -116,7 +189,8 @@ def test_half_a_connector(left_out: str, text: str) -> None:
 
 def test_components_that_are_connected_with_nothing() -> None:
     assert told(ALL, *LOOP) == [
-        "line is connected with nothing: it does not act on the others, nor they on it"
+        "line is connected with nothing: it does not act on the others, nor they on it "
+        "('cart.point.tip <-> line.end' seems to be left out)"
     ]
     assert told(pair("cart", "line")) == ["cart, line: no component is connected with another"]
     assert told({"cart": CART}) == []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,8 @@ import pytest
 from support.flap_file import TEXT, WAVE
 from support.programs import Evaluated
 
+from m4e_fmi.cli import main
+from m4e_fmi.cosim import Component, ModelFile, Simulation, System, fmu_files
 from m4e_fmi.document import Document
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.model import (
@@ -296,3 +299,69 @@ def test_python_models_get_the_checks_of_files() -> None:
         "loads.blow.axes: unknown axes 'bodi'",
         "loads.coil: expected one of 'stiffness' and 'law', got 0",
     ]
+
+
+DRIVEN = """\
+name: driven
+parameters:
+  k: {value: -2, unit: kN/m}
+bodies:
+  a: {mass: 1, inertia: 1}
+joints:
+  j: {type: floating, child: a}
+points:
+  p: {body: a, at: [0, 0]}
+  g: {body: ground, at: [1, 0]}
+loads:
+  b: {type: bushing, points: [p, g], stiffness: k, damping: 3}
+  d: {type: tension_damper, points: [p, g], damping: -4}
+  s: {type: torsion_spring, bodies: [ground, a], stiffness: 5}
+"""
+
+
+def test_negative_stiffness_and_damping_are_warned_of(tmp_path: Path) -> None:
+    path = tmp_path / "driven.model.yaml"
+    path.write_text(DRIVEN)
+    model = load_model(path)
+    stiffness, damping = model.warnings
+    assert (stiffness.file, stiffness.line, stiffness.column) == (str(path), 12, 38)
+    assert stiffness.message == (
+        "negative stiffness, -2000: the load pushes away from where it rests"
+    )
+    assert (damping.line, damping.column) == (13, 45)
+    assert damping.message == "negative damping, -4: the load drives the motion"
+    # in Python by name, and of a changed model anew
+    loads = {"b": replace(model.loads["b"], damping=-3.0)}
+    changed = replace(model, loads=loads, parameters={"k": Parameter(1.0, "N/m")})
+    (found,) = changed.warnings
+    assert str(found).startswith("driven: loads.b.damping: negative damping, -3")
+    assert replace(changed, loads={}).warnings == ()
+
+
+def test_the_build_of_a_system_tells_warnings_of_a_model_each_time(tmp_path: Path) -> None:
+    (tmp_path / "driven.model.yaml").write_text(DRIVEN)
+    parts = (Component("body", ModelFile(tmp_path / "driven.model.yaml")),)
+    system = System("s", parts, (), Simulation(1.0, 0.1), folder=tmp_path)
+    for _ in range(2):
+        told: list[str] = []
+        fmu_files(system, tmp_path / "build", native=False, tell=told.append)
+        warned = [text for text in told if text.startswith("body: warning: ")]
+        assert len(warned) == 2
+        assert "driven.model.yaml:12:38: negative stiffness, -2000" in warned[0]
+
+
+def test_commands_warn_of_a_model(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "driven.model.yaml"
+    path.write_text(DRIVEN)
+    assert main(["info", str(path)]) == 0
+    assert "driven.model.yaml:13:45: negative damping, -4" in capsys.readouterr().err
+
+
+def test_a_parameter_that_is_a_drag_coefficient_has_a_minimum() -> None:
+    model = replace(
+        flap(),
+        loads={"drag": PointDrag("tip", "c")},
+        parameters={**flap().parameters, "c": Parameter(3.0, "kg/m")},
+    )
+    (c,) = [p for p in model_program(model).parameters if p.name == "c"]
+    assert c.minimum == 0.0

@@ -1,6 +1,7 @@
 """MoorDyn input files: written without loss, and other people's files accepted or refused."""
 
 import json
+import math
 from pathlib import Path
 
 import moordyn
@@ -11,6 +12,7 @@ from m4e_adapters.moordyn.line_system import LineSystem
 from m4e_adapters.moordyn.sections import tables
 from m4e_fmi.document import Document
 from m4e_fmi.errors import InputError
+from m4e_fmus import mooring as mooring_kind
 
 CASE1 = Path(__file__).parents[1] / "data" / "moordyn" / "moorpy_case1.dat"
 
@@ -122,6 +124,16 @@ def test_fairleads_of_a_ready_file_get_the_names_that_are_given(tmp_path):
     config = Document.parse("file: lines.txt\nfairleads: {bow: [4, -5]}\n").validate(MooringConfig)
     (bow,) = mooring(config, folder=tmp_path).fairleads
     assert (bow.x, bow.y, bow.z) == (4.0, 2.0, -5.0)
+    source = mooring_kind.make(config, name="lines", folder=tmp_path)
+    layout = json.loads(source.data["mooring.json"])["system"]
+    assert layout["drawn"] == [["bow", 1.0, -3.0]]
+    lines = LineSystem(source.data["lines.txt"].decode().replace("900.00 40", "860 2"), **layout)
+    lines.start([(100.0, -3.0)], [(0.0, 0.0)])
+    lines.close()
+    assert len(lines.warnings) == 2
+    assert "starts at (100, -3) m and is at (1, -3) m in the file, 99 m away" in lines.warnings[0]
+    strain = math.dist((-800, 0, -300), (100, 2, -3)) / 860 - 1
+    assert f" m apart, {100 * strain:.3g} % beyond its unstretched length" in lines.warnings[1]
     config = Document.parse("file: lines.txt\nfairleads: [a, b]\n").validate(MooringConfig)
     with pytest.raises(InputError, match="1 coupled points, but 2 names"):
         mooring(config, folder=tmp_path)
@@ -141,6 +153,9 @@ BODIES = "------ BODIES ------\nx\nx\n1 Coupled 0 0 0 0 0 0 1e3 0 1e3 1 0 0\n"
         ("1     main      1", "1     mian      1", "no line type 'mian'", "'main'"),
         ("main      1         2 ", "main      1         7 ", "no point 7", "points"),
         ("2   Coupled", "2   Free   ", "no coupled point", "type 'Coupled'"),
+        ("  0     1    0.27", "  0    -1    0.27", "drag coefficient Cd must not be", "-1"),
+        ("  0     1    0.27", " -1     1    0.27", "bending stiffness EI must not be", "-1"),
+        ("3.0e6    kbot", "-1    kbot", "kbot must not be negative", "leave it out"),
         ("main  0.2  500.00", "main  0.2  heavy", "'heavy' is not a number", "constant"),
         ("2.0E+09", "curve.txt", "'curve.txt' is not a number", "constant"),
         ("0.001    dtM", "0.1    dtM", "time step 0.1 s is unstable", "RK4"),

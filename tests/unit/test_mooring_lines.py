@@ -10,6 +10,7 @@ import pytest
 
 from m4e_adapters.moordyn import MooringConfig, mooring
 from m4e_adapters.moordyn.line_system import LineSystem, MooringError
+from m4e_adapters.moordyn.placement import misplaced
 from m4e_fmi.document import Document
 
 STIFFNESS, LENGTH = 1e9, 100.5
@@ -156,7 +157,10 @@ def test_a_line_that_is_far_too_short_is_told():
 def test_a_line_that_becomes_far_too_long_is_told_once():
     lines = system(ROPE)
     lines.start([(0.0, -101.0)], [(0.0, -1000.0)])
-    assert lines.warnings == []
+    assert lines.warnings == [
+        "the ends of rope are 101 m apart, 0.498 % beyond its unstretched length of 100.5 m, and "
+        "it pulls 4.98e+06 N: check the initial positions of its fairleads, and its length"
+    ]
     told = []
     for k in range(4):  # 10 m a step: 120.6 m are a fifth more than 100.5 m
         lines.advance(0.01 * k, 0.01, [(0.0, -101.0 - 10.0 * k)], [(0.0, -1000.0)])
@@ -170,11 +174,54 @@ def test_a_line_that_becomes_far_too_long_is_told_once():
     ]
 
 
+@pytest.mark.parametrize(
+    ("strain", "told"), [(-0.01, False), (0.0, False), (0.0015, False), (0.003, True), (0.03, True)]
+)
+def test_a_line_that_starts_stretched_is_told(strain: float, told: bool):
+    lines = system(ROPE)
+    lines.start([(0.0, -LENGTH * (1 + strain))], [(0.0, 0.0)])
+    lines.close()
+    assert [f" {100 * strain:.3g} % beyond" in text for text in lines.warnings] == [True] * told
+
+
+DRAWN = [("bow", 30.0, -5.0), ("stern", -30.0, -5.0), ("side", 0.0, -15.0)]
+THERE = [(30.0, -5.0), (-30.0, -5.0), (0.0, -15.0)]
+
+
+@pytest.mark.parametrize(
+    ("position", "told"),
+    [
+        (THERE, []),
+        ([(30.009, -5.0), *THERE[1:]], []),
+        ([(33.0, -9.0), *THERE[1:]], [("bow", "(33, -9)", "(30, -5)", "5 m away")]),
+        # a heave of the whole body by 20 m
+        (
+            [(x, z + 20) for x, z in THERE],
+            [(name, "in the file, 20 m away") for name, _, _ in DRAWN],
+        ),
+        (
+            [THERE[1], THERE[2], THERE[0]],
+            [("bow starts at (-30, -5) m and is at (30, -5) m", "to be side, bow, stern")],
+        ),
+        # near the places of the others
+        (
+            [(-29.0, -5.0), (31.0, -5.0), (1.0, -15.0)],
+            [("order of its coupled points, which seems to be stern, bow, side",)],
+        ),
+    ],
+)
+def test_fairleads_elsewhere_than_in_the_file_are_told(position, told):
+    texts = misplaced(DRAWN, position, shortest=100.0)
+    assert len(texts) == len(told)
+    for text, parts in zip(texts, told, strict=True):
+        assert all(part in text for part in parts), text
+
+
 def test_what_moordyn_warns_of_at_the_start_is_told():
     made = mooring(Document.parse(ROPE).validate(MooringConfig))
     text = made.text.replace(" tScheme", " tScheme\n1 unknown\n")
     lines = LineSystem(text, fairleads=[0.0], lines=made.lines, time_step=made.time_step)
-    lines.start([(0.0, -101.0)], [(0.0, 0.0)])
+    lines.start([(0.0, -100.5)], [(0.0, 0.0)])
     lines.close()
     assert lines.warnings == ["MoorDyn: Warning: Unrecognized option 'unknown'"]
 

@@ -210,7 +210,7 @@ def test_where_there_can_be_no_second_set(c_fmu: Fmus) -> None:
     outcome = run(System("s", (a, b), ("a.m <-> b.end",), Simulation(1.0, 0.1)))
     assert outcome.steps == 10
     assert str(outcome.certificate).startswith(
-        "b cannot go back (canGetAndSetFMUstate), and a second set of FMUs fails (b_again "
+        "b cannot go back (canGetAndSetFMUstate), and a second set of FMUs fails (b ("
     )
 
 
@@ -250,7 +250,7 @@ def test_a_second_set_that_failed_is_not_called_again(c_fmu: Fmus) -> None:
         for _ in run:
             run["a.damping"] = run["b.damping"] = 0.2
     assert run.outcome.steps == 100
-    assert str(run.outcome.certificate).startswith("steps of half the length fail (b_again ")
+    assert str(run.outcome.certificate).startswith("steps of half the length fail (b (")
 
 
 @pytest.mark.parametrize("observed", [False, True])

@@ -125,9 +125,39 @@ def test_growth_that_is_not_large_yet_is_no_matter(c_fmu: Fmus) -> None:
 )
 def test_growth_at_the_end_of_a_run_is_told(c_fmu: Fmus) -> None:
     (warning,) = run(rising(c_fmu, 45.0)).warnings  # 3.5e10
-    assert "this seems to be unstable" in warning
+    assert (
+        "this seems to be unstable; the steps are not the cause, as the coupling error" in warning
+    )
+    assert "the model itself grows: look at the signs" in warning
+    assert "step_size" not in warning
     _, _, tenfold = times_of(warning)
     assert tenfold == pytest.approx(np.log(10), rel=0.02)
+
+
+def test_growth_that_ends_a_run_is_not_blamed_on_small_errors(c_fmu: Fmus) -> None:
+    error = failure(rising(c_fmu, 90.0))
+    stated = re.search(
+        r"the coupling error is (\S+) of range: the model itself grows", error.remedy
+    )
+    assert stated
+    # y at H and 2H of the exact exponential: the third-order error of 0.05 s steps over 69 s
+    assert 1e-8 < float(stated[1]) < 1e-3
+    assert "step_size" not in error.remedy
+
+
+def test_growth_before_an_fmu_fails_is_not_blamed_on_small_errors(
+    c_fmu: Fmus, tmp_path: Path
+) -> None:
+    # x'' = x: a spring that pushes away
+    parts = (
+        part(c_fmu, "mass+state", "a", body__m__x=1.0),
+        part(c_fmu, "fuse", "b", stiffness=-1.0, limit=1e9),
+    )
+    system = System("s", parts, ("a.m <-> b.end",), Simulation(100.0, 0.01, "gauss_seidel"))
+    error = failure(system, results=tmp_path / "r.nc")
+    assert error.message.startswith("unstable: a.body.m.")
+    assert "the model itself grows" in error.remedy
+    assert "step_size" not in error.remedy
 
 
 def test_a_run_that_goes_back_forgets_what_grew(c_fmu: Fmus) -> None:

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from m4e_fmi.cli import main
-from m4e_fmi.cosim import Component, FmuFile, Outcome, Simulation, System, load, run
+from m4e_fmi.cosim import Certificate, Component, FmuFile, Outcome, Simulation, System, load, run
 from m4e_fmi.errors import RunError
 from m4e_fmi.report import run_summary
 
@@ -116,6 +116,30 @@ def test_the_command_tells_at_once_and_in_the_summary(
     told = capsys.readouterr()
     assert told.err.count("pump, warning at t = 0.5 s: line aaa is 500 m too long") == 1
     assert "pump, warning, 5 times, t = 0.5 s to 0.9 s: line aaa is 500 m too long" in told.out
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "blind_integrator+loud",
+        "blind_integrator+state+loud",
+        "blind_integrator+loud+anonymous",
+        "3:blind_integrator+state+loud",
+    ],
+)
+def test_instances_beside_the_run_are_not_heard(
+    c_fmu: Fmus, name: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Neither those that are probed nor those that tell the coupling error."""
+    parts = tuple(Component(part, FmuFile(c_fmu(name)), {"y": 1.0}) for part in "ab")
+    ring = ("a.y -> b.u", "b.y * -1 -> a.u")
+    lines: list[str] = []
+    outcome = run(System("s", parts, ring, Simulation(1.0, 0.1)), warn=lines.append)
+    assert any("probed" in note for note in outcome.notes)
+    assert isinstance(outcome.certificate, Certificate)
+    told = [f"{part}, warning at t = 0 s: here is {part}" for part in "ab"]
+    assert (lines, [str(message) for message in outcome.messages]) == (told, told)
+    assert capfd.readouterr() == ("", "")
 
 
 def test_what_a_listener_raises_ends_the_run(c_fmu: Fmus) -> None:

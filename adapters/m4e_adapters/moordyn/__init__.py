@@ -1,8 +1,8 @@
 """Mooring lines by MoorDyn: from a description or a ready file to what an FMU runs.
 
 `config` is what a system file may say, `from_config` makes a `Mooring` of it, `line_system` steps
-that. Imports m4e_fmi's document and errors; `line_system` travels in FMUs and imports moordyn only.
-Start reading in `from_config.py`.
+that. Imports m4e_fmi's document and errors; `line_system` and `placement` travel in FMUs and import
+moordyn only. Start reading in `from_config.py`.
 """
 
 from m4e_adapters.moordyn.config import MooringConfig

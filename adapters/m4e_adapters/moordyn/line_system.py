@@ -1,7 +1,7 @@
 """One MoorDyn system: fairlead motion in, forces on the bodies out.
 
-Travels inside the FMU: imports the standard library and `moordyn` only. World frame, X right and
-Z up, SI units; the y of every fairlead is fixed.
+Travels inside the FMU: imports the standard library, `moordyn` and `placement` only. World frame,
+X right and Z up, SI units; the y of every fairlead is fixed.
 
 MoorDyn 2.7.2 has habits that this module answers:
 
@@ -24,10 +24,13 @@ from math import ceil, hypot, isfinite
 from operator import sub
 from pathlib import Path
 
+from .placement import misplaced
+
 START_STEP = 1e-12  # [s] length of the step that evaluates the forces at the start
 LAST_PART = 1e-9  # the part of each step that is left to the evaluation of its end
 PIECE = 4  # internal steps of MoorDyn during which fairleads keep their velocity, at most
 LARGE_STRAIN = 0.2  # a line stretched by more than this deserves a warning
+START_STRAIN = 0.002  # at the start, by this: steel yields there
 INSTALL = "pip install moordyn==2.7.2"
 REPORT_LENGTH = 6  # lines of MoorDyn's own report that go into an error message
 RESIDUAL = re.compile(r"Remaining error after (\S+) s = (\S+) m/s2")
@@ -67,6 +70,11 @@ class LineSystem:
         MoorDyn's internal step [s], as in `text`.
     static_duration
         The longest time [s] that the static solution may take; 0 if there is none.
+    drawn
+        Name, x and z [m] of the fairleads in a file that somebody else wrote, in its order.
+    place
+        The folder in which MoorDyn's own is, as long as it needs one; that of the system for
+        temporary files if it is None, or cannot be used.
 
     Attributes
     ----------
@@ -79,12 +87,16 @@ class LineSystem:
         What was odd about the last start.
     """
 
-    def __init__(self, text, *, fairleads, lines, time_step, static_duration=0.0):
+    def __init__(
+        self, text, *, fairleads, lines, time_step, static_duration=0.0, drawn=(), place=None
+    ):
         self._text = text
         self._y = [float(y) for y in fairleads]
         self._names = list(lines)
         self._piece = PIECE * time_step
         self._static_duration = static_duration
+        self._drawn = drawn
+        self._place = place
         self._system = None
         self._folder = None
         self._ends = []
@@ -112,9 +124,11 @@ class LineSystem:
         self._motion |= {"time": 0.0, "last": START_STEP}
         self._evaluate(velocity)
         self._measure()
-        self._stretched = set()
         self.warnings = [*self._residual_warning(report), *_own_warnings(report)]
-        self.warnings += self.overstretched("check the initial positions of its fairleads")
+        self.warnings += misplaced(self._drawn, position, shortest=min(self._lengths))
+        remedy = "check the initial positions of its fairleads, and its length"
+        self.warnings += self._beyond(START_STRAIN, remedy).values()
+        self._stretched = set(self._beyond(LARGE_STRAIN, remedy))
 
     def advance(self, t, h, position, velocity):
         """Advance from t over h [s]: fairleads end at position + velocity·h.
@@ -195,9 +209,7 @@ class LineSystem:
         """Make the MoorDyn system; returns what it wrote to the console."""
         self.close()
         # a .out file appears beside the input, so every system has a folder of its own
-        self._folder = tempfile.TemporaryDirectory(
-            prefix="m4e_mooring_", ignore_cleanup_errors=True
-        )
+        self._folder = _new_folder(self._place)
         path = Path(self._folder.name) / "lines.txt"
         path.write_text(self._text, encoding="utf-8")
         places = ", ".join(f"({x:.6g}, {z:.6g})" for x, z in position)
@@ -264,21 +276,33 @@ class LineSystem:
 
     def overstretched(self, remedy="check its length and stiffness, and what holds the body"):
         """A text for each line that is stretched far beyond its length, and was not before."""
-        before, self._stretched = self._stretched, set()
-        texts = []
+        found = self._beyond(LARGE_STRAIN, remedy)
+        texts = [text for k, text in found.items() if k not in self._stretched]
+        self._stretched = set(found)
+        return texts
+
+    def _beyond(self, strain, remedy):
+        """A text for each line whose ends are so much further apart than it is long, by number."""
+        texts = {}
         for k, (line, last) in enumerate(self._ends):
             a, b = moordyn.GetLineNodePos(line, 0), moordyn.GetLineNodePos(line, last)
             distance, length = hypot(*map(sub, a, b)), self._lengths[k]
-            if distance <= (1 + LARGE_STRAIN) * length:
-                continue
-            self._stretched.add(k)
-            if k not in before:
-                texts.append(
+            if distance > (1 + strain) * length:
+                texts[k] = (
                     f"the ends of {self._names[k]} are {distance:.6g} m apart, "
                     f"{100 * (distance / length - 1):.3g} % beyond its unstretched length of "
                     f"{length:.6g} m, and it pulls {self.fairlead_tension[k]:.3g} N: {remedy}"
                 )
         return texts
+
+
+def _new_folder(place):
+    """A temporary folder in `place`, with which it goes if this process is killed."""
+    options = {"prefix": "m4e_mooring_", "ignore_cleanup_errors": True}
+    if place is not None and str(place).isascii():  # MoorDyn takes no other paths on Windows
+        with contextlib.suppress(OSError):  # as where the FMU's files cannot be changed
+            return tempfile.TemporaryDirectory(dir=place, **options)
+    return tempfile.TemporaryDirectory(**options)
 
 
 def _own_warnings(report):

@@ -26,6 +26,7 @@ class Mooring:
 
     `text` is a MoorDyn v2 input file; `fairleads` and `lines` are in its order; `time_step` [s] is
     MoorDyn's internal step; `static_duration` [s] is what the static solution may take, 0: unknown.
+    `drawn` are the fairleads where a ready file has them, to be compared with where they start.
     """
 
     text: str
@@ -33,6 +34,7 @@ class Mooring:
     lines: tuple[str, ...]
     time_step: float
     static_duration: float
+    drawn: tuple[Fairlead, ...] = ()
 
 
 def internal_step(

@@ -21,6 +21,15 @@ from m4e_fmi.files_read import read_text
 COUPLED = ("FAIRLEAD", "VESSEL", "VES", "COUPLED", "CPLD")
 FIXED = ("ANCHOR", "FIXED", "FIX")
 LINE_TYPE_WORDS, POINT_WORDS, LINE_WORDS = 10, 9, 7
+POSITIVE = {1: "diameter", 2: "mass per length", 3: "stiffness EA"}
+NOT_NEGATIVE = {
+    5: "bending stiffness EI",
+    6: "drag coefficient Cd",
+    7: "added mass coefficient Ca",
+    8: "axial drag coefficient CdAx",
+    9: "axial added mass coefficient CaAx",
+}
+"""By column of the line types; a negative BA is a damping ratio."""
 OTHER_FILES = {
     "wavekin": "water kinematics",
     "currents": "currents",
@@ -61,6 +70,7 @@ def ready_mooring(
         lines=tuple(f"line_{k + 1}" for k in range(len(file.rows("lines")))),
         time_step=step,
         static_duration=0.0,
+        drawn=file.fairleads(dict.fromkeys(fairleads)),
     )
 
 
@@ -187,9 +197,12 @@ class _ReadyFile:
             return
         if not self._numbers(row, range(1, LINE_TYPE_WORDS)):
             return
-        for k, what in ((1, "diameter"), (2, "mass per length"), (3, "stiffness EA")):
+        for k, what in POSITIVE.items():
             if float(row.words[k]) <= 0:
                 self._wrong(row, f"{what} must be positive", f"got {row.words[k]}")
+        for k, what in NOT_NEGATIVE.items():
+            if float(row.words[k]) < 0:
+                self._wrong(row, f"{what} must not be negative", f"got {row.words[k]}")
         if any(float(word) != 0 for word in row.words[10:11] if _number(word)):
             message = "vortex-induced vibration (Cl) is not supported"
             self._wrong(row, message, "set Cl to 0: MoorDyn does not save its state")
@@ -233,6 +246,8 @@ class _ReadyFile:
                 continue
             if key in ("dtm", "cfl") and float(row.words[0]) <= 0:
                 self._wrong(row, f"{row.words[1]} must be positive", "or leave it out")
+            if key in ("kbot", "cbot") and float(row.words[0]) < 0:
+                self._wrong(row, f"{row.words[1]} must not be negative", "or leave it out")
 
     def _option(self, key: str, default: float) -> float:
         row = self._options.get(key)

@@ -35,6 +35,7 @@ def make(
             "lines": list(mooring.lines),
             "time_step": mooring.time_step,
             "static_duration": mooring.static_duration,
+            "drawn": [(fairlead.name, fairlead.x, fairlead.z) for fairlead in mooring.drawn],
         },
     }
     return PythonSource(
@@ -42,7 +43,10 @@ def make(
             name, f"mooring lines {', '.join(mooring.lines)} by MoorDyn", _variables(mooring)
         ),
         slave="slave:MooringSlave",
-        modules={"slave.py": here / "slave.py", "line_system.py": adapter / "line_system.py"},
+        modules={
+            "slave.py": here / "slave.py",
+            **{name: adapter / name for name in ("line_system.py", "placement.py")},
+        },
         data={"lines.txt": mooring.text.encode(), "mooring.json": json.dumps(layout).encode()},
     )
 

@@ -16,7 +16,7 @@ class MooringSlave(M4eSlave):
         text = (self.resources / "lines.txt").read_text(encoding="utf-8")
         layout = json.loads((self.resources / "mooring.json").read_text(encoding="utf-8"))
         self._fairleads, self._line_names = layout["names"], layout["system"]["lines"]
-        self._lines = LineSystem(text, **layout["system"])
+        self._lines = LineSystem(text, place=self.resources, **layout["system"])
         self._started_with = None
 
     def _pairs(self, first, second):

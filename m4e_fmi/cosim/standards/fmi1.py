@@ -38,7 +38,7 @@ class Fmi1(Classic):
 
     def instantiate(self, name: str, messages: Messages) -> None:
         self._functions.instanceName = name
-        self._functions.instantiate(functions=messages.callbacks_1(name), loggingOn=True)
+        self._functions.instantiate(functions=messages.callbacks_1(), loggingOn=True)
         self.component = self._functions.component
         if not self.component:
             raise RuntimeError("fmiInstantiateSlave gave no component")

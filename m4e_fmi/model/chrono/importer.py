@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from m4e_fmi.document import Document, Location, SectionType
-from m4e_fmi.errors import InputError, suggestion
+from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.files_read import depends_on
 from m4e_fmi.model.chrono.bodies import SMALL, Mechanism
 from m4e_fmi.model.chrono.loads import Loads
@@ -20,6 +20,7 @@ from m4e_fmi.model.chrono.sections import (
     SimulationSection,
 )
 from m4e_fmi.model.elements import GROUND, Quantity
+from m4e_fmi.model.findings import Finding
 from m4e_fmi.model.model import Model
 
 GRAVITY: Vector3 = (0.0, 0.0, -9.8)
@@ -149,8 +150,13 @@ def _model(model: ModelSection, gravity: Quantity, places: Places) -> Model:
 
 def _checked(places: Places, **fields: Any) -> Model:
     """The Model; what its own checks find is placed in the file as far as that is possible."""
+
+    def placed(finding: Finding) -> Problem:
+        message = f"{'.'.join(map(str, finding.location))}: {finding.message}"
+        return places.document.problem(("model",), message, finding.remedy)
+
     try:
-        return Model(**fields)
+        return Model(**fields).place_warnings(placed)
     except InputError as error:
         for problem in error.problems:
             places.at(("model",), problem.message, problem.remedy)

@@ -59,7 +59,12 @@ def model_from_lists(
         raise InputError(
             Problem(f"{_place(f.location)}: {f.message}", f.remedy, name) for f in findings
         )
-    return Model(name=name, description=description, **fields)
+
+    def placed(finding: Finding) -> Problem:
+        place = _place(mechanism.place_of(finding.location))
+        return Problem(f"{place}: {finding.message}", finding.remedy, name)
+
+    return Model(name=name, description=description, **fields).place_warnings(placed)
 
 
 def model_of_lists(document: Document) -> Model:
@@ -78,7 +83,12 @@ def model_of_lists(document: Document) -> Model:
     fields, findings = _checked(mechanism)
     if findings:
         raise InputError(document.problem(f.location, f.message, f.remedy) for f in findings)
-    return Model(name=name, description=description, **fields)
+
+    def placed(finding: Finding) -> Problem:
+        place = mechanism.place_of(finding.location)
+        return document.problem(place, finding.message, finding.remedy)
+
+    return Model(name=name, description=description, **fields).place_warnings(placed)
 
 
 def are_lists(data: Mapping[str, Any]) -> bool:

@@ -279,11 +279,14 @@ OPTIONS = {
     "clears": ("CLEARS", ""),
     "lazy": ("LAZY", ""),
     "picky": ("PICKY", ""),
+    "loud": ("LOUD", ""),
+    "anonymous": ("ANONYMOUS", ""),
 }
 """What an FMU can do besides, or cannot: flag of the compiler and attribute of the description.
 
 A constant one refuses steps of another size than its first, one of a hundredth all but 0.01 s. One
-that clears shows zeros when something has been set, until it has made a step.
+that clears shows zeros when something has been set, until it has made a step. A loud one warns with
+its name when it is initialised, an anonymous one without saying which instance it is.
 """
 
 

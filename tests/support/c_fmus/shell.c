@@ -105,7 +105,9 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
     m->d1 = calloc(N, sizeof(double));
     m->d2 = calloc(N, sizeof(double));
     m->shown = calloc(N, sizeof(double));
+#ifndef ANONYMOUS
     m->environment = functions->componentEnvironment;
+#endif
     m->log = functions->logger;
     m->stale = 1;
     strncpy(m->name, name, sizeof m->name - 1);
@@ -123,7 +125,15 @@ void fmi2FreeInstance(fmi2Component c) {
 }
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean d, fmi2Real tol, fmi2Real t0, fmi2Boolean e, fmi2Real t1) { ((Model *)c)->t = t0; return fmi2OK; }
 fmi2Status fmi2EnterInitializationMode(fmi2Component c) { ((Model *)c)->running = 1; return fmi2OK; }
-fmi2Status fmi2ExitInitializationMode(fmi2Component c) { ((Model *)c)->initialised = 1; show(c); return fmi2OK; }
+/* LOUD: says its name. ANONYMOUS: loses the environment, with which the importer tells instances. */
+fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
+    ((Model *)c)->initialised = 1;
+    show(c);
+#ifdef LOUD
+    SAY((Model *)c, fmi2Warning, "here is %s", ((Model *)c)->name);
+#endif
+    return fmi2OK;
+}
 fmi2Status fmi2Terminate(fmi2Component c) { return fmi2OK; }
 fmi2Status fmi2Reset(fmi2Component c) { memcpy(((Model *)c)->r, start, sizeof start); return fmi2OK; }
 

@@ -22,6 +22,7 @@ OPTIONS_3 = {
     "jacobian": 'providesDirectionalDerivatives="true"',
     "lazy": "",
     "picky": "",
+    "loud": "",
     "events": 'hasEventMode="true" mightReturnEarlyFromDoStep="true"',
     "clears": "",
     "tenth": 'fixedInternalStepSize="0.1"',
