@@ -9,7 +9,7 @@ from __future__ import annotations
 import copy
 import types
 import typing
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar
 
@@ -43,6 +43,8 @@ _LONGEST_SOURCE = 200
 """Characters of a line that are shown with a problem."""
 _PLAIN_WORDS = {
     "string_type": "text",
+    "int_type": "a whole number",
+    "int_parsing": "a whole number",
     "float_type": "a number",
     "float_parsing": "a number",
     "bool_type": "true or false",
@@ -166,8 +168,7 @@ class Document:
         try:
             return section.model_validate(data, context=dict(context or {}))
         except ValidationError as error:
-            problems = [self._translated(section, at, item) for item in error.errors()]
-            raise InputError(dict.fromkeys(problems)) from None
+            raise InputError(dict.fromkeys(self._all_translated(section, at, error))) from None
 
     def validate_as_far_as_possible(
         self, section: type[SectionType], *, required: Mapping[str, Any]
@@ -185,8 +186,8 @@ class Document:
                 return section.model_validate(data), list(problems)
             except ValidationError as error:
                 wrong: dict[Location, None] = {}
+                problems |= dict.fromkeys(self._all_translated(section, (), error))
                 for item in error.errors():
-                    problems.setdefault(self._translated(section, (), item))
                     location = self._in_data((), tuple(item["loc"]))
                     wrong[location if item["type"] == "extra_forbidden" else location[:2]] = None
                 for location in reversed(wrong):  # backwards: the indices of a list stay right
@@ -219,6 +220,27 @@ class Document:
         source = source[: max(_LONGEST_SOURCE, column)]
         width = min(width, len(source) - column + 1)
         return Problem(message, remedy, str(self.path), line, column, source, width)
+
+    def _all_translated(
+        self, section: type[Section], at: Location, error: ValidationError
+    ) -> Iterator[Problem]:
+        """All that is wrong; where a value may be of several plain types, one problem of it."""
+        plain: dict[Location, list] = {}
+        for item in error.errors():
+            if item["type"] in _PLAIN_WORDS:
+                plain.setdefault(self._in_data(at, tuple(item["loc"])), []).append(item)
+            else:
+                yield self._translated(section, at, item)
+        for location, items in plain.items():
+            if len(items) == 1:
+                yield self._translated(section, at, items[0])
+                continue
+            words = dict.fromkeys(_PLAIN_WORDS[item["type"]] for item in items)
+            *others, last = words
+            expected = f"{', '.join(others)} or {last}" if others else last
+            where = ".".join(map(str, location[len(at) :]))
+            message = f"{where}: expected {expected}{_got(items[0])}"
+            yield self.problem((*location, "@value"), message)
 
     def _translated(self, section: type[Section], at: Location, item: Any) -> Problem:
         kind, relative = item["type"], tuple(item["loc"])
@@ -285,10 +307,15 @@ def _remove(data: Any, location: Location) -> None:
 def _pydantic_text(item: Any) -> str:
     text = item["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
     text = _PLAIN_WORDS.get(item["type"], text)
-    value = item.get("input")
     where = ".".join(str(part) for part in item["loc"])
-    got = f", got {value!r}" if isinstance(value, str | int | float | bool | None) else ""
-    return f"{where}: {'expected ' if text != item['msg'] else ''}{text}{got}"
+    return f"{where}: {'expected ' if text != item['msg'] else ''}{text}{_got(item)}"
+
+
+def _got(item: Any) -> str:
+    value = item.get("input")
+    if isinstance(value, list | dict):
+        return f", got {'a list' if isinstance(value, list) else 'a mapping'}"
+    return f", got {value!r}" if isinstance(value, str | int | float | bool | None) else ""
 
 
 class _TooMany(Exception):  # noqa: N818  caught where it is raised

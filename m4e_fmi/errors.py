@@ -99,6 +99,18 @@ class RunError(M4eError):
         super().__init__(f"{message}\n      {remedy}" if remedy else message)
 
 
+def unknown_names(
+    names: Iterable[str], known: Iterable[str], complaint: str, noun: str = ""
+) -> list[Problem]:
+    """A problem for each of `names` that is not `known`: `complaint`, the name, the nearest one."""
+    there = list(known)
+    return [
+        Problem(f"{complaint} {name!r}", suggestion(name, there, noun))
+        for name in names
+        if name not in there
+    ]
+
+
 def suggestion(word: str, known: Iterable[str], noun: str = "") -> str:
     """A remedy for an unknown `word`: the nearest known one, or a list of what there is.
 

@@ -9,10 +9,12 @@ String                text of any length
 ====================  =========================================================================
 
 Flags are those of the CF conventions, section 3.5: blanks in names of items become underscores.
+The attribute `items` has the numbers of an enumeration by their true names, as JSON.
 """
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -69,6 +71,7 @@ class Recorded:
         return {
             "flag_values": np.array(list(items.values()), dtype=self.kind),
             "flag_meanings": " ".join("_".join(name.split()) for name in items),
+            **({"items": json.dumps(dict(self.items))} if self.items else {}),
         }
 
     def stored(self, cells: np.ndarray, text_at: Callable[[int], str]) -> np.ndarray:
@@ -100,6 +103,8 @@ def recorded_as(file_type: Any, attributes: Mapping[str, Any]) -> Recorded:
     kind = np.dtype(file_type).str[1:]
     if kind[0] == "f":
         return Recorded("Real", kind)
+    if "items" in attributes:
+        return Recorded("Enumeration", kind, json.loads(str(attributes["items"])))
     if "flag_meanings" not in attributes:
         return Recorded("Integer", kind)
     names = str(attributes["flag_meanings"]).split()

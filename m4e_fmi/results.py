@@ -8,6 +8,7 @@ variable, ``component.variable``; in CSV its unit follows in brackets.
 
 from __future__ import annotations
 
+import codecs
 import csv
 import json
 import os
@@ -22,7 +23,7 @@ import numpy as np
 from m4e_fmi.errors import InputError, Named
 from m4e_fmi.recorded import recorded_as
 from m4e_fmi.row_file import is_row_file, read_rows
-from m4e_fmi.row_header import TIME, Numbered, Section
+from m4e_fmi.row_header import MAGIC, TIME, Numbered, Section
 from m4e_fmi.series import Series
 from m4e_fmi.shown import listing, span
 from m4e_fmi.writing import check_suffix, netcdf, written
@@ -34,6 +35,14 @@ FORMAT_NUMBER = 1
 """That of files which are written now; earlier ones have none."""
 WRITTEN = "give what `m4e-fmi run` or `m4e-fmi simulate` has written"
 _HDF5 = b"\x89HDF"
+_OTHERS = {
+    b"PAR1": "Parquet",
+    b"PK": "a ZIP archive, as an FMU and a system's package (.ssp) are",
+    b"\x89PNG": "a picture (PNG)",
+}
+"""What files of other kinds begin with."""
+_LOOKED_AT, _SHOWN = 4096, 60
+"""Bytes of a file and characters of its first line by which its kind is told."""
 
 
 @dataclass(frozen=True)
@@ -70,9 +79,11 @@ class Results:
         )
 
     def __repr__(self) -> str:
+        changed = self.attributes.get("changed", "").splitlines()
         return listing(
             f"Results of {str(self.path)!r}: {span(self.time)}",
             **{name: tuple(members) for name, members in self.components.items()},
+            **{"not as in the system's file": changed},
         )
 
 
@@ -92,10 +103,39 @@ def load(path: str | Path) -> Results:
         return _of_rows(path) if is_row_file(path) else _of_netcdf(path)
     except (OSError, RuntimeError) as error:
         with path.open("rb") as file:
-            known = file.read(len(_HDF5)) == _HDF5
-        message = "is cut off or damaged" if known else "is not a file of results (netCDF)"
-        remedy = "copy it again, or run again" if known else WRITTEN
-        raise InputError.single(f"{message}: {error}", remedy, str(path)) from error
+            head = file.read(_LOOKED_AT)
+        if head.startswith((_HDF5, MAGIC)):
+            message, remedy = f"is cut off or damaged: {error}", "copy it again, or run again"
+        else:
+            message = f"is not a file of results (netCDF), but {_kind(head)}"
+            remedy = _instead(path)
+        raise InputError.single(message, remedy, str(path)) from error
+
+
+def _kind(head: bytes) -> str:
+    """What a file that begins so looks like."""
+    for magic, kind in _OTHERS.items():
+        if head.startswith(magic):
+            return kind
+    try:
+        text = codecs.getincrementaldecoder("utf-8-sig")().decode(head)  # it may end in a character
+    except UnicodeDecodeError:
+        text = "\0"
+    if "\0" in text:
+        return "data of a kind that is not known here"
+    first = text.partition("\n")[0].strip()
+    kind = "a table (CSV)" if "," in first else "text"
+    return f"{kind} with the first line {first[:_SHOWN]!r}"
+
+
+def _instead(path: Path) -> str:
+    """What to do in place of loading a file that is not netCDF."""
+    beside = path.with_suffix(NETCDF)
+    if beside.name != path.name and beside.is_file():
+        return f"load {beside.name}, which is beside it"
+    if path.suffix.lower() in (CSV, PARQUET):
+        return f"load the {NETCDF} file that was written with it; pandas reads this one"
+    return WRITTEN
 
 
 def _of_rows(path: Path) -> Results:
@@ -213,8 +253,8 @@ def _write_csv(results: Results, path: Path) -> None:
     columns = [results.time.tolist(), *(_plain(one) for one in series.values())]
     with written(path) as part, part.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
-        units = (f"{name} [{one.unit}]" for name, one in series.items())
-        writer.writerow(["time [s]", *units])
+        heads = (f"{name} [{one.unit}]" if one.unit else name for name, one in series.items())
+        writer.writerow(["time [s]", *heads])
         writer.writerows(zip(*columns, strict=True))
 
 

@@ -67,7 +67,8 @@ class Series(np.ndarray):
         return Series, (self.name, self.unit, self.long_name, self.values, self.recorded)
 
     def __repr__(self) -> str:
-        head = f"{self.name} [{self.unit}]" if self.name else "Series"
+        unit = f" [{self.unit}]" if self.unit else ""
+        head = f"{self.name}{unit}" if self.name else "Series"
         if self.size < 2 or self.ndim != 1:
             return f"{head}: {self.values!r}"
         shown = np.array2string(self.values, threshold=6, edgeitems=3, precision=6)

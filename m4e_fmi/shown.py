@@ -44,7 +44,7 @@ def short(kind: type[Kind]) -> type[Kind]:
     return kind
 
 
-def listing(title: str, **groups: Iterable[Any]) -> str:
+def listing(title: str, /, **groups: Iterable[Any]) -> str:
     """A title, and a line for each group with its size and the first of its members.
 
     Members are texts, or have a `name`. Empty groups are left out; of very many, the last.

@@ -1,7 +1,8 @@
 """Units: FMI's base-unit exponents and the factor to SI, from a unit's text.
 
 Grammar: factors joined by ``.`` ``*`` or ``·``, at most one ``/`` (all after it divides), an
-exponent as ``m2``, ``m^2`` or ``m²``; ``1`` is no unit. Prefixes k, M, G, m, c, µ.
+exponent as ``m2``, ``m^2`` or ``m²``; ``1`` is no unit. Prefixes from T to p; what is a unit itself
+is no other one with a prefix (min, cd, Pa). ``Nm`` is N.m, ``Wh`` is W.h.
 Source of the factors: the SI brochure, 9th edition.
 """
 
@@ -13,9 +14,12 @@ from dataclasses import dataclass
 from functools import cache
 
 BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
-_PREFIXES = {"k": 1e3, "M": 1e6, "G": 1e9, "m": 1e-3, "c": 1e-2, "µ": 1e-6, "u": 1e-6}
+_PREFIXES = {
+    "T": 1e12, "G": 1e9, "M": 1e6, "k": 1e3, "h": 1e2, "da": 1e1, "d": 1e-1, "c": 1e-2, "m": 1e-3,
+    "µ": 1e-6, "u": 1e-6, "n": 1e-9, "p": 1e-12,
+}  # fmt: skip
 _SPELLINGS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻·*\u03bc", "0123456789-..\u00b5")
-_FACTOR = re.compile(r"([A-Za-zµ°%]+)\^?(-?\d+)?$")
+_FACTOR = re.compile(r"([A-Za-zµ°%Ω]+)\^?(-?\d+)?$")
 
 
 @dataclass(frozen=True)
@@ -54,12 +58,19 @@ _NAMED: dict[str, tuple[tuple[int, ...], float]] = {
     "g": (_exponents(kg=1), 1e-3),
     "t": (_exponents(kg=1), 1e3),
     "N": (_exponents(kg=1, m=1, s=-2), 1.0),
+    "Nm": (_exponents(kg=1, m=2, s=-2), 1.0),
     "Pa": (_exponents(kg=1, m=-1, s=-2), 1.0),
+    "bar": (_exponents(kg=1, m=-1, s=-2), 1e5),
     "J": (_exponents(kg=1, m=2, s=-2), 1.0),
     "W": (_exponents(kg=1, m=2, s=-3), 1.0),
+    "Wh": (_exponents(kg=1, m=2, s=-2), 3600.0),
     "Hz": (_exponents(s=-1), 1.0),
     "V": (_exponents(kg=1, m=2, s=-3, A=-1), 1.0),
     "C": (_exponents(A=1, s=1), 1.0),
+    "Ohm": (_exponents(kg=1, m=2, s=-3, A=-2), 1.0),
+    "Ω": (_exponents(kg=1, m=2, s=-3, A=-2), 1.0),
+    "L": (_exponents(m=3), 1e-3),
+    "l": (_exponents(m=3), 1e-3),
     "min": (_exponents(s=1), 60.0),
     "h": (_exponents(s=1), 3600.0),
     "deg": (_exponents(rad=1), math.pi / 180),
@@ -69,6 +80,10 @@ _NAMED: dict[str, tuple[tuple[int, ...], float]] = {
     "kn": (_exponents(m=1, s=-1), 1852 / 3600),
     "%": (_exponents(), 0.01),
 }
+_BARE = {"kg", "min", "h", "kn", "%"}
+"""Units that take no prefix."""
+KNOWN = f"{', '.join(_NAMED)}, with the prefixes {', '.join(_PREFIXES)}"
+"""All units and prefixes, as messages tell them."""
 
 
 @dataclass(frozen=True)
@@ -149,9 +164,10 @@ def _factor(piece: str, text: str) -> tuple[tuple[int, ...], float]:
         raise ValueError(f"unit {text!r}: {piece!r} is not a unit")
     symbol, power = match[1], int(match[2] or 1)
     scale = 1.0
-    if symbol not in _NAMED and symbol[0] in _PREFIXES and symbol[1:] in _NAMED:
-        scale, symbol = _PREFIXES[symbol[0]], symbol[1:]
     if symbol not in _NAMED:
-        raise ValueError(f"unit {text!r}: {symbol!r} is not a unit known here")
+        length = 2 if symbol.startswith("da") else 1
+        scale, symbol = _PREFIXES.get(symbol[:length], 0.0), symbol[length:]
+    if symbol not in _NAMED or not scale or (scale != 1.0 and symbol in _BARE):
+        raise ValueError(f"unit {text!r}: {match[1]!r} is not a unit known here; known: {KNOWN}")
     powers, own = _NAMED[symbol]
     return tuple(power * e for e in powers), (scale * own) ** power

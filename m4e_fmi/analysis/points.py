@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from m4e_fmi.errors import Named, RunError, UnknownNameError
-from m4e_fmi.model import Model, load_model
+from m4e_fmi.model import Model, as_model
 from m4e_fmi.multibody import model_program
 from m4e_fmi.program import Jacobian, Program, Variable
 from m4e_fmi.program.python_form import load_python
@@ -30,7 +30,7 @@ def program_and_model(system: System) -> tuple[Program, Model | None]:
     """The program of a system, and its model if it is one."""
     if isinstance(system, Program):
         return system, None
-    model = system if isinstance(system, Model) else load_model(system)
+    model = as_model(system)
     return model_program(model), model
 
 

@@ -47,12 +47,12 @@ def _run(arguments: Sequence[str] | None) -> int:
     except M4eError as error:
         print(f"error: {error}", file=sys.stderr)
         return EXIT_FAILED
-    except KeyboardInterrupt:
-        print("interrupted", file=sys.stderr)
+    except KeyboardInterrupt as error:
+        print(_with_notes("interrupted", error), file=sys.stderr)
         return EXIT_INTERRUPTED
     except Terminated as error:
         with suppress(OSError):  # the terminal may be gone
-            print(error, file=sys.stderr)
+            print(_with_notes(str(error), error), file=sys.stderr)
         return EXIT_SIGNAL + error.signal
     except BrokenPipeError:
         sys.stderr.close()  # the reader of our output has left: nothing to tell it
@@ -68,6 +68,11 @@ def _run(arguments: Sequence[str] | None) -> int:
 
         print(defect_line(error, given(arguments)), file=sys.stderr)
         return EXIT_FAILED
+
+
+def _with_notes(text: str, error: BaseException) -> str:
+    """How far the work was, if that was noted: "interrupted at t = 2 s of 9 s; …"."""
+    return " ".join(filter(None, (text, "; ".join(getattr(error, "__notes__", ())))))
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -65,9 +66,12 @@ def _run(options: argparse.Namespace) -> None:
     from m4e_fmi.locks import claimed
     from m4e_fmi.results import stream_of
 
-    values = read_parameters(options.parameters) if options.parameters else {}
-    system = load_system(options.system).changed(
-        start={**values, **start_values(options)},
+    system = load_system(options.system)
+    if options.parameters:
+        system = system.changed(start=read_parameters(options.parameters))
+    system = system.changed(
+        start=start_values(options),
+        origin="command line",
         stop_time=options.stop_time,
         step_size=options.step_size,
         output_interval=options.output_interval,
@@ -99,6 +103,7 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
             warn=say_beside,
         )
     assert outcome.path is not None
-    picture = plot_run(outcome.path, output.with_suffix(".png"))
     print(run_summary(outcome))
-    print_files(dict.fromkeys([outcome.path, output, picture]))
+    print_files(dict.fromkeys([outcome.path, output]))
+    sys.stdout.flush()  # drawing takes a second, within which a signal may end it
+    print_files([plot_run(outcome.path, output.with_suffix(".png"))])

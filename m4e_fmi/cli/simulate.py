@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -100,18 +101,20 @@ def _simulate_to(
             method=options.method,
             step_size=options.step_size,
             events=events,
+            needed=options.variables,
             progress=progress,
         )
     files = write_simulation(result, output)
-    if not options.no_plot:
-        picture = output.with_suffix(".png")
-        files.append(plot_simulation(result, picture, variables=options.variables))
-    if animation:
-        files.append(animate(model, result, animation))
     print(simulation_summary(result))
     for name in _unmoved(model, start_values(options)):
         print(f"  note: joint {name!r} starts where the parameters in the file put it")
     print_files(files)
+    sys.stdout.flush()  # pictures take a second, within which a signal may end it
+    if not options.no_plot:
+        picture = output.with_suffix(".png")
+        print_files([plot_simulation(result, picture, variables=options.variables)])
+    if animation:
+        print_files([animate(model, result, animation)])
 
 
 def _unmoved(model: Model, given: Iterable[str]) -> list[str]:

@@ -70,7 +70,8 @@ def blocks(
 
 
 def _column(variable: Variable) -> Column:
-    return Column(variable.name, variable.unit or "1", variable.description, _recorded(variable))
+    unit = variable.unit or "1" if variable.type == "Real" else ""
+    return Column(variable.name, unit, variable.description, _recorded(variable))
 
 
 def _recorded(variable: Variable) -> Recorded:

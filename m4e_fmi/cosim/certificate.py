@@ -28,6 +28,8 @@ from m4e_fmi.shown import short
 
 LEAST_RANGE = 1e-9
 """Below this share of the largest, the range of an output without unit may be noise."""
+LITTLE = 0.8
+"""The part of an error that half the step leaves, above which it is not worth the time."""
 
 
 @dataclass(frozen=True)
@@ -42,6 +44,11 @@ class CouplingError:
     error: float
     halved: float
 
+    @property
+    def falls(self) -> bool:
+        """True if half the step is worth its time."""
+        return self.halved <= LITTLE * self.error
+
 
 @short
 @dataclass(frozen=True)
@@ -55,9 +62,12 @@ class Certificate:
         if not self.errors:
             return "no coupling, no coupling error"
         worst = self.errors[0]
+        remedy = f"halve the step for {worst.halved:.1e}"
+        if not worst.falls:
+            remedy = f"halving the step does not help much: {worst.halved:.1e}"
         return (
             f"largest coupling error {worst.error:.1e} of range, at {worst.source} "
-            f"({worst.connection}); halve the step for {worst.halved:.1e}"
+            f"({worst.connection}); {remedy}"
         )
 
 

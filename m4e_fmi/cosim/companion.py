@@ -21,7 +21,7 @@ from m4e_fmi.cosim.operations import Operation, gather
 from m4e_fmi.cosim.roughness import HISTORY, Roughness, fourth_differences
 from m4e_fmi.cosim.stepping import Course
 from m4e_fmi.cosim.system import SECOND, Simulation
-from m4e_fmi.cosim.witness import FAR, NOISE, SMALL, off
+from m4e_fmi.cosim.witness import FAR, NOISE, RESOLVED, SMALL, off
 from m4e_fmi.errors import RunError
 
 KINKED = 1.0
@@ -218,15 +218,18 @@ class Companion:
         """The largest errors that are known, for each source, in its unit; or at half the step.
 
         Two courses alone do not tell their order: it is the algorithm's. Where outputs have kinks
-        it changes with where these fall in a step, and is taken as KINKED.
+        it changes with where these fall in a step, and is taken as KINKED; none shows where they
+        make errors of the size of the range.
         """
         order = float(self._order)
         found = self._at(order)
         spans = self._spans(self.ranges())
         shares = over(found, spans)
         if self.switched or (self._run.kinks > SMALL * shares.max(initial=0.0) * spans).any():
-            order = KINKED
-        return self._at(order) / (2.0**order if halved else 1.0)
+            found = self._at(KINKED)
+            shows = found <= RESOLVED * spans
+            return found / np.where(shows, 2.0**KINKED, 1.0) if halved else found
+        return found / 2.0**order if halved else found
 
     def _at(self, order: float) -> np.ndarray:
         """The errors of an algorithm of this order."""

@@ -17,11 +17,11 @@ name alone is the connector of all its signals that have no dot.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from m4e_fmi.cosim.bus import BUS, BusSignal, bus_problems, bus_variables, through_buses
-from m4e_fmi.cosim.connection import Connection, parse_connection
+from m4e_fmi.cosim.connection import Connection, parse_connection, unknown_component
 from m4e_fmi.cosim.dependence import dependency_problems
 from m4e_fmi.cosim.start_values import start_problems
 from m4e_fmi.cosim.system import System
@@ -83,20 +83,28 @@ class Link:
 
 @dataclass(frozen=True)
 class Axis:
-    """One direction of a power bond: `force` works on `velocity`, the rate of `position`."""
+    """One direction of a power bond: `force` works on `velocity`, the rate of `position`.
+
+    `share` is what the body takes of the force that the source gives, both in SI.
+    """
 
     force: Link
     velocity: Link
     position: Link | None
+    share: float = 1.0
 
 
 @short
 @dataclass(frozen=True)
 class Bond:
-    """A connection that carries power: forces one way, the velocities they work on the other."""
+    """A connection that carries power: forces on a body, and the velocities they work on.
+
+    `adds` are the components whose forces its source adds up, if it does.
+    """
 
     name: str
     axes: tuple[Axis, ...]
+    adds: tuple[str, ...] = ()
 
 
 @short
@@ -152,7 +160,7 @@ def connect(system: System, descriptions: Mapping[str, Description]) -> Wiring:
     return Wiring(
         links=steady,
         initial_links=tuple(link for link in links if causality(link) == "parameter"),
-        bonds=tuple(_bonds(system, [link for link in steady if link.is_real])),
+        bonds=tuple(_bonds(system, variables, [link for link in steady if link.is_real])),
         unconnected=tuple(port for port in inputs if port not in driven),
         signals=tuple(signals),
     )
@@ -202,9 +210,8 @@ class _Connection:
     def _end(self, text: str, both_ways: bool) -> Port | None:
         """Component and the rest of one end; of a connector, a bus alone."""
         component, dot, rest = text.partition(".")
-        if component not in self._variables_of:
-            remedy = suggestion(component, self._variables_of, "components")
-            self._reject(f"unknown component {component!r}", remedy)
+        if unknown := unknown_component(text, self._variables_of):
+            self._reject(*unknown)
             return None
         if both_ways and not dot and component in self._system.buses:
             return Port(component, "")
@@ -217,6 +224,13 @@ class _Connection:
         return self._variables_of[port.component][port.variable]
 
     def _groups(self, left: Port, right: Port) -> list[tuple[Port, Port]]:
+        ends = (left, right)
+        single = [end for end in ends if end.variable in self._variables_of[end.component]]
+        if any(not self._connectors(end)[1] for end in single):
+            verb = "is a variable" if len(single) == 1 else "are variables"
+            message = f"{' and '.join(map(str, single))} {verb}: '<->' connects connectors"
+            self._reject(message, "connect variables with '->', from the output to the input")
+            return []
         a, b = self._members(left), self._members(right)
         if not a or not b:
             return []
@@ -237,13 +251,8 @@ class _Connection:
 
     def _members(self, end: Port) -> dict[str, Port]:
         """Inputs and outputs of a connector by last segment; empty, with a problem, if unclear."""
-        groups: dict[str, dict[str, Port]] = defaultdict(dict)
-        for v in self._variables_of[end.component].values():
-            group, dot, last = v.name.rpartition(".")
-            if v.causality == BUS or (dot and v.causality in ("input", "output")):
-                groups[group][last] = Port(end.component, v.name)
+        groups, near = self._connectors(end)
         word = end.variable
-        near = [g for g in groups if g == word] or [g for g in groups if g.endswith("." + word)]
         if len(near) == 1:
             return groups[near[0]]
         if near:
@@ -255,9 +264,22 @@ class _Connection:
         self._reject(f"{end.component!r} has no connector {word!r}", remedy)
         return {}
 
+    def _connectors(self, end: Port) -> tuple[dict[str, dict[str, Port]], list[str]]:
+        """Inputs and outputs by connector and last segment; the connectors that `end` may name."""
+        groups: dict[str, dict[str, Port]] = defaultdict(dict)
+        for v in self._variables_of[end.component].values():
+            group, dot, last = v.name.rpartition(".")
+            if v.causality == BUS or (dot and v.causality in ("input", "output")):
+                groups[group][last] = Port(end.component, v.name)
+        word = end.variable
+        near = [g for g in groups if g == word] or [g for g in groups if g.endswith("." + word)]
+        return groups, near
+
     def _variables(self, left: Port, right: Port) -> list[tuple[Port, Port]]:
         a, b = self._elements(left), self._elements(right)
-        if not a or not b:
+        missing = [end for end, found in ((left, a), (right, b)) if not found]
+        if missing:
+            self._reject_ends(left, right, missing)
             return []
         if a.keys() != b.keys():
             remedy = f"{left} has {_extent(a)}, {right} has {_extent(b)}"
@@ -266,17 +288,29 @@ class _Connection:
         return [(a[index], b[index]) for index in a]
 
     def _elements(self, end: Port) -> dict[str, Port]:
-        """The variable itself (index ''), or the elements of the array, by index text."""
+        """The variable itself (index ''), or the elements of the array, by index; or nothing."""
         variables = self._variables_of[end.component]
         if end.variable in variables:
             return {"": end}
         prefix = end.variable + "["
         found = [name for name in variables if name.startswith(prefix) and name.endswith("]")]
-        if not found:
-            known = {*variables, *(name.partition("[")[0] for name in variables)}
-            remedy = suggestion(end.variable, known, "variables")
-            self._reject(f"{end.component!r} has no variable {end.variable!r}", remedy)
         return {name[len(end.variable) :]: Port(end.component, name) for name in found}
+
+    def _reject_ends(self, left: Port, right: Port, missing: Sequence[Port]) -> None:
+        """Of the two ends of '->', those that are no variables: connectors, or unknown."""
+        groups = [end for end in missing if self._connectors(end)[1]]
+        if len(groups) == 2:
+            message = f"{left} and {right} are connectors: '->' connects variables"
+            self._reject(message, f"write '{left} <-> {right}'")
+        elif groups:
+            message = f"{groups[0]} is a connector: '->' connects variables"
+            self._reject(message, "name one of its variables, or two connectors with '<->'")
+        for end in missing:
+            if end not in groups:
+                variables = self._variables_of[end.component]
+                known = {*variables, *(name.partition("[")[0] for name in variables)}
+                remedy = suggestion(end.variable, known, "variables")
+                self._reject(f"{end.component!r} has no variable {end.variable!r}", remedy)
 
     def _fits(self, source: Port, target: Port, written: Connection) -> bool:
         """Whether a value may go from `source` to `target`: causality, type and dimension."""
@@ -412,24 +446,32 @@ def _moved_problems(
                 yield system.problem(("connections", speed.connection), message, remedy)
 
 
-def _bonds(system: System, links: Iterable[Link]) -> Iterable[Bond]:
-    """The power bonds among the links, connection by connection."""
-    by_connection: dict[int, list[Link]] = defaultdict(list)
-    for link in links:
-        by_connection[link.connection].append(link)
-    for index, members in by_connection.items():
-        by_last = {(_last(k.target), k.target.component): k for k in members}
-        axes = []
-        for force, velocity, position in AXES:
-            for link in members:
-                if _last(link.target) != force or _last(link.source) != force:
-                    continue
-                back = by_last.get((velocity, link.source.component))
-                if back is not None:
-                    moved = by_last.get((position, link.source.component))
-                    axes.append(Axis(link, back, moved))
-        if axes:
-            yield Bond(system.connections[index], tuple(axes))
+def _bonds(
+    system: System, variables: Mapping[str, Mapping[str, Variable]], links: Sequence[Link]
+) -> Iterable[Bond]:
+    """The power bonds among the links, connection by connection.
+
+    A force is one on a body whose velocity, of the same connector, goes to any component: that of
+    the force itself, or one whose force a third component adds to others.
+    """
+    carried = {link.source: link for link in links}
+    found: dict[int, list[Axis]] = defaultdict(list)
+    for force, velocity, position in AXES:
+        for link in links:
+            body, last = link.target.component, _last(link.target)
+            connector = link.target.variable.removesuffix(last)
+            back = carried.get(Port(body, connector + velocity))
+            give, take = (variables[p.component][p.variable] for p in (link.source, link.target))
+            scale, shift = conversion(give, take)
+            if last == force and back and link.offset == link.factor / scale * shift:
+                moved = carried.get(Port(body, connector + position))
+                found[link.connection].append(Axis(link, back, moved, link.factor / scale))
+    for index, axes in sorted(found.items()):
+        sources = {axis.force.source.component for axis in axes}
+        forces = [axis[0] for axis in AXES]
+        given = [k for k in links if k.target.component in sources and _last(k.source) in forces]
+        adds = tuple(dict.fromkeys(link.source.component for link in given))
+        yield Bond(system.connections[index], tuple(axes), adds)
 
 
 def _last(port: Port) -> str:

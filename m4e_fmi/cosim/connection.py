@@ -15,7 +15,10 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Collection
 from dataclasses import dataclass
+
+from m4e_fmi.errors import suggestion
 
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _TEXT = re.compile(
@@ -53,6 +56,14 @@ class Connection:
         text += f" {'<->' if self.both_ways else '->'} {self.right}"
         text += ", units ignored" if self.units_ignored else ""
         return text + (", delayed" if self.delayed else "")
+
+
+def unknown_component(end: str, known: Collection[str]) -> tuple[str, str] | None:
+    """Message and remedy if the component of an end, ``component.name``, is not `known`."""
+    component = end.partition(".")[0]
+    if component in known:
+        return None
+    return f"unknown component {component!r}", suggestion(component, known, "components")
 
 
 def parse_connection(text: str) -> Connection:

@@ -1,6 +1,6 @@
 """Effect of the coupling on energy: a balance over every connection that carries power.
 
-Across a power bond a force F goes one way and the velocity v it works on comes back. At the
+Across a power bond a force F goes to a body, whose velocity v is exchanged too. At the
 communication points, where all values are consistent, its source gives the power F·v:
 
     given = ∫ F·v dt                     (trapezoid over the communication points)
@@ -46,13 +46,15 @@ class BondEnergy:
     """Energies [J] over the whole run across one bond, from the force's source into the body.
 
     `exchanged` is how far the energy given has swung, without the work of the mean force on a
-    motion that comes back (see the module): the scale of `residual`.
+    motion that comes back (see the module): the scale of `residual`. `adds` are the components
+    whose forces the source adds up: the energies are those of their sum.
     """
 
     connection: str
     given: float
     received: float
     exchanged: float
+    adds: tuple[str, ...] = ()
 
     @property
     def residual(self) -> float:
@@ -95,10 +97,10 @@ class EnergyBalance:
         self._has_position = np.array([a.position is not None for _, a in axes], dtype=bool)
         self._of_bond = np.zeros((count, len(self._bonds)))
         self._way_of_bond = np.zeros_like(self._of_bond)
-        for row, (k, _) in enumerate(axes):
+        for row, (k, axis) in enumerate(axes):
             force, velocity, way = (network.to_si(ports[row]) for ports in sources)
-            self._of_bond[row, k] = force * velocity
-            self._way_of_bond[row, k] = force * way
+            self._of_bond[row, k] = axis.share * force * velocity
+            self._way_of_bond[row, k] = axis.share * force * way
         self._points = np.zeros((BLOCK + 1, 3 * count))
         self._held = np.zeros((BLOCK, count))
         self._sizes = np.zeros(BLOCK)
@@ -199,6 +201,5 @@ class EnergyBalance:
         self._evaluate()
         columns = (self._given, self._received, np.ptp(self._work(self._swing), axis=0))
         rows = zip(*(column.tolist() for column in columns), strict=True)
-        return tuple(
-            BondEnergy(bond.name, *row) for bond, row in zip(self._bonds, rows, strict=True)
-        )
+        pairs = zip(self._bonds, rows, strict=True)
+        return tuple(BondEnergy(bond.name, *row, adds=bond.adds) for bond, row in pairs)

@@ -81,7 +81,7 @@ class ResultsWriter:
         self._before = self._rows = 0  # rows of the run before those of the block, and these
         self._backs: list[int] = []
         self._last = network.time
-        self._saved: float | None = None
+        self._saved: tuple[int, float] | None = None
         self.notes: tuple[str, ...] = ()
         """What is odd about the file, once it is closed; one line each."""
         with ExitStack() as stack:
@@ -122,11 +122,11 @@ class ResultsWriter:
         if mark.rows < self._file.count:
             with self._errors():
                 self._file.cut(mark.rows)
-            self._saved = mark.last
+            self._saved = (mark.rows, mark.last)
 
     @property
-    def saved(self) -> float | None:
-        """The time [s] of the last row in the file at `path`; None if it has no row of this run."""
+    def saved(self) -> tuple[int, float] | None:
+        """Rows of this run in the file at `path`, time [s] of the last one; None if none is."""
         return self._saved
 
     @property
@@ -197,7 +197,7 @@ class ResultsWriter:
         if self._file.path != self._place and (count > 1 or not self._place.exists()):
             self._file.move(self._place)
         if count > self._before:
-            self._saved = float(self._times[count - self._before - 1, 0])
+            self._saved = (count, float(self._times[count - self._before - 1, 0]))
 
     def _parts(self, rows: slice) -> list[np.ndarray]:
         return [self._times[rows], *(group.filled(rows) for group in self._groups)]
@@ -224,7 +224,7 @@ class ResultsWriter:
             except RunError:
                 pass  # the rows need less
             else:
-                self._saved = self._last
+                self._saved = (self._before + self._rows, self._last)
                 return
         with self._errors():
             try:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from functools import cache
 from pathlib import Path
 
@@ -23,10 +23,10 @@ from m4e_fmi.cosim.master import Master, Observer, Progress
 from m4e_fmi.cosim.overview import overview
 from m4e_fmi.cosim.pacing import Rates, pace, refined
 from m4e_fmi.cosim.probing import probed
-from m4e_fmi.cosim.results import ResultsWriter
+from m4e_fmi.cosim.results import AT_STOP, ResultsWriter
 from m4e_fmi.cosim.selection import chosen
 from m4e_fmi.cosim.structure import Structure, analyse
-from m4e_fmi.cosim.system import Component, System
+from m4e_fmi.cosim.system import SECOND, Component, Simulation, System
 from m4e_fmi.cosim.timing import Timing, timings
 from m4e_fmi.cosim.volume import thinned
 from m4e_fmi.errors import InputError, Problem, RunError
@@ -36,7 +36,7 @@ from m4e_fmi.fmu.reading import resized
 from m4e_fmi.locks import claimed
 from m4e_fmi.results import Results, check_export, export, load, stream_of
 from m4e_fmi.shown import listing
-from m4e_fmi.signals import ending_cleanly
+from m4e_fmi.signals import Terminated, ending_cleanly
 
 
 @dataclass(frozen=True)
@@ -115,7 +115,7 @@ class Outcome:
 
 
 def prepare(
-    system: System,
+    system: System | str | Path,
     *,
     build_directory: str | Path = "build",
     native: bool | None = None,
@@ -123,10 +123,13 @@ def prepare(
 ) -> Prepared:
     """Build what is missing (`native` or not: see `fmu_files`), read the FMUs, connect them.
 
-    InputError with all problems of the FMU files, then of the connections, then of components'
+    `system` may be the path of a system's file, whose notes `tell` receives.
+
+    InputError with all problems of the FMU files, then of connections, start values and components'
     own steps; RunError for a build that failed. `tell` receives a line per step of a build. FMUs
     that declare no dependencies, and so may be part of an algebraic loop, are probed (`probing`).
     """
+    system = _as_system(system, tell)
     problems: list[Problem] = []
     descriptions: dict[str, Description] = {}
     fmus = ready_fmus(system, build_directory, native=native, tell=tell)
@@ -142,9 +145,18 @@ def prepare(
             problems += error.problems
     if problems:
         raise InputError(problems)
-    wiring = connect(system, descriptions)
-    paced, note = refined(system, descriptions)
-    rates = pace(paced, descriptions)
+    wiring: Wiring | None = None
+    try:
+        wiring = connect(system, descriptions)
+    except InputError as error:
+        problems += error.problems
+    try:
+        paced, note = refined(system, descriptions)
+        rates = pace(paced, descriptions)
+    except InputError as error:
+        raise InputError([*problems, *error.problems]) from None
+    if wiring is None:
+        raise InputError(problems)
     descriptions, found = probed(paced, with_stated(system, descriptions), wiring)
     wiring, late = broken(descriptions, wiring, rates)
     structure = analyse(descriptions, wiring)
@@ -155,7 +167,7 @@ def prepare(
 
 
 def run(
-    system: System | Prepared,
+    system: System | Prepared | str | Path,
     *,
     results: str | Path | None = None,
     build_directory: str | Path = "build",
@@ -166,7 +178,7 @@ def run(
     variables: Sequence[str] = (),
     warn: Warn | None = None,
 ) -> Outcome:
-    """Co-simulate `system` from its start to its stop time.
+    """Co-simulate `system`, or that in the file at a path, from its start to its stop time.
 
     `results` is the file to write (None: none): netCDF, which grows with the run, or `.csv` or
     `.parquet`, written beside it at the end. `variables` choose what it holds, as ``buoy.*``; all
@@ -181,7 +193,7 @@ def run(
     which `tell` receives and the notes tell. RunError before the first step if another run writes
     to the same file.
     """
-    if isinstance(system, System):
+    if not isinstance(system, Prepared):
         system = prepare(system, build_directory=build_directory, tell=tell)
     if results is not None:
         system = _thinned(system, variables, tell)
@@ -200,7 +212,7 @@ def run(
 
 @contextmanager
 def start(
-    system: System | Prepared,
+    system: System | Prepared | str | Path,
     *,
     results: str | Path | None = None,
     build_directory: str | Path = "build",
@@ -213,7 +225,7 @@ def start(
     Arguments are those of `run`. The block may end before the stop time; `Execution.outcome` then
     tells of the run up to there, its certificate too: of the course that led there.
     """
-    if isinstance(system, System):
+    if not isinstance(system, Prepared):
         system = prepare(system, build_directory=build_directory, tell=tell)
     if results is not None:
         system = _thinned(system, variables, tell)
@@ -228,6 +240,20 @@ def start(
         if writer and not master.done:
             writer.close(f"stopped at t = {master.network.time:.9g} s")
     execution.end(begun.outcome)
+
+
+def _as_system(given: System | str | Path, tell: Callable[[str], None] | None) -> System:
+    """The System itself, or that in the file at a path; InputError for anything else."""
+    if isinstance(given, System):
+        return given
+    if not isinstance(given, str | Path):
+        kind = type(given).__name__
+        raise InputError.single(f"expected a System, or the path of a system file; got {kind}")
+    system = System.load(given)
+    if tell:
+        for note in system.notes:
+            tell(f"{given}: {note}")
+    return system
 
 
 def _once(
@@ -299,8 +325,10 @@ def _begun(
             )
         )
         found = _Begun(master)
+        settings = system.system.simulation
         if place is None or results is None:
-            yield found
+            with _interruptible(found, settings):
+                yield found
         else:
             attributes = _attributes(system)
             writer = ResultsWriter(
@@ -313,7 +341,8 @@ def _begun(
             found.results = writer
             with _exported(file, Path(results), writer), writer:
                 try:
-                    yield found
+                    with _interruptible(found, settings):
+                        yield found
                 except BaseException:
                     found.failed = True
                     raise
@@ -337,9 +366,17 @@ def _begun(
 def _thinned(
     prepared: Prepared, variables: Sequence[str], tell: Callable[[str], None] | None
 ) -> Prepared:
-    """The same, with an output interval if the results would be huge; large ones are told."""
+    """The same, with an output interval if the results would be huge.
+
+    What is told: results that are large, and such as have nothing but the time.
+    """
     simulation, connected = prepared.system.simulation, prepared.wiring.sources
     settings, note = thinned(simulation, prepared.descriptions, variables, connected)
+    if not any(chosen(prepared.descriptions, variables, connected).values()):
+        note = (
+            "the results have no column but time: there is no scalar output and no connected "
+            "array; choose what to record by variables (--variables)"
+        )
     if not note:
         return prepared
     if tell:
@@ -380,12 +417,19 @@ def _closing(master: Master, *, certify: bool) -> dict[str, str]:
 def _attributes(prepared: Prepared) -> dict[str, str]:
     system, settings = prepared.system, prepared.system.simulation
     interval = settings.output_interval
+    parts = system.components
+    starts = {f"{part.name}.{name}": given for part in parts for name, given in part.start.items()}
+    changed = {**starts, **asdict(settings)}
     return {
         "title": system.name,
         "comment": system.description,
         "algorithm": settings.algorithm,
         "step_size": f"{settings.step_size:g} s",
         "output_interval": "every step" if interval is None else f"{interval:g} s",
+        "start_values": "\n".join(f"{name} = {given}" for name, given in starts.items()),
+        "changed": "\n".join(
+            f"{name} = {changed[name]} ({origin.name})" for name, origin in system.origins.items()
+        ),
         "notes": "\n".join(prepared.notes),
     }
 
@@ -398,8 +442,9 @@ def _exported(file: Path, given: Path, writer: ResultsWriter) -> Iterator[None]:
     except RunError as error:
         note = _kept(file, given, writer)
         raise RunError(error.message, f"{error.remedy}; {note}".strip("; ")) from error
-    except BaseException:
-        _kept(file, given, writer)
+    except BaseException as error:
+        if note := _kept(file, given, writer):
+            error.add_note(note)
         raise
     export(writer.path, file)
 
@@ -409,12 +454,34 @@ def _kept(file: Path, given: Path, writer: ResultsWriter) -> str:
     if writer.saved is None:
         old = file.is_file() and "the run made no step: {} is as it was"
         return old.format(given) if old else ""
-    until = f"results until t = {writer.saved:.9g} s are in"
+    rows, last = writer.saved
+    until = f"results until t = {last:.9g} s are in"
     try:
         export(writer.path, file)
     except RunError as error:
-        return f"{until} {stream_of(given)}; {error.message}"
-    return f"{until} {given}"
+        return f"{until} {stream_of(given)} ({_count(rows)}); {error.message}"
+    return f"{until} {given} ({_count(rows)})"
+
+
+def _count(rows: int) -> str:
+    return f"{rows:,} row{'s' * (rows != 1)}"
+
+
+@contextmanager
+def _interruptible(begun: _Begun, settings: Simulation) -> Iterator[None]:
+    """Ctrl-C and signals get a note of the time reached; results with all rows are complete."""
+    try:
+        yield
+    except (KeyboardInterrupt, Terminated) as error:
+        begun.failed = True
+        time, stop = begun.master.network.time, settings.stop_time
+        note = f"at t = {time:.9g} s of {stop:.9g} s"
+        if round(time * SECOND) >= round(stop * SECOND):
+            note = f"at the stop time, t = {stop:.9g} s"
+            if begun.results:
+                begun.results.close(AT_STOP)
+        error.add_note(note)
+        raise
 
 
 def _checked(
@@ -439,9 +506,22 @@ def _checked(
         variables=variables,
         warn=warn,
     )
-    _once(again, observers=[finer_trace], progress=progress, certify=False)
+    with _second_run(outcome.path):
+        _once(again, observers=[finer_trace], progress=progress, certify=False)
     found = compared(trace, finer_trace, system.connections, outcome.order)
     return replace(outcome, checked=found)
+
+
+@contextmanager
+def _second_run(results: Path | None) -> Iterator[None]:
+    """Ctrl-C and signals get a note that it is not the first run which they end."""
+    try:
+        yield
+    except (KeyboardInterrupt, Terminated) as error:
+        error.add_note("that was the second run, at half the step")
+        if results:
+            error.add_note(f"the results of the first are complete, in {results}")
+        raise
 
 
 def _finer(prepared: Prepared) -> Prepared:

@@ -12,6 +12,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from m4e_fmi.cosim.origins import Origin, ParameterSet
 from m4e_fmi.cosim.rates import common_step, seconds
 from m4e_fmi.document import Document, Location, Number, Section
 from m4e_fmi.errors import InputError, Problem, suggestion
@@ -143,6 +144,7 @@ class System:
 
     `notes` say what reading the file has changed or left out. `folder` is what relative file names
     in the components' configurations refer to; `document` the YAML file it came from, if it did.
+    `origins` tell, by ``component.variable`` and by setting, who has given what `changed` has set.
     """
 
     name: str
@@ -156,6 +158,7 @@ class System:
     notes: tuple[str, ...] = ()
     folder: Path = field(default_factory=Path)
     document: Document | None = field(default=None, repr=False, compare=False)
+    origins: Mapping[str, Origin] = field(default_factory=dict, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         found = step_problems(self.components, self.simulation)
@@ -186,30 +189,49 @@ class System:
         prepared = prepare(self, build_directory=build_directory)
         return write_ssp(replace(prepared, system=self), path)
 
-    def changed(self, *, start: Start | None = None, **simulation: Any) -> System:
+    def changed(self, *, start: Start | None = None, origin: str = "", **simulation: Any) -> System:
         """The same system with other start values and simulation settings.
 
         `start` maps ``component.variable`` to a value; settings that are None stay as they are.
-        InputError for a component that is not there or settings that do not fit.
+        `origin` is who gives them, in messages and results: "Python", or the file of a parameter
+        set, if it is empty. InputError with all components that are not there, and settings that do
+        not fit.
         """
+        giver = start.origin if isinstance(start, ParameterSet) else Origin(origin or "Python")
         components = {component.name: component for component in self.components}
+        problems = []
         for name, value in (start or {}).items():
             component, _, variable = name.partition(".")
             if component not in components or not variable:
                 remedy = suggestion(component, components, "components")
-                message = f"start value {name!r}: expected COMPONENT.VARIABLE"
-                raise InputError([Problem(message, remedy)])
+                message = f"start value {name!r}: there is no component {component!r}"
+                if not variable:
+                    message = f"start value {name!r}: expected COMPONENT.VARIABLE"
+                problems.append(giver.problem(name, message, remedy))
+                continue
             old = components[component]
             components[component] = replace(old, start={**old.start, variable: value})
         given = {key: value for key, value in simulation.items() if value is not None}
+        settings = self.simulation
+        try:
+            settings = replace(settings, **given)
+        except InputError as error:
+            problems += [giver.problem("", p.message, p.remedy) for p in error.problems]
+        if problems:
+            raise InputError(problems)
         return replace(
             self,
             components=tuple(components.values()),
-            simulation=replace(self.simulation, **given),
+            simulation=settings,
+            origins={**self.origins, **dict.fromkeys((*(start or {}), *given), giver)},
         )
 
     def problem(self, location: Location, message: str, remedy: str = "") -> Problem:
-        """A problem with the part of the system at `location`, placed in its file if it has one."""
+        """A problem with the part of the system at `location`, placed where that was given."""
+        if location[:1] == ("components",) and location[2:3] == ("start",):
+            name = f"{location[1]}.{location[3]}"
+            if name in self.origins:
+                return self.origins[name].problem(name, message, remedy)
         if self.document is not None:
             return self.document.problem(location, message, remedy)
         return Problem(f"{self.name}: {message}", remedy)

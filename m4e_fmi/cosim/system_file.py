@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any
 
 from pydantic import Field, StringConstraints
 
+from m4e_fmi.cosim.connection import parse_connection, unknown_component
+from m4e_fmi.cosim.origins import ParameterSet
 from m4e_fmi.cosim.system import (
     Component,
     FmuFile,
@@ -15,7 +18,6 @@ from m4e_fmi.cosim.system import (
     ModelFile,
     Simulation,
     SimulationSection,
-    Start,
     System,
     kind_module,
     kinds,
@@ -69,7 +71,8 @@ def read_system(document: Document) -> System:
     except InputError as error:
         problems += error.problems
     components = _read_components(document, problems)
-    simulation = _read_simulation(document, section, problems)
+    simulation = _read_simulation(document, problems)
+    problems += _connection_problems(document)
     if simulation is not None:
         found = step_problems(components, simulation)
         problems += [document.problem(*problem) for problem in found]
@@ -94,34 +97,64 @@ class _ParameterSection(Section):
     values: dict[str, bool | int | float | str]
 
 
-def read_parameters(path: str | Path) -> Start:
+def read_parameters(path: str | Path) -> ParameterSet:
     """Start values ``component.variable`` from a file: YAML with `values`, or SSP's `.ssv`.
 
     InputError with all problems of the file; `System.changed` takes what is read.
     """
-    if Path(path).suffix.lower() == ".ssv":
+    path = Path(path)
+    if path.suffix.lower() == ".ssv":
         from m4e_fmi.cosim.ssp import read_parameter_set
 
-        return read_parameter_set(path)
-    return Document.load(path).validate(_ParameterSection).values
+        return ParameterSet(read_parameter_set(path), path, None)
+    document = Document.load(path)
+    return ParameterSet(document.validate(_ParameterSection).values, path, document)
 
 
-def _read_simulation(
-    document: Document, section: _SystemSection | None, problems: list[Problem]
-) -> Simulation | None:
-    if section is None:
+def _read_simulation(document: Document, problems: list[Problem]) -> Simulation | None:
+    """The simulation, as far as its keys are right: those that are not are told with the rest."""
+    written = document.data.get("simulation")
+    if not isinstance(written, dict):
         return None
-    found = simulation_problems(section.simulation)
+    unknown = tuple(key for key in written if key not in SimulationSection.model_fields)
+    try:
+        section = document.validate(SimulationSection, at=("simulation",), drop=unknown)
+    except InputError:
+        return None
+    found = simulation_problems(section)
     problems += [
         document.problem(("simulation", key), message, remedy) for key, message, remedy in found
     ]
-    return None if found else Simulation(**section.simulation.model_dump())
+    return None if found else Simulation(**section.model_dump())
+
+
+def _connection_problems(document: Document) -> Iterator[Problem]:
+    """Texts that are no connections, and components that are not there; the FMUs tell the rest."""
+    names = [str(name) for key in ("components", "buses") for name in _mapping(document, key)]
+    written = document.data.get("connections")
+    for index, text in enumerate(written if isinstance(written, list) else ()):
+        if not isinstance(text, str):
+            continue
+        at: Location = ("connections", index)
+        try:
+            connection = parse_connection(" ".join(text.split()))
+        except ValueError as error:
+            yield document.problem(at, *error.args)
+            continue
+        for end in (connection.left, connection.right):
+            if names and (unknown := unknown_component(end, names)):
+                yield document.problem(at, *unknown)
+
+
+def _mapping(document: Document, key: str) -> dict[str, Any]:
+    """What is written under a key at the top; nothing if that is no mapping."""
+    written = document.data.get(key)
+    return written if isinstance(written, dict) else {}
 
 
 def _read_components(document: Document, problems: list[Problem]) -> list[Component]:
-    written = document.data.get("components")
     components = []
-    for name, keys in written.items() if isinstance(written, dict) else ():
+    for name, keys in _mapping(document, "components").items():
         if not isinstance(keys, dict):
             continue
         try:

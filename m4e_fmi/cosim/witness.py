@@ -190,7 +190,7 @@ class Witness:
 
     REMEMBERED = (
         "_steps", "_begins", "_told", "_bounds", "_kinked", "_followed", "_watched",
-        "_coverage", "_measured", "_size", "failure", "_others",
+        "_coverage", "_measured", "_falls", "_size", "failure", "_others",
     )  # fmt: skip
 
     def __init__(
@@ -210,6 +210,7 @@ class Witness:
         self._coarse = coarse
         self._order, self._sources, self._spans = order, sources, spans
         self._measured = float(order)
+        self._falls = float(order)  # as measured, where it may be below 1
         self._roughness = Roughness(network)
         self._values = np.zeros((BLOCK, len(sources)))
         self.operations: tuple[Operation, ...] = (self._roughness.operation,)
@@ -486,7 +487,8 @@ class Witness:
             for again in (twice[theirs], half[np.searchsorted(shorter, met)])
         )
         if small > 0.0 and large < RESOLVED:
-            self._measured = float(np.clip(np.log2(large / small), 1.0, self._order + 1))
+            self._falls = float(np.clip(np.log2(large / small), 0.0, self._order + 1))
+            self._measured = max(1.0, self._falls)
 
     def _follow(
         self, stretch: _Stretch, run: np.ndarray, values: np.ndarray, kinks: np.ndarray
@@ -529,10 +531,14 @@ class Witness:
     def errors(self, *, halved: bool = False) -> np.ndarray:
         """The largest errors that are known, for each source, in its unit; or at half the step.
 
-        To be called without a `failure`.
+        To be called without a `failure`. What kinks make is halved as far as an order shows: a jump
+        that comes at another point is an error of its size, however short the steps.
         """
         smooth = self._smooth() / (2.0**self._measured - 1)
-        return smooth / 2.0**self._measured + self._kinked / 2 if halved else smooth + self._kinked
+        if not halved:
+            return smooth + self._kinked
+        shows = self._kinked <= RESOLVED * self._spans(self.ranges())
+        return smooth / 2.0**self._falls + self._kinked * np.where(shows, 0.5, 1.0)
 
     def coverage(self) -> Coverage:
         """How much of the run up to the present point was watched."""

@@ -84,6 +84,9 @@ def build_fmu(
 
 def fmu_files(source: Program | PythonSource, options: Options) -> dict[str, bytes]:
     """Every file of the FMU: name in the archive → content."""
+    if not isinstance(source, Program | PythonSource):
+        message = f"expected a Program or a PythonSource, got {type(source).__name__}"
+        raise InputError.single(message, "model_program makes that of a model, or of a model file")
     if not isinstance(source, Program):
         _check_python_source(source, options)
         description = _asked(source.description, options)

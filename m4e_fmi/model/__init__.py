@@ -6,7 +6,7 @@ paper (`model_from_lists`). Imports `document`, `errors`, `units` and `program`.
 """
 
 from m4e_fmi.model.elements import GROUND, Body, Joint, Parameter, Point
-from m4e_fmi.model.load import load_model
+from m4e_fmi.model.load import as_model, load_model
 from m4e_fmi.model.loads import (
     BodyDrag,
     BodyForce,
@@ -47,6 +47,7 @@ __all__ = [
     "TensionStop",
     "TorsionDamper",
     "TorsionSpring",
+    "as_model",
     "load_model",
     "model_from_lists",
     "normalize_prismatic",

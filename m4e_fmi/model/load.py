@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from m4e_fmi.document import Document
+from m4e_fmi.errors import InputError
 from m4e_fmi.file_kinds import MODEL, check_keys
 from m4e_fmi.model.m4e import are_lists, model_of_lists
 from m4e_fmi.model.model import Model
@@ -26,3 +27,13 @@ def load_model(path: str | Path) -> Model:
     if are_lists(document.data):
         return model_of_lists(document)
     return model_of(document)
+
+
+def as_model(given: Model | str | Path) -> Model:
+    """The Model itself, or the one in the file at a path; InputError for anything else."""
+    if isinstance(given, Model):
+        return given
+    if isinstance(given, str | Path):
+        return load_model(given)
+    kind = type(given).__name__
+    raise InputError.single(f"expected a Model, or the path of a model file; got {kind}")

@@ -8,10 +8,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from m4e_fmi.errors import InputError, suggestion
-from m4e_fmi.model import Model
+from m4e_fmi.model import Model, as_model
 from m4e_fmi.multibody.assembly import Accelerations, Assembly, Scalars, assemble
 from m4e_fmi.multibody.closed_form import forcing, mass_matrix, outwards
 from m4e_fmi.multibody.columns import Columns, column_rates, columns
@@ -32,16 +33,17 @@ if TYPE_CHECKING:
 class Equations:
     """Symbolic equations of a model: mass_matrix · u̇ = forcing, with q̇ = u.
 
+    `model` may be the path of a model file.
     Symbols are real: coordinates `Theta_k`, `S_k`, `X_k`, `Z_k`, velocities `ThetaD_k`, … and
     accelerations `ThetaDD_k`, … of body k, the time `t`, the model's parameters, `A_i_j` for added
     mass. A table is an undefined function of t by its name. `inputs` names inputs of the model's
     program that act as well, as symbols of that name; InputError if it has no such input.
     """
 
-    def __init__(self, model: Model, inputs: Sequence[str] = ()) -> None:
-        self.model = model
+    def __init__(self, model: Model | str | Path, inputs: Sequence[str] = ()) -> None:
+        self.model = as_model(model)
         self.inputs = tuple(inputs)
-        self.topology = topology(model)
+        self.topology = topology(self.model)
 
     @cached_property
     def q(self) -> sympy.Matrix:

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from m4e_fmi.model import Body, Model, Point, load_model
+from m4e_fmi.model import Body, Model, Point, as_model
 from m4e_fmi.model.elements import GROUND
 from m4e_fmi.multibody.assembly import Accelerations, Assembly, assemble, wet_links
 from m4e_fmi.multibody.closed_form import ClosedForm
@@ -36,8 +36,7 @@ def model_program(model: Model | str | Path, *, inputs: Container[str] | None = 
     Accelerations come from the recursion, or from the closed form where added mass couples bodies;
     of a model with few coordinates both are recorded and the one with fewer operations is taken.
     """
-    if not isinstance(model, Model):
-        model = load_model(model)
+    model = as_model(model)
     tree = topology(model)
     with _collection_paused():
         return _shortest(model, tree, inputs)

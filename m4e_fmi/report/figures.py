@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from m4e_fmi.errors import InputError, Problem, suggestion
+from m4e_fmi.errors import InputError, Problem, unknown_names
 from m4e_fmi.report.panels import Panel, by_unit, coinciding, fitting, moving, panels
 from m4e_fmi.report.pictures import save
 from m4e_fmi.report.style import BODY_COLOURS, GREY
@@ -55,11 +55,7 @@ def _shown(series: dict[str, Series], variables: Sequence[str]) -> list[Panel]:
     """The panels of the `variables` named; if none is, the usual ones with what fits in them."""
     if not variables:
         return [fitting(panel) for panel in moving(panels(series))]
-    problems = [
-        Problem(f"there is no variable {name!r}", suggestion(name, series, "variables"))
-        for name in variables
-        if name not in series
-    ]
+    problems = unknown_names(variables, series, "there is no variable", "variables")
     problems += [
         Problem(f"{name} is text, which cannot be drawn", "name other variables")
         for name in variables

@@ -33,7 +33,14 @@ def write_simulation(simulation: Simulation, path: Path) -> list[Path]:
 def _write_netcdf(simulation: Simulation, path: Path) -> None:
     program, time, values = simulation.program, simulation.time, simulation.values
     columns = tuple(Column(n, v.unit, v.description) for n, v in simulation.variables.items())
-    attributes = {"title": program.name, "Conventions": "CF-1.11"}
+    given = simulation.start_values.items()
+    attributes = {
+        "title": program.name,
+        "Conventions": "CF-1.11",
+        "method": simulation.method,
+        "tolerance": "none" if simulation.tolerance is None else f"{simulation.tolerance:g}",
+        "start_values": "\n".join(f"{name} = {value}" for name, value in given),
+    }
     rows = np.array([values[column.name] for column in columns]).T
     section = Section(file_stem(program.name), columns)  # a path for netCDF
     write_netcdf(path, [section], attributes, len(time), [(time[:, np.newaxis], rows)])

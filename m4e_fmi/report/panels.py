@@ -9,11 +9,14 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from m4e_fmi.report.digits import scale_of
 from m4e_fmi.report.style import BODY_COLOURS
 from m4e_fmi.results import Series
 
 MOST_LINES = len(BODY_COLOURS)
 SAME = 0.005  # of a panel's height: a line's width, so that one hides the other
+SMALL = 0.02  # of the largest power: a panel of its own shows it, in this one it seems to be zero
+NOTHING = 1e-9  # of the largest power: a rounding error
 
 
 @dataclass(frozen=True)
@@ -57,15 +60,15 @@ _RULES = (
     _Rule("wave elevation", r"wave\.elevation$", "m", "m", 1.0),
     _Rule("motion from start", r"body\.\w+\.[xz]$", "m", "m", 1.0, from_start=True),
     _Rule("rotation", r"body\.\w+\.theta$", "rad", "deg", 180 / math.pi),
-    _Rule("line tension", r"fairlead_tension$", "N", "kN", 1e-3),
-    _Rule("power", r"power$", "W", "kW", 1e-3),
+    _Rule("line tension", r"fairlead_tension$", "N", "N", 1.0),
+    _Rule("power", r"power$", "W", "W", 1.0),
 )
 
 
 def panels(series: dict[str, Series]) -> list[Panel]:
     """The panels for `series` (full name → series): the usual ones, else one per unit."""
     usual = [panel for rule in _RULES if (panel := _matching(rule, series)).series]
-    return usual if len(usual) > 1 else by_unit(series)
+    return _by_size(usual) if len(usual) > 1 else by_unit(series)
 
 
 def by_unit(series: dict[str, Series]) -> list[Panel]:
@@ -83,10 +86,46 @@ def by_unit(series: dict[str, Series]) -> list[Panel]:
         kind = one.recorded
         if not (kind.is_real or kind.is_text):
             others.setdefault((kind.type, *kind.named.items()), {})[name] = one
-    return found + [
+    return _by_size(found) + [
         Panel(key[0], "", 1.0, members, steps=True, items=dict(key[1:]))
         for key, members in others.items()
     ]
+
+
+def _by_size(shown: Iterable[Panel]) -> list[Panel]:
+    """The panels, those of powers divided so that small ones are seen beside large ones."""
+    found = [
+        replace(panel, series=members)
+        for panel in shown
+        for members in (_sizes(panel.series) if panel.unit == "W" else [panel.series])
+    ]
+    return [_scaled(panel) if panel.unit in ("N", "W") else panel for panel in found]
+
+
+def _sizes(series: Mapping[str, Series]) -> list[dict[str, Series]]:
+    """Series in groups, the largest first: none is smaller than SMALL of the first of its group."""
+    sizes = {name: _size([one]) for name, one in series.items()}
+    most = max(sizes.values())
+    firsts: list[float] = []
+    for size in sorted(sizes.values(), reverse=True):
+        if not firsts or NOTHING * most < size < SMALL * firsts[-1]:
+            firsts.append(size)
+    groups: dict[float, dict[str, Series]] = {first: {} for first in firsts}
+    for name, one in series.items():
+        size = sizes[name] if sizes[name] > NOTHING * most else most
+        groups[min(first for first in firsts if size <= first)][name] = one
+    return list(groups.values())
+
+
+def _size(series: Iterable[Series]) -> float:
+    """The largest absolute value."""
+    return max((float(np.abs(one.values).max(initial=0.0)) for one in series), default=0.0)
+
+
+def _scaled(panel: Panel) -> Panel:
+    """The panel in a multiple of its unit that fits its values, as kW."""
+    factor, prefix = scale_of(_size(panel.series.values()))
+    return replace(panel, unit=f"{prefix}{panel.unit}", scale=factor)
 
 
 def moving(shown: list[Panel]) -> list[Panel]:

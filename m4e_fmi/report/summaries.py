@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from m4e_fmi.report.digits import aligned, quantity
 from m4e_fmi.report.panels import fitting, panels
 from m4e_fmi.results import Results
 
 if TYPE_CHECKING:
-    from m4e_fmi.cosim import Outcome
+    from m4e_fmi.cosim import BondEnergy, Outcome
     from m4e_fmi.simulate import Simulation
 
 
@@ -38,18 +40,29 @@ def run_summary(outcome: Outcome) -> str:
         *_extremes(loaded),
         *_switches(loaded),
     ]
-    if outcome.energy:
-        width = max(len(bond.connection) for bond in outcome.energy)
-        lines.append("energy over the connections, from the force's source into the body")
-        heads = ("given", "received", "lost or made", "mean power")
-        lines.append(f"  {'':<{width}} " + " ".join(f"{head:>13}" for head in heads))
-        lines += [
-            f"  {bond.connection:<{width}} {bond.given / 1e3:10.3f} kJ "
-            f"{bond.received / 1e3:10.3f} kJ {100 * bond.relative:+11.4f} % "
-            f"{bond.given / span / 1e3 if span else 0.0:10.3f} kW"
-            for bond in outcome.energy
-        ]
-    return "\n".join(lines)
+    return "\n".join([*lines, *_bonds(outcome.energy, span)])
+
+
+def _bonds(energy: Sequence[BondEnergy], span: float) -> list[str]:
+    """The table of the energies over the connections within `span` [s]."""
+    if not energy:
+        return []
+    width = max(len(bond.connection) for bond in energy)
+    heads = ("given", "received", "lost or made", "mean power")
+    lines = ["energy over the connections, from the force's source into the body"]
+    lines.append(f"  {'':<{width}} " + " ".join(f"{head:>13}" for head in heads))
+    for bond in energy:
+        columns = (
+            quantity(bond.given, "J"),
+            quantity(bond.received, "J"),
+            f"{100 * bond.relative:+.4f} %",
+            quantity(bond.given / span if span else 0.0, "W"),
+        )
+        told = " ".join(f"{text:>13}" for text in columns)
+        lines.append(f"  {bond.connection:<{width}} {told}")
+        if bond.adds:
+            lines.append(f"    the sum of the forces of {', '.join(bond.adds)}, counted as one")
+    return lines
 
 
 def _messages(outcome: Outcome) -> list[str]:
@@ -73,9 +86,10 @@ def _certified(outcome: Outcome) -> list[str]:
         if outcome.certificate.coverage:
             lines.append(f"  {outcome.certificate.coverage}")
         if outcome.certificate.errors and outcome.certificate.errors[0].error > LARGE:
-            lines.append(
-                "  warning: that is no result; take a smaller step_size, or another algorithm"
-            )
+            remedy = "take a smaller step_size, or another algorithm"
+            if not outcome.certificate.errors[0].falls:
+                remedy = "take another algorithm, or FMUs that announce their events"
+            lines.append(f"  warning: that is no result; {remedy}")
     if outcome.checked is not None:
         lines.append(f"  checked at half the step: {outcome.checked}")
     return lines
@@ -96,15 +110,17 @@ def _extremes(results: Results) -> list[str]:
     shown = [(panel, name, one) for panel in found for name, one in panel.series.items()]
     span = float(results.time[-1] - results.time[0])
     lines = [
-        f"mean power {_mean(results.time, one.values) / 1e3:.3f} kW over {span:g} s ({name})"
+        f"mean power {quantity(_mean(results.time, one.values), 'W')} over {span:g} s ({name})"
         for name, one in reals.items()
         if one.unit == "W"
     ]
-    lines.append(f"  {'':<36} {'min':>10} {'mean':>10} {'max':>10}")
+    if shown:
+        lines.append(f"  {'':<36} {'min':>10} {'mean':>10} {'max':>10}")
     for panel, name, one in shown:
         values = panel.scale * one.values
         low, mean, high = np.min(values), _mean(results.time, values), np.max(values)
-        lines.append(f"  {name:<36} {low:10.3f} {mean:10.3f} {high:10.3f} {panel.unit}")
+        told = " ".join(f"{text:>10}" for text in aligned(low, mean, high))
+        lines.append(f"  {name:<36} {told} {panel.unit}")
     lines += [
         f"  {panel.left_out} more in {panel.unit}, which vary less, are in the results"
         for panel in found

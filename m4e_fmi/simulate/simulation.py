@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -18,8 +18,9 @@ from m4e_fmi.errors import (
     RunError,
     UnknownNameError,
     suggestion,
+    unknown_names,
 )
-from m4e_fmi.model import Model, load_model
+from m4e_fmi.model import Model, as_model
 from m4e_fmi.multibody import model_program
 from m4e_fmi.program import Program, Variable
 from m4e_fmi.runtime.engine import Watch
@@ -62,6 +63,7 @@ class Simulation:
 
     Values are in the unit of their variable, arrays of the length of `time`. `load.<name>.work` and
     `inputs.work` [J] are the integrals of the powers. `events` are in the order of time.
+    `start_values` are those that were given; `tolerance` is None of a method that has none.
     """
 
     program: Program
@@ -72,6 +74,8 @@ class Simulation:
     evaluations: int
     wall_time: float
     events: tuple[Event, ...] = ()
+    start_values: Mapping[str, float | str] = field(default_factory=dict)
+    tolerance: float | None = None
 
     def __getitem__(self, name: str) -> Series:
         """A variable over time; UnknownNameError, a KeyError, if there is none of this name."""
@@ -104,6 +108,7 @@ def simulate(
     method: str = RUNTIME_METHODS[0],
     step_size: float | None = None,
     events: Sequence[Watch] = (),
+    needed: Sequence[str] = (),
     progress: Progress | None = None,
 ) -> Simulation:
     """Integrate from t = 0 to `stop_time` [s]; outputs at every `output_interval` and at the end.
@@ -119,18 +124,22 @@ def simulate(
     equal steps that are not longer than `step_size` [s]; one step by default.
 
     `events` name outputs or states whose changes of sign are found, such as `load.<stop>.gap`; a
-    terminal one ends the simulation, with a last row at its time. Raises InputError for an unknown
-    name or a bad time, RunError if the integration fails, naming time and cause.
+    terminal one ends the simulation, with a last row at its time. `needed` names variables that the
+    caller will look at. Raises InputError, before the simulation, for unknown names and bad times,
+    RunError if the integration fails, naming time and cause.
     """
     method, solver = _solver(method, step_size)
-    if isinstance(system, str | Path):
-        system = load_model(system)
+    if not isinstance(system, Program):
+        system = as_model(system)
     given = start_values or {}
     program = system if isinstance(system, Program) else model_program(system, inputs=tuple(given))
     program = started(program, given)
     began = time.perf_counter()
     audited, works = with_works(program)
     watched, watches = _watched(audited, events)
+    variables = {v.name: v for v in (*audited.states, *audited.outputs)}
+    if unknown := unknown_names(needed, variables, "there is no variable", "variables"):
+        raise InputError(unknown)
     solved = solver(
         Task(
             program=watched,
@@ -145,7 +154,6 @@ def simulate(
             explain=functools.partial(_explained, system, program),
         )
     )
-    variables = {v.name: v for v in (*audited.states, *audited.outputs)}
     # without what is there to be watched only
     columns = zip(variables.values(), solved.table.T, strict=False)
     values = {v.name: Series(v.name, v.unit, v.description, column) for v, column in columns}
@@ -161,6 +169,8 @@ def simulate(
             Event(events[k].name, t, states[: len(program.states)], events[k].terminal)
             for t, k, states in solved.events
         ),
+        start_values=given,
+        tolerance=None if method == FIXED else tolerance,
     )
 
 
@@ -250,10 +260,9 @@ def started(program: Program, values: Mapping[str, float | str]) -> Program:
     InputError names what is unknown, not finite, of another dimension or outside its limits.
     """
     variables = {v.name: v for v in (*program.parameters, *program.inputs, *program.states)}
-    unknown = [name for name in values if name not in variables]
-    if unknown:
-        message = f"{program.name} has no parameter, input or state {', '.join(unknown)}"
-        raise UnknownNameError.single(message, suggestion(unknown[0], variables))
+    complaint = f"{program.name} has no parameter, input or state"
+    if unknown := unknown_names(values, variables, complaint, "start values"):
+        raise UnknownNameError(unknown)
     numbers = _numbers(variables, values)
     bad = [f"{name} = {value}" for name, value in numbers.items() if not np.isfinite(value)]
     if bad:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -16,6 +17,7 @@ from fmpy.validation import validate_fmu
 from m4e_fmi import results
 from m4e_fmi.cli import main
 from m4e_fmi.fmu import read_description
+from m4e_fmi.signals import Terminated
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 PENDULUM = EXAMPLES / "double_pendulum" / "double_pendulum.model.yaml"
@@ -280,7 +282,42 @@ def test_where_the_start_does_not_follow_it_is_said(capsys):
 
 def test_unknown_start_value(capsys):
     text = refused(capsys, "simulate", PENDULUM, "--start-value", "mm", "1")
-    assert "has no parameter, input or state mm" in text
+    assert "has no parameter, input or state 'mm'" in text
+    text = refused(
+        capsys, "simulate", PENDULUM, "--start-value", "mm", "1", "--start-value", "x", 1
+    )
+    assert "2 problems" in text
+
+
+@pytest.mark.usefixtures("here")
+def test_simulated_variables_are_checked_before_the_work(capsys, monkeypatch):
+    """A misspelt name is told before the simulation, which takes long, and no file is written."""
+    monkeypatch.setattr("m4e_fmi.simulate.simulation._solver", lambda *_: (None, None))
+    text = refused(capsys, "simulate", PENDULUM, "--variables", "joint.elbow.qq", "foo")
+    assert "there is no variable 'joint.elbow.qq'\n      did you mean 'joint.elbow.q'?" in text
+    assert "2 problems" in text
+    assert not [path for path in Path().rglob("*") if path.is_file()]
+
+
+def test_the_summary_is_there_before_the_picture(here, capsys, monkeypatch):
+    """Drawing takes a second: a signal within it hides nothing."""
+
+    def interrupted(*_: object, **__: object) -> Path:
+        raise Terminated(signal.SIGTERM)
+
+    copied(here, FLEXIBLE / "mass.model.yaml")
+    (here / "s.yaml").write_text(
+        "name: s\ncomponents: {body: {model: mass.model.yaml}}\n"
+        "simulation: {stop_time: 0.2, step_size: 0.1}\n"
+    )
+    monkeypatch.setattr("m4e_fmi.report.plot_run", interrupted)
+    monkeypatch.setattr("m4e_fmi.report.plot_simulation", interrupted)
+    for command in (["run", "s.yaml"], ["simulate", "mass.model.yaml", "--stop-time", "1"]):
+        assert main([*command, "--output-file", "r.nc"]) == 128 + signal.SIGTERM
+        told = capsys.readouterr()
+        assert "simulated 0.2 s" in told.out or "state at the end:" in told.out
+        assert "wrote r.nc" in told.out
+        assert told.err.endswith("ended by SIGTERM\n")
 
 
 def test_simulation_that_fails_is_exit_one(here, capsys):

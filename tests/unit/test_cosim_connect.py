@@ -158,6 +158,10 @@ def test_units_are_converted_before_factor_and_offset(
         ("hydro.float.force_x * a -> buoy.body.float.force_x", "more than a variable", "a.y * 2.5"),
         ("hydro.float.force_x / 2 -> buoy.body.float.force_x", "more than a variable", "a.y * 2.5"),
         ("buoy.body.float * 2 <-> hydro.float", "takes no factor", "'->'"),
+        ("hydro.float -> buoy.body.float", "are connectors", "'hydro.float <-> buoy.body.float'"),
+        ("hydro.float -> buoy.body.float.force_x", "hydro.float is a connector", "one of its var"),
+        ("hydro.float.force_x <-> buoy.body.float.force_x", "are variables", "with '->'"),
+        ("hydro.float <-> buoy.body.float.x", "float.x is a variable", "with '->'"),
         ("hydro.hot -> buoy.mass", "in degC, buoy.mass expects kg", "K is not kg"),
         ("hydro.small -> buoy.added_mass", "differ in size", "2 elements [1,1] to [1,2]"),
     ],
@@ -168,6 +172,20 @@ def test_one_mistake_one_message_with_remedy(connection: str, message: str, reme
     (problem,) = caught.value.problems
     assert message in problem.message
     assert remedy in problem.remedy
+
+
+def test_forces_and_velocities_may_be_connected_one_by_one() -> None:
+    """The power is the same; what the body takes of the force is known where a factor is given."""
+    back = ("buoy.body.float.vx -> hydro.float.vx", "buoy.body.float.x -> hydro.float.x")
+    wiring = wired(BOTH, *back, "hydro.float.force_x * -0.5 -> buoy.body.float.force_x")
+    (bond,) = wiring.bonds
+    (axis,) = bond.axes
+    assert str(axis.velocity.source) == "buoy.body.float.vx"
+    assert axis.position is not None
+    assert axis.share == -0.5
+    assert bond.name == "hydro.float.force_x * -0.5 -> buoy.body.float.force_x"
+    assert not wired(BOTH, *back, "hydro.float.force_x + 3 -> buoy.body.float.force_x").bonds
+    assert not wired(BOTH, "hydro.float.force_x -> buoy.body.float.force_x").bonds
 
 
 def test_two_sources_for_one_input_are_refused() -> None:

@@ -22,11 +22,18 @@ from m4e_fmi.cosim import (
     Simulation,
     System,
     load,
+    prepare,
+    read_parameters,
     run,
+    start,
 )
+from m4e_fmi.cosim.certificate import Trace
 from m4e_fmi.cosim.master import Observer
 from m4e_fmi.errors import InputError, RunError
+from m4e_fmi.fmu import build_fmu
 from m4e_fmi.fmu.unpack import Unpacked
+from m4e_fmi.model import load_model
+from m4e_fmi.program import Recorder, Variable
 from m4e_fmi.report.summaries import run_summary
 from m4e_fmi.signals import Terminated
 
@@ -336,13 +343,22 @@ def test_ctrl_c_stops_at_a_communication_point(c_fmu: Fmus, tmp_path: Path) -> N
             os.kill(os.getpid(), signal.SIGINT)
 
     before = signal.getsignal(signal.SIGINT)  # ignored where tests run in the background
-    with pytest.raises(KeyboardInterrupt):
-        run(oscillator(c_fmu, Simulation(1, 0.1)), results=tmp_path / "r.nc", observers=[observe])
-    assert load(tmp_path / "r.nc").time[-1] == 0.5
+    system, path = oscillator(c_fmu, Simulation(1, 0.1)), tmp_path / "r.nc"
+    with pytest.raises(KeyboardInterrupt) as caught:
+        run(system, results=path, observers=[observe])
+    assert caught.value.__notes__ == [
+        "at t = 0.5 s of 1 s", f"results until t = 0.5 s are in {path} (6 rows)"
+    ]  # fmt: skip
+    assert load(path).time[-1] == 0.5
+    with pytest.raises(KeyboardInterrupt) as caught:
+        run(system, observers=[observe])
+    assert caught.value.__notes__ == ["at t = 0.5 s of 1 s"]
     assert signal.getsignal(signal.SIGINT) is before
 
 
-def test_signals_stop_at_a_communication_point_unless_ignored(c_fmu: Fmus, tmp_path: Path) -> None:
+def test_signals_stop_at_a_communication_point_unless_ignored(
+    c_fmu: Fmus, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def send(number: signal.Signals) -> Observer:
         return lambda t, _: os.kill(os.getpid(), number) if t == 0.5 else None
 
@@ -354,6 +370,26 @@ def test_signals_stop_at_a_communication_point_unless_ignored(c_fmu: Fmus, tmp_p
     assert signal.getsignal(signal.SIGTERM) is before is signal.SIG_DFL
     results = load(tmp_path / "r.nc")
     assert (results.time[-1], results.attributes["ended"]) == (0.5, "ended by SIGTERM")
+    last: list[Observer] = [lambda t, _: os.kill(os.getpid(), signal.SIGTERM) if t == 1 else None]
+    with pytest.raises(Terminated) as caught:
+        run(short, results=tmp_path / "r.nc", observers=last)
+    assert caught.value.__notes__[0] == "at the stop time, t = 1 s"
+    assert "(11 rows)" in caught.value.__notes__[1]
+    assert load(tmp_path / "r.nc").attributes["ended"] == "at the stop time"
+    second = iter([False, True])
+
+    def in_second_run(t: float, _: Network) -> None:
+        if t == 0.5 and next(second):
+            os.kill(os.getpid(), signal.SIGTERM)
+
+    monkeypatch.setattr(Trace, "__call__", lambda _, t, network: in_second_run(t, network))
+    with pytest.raises(Terminated) as caught:
+        run(short, results=tmp_path / "r.nc", check=True)
+    assert caught.value.__notes__ == [
+        "at t = 0.5 s of 1 s",
+        "that was the second run, at half the step",
+        f"the results of the first are complete, in {tmp_path / 'r.nc'}",
+    ]
     if hasattr(signal, "SIGHUP"):
         usual = signal.signal(signal.SIGHUP, signal.SIG_IGN)  # as nohup does
         try:
@@ -372,3 +408,74 @@ def test_a_coupling_that_is_all_wrong_is_warned_of(
     settings = Simulation(10.0, step, "gauss_seidel" if step < 0.1 else "jacobi")
     outcome = run(System("s", (a, b), ("a.m <-> b.end",), settings), results=tmp_path / "r.nc")
     assert ("warning: that is no result" in run_summary(outcome)) == warned
+
+
+def test_results_tell_what_was_changed(c_fmu: Fmus, tmp_path: Path) -> None:
+    """Start values and settings with who gave them: the last one counts, as it does in the run."""
+    (tmp_path / "set.yaml").write_text("values: {body.body.m.x: 50 cm, body.body.m.vx: 2}\n")
+    given = oscillator(c_fmu, Simulation(1, 0.1))
+    values = read_parameters(tmp_path / "set.yaml")
+    changed = given.changed(start=values).changed(algorithm="jacobi")
+    start = {"body.body.m.vx": 3}
+    changed = changed.changed(start=start, origin="command line", step_size=0.05)
+    results = run(changed, results=tmp_path / "r.nc").results()
+    told = results.attributes
+    assert told["start_values"].splitlines() == ["body.body.m.x = 50 cm", "body.body.m.vx = 3"]
+    assert told["changed"].splitlines() == [
+        f"body.body.m.x = 50 cm ({tmp_path / 'set.yaml'})",
+        "body.body.m.vx = 3 (command line)",
+        "algorithm = jacobi (Python)",
+        "step_size = 0.05 (command line)",
+    ]
+    assert "not as in the system's file (4): body.body.m.x = 50 cm" in repr(results)
+    plain = run(given, results=tmp_path / "r.nc").results()
+    assert plain.attributes["changed"] == ""
+    assert "not as in" not in repr(plain)
+
+
+def test_what_was_given_wrong_is_told_where_it_was_given(c_fmu: Fmus, tmp_path: Path) -> None:
+    file = tmp_path / "set.yaml"
+    file.write_text("values:\n  body.body.m.y: 1\n  bdy.x: 2\n  body: 3\n")
+    given = oscillator(c_fmu, Simulation(1, 0.1))
+    with pytest.raises(InputError) as caught:
+        given.changed(start=read_parameters(file))
+    (first, second) = caught.value.problems
+    assert str(first).startswith(f"{file}:3:3: start value 'bdy.x': there is no component 'bdy'")
+    assert "did you mean 'body'?" in first.remedy
+    assert "expected COMPONENT.VARIABLE" in second.message
+    file.write_text("values:\n  body.body.m.y: 1\n")
+    both = given.changed(start=read_parameters(file))
+    both = both.changed(start={"body.body.m.xx": 1}, origin="command line")
+    with pytest.raises(InputError) as caught:
+        prepare(both)
+    texts = [str(problem) for problem in caught.value.problems]
+    assert texts[0].startswith(f"{file}:2:3: 'body' has no variable 'body.m.y'")
+    assert texts[1].startswith("command line: 'body' has no variable 'body.m.xx'")
+    assert "did you mean 'body.m.x'?" in texts[1]
+    with pytest.raises(InputError) as caught:
+        given.changed(start={"bdy.x": 1}, origin="command line", stop_time=-1.0)
+    assert [problem.file for problem in caught.value.problems] == ["command line"] * 2
+
+
+def test_a_run_without_columns_says_so(tmp_path: Path) -> None:
+    recorder = Recorder("silent", "")
+    recorder.parameter(Variable("m", "kg", "nobody reads it", start=1.0))
+    part = Component("a", FmuFile(build_fmu(recorder.program(), tmp_path / "silent.fmu")))
+    told: list[str] = []
+    path = tmp_path / "r.nc"
+    outcome = run(System("s", (part,), (), Simulation(1, 0.1)), results=path, tell=told.append)
+    assert [line[:38] for line in told] == ["the results have no column but time: t"]
+    assert told[0] in run_summary(outcome)
+
+
+def test_a_system_may_be_given_by_its_path(c_fmu: Fmus, tmp_path: Path) -> None:
+    package = oscillator(c_fmu, Simulation(1, 0.1)).save(tmp_path / "s.ssp")
+    expected = run(System.load(package)).steps
+    build = tmp_path / "b"
+    assert run(package, build_directory=build).steps == expected
+    with start(str(package), build_directory=build) as stepped:
+        assert len(list(stepped)) == expected + 1
+    for wrong in (42, None, b"s.ssp", load_model):
+        for verb in (run, prepare):
+            with pytest.raises(InputError, match="expected a System, or the path of a system"):
+                verb(wrong)  # pyright: ignore[reportArgumentType]

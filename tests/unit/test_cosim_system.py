@@ -125,6 +125,34 @@ def test_all_problems_are_told_at_once(folder: Path) -> None:
     assert any("unknown key 'conections'" in m for m in messages)
 
 
+def test_a_wrong_start_value_is_one_problem(folder: Path) -> None:
+    """Though it may be of four types, of which it is none."""
+    with pytest.raises(InputError) as caught:
+        System.load(written(folder, GOOD.replace("body.m.x: 1.0", "body.m.x: [1, 2]")))
+    (problem,) = caught.value.problems
+    expected = "expected true or false, a whole number, a number or text, got a list"
+    assert problem.message == f"start.body.m.x: {expected}"
+
+
+def test_parts_that_do_not_depend_on_one_another_are_told_together(folder: Path) -> None:
+    """Wrong keys, a wrong kind, connections that are none, and settings that do not fit."""
+    text = GOOD.replace("kind: coil", "kind: coli").replace("body.m <-> spring.end", "body => a.b")
+    text = text.replace("stop_time: 10", "stop_tme: 3, stop_time: 10, tolerance: 5")
+    text = text.replace("=> a.b", "=> a.b\n  - boddy.m <-> spring.end")
+    with pytest.raises(InputError) as caught:
+        System.load(written(folder, text))
+    messages = [problem.message for problem in caught.value.problems]
+    for message in (
+        "unknown kind 'coli'",
+        "not a connection: 'body => a.b'",
+        "unknown component 'boddy'",
+        "unknown key 'stop_tme'",
+        "tolerance 5: expected",
+    ):
+        assert any(message in one for one in messages), messages
+    assert len(messages) == 5
+
+
 def test_settings_given_in_python_are_checked_too() -> None:
     with pytest.raises(InputError, match="stop_time"):
         Simulation(stop_time=0, step_size=0.1)

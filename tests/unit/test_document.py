@@ -135,7 +135,7 @@ def test_right_document() -> None:
             2,
             8,
             "many",
-            "count: expected a valid integer, unable to parse string as an integer, got 'many'",
+            "count: expected a whole number, got 'many'",
             "",
         ),
         ("name: a\nmounts: 7\n", 2, 9, "7", "mounts: expected 'key: value' lines, got 7", ""),
@@ -145,7 +145,7 @@ def test_right_document() -> None:
             2,
             14,
             "[",
-            "notes.1: expected text",
+            "notes.1: expected text, got a list",
             "",
         ),
     ],
@@ -205,7 +205,7 @@ def test_all_problems_at_once_in_order_of_place() -> None:
         (1, "unknown key 'cuont'"),
         (2, "is below the ground: -2.0"),
         (2, "unknown colour 'blue'"),
-        (3, "name: expected text"),
+        (3, "name: expected text, got a list"),
     ]
 
 
@@ -333,7 +333,7 @@ class TestAsFarAsPossible:
 
     @pytest.mark.parametrize(
         ("name", "message"),
-        [("", "missing key 'name'"), ("name: [1]\n", "name: expected text")],
+        [("", "missing key 'name'"), ("name: [1]\n", "name: expected text, got a list")],
     )
     def test_required_key_of_the_top_level(self, name: str, message: str) -> None:
         section, found = self.parsed(name + "mounts: {m: {at: [1, 2]}, n: {at: 1}}\n")

@@ -169,5 +169,5 @@ def test_they_are_in_coupled_results_and_summaries(tmp_path: Path) -> None:
         # the same method at the same tolerance, 1e-8, restarted at each step
         np.testing.assert_allclose(loaded[f"buoy.{name}"].values, alone[name], atol=1e-5)
     mean = alone["load.pto.work"][-1] / 2.0
-    assert f"mean power {mean / 1e3:.3f} kW over 2 s (buoy.load.pto.power)" in run_summary(outcome)
+    assert f"mean power {mean:.3f} W over 2 s (buoy.load.pto.power)" in run_summary(outcome)
     assert f"{mean: .6g} W" in simulation_summary(alone)

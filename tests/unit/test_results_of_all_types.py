@@ -12,10 +12,12 @@ import pytest
 from m4e_fmi.cli import main
 from m4e_fmi.cosim import Component, FmuFile, Simulation, System, run, start
 from m4e_fmi.errors import InputError
+from m4e_fmi.recorded import Recorded
 from m4e_fmi.report import plot_run
 from m4e_fmi.report.figures import _fill
 from m4e_fmi.report.panels import by_unit
-from m4e_fmi.results import Results, load
+from m4e_fmi.results import Results, load, write_netcdf
+from m4e_fmi.row_header import Column, Section
 
 Fmus = Callable[[str], Path]
 N = [0, 0, 0, 1, 1, 1, 2, 2, 2, 3, 3]
@@ -85,9 +87,9 @@ def test_csv_and_parquet(system: System, tmp_path: Path) -> None:
     run(system, results=tmp_path / "r.csv")
     with (tmp_path / "r.csv").open(newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
-    assert [row["a.y_int [1]"] for row in rows] == [str(n) for n in N]
-    assert [row["a.y_bool [1]"] for row in rows] == [str(n % 2) for n in N]
-    assert rows[-1]["b.y_text [1]"] == "33"
+    assert [row["a.y_int"] for row in rows] == [str(n) for n in N]
+    assert [row["a.y_bool"] for row in rows] == [str(n % 2) for n in N]
+    assert rows[-1]["b.y_text"] == "33"
     parquet = pytest.importorskip("pyarrow.parquet")
     run(system, results=tmp_path / "r.parquet")
     table = parquet.read_table(tmp_path / "r.parquet")
@@ -156,3 +158,16 @@ def test_run_and_info_tell_of_them(
     assert "Enumeration (off, slow, fast)" in told
     assert "y_list[3]" in told
     assert "UInt16" in told
+
+
+def test_items_keep_their_names(tmp_path: Path) -> None:
+    """Blanks become underscores in CF's flags: the true names are kept beside them."""
+    items = {"very low pressure": 1, "very_low_pressure": 2, "": 3, "a" * 80: 4}
+    one = Recorded("Enumeration", "i4", items)
+    section = Section("valve", (Column("mode", "", "", one),), "i8")
+    rows = [np.array([[0.0], [1.0]]), np.array([[1], [2]])]
+    write_netcdf(tmp_path / "r.nc", [section], {}, 2, [rows])
+    found = load(tmp_path / "r.nc")["valve.mode"]
+    assert found.recorded == one
+    assert found.recorded.told(found[0]) == "very low pressure"
+    assert repr(found).startswith("mode: 2 values")

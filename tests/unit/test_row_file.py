@@ -157,12 +157,25 @@ def test_files_that_are_no_results(tmp_path: Path) -> None:
     cut(rows, 0.9)
     text.write_text("time,x\n")
     empty.touch()
+    table, alone, fmu, noise = (tmp_path / name for name in ("r.csv", "a.csv", "x.fmu", "x.bin"))
+    table.write_text("time [s],x\n" + "0,1\n" * 5000)
+    alone.write_text("time\n", encoding="utf-8-sig")
+    fmu.write_bytes(b"PK\x03\x04 and more")
+    noise.write_bytes(b"\xff\x00\x01")
     with Dataset(other, "w") as file:
         file.createDimension("time", 3)
     for path, message in (
         (whole, r"w\.nc: is cut off or damaged: .*\n +copy it again"),
         (rows, r"r\.nc: is cut off: it has \d+ bytes of \d+\n +copy it again"),
-        (text, r"t\.nc: is not a file of results \(netCDF\): .*\n +give what `m4e-fmi run`"),
+        (
+            text,
+            r"t\.nc: is not a file of results \(netCDF\), but a table \(CSV\) with the first line "
+            r"'time,x'\n +give what `m4e-fmi run`",
+        ),
+        (table, r"r\.csv: .* a table \(CSV\) .* 'time \[s\],x'\n +load r\.nc, which is beside it"),
+        (alone, r"a\.csv: .* text with .*\n +load the \.nc file that was written with it; pandas"),
+        (fmu, r"x\.fmu: .* but a ZIP archive, as an FMU"),
+        (noise, r"x\.bin: .* but data of a kind that is not known here"),
         (empty, r"e\.nc: is empty"),
         (other, r"o\.nc: is netCDF, but not results: it has no variable `time`"),
         (tmp_path / "none.nc", r"none\.nc: no such file"),

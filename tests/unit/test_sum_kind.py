@@ -6,14 +6,16 @@ from pathlib import Path
 from textwrap import indent
 from typing import Any
 
+import numpy as np
 import pytest
 
-from m4e_fmi.cosim import Component, Kind, Simulation, System, prepare, run
+from m4e_fmi.cosim import Component, Kind, ModelFile, Simulation, System, prepare, run
 from m4e_fmi.document import Document
 from m4e_fmi.errors import InputError
 from m4e_fmi.program import Program
 from m4e_fmi.program.python_form import load_python
-from m4e_fmus import table
+from m4e_fmi.report import run_summary
+from m4e_fmus import linear_pto, table
 from m4e_fmus.sum import Config, make
 
 
@@ -112,3 +114,44 @@ def test_two_sources_of_one_input_lead_to_the_sum(tmp_path: Path) -> None:
     links = ("a.f -> c.u", "b.f -> c.u")
     with pytest.raises(InputError, match=r"c\.u has two sources(.|\n)*kind: sum"):
         prepare(System("s", parts, links, Simulation(1.0, 0.5)), build_directory=tmp_path)
+
+
+def test_the_energy_of_forces_that_are_added_up(tmp_path: Path) -> None:
+    """Two dampers brake a mass by a sum: what they take is what the body gives.
+
+    m v' = -(c1 + c2) v: of 2 J at the start there are 2 exp(-2 (c1 + c2) t/m) J left.
+    """
+    model = tmp_path / "sled.model.yaml"
+    model.write_text(
+        "name: sled\ngravity: 0\nbodies: {b: {mass: 4, inertia: 1}}\n"
+        "joints: {j: {type: prismatic, child: b, direction: [1, 0], initial: {u: 1}}}\n"
+        "points: {end: {body: b, at: [0, 0]}}\n"
+    )
+
+    def damper(damping: float) -> Kind:
+        keys = {"point": "p", "anchor": [-50, 0], "damping": damping, "rest_length": 50}
+        return Kind("linear_pto", linear_pto.Config(**keys, stiffness=0))
+
+    total = Config(inputs=["a", "b"], signals={"force_x": "N", "force_z": "N"})  # pyright: ignore
+    parts = (
+        Component("sled", ModelFile(model)),
+        Component("a", damper(1.0)),
+        Component("b", damper(0.5)),
+        Component("total", Kind("sum", total)),
+    )
+    motion = [f"sled.point.end.{x} -> {c}.p.{x}" for c in "ab" for x in ("x", "z", "vx", "vz")]
+    links = ("a.p <-> total.a", "b.p <-> total.b", "total.sum <-> sled.end", *motion)
+    system = System("s", parts, links, Simulation(2.0, 0.01))
+    outcome = run(prepare(system, build_directory=tmp_path), results=tmp_path / "r.nc")
+    (bond,) = outcome.energy
+    assert bond.adds == ("a", "b")
+    taken = 2.0 * (np.exp(-2 * 1.5 * 2.0 / 4.0) - 1.0)
+    # trapezoids of a power that falls at the rate 2 c/m: (rate H)²/12
+    assert bond.given == pytest.approx(taken, rel=0.75**2 * 0.01**2 / 12 * 1.1)
+    results = outcome.results()
+    lost = results["a.energy"][-1] + results["b.energy"][-1]
+    assert bond.received == pytest.approx(-lost, rel=1e-4)
+    text = run_summary(outcome)
+    assert "total.sum <-> sled.end" in text
+    assert "the sum of the forces of a, b, counted as one" in text
+    assert "-1.554 J" in text

@@ -40,6 +40,18 @@ def exponents(**powers: int) -> tuple[int, ...]:
         ("kg/mm2", {"kg": 1, "m": -2}, 1e6),
         ("%", {}, 0.01),
         ("1/s", {"s": -1}, 1.0),
+        ("daN", {"kg": 1, "m": 1, "s": -2}, 10.0),
+        ("hN", {"kg": 1, "m": 1, "s": -2}, 100.0),
+        ("dm", {"m": 1}, 0.1),
+        ("nm", {"m": 1}, 1e-9),
+        ("kNm", {"kg": 1, "m": 2, "s": -2}, 1e3),
+        ("Nm/rad", {"kg": 1, "m": 2, "s": -2, "rad": -1}, 1.0),
+        ("kN*m", {"kg": 1, "m": 2, "s": -2}, 1e3),
+        ("mbar", {"kg": 1, "m": -1, "s": -2}, 100.0),
+        ("kWh", {"kg": 1, "m": 2, "s": -2}, 3.6e6),
+        ("L/min", {"m": 3, "s": -1}, 1e-3 / 60),
+        ("deg/s", {"rad": 1, "s": -1}, math.pi / 180),
+        ("kOhm", {"kg": 1, "m": 2, "s": -3, "A": -2}, 1e3),
     ],
 )
 def test_exponents_and_factor(text: str, powers: dict[str, int], factor: float) -> None:
@@ -77,6 +89,12 @@ def test_spellings_of_one_unit(one: str, other: str) -> None:
         ("2m", "'2m'"),
         ("N.furlong", "'furlong'"),
         ("m**2", "''"),
+        ("kkg", "'kkg'"),
+        ("Th", "'Th'"),
+        ("da", "'da'"),
+        ("furlong", "known: kg, m, s,"),
+        ("furlong", "Wh"),
+        ("furlong", "prefixes T, G, M, k, h, da, d, c, m"),
     ],
 )
 def test_refused_with_the_part_that_is_not_understood(text: str, part: str) -> None:

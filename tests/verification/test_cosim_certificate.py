@@ -23,6 +23,7 @@ from m4e_fmi.cosim import (
     run,
     start,
 )
+from m4e_fmi.cosim.certificate import LITTLE
 from m4e_fmi.cosim.master import Master
 from m4e_fmi.errors import RunError
 
@@ -317,6 +318,21 @@ def test_the_line_names_the_worst_and_what_half_the_step_gives(c_fmu: Fmus) -> N
     assert str(certificate).startswith(line)
     assert str(certificate).endswith(f"halve the step for {worst.error / 8:.1e}")
     assert run(system).checked is None
+
+
+def test_where_half_the_step_does_not_help_the_line_says_so(c_fmu: Fmus) -> None:
+    """A relay that switches at the ends of steps is off by all of its jump, whatever the step."""
+    parts = tuple(Component(name, FmuFile(c_fmu(f"{name}+state"))) for name in ("lag", "relay"))
+    links = ("lag.y -> relay.u", "relay.y -> lag.u")
+    errors = []
+    for step in (0.1, 0.05, 0.025):
+        certificate = run(System("s", parts, links, Simulation(20.0, step))).certificate
+        assert isinstance(certificate, Certificate)
+        worst = certificate.errors[0]
+        assert "halving the step does not help much" in str(certificate)
+        assert not worst.falls
+        errors.append(worst.error)
+    assert min(errors[1:]) > LITTLE * errors[0]
 
 
 def test_adaptive_steps_are_checked_at_an_eighth_of_the_tolerance(c_fmu: Fmus) -> None:
