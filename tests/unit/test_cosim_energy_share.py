@@ -36,7 +36,8 @@ def balance(
     )
     courses = np.column_stack((force, speed, place))
     network.values[:] = courses[0]
-    energy = EnergyBalance(cast("Network", network), (Bond("b", (Axis(links[0], links[1], links[2]),)),))
+    axis = Axis(links[0], links[1], links[2])
+    energy = EnergyBalance(cast("Network", network), (Bond("b", (axis,)),))
     for k in range(1, len(times)):
         network.values[:] = courses[k]
         held = np.array([(force[k - 1] + force[k]) / 2, 0.0, 0.0])
