@@ -16,7 +16,8 @@ from m4e_fmi.cosim.execution import CommunicationPoint, Execution
 from m4e_fmi.cosim.journal import FmuMessage
 from m4e_fmi.cosim.master import State
 from m4e_fmi.cosim.network import Network
-from m4e_fmi.cosim.run import Outcome, Prepared, prepare, run, start
+from m4e_fmi.cosim.preparation import Prepared, prepare
+from m4e_fmi.cosim.run import Outcome, run, start
 from m4e_fmi.cosim.system import Component, FmuFile, Kind, ModelFile, Simulation, System
 from m4e_fmi.cosim.system_file import read_parameters
 from m4e_fmi.cosim.timing import Timing

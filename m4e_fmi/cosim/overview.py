@@ -11,7 +11,7 @@ from m4e_fmi.cosim.timing import Timing, component_cycles
 from m4e_fmi.cosim.volume import thinned, volume
 
 if TYPE_CHECKING:
-    from m4e_fmi.cosim.run import Prepared
+    from m4e_fmi.cosim.preparation import Prepared
 
 
 def overview(prepared: Prepared) -> str:

@@ -1,76 +1,34 @@
-"""From a System to results: build what is missing, connect, check, run."""
+"""From a System to results: prepare it, run it or step it, and judge the run by a second one."""
 
 from __future__ import annotations
 
 import time as clock
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import asdict, dataclass, field, replace
-from functools import cache
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from m4e_fmi.cosim.certificate import Certificate, Trace, compared
-from m4e_fmi.cosim.components import ready_fmus, with_units
-from m4e_fmi.cosim.connect import Link, Wiring, connect
-from m4e_fmi.cosim.delays import broken
-from m4e_fmi.cosim.dependence import with_stated
 from m4e_fmi.cosim.energy import BondEnergy
 from m4e_fmi.cosim.execution import Execution
-from m4e_fmi.cosim.forgotten import forgotten
 from m4e_fmi.cosim.journal import FmuMessage, Warn
-from m4e_fmi.cosim.loose_ends import loose_ends
 from m4e_fmi.cosim.master import Master, Observer, Progress
-from m4e_fmi.cosim.overview import overview
-from m4e_fmi.cosim.pacing import Rates, pace, refined
-from m4e_fmi.cosim.probing import probed
+from m4e_fmi.cosim.pacing import pace
+from m4e_fmi.cosim.preparation import Prepared, prepare
+from m4e_fmi.cosim.recording import (
+    attributes_of,
+    closing_attributes,
+    exported,
+    place_of,
+    thinned,
+)
 from m4e_fmi.cosim.results import AT_STOP, ResultsWriter
 from m4e_fmi.cosim.selection import chosen
-from m4e_fmi.cosim.structure import Structure, analyse
 from m4e_fmi.cosim.system import SECOND, Component, Simulation, System
-from m4e_fmi.cosim.timing import Timing, timings
-from m4e_fmi.cosim.volume import thinned
-from m4e_fmi.errors import InputError, Problem, RunError
-from m4e_fmi.fmu import Description, read_description
-from m4e_fmi.fmu.opening import replaced
-from m4e_fmi.fmu.reading import resized
-from m4e_fmi.locks import claimed
-from m4e_fmi.results import Results, check_export, export, load, stream_of
+from m4e_fmi.errors import InputError, RunError
+from m4e_fmi.results import Results, load, stream_of
 from m4e_fmi.shown import listing
 from m4e_fmi.signals import Terminated, ending_cleanly
-
-
-@dataclass(frozen=True)
-class Prepared:
-    """A system with its FMUs built, its connections resolved, its loops and own steps known.
-
-    Its step is such that it meets the points of all components: `notes` tell if it was shortened.
-    `warnings` tell what seems to be left out of the connections, one line each.
-    """
-
-    system: System
-    descriptions: dict[str, Description] = field(repr=False)
-    wiring: Wiring = field(repr=False)
-    structure: Structure = field(repr=False)
-    rates: Rates = field(repr=False)
-    notes: tuple[str, ...] = ()
-    warnings: tuple[str, ...] = ()
-
-    @property
-    def timings(self) -> dict[Link, Timing]:
-        """How late each connected input is, under the system's algorithm."""
-        algorithm = self.system.simulation.algorithm
-        return timings(self.descriptions, self.wiring, self.structure, algorithm, self.rates)
-
-    def __str__(self) -> str:
-        return overview(self)
-
-    def __repr__(self) -> str:
-        return listing(
-            f"Prepared system {self.system.name!r}: {len(self.wiring.links)} connected variables",
-            components=self.descriptions,
-            connections=self.system.connections,
-            notes=self.notes,
-        )
 
 
 @dataclass(frozen=True)
@@ -114,58 +72,6 @@ class Outcome:
         )
 
 
-def prepare(
-    system: System | str | Path,
-    *,
-    build_directory: str | Path = "build",
-    native: bool | None = None,
-    tell: Callable[[str], None] | None = None,
-) -> Prepared:
-    """Build what is missing (`native` or not: see `fmu_files`), read the FMUs, connect them.
-
-    `system` may be the path of a system's file, whose notes `tell` receives.
-
-    InputError with all problems of the FMU files, then of connections, start values and components'
-    own steps; RunError for a build that failed. `tell` receives a line per step of a build. FMUs
-    that declare no dependencies, and so may be part of an algebraic loop, are probed (`probing`).
-    """
-    system = _as_system(system, tell)
-    problems: list[Problem] = []
-    descriptions: dict[str, Description] = {}
-    fmus = ready_fmus(system, build_directory, native=native, tell=tell)
-    read = cache(read_description)  # many components may be of one file
-    for component in system.components:
-        try:
-            fmu = fmus[component.name]
-            description = resized(read(fmu.path), component.start)
-            if fmu.content not in ("", description.content):
-                raise replaced(fmu.path)
-            descriptions[component.name] = with_units(component, description)
-        except InputError as error:
-            problems += error.problems
-    if problems:
-        raise InputError(problems)
-    wiring: Wiring | None = None
-    try:
-        wiring = connect(system, descriptions)
-    except InputError as error:
-        problems += error.problems
-    try:
-        paced, note = refined(system, descriptions)
-        rates = pace(paced, descriptions)
-    except InputError as error:
-        raise InputError([*problems, *error.problems]) from None
-    if wiring is None:
-        raise InputError(problems)
-    descriptions, found = probed(paced, with_stated(system, descriptions), wiring)
-    wiring, late = broken(descriptions, wiring, rates)
-    structure = analyse(descriptions, wiring)
-    notes = (*([note] if note else []), *found, *late)
-    missing = [find(system, descriptions, wiring) for find in (forgotten, loose_ends)]
-    warnings = tuple(line for lines in missing for line in lines)
-    return Prepared(paced, descriptions, wiring, structure, rates, notes, warnings)
-
-
 def run(
     system: System | Prepared | str | Path,
     *,
@@ -196,7 +102,7 @@ def run(
     if not isinstance(system, Prepared):
         system = prepare(system, build_directory=build_directory, tell=tell)
     if results is not None:
-        system = _thinned(system, variables, tell)
+        system = thinned(system, variables, tell)
     if warn:
         for line in system.warnings:
             warn(f"warning: {line}")
@@ -228,7 +134,7 @@ def start(
     if not isinstance(system, Prepared):
         system = prepare(system, build_directory=build_directory, tell=tell)
     if results is not None:
-        system = _thinned(system, variables, tell)
+        system = thinned(system, variables, tell)
     with _begun(system, results=results, variables=variables, changeable=True, warn=warn) as begun:
         master, writer = begun.master, begun.results
         execution = Execution(master, system.descriptions, system.wiring)
@@ -240,20 +146,6 @@ def start(
         if writer and not master.done:
             writer.close(f"stopped at t = {master.network.time:.9g} s")
     execution.end(begun.outcome)
-
-
-def _as_system(given: System | str | Path, tell: Callable[[str], None] | None) -> System:
-    """The System itself, or that in the file at a path; InputError for anything else."""
-    if isinstance(given, System):
-        return given
-    if not isinstance(given, str | Path):
-        kind = type(given).__name__
-        raise InputError.single(f"expected a System, or the path of a system file; got {kind}")
-    system = System.load(given)
-    if tell:
-        for note in system.notes:
-            tell(f"{given}: {note}")
-    return system
 
 
 def _once(
@@ -312,7 +204,7 @@ def _begun(
         recorded = {name: [v.name for v in members] for name, members in members.items()}
     with ExitStack() as stack:
         stack.enter_context(ending_cleanly())
-        place = stack.enter_context(_claimed(results)) if results is not None else None
+        place = stack.enter_context(place_of(results)) if results is not None else None
         file = Path(results or "").absolute()
         master = stack.enter_context(
             Master(
@@ -330,16 +222,16 @@ def _begun(
             with _interruptible(found, settings):
                 yield found
         else:
-            attributes = _attributes(system)
+            attributes = attributes_of(system)
             writer = ResultsWriter(
                 place,
                 master.network,
                 attributes,
                 variables=variables,
-                closing=lambda: _closing(master, certify=certify and not found.failed),
+                closing=lambda: closing_attributes(master, certify=certify and not found.failed),
             )
             found.results = writer
-            with _exported(file, Path(results), writer), writer:
+            with exported(file, Path(results), writer), writer:
                 try:
                     with _interruptible(found, settings):
                         yield found
@@ -363,108 +255,10 @@ def _begun(
         )
 
 
-def _thinned(
-    prepared: Prepared, variables: Sequence[str], tell: Callable[[str], None] | None
-) -> Prepared:
-    """The same, with an output interval if the results would be huge.
-
-    What is told: results that are large, and such as have nothing but the time.
-    """
-    simulation, connected = prepared.system.simulation, prepared.wiring.sources
-    settings, note = thinned(simulation, prepared.descriptions, variables, connected)
-    if not any(chosen(prepared.descriptions, variables, connected).values()):
-        note = (
-            "the results have no column but time: there is no scalar output and no connected "
-            "array; choose what to record by variables (--variables)"
-        )
-    if not note:
-        return prepared
-    if tell:
-        tell(note)
-    system = replace(prepared.system, simulation=settings)
-    return replace(prepared, system=system, notes=(*prepared.notes, note))
-
-
 def _at_home(system: Prepared) -> Prepared:
     """The same, with files that are found from any folder: FMUs may change that of the process."""
     found = {n: replace(d, path=d.path.absolute()) for n, d in system.descriptions.items()}
     return replace(system, descriptions=found)
-
-
-@contextmanager
-def _claimed(results: str | Path) -> Iterator[Path]:
-    """Where the results are streamed to, absolute; InputError or RunError before any work."""
-    check_export(results)
-    with claimed(stream_of(results)) as place:
-        yield place
-
-
-def _closing(master: Master, *, certify: bool) -> dict[str, str]:
-    """Attributes of the results that are known at the end of the run.
-
-    These are the warnings and errors of FMUs, a line each, and how large the coupling errors are.
-    """
-    lines = "\n".join(map(str, master.messages))
-    found = {"messages": lines} if lines else {}
-    if certify:
-        certificate = master.certificate()
-        found["coupling_error"] = str(certificate) or "not known"
-        if isinstance(certificate, Certificate) and certificate.coverage:
-            found["coupling_error_from"] = str(certificate.coverage)
-    return found
-
-
-def _attributes(prepared: Prepared) -> dict[str, str]:
-    system, settings = prepared.system, prepared.system.simulation
-    interval = settings.output_interval
-    parts = system.components
-    starts = {f"{part.name}.{name}": given for part in parts for name, given in part.start.items()}
-    changed = {**starts, **asdict(settings)}
-    return {
-        "title": system.name,
-        "comment": system.description,
-        "algorithm": settings.algorithm,
-        "step_size": f"{settings.step_size:g} s",
-        "output_interval": "every step" if interval is None else f"{interval:g} s",
-        "start_values": "\n".join(f"{name} = {given}" for name, given in starts.items()),
-        "changed": "\n".join(
-            f"{name} = {changed[name]} ({origin.name})" for name, origin in system.origins.items()
-        ),
-        "notes": "\n".join(prepared.notes),
-    }
-
-
-@contextmanager
-def _exported(file: Path, given: Path, writer: ResultsWriter) -> Iterator[None]:
-    """Writes the results to `file`, however the run ends, and tells how far they go."""
-    try:
-        yield
-    except RunError as error:
-        note = _kept(file, given, writer)
-        raise RunError(error.message, f"{error.remedy}; {note}".strip("; ")) from error
-    except BaseException as error:
-        if note := _kept(file, given, writer):
-            error.add_note(note)
-        raise
-    export(writer.path, file)
-
-
-def _kept(file: Path, given: Path, writer: ResultsWriter) -> str:
-    """Export the results of a run that did not reach its end; what there is, as text."""
-    if writer.saved is None:
-        old = file.is_file() and "the run made no step: {} is as it was"
-        return old.format(given) if old else ""
-    rows, last = writer.saved
-    until = f"results until t = {last:.9g} s are in"
-    try:
-        export(writer.path, file)
-    except RunError as error:
-        return f"{until} {stream_of(given)} ({_count(rows)}); {error.message}"
-    return f"{until} {given} ({_count(rows)})"
-
-
-def _count(rows: int) -> str:
-    return f"{rows:,} row{'s' * (rows != 1)}"
 
 
 @contextmanager

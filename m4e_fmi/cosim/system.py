@@ -181,7 +181,7 @@ class System:
 
         InputError and RunError as from `prepare`, and InputError for another suffix.
         """
-        from m4e_fmi.cosim.run import prepare
+        from m4e_fmi.cosim.preparation import prepare
         from m4e_fmi.cosim.ssp import write_ssp
 
         if Path(path).suffix.lower() != PACKAGE:

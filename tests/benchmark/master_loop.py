@@ -23,11 +23,10 @@ from pathlib import Path
 from typing import Any
 
 from benchmark.masters import PEERS
-from m4e_fmi.cosim import Component, FmuFile, Simulation, System, prepare
+from m4e_fmi.cosim import Component, FmuFile, Prepared, Simulation, System, prepare
 from m4e_fmi.cosim.certificate import Certificate
 from m4e_fmi.cosim.master import Master
 from m4e_fmi.cosim.results import ResultsWriter
-from m4e_fmi.cosim.run import Prepared
 
 H = 0.01
 RUNS = 15

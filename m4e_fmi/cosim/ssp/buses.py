@@ -13,7 +13,7 @@ from typing import Any
 
 from m4e_fmi.cosim.connect import SAME_UNIT, Link, Wiring, connect, conversion
 from m4e_fmi.cosim.connection import Connection, parse_connection
-from m4e_fmi.cosim.run import Prepared
+from m4e_fmi.cosim.preparation import Prepared
 from m4e_fmi.cosim.ssp.package import Package
 from m4e_fmi.cosim.system import System
 from m4e_fmi.errors import InputError

@@ -19,7 +19,7 @@ from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no
 
 from m4e_fmi.cosim.connect import Link, Port
 from m4e_fmi.cosim.connection import Connection, parse_connection
-from m4e_fmi.cosim.run import Prepared
+from m4e_fmi.cosim.preparation import Prepared
 from m4e_fmi.cosim.ssp.buses import annotated, flattened
 from m4e_fmi.cosim.ssp.names import (
     OSP,

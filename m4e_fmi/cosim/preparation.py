@@ -1,0 +1,126 @@
+"""From a System to one that can run: build what is missing, read the FMUs, connect, check."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+
+from m4e_fmi.cosim.components import ready_fmus, with_units
+from m4e_fmi.cosim.connect import Link, Wiring, connect
+from m4e_fmi.cosim.delays import broken
+from m4e_fmi.cosim.dependence import with_stated
+from m4e_fmi.cosim.forgotten import forgotten
+from m4e_fmi.cosim.loose_ends import loose_ends
+from m4e_fmi.cosim.overview import overview
+from m4e_fmi.cosim.pacing import Rates, pace, refined
+from m4e_fmi.cosim.probing import probed
+from m4e_fmi.cosim.structure import Structure, analyse
+from m4e_fmi.cosim.system import System
+from m4e_fmi.cosim.timing import Timing, timings
+from m4e_fmi.errors import InputError, Problem
+from m4e_fmi.fmu import Description, read_description
+from m4e_fmi.fmu.opening import replaced
+from m4e_fmi.fmu.reading import resized
+from m4e_fmi.shown import listing
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A system with its FMUs built, its connections resolved, its loops and own steps known.
+
+    Its step is such that it meets the points of all components: `notes` tell if it was shortened.
+    `warnings` tell what seems to be left out of the connections, one line each.
+    """
+
+    system: System
+    descriptions: dict[str, Description] = field(repr=False)
+    wiring: Wiring = field(repr=False)
+    structure: Structure = field(repr=False)
+    rates: Rates = field(repr=False)
+    notes: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def timings(self) -> dict[Link, Timing]:
+        """How late each connected input is, under the system's algorithm."""
+        algorithm = self.system.simulation.algorithm
+        return timings(self.descriptions, self.wiring, self.structure, algorithm, self.rates)
+
+    def __str__(self) -> str:
+        return overview(self)
+
+    def __repr__(self) -> str:
+        return listing(
+            f"Prepared system {self.system.name!r}: {len(self.wiring.links)} connected variables",
+            components=self.descriptions,
+            connections=self.system.connections,
+            notes=self.notes,
+        )
+
+
+def prepare(
+    system: System | str | Path,
+    *,
+    build_directory: str | Path = "build",
+    native: bool | None = None,
+    tell: Callable[[str], None] | None = None,
+) -> Prepared:
+    """Build what is missing (`native` or not: see `fmu_files`), read the FMUs, connect them.
+
+    `system` may be the path of a system's file, whose notes `tell` receives.
+
+    InputError with all problems of the FMU files, then of connections, start values and components'
+    own steps; RunError for a build that failed. `tell` receives a line per step of a build. FMUs
+    that declare no dependencies, and so may be part of an algebraic loop, are probed (`probing`).
+    """
+    system = as_system(system, tell)
+    problems: list[Problem] = []
+    descriptions: dict[str, Description] = {}
+    fmus = ready_fmus(system, build_directory, native=native, tell=tell)
+    read = cache(read_description)  # many components may be of one file
+    for component in system.components:
+        try:
+            fmu = fmus[component.name]
+            description = resized(read(fmu.path), component.start)
+            if fmu.content not in ("", description.content):
+                raise replaced(fmu.path)
+            descriptions[component.name] = with_units(component, description)
+        except InputError as error:
+            problems += error.problems
+    if problems:
+        raise InputError(problems)
+    wiring: Wiring | None = None
+    try:
+        wiring = connect(system, descriptions)
+    except InputError as error:
+        problems += error.problems
+    try:
+        paced, note = refined(system, descriptions)
+        rates = pace(paced, descriptions)
+    except InputError as error:
+        raise InputError([*problems, *error.problems]) from None
+    if wiring is None:
+        raise InputError(problems)
+    descriptions, found = probed(paced, with_stated(system, descriptions), wiring)
+    wiring, late = broken(descriptions, wiring, rates)
+    structure = analyse(descriptions, wiring)
+    notes = (*([note] if note else []), *found, *late)
+    missing = [find(system, descriptions, wiring) for find in (forgotten, loose_ends)]
+    warnings = tuple(line for lines in missing for line in lines)
+    return Prepared(paced, descriptions, wiring, structure, rates, notes, warnings)
+
+
+def as_system(given: System | str | Path, tell: Callable[[str], None] | None) -> System:
+    """The System itself, or that in the file at a path; InputError for anything else."""
+    if isinstance(given, System):
+        return given
+    if not isinstance(given, str | Path):
+        kind = type(given).__name__
+        raise InputError.single(f"expected a System, or the path of a system file; got {kind}")
+    system = System.load(given)
+    if tell:
+        for note in system.notes:
+            tell(f"{given}: {note}")
+    return system
