@@ -212,8 +212,8 @@ def test_to_control_without_it(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"inputs": ["joint.rail.efort"]}, "no input or parameter 'joint.rail.efort'"),
-        ({"outputs": ["body.pole.y"]}, "no output or state 'body.pole.y'"),
+        ({"inputs": ["joint.rail.efort"]}, "no input or parameter joint.rail.efort"),
+        ({"outputs": ["body.pole.y"]}, "no output or state body.pole.y"),
         ({"at": {"joint.pivot.qq": 0.0}}, "no parameter, input or state 'joint.pivot.qq'"),
     ],
 )
