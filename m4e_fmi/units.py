@@ -18,7 +18,7 @@ _PREFIXES = {
     "T": 1e12, "G": 1e9, "M": 1e6, "k": 1e3, "h": 1e2, "da": 1e1, "d": 1e-1, "c": 1e-2, "m": 1e-3,
     "µ": 1e-6, "u": 1e-6, "n": 1e-9, "p": 1e-12,
 }  # fmt: skip
-_SPELLINGS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻·*\u03bc", "0123456789-..\u00b5")
+_SPELLINGS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻·*\u03bc\u2126", "0123456789-..\u00b5\u03a9")
 _FACTOR = re.compile(r"([A-Za-zµ°%Ω]+)\^?(-?\d+)?$")
 
 

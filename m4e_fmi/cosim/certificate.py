@@ -28,6 +28,8 @@ from m4e_fmi.shown import short
 
 LEAST_RANGE = 1e-9
 """Below this share of the largest, the range of an output without unit may be noise."""
+OF_VALUE = 1e-3
+"""The least range of such an output over its value: what moves less is an invariant."""
 LITTLE = 0.8
 """The part of an error that half the step leaves, above which it is not worth the time."""
 
@@ -94,14 +96,17 @@ class Trace:
 def spans(network: Network, ranges: np.ndarray) -> np.ndarray:
     """What the errors of all judged outputs are relative to: the largest range of all of its unit.
 
-    Outputs that have no unit may be anything: each has its own range, or LEAST_RANGE of the largest
-    of them if that is more. 0 where nothing moves.
+    Outputs that have no unit may be anything: each has its own range, but at least OF_VALUE of its
+    present value, which an invariant keeps, and LEAST_RANGE of the largest range of them. 0 where
+    nothing moves.
     """
     units = [network.unit(port) for _, port in network.judged]
     of_unit: dict[str, float] = {}
     for unit, span in zip(units, ranges.tolist(), strict=True):
         of_unit[unit] = max(span, of_unit.get(unit, 0.0))
-    own = np.maximum(ranges, LEAST_RANGE * of_unit.get("", 0.0)).tolist()
+    present = network.values[[network.index(port) for _, port in network.judged]]
+    own = np.maximum(ranges, LEAST_RANGE * of_unit.get("", 0.0))
+    own = np.where(own > 0.0, np.maximum(own, OF_VALUE * np.abs(present)), 0.0).tolist()
     return np.array(
         [of_unit[unit] if unit else span for unit, span in zip(units, own, strict=True)]
     )

@@ -21,7 +21,7 @@ from m4e_fmi.cosim.operations import Operation, gather
 from m4e_fmi.cosim.roughness import HISTORY, Roughness, fourth_differences
 from m4e_fmi.cosim.stepping import Course
 from m4e_fmi.cosim.system import SECOND, Simulation
-from m4e_fmi.cosim.witness import FAR, NOISE, RESOLVED, SMALL, off
+from m4e_fmi.cosim.witness import FAR, NOISE, SMALL, halved_kinks, off
 from m4e_fmi.errors import RunError
 
 KINKED = 1.0
@@ -227,8 +227,7 @@ class Companion:
         shares = over(found, spans)
         if self.switched or (self._run.kinks > SMALL * shares.max(initial=0.0) * spans).any():
             found = self._at(KINKED)
-            shows = found <= RESOLVED * spans
-            return found / np.where(shows, 2.0**KINKED, 1.0) if halved else found
+            return halved_kinks(found, spans) if halved else found
         return found / 2.0**order if halved else found
 
     def _at(self, order: float) -> np.ndarray:

@@ -99,7 +99,7 @@ class Axis:
 class Bond:
     """A connection that carries power: forces on a body, and the velocities they work on.
 
-    `adds` are the components whose forces its source adds up, if it does.
+    `adds` are the components whose forces its source adds up, if it is given nothing but forces.
     """
 
     name: str
@@ -468,10 +468,12 @@ def _bonds(
                 found[link.connection].append(Axis(link, back, moved, link.factor / scale))
     for index, axes in sorted(found.items()):
         sources = {axis.force.source.component for axis in axes}
-        forces = [axis[0] for axis in AXES]
-        given = [k for k in links if k.target.component in sources and _last(k.source) in forces]
-        adds = tuple(dict.fromkeys(link.source.component for link in given))
-        yield Bond(system.connections[index], tuple(axes), adds)
+        given = [link for link in links if link.target.component in sources]
+        forces = {axis[0] for axis in AXES}
+        adds = dict.fromkeys(link.source.component for link in given)
+        if not all(_last(link.source) in forces for link in given):
+            adds = {}  # it is moved by what it is given, or driven: no mere sum of forces
+        yield Bond(system.connections[index], tuple(axes), tuple(adds))
 
 
 def _last(port: Port) -> str:

@@ -2,8 +2,8 @@
 
 A connector is the variables whose names are equal up to their last dot. Two of them fit if all
 inputs of one are outputs of the other, by their last words, in the same unit, and no variable of
-both is of another unit. They belong together if they have the same name, or if all inputs of both
-fit, and if neither fits another connector as well.
+both is of another unit. They belong together if they have the same name, and neither fits another
+one of this name; else if all inputs of both fit, and neither fits another connector as well.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Mapping, Set
 from dataclasses import dataclass, field
+from functools import cached_property
 
 from m4e_fmi.cosim.connect import Port
 from m4e_fmi.fmu.reading import Description, Variable
@@ -48,6 +49,12 @@ class _Connector:
     def name(self) -> str:
         return self.port.variable.rpartition(".")[2]
 
+    @cached_property
+    def shape(self) -> tuple[frozenset[tuple[str, str, str]], ...]:
+        """Last words, types and units of its inputs and outputs: on these it depends what fits."""
+        groups = (self.inputs, self.outputs)
+        return tuple(frozenset((n, v.type, v.unit) for n, v in group.items()) for group in groups)
+
 
 def group_of(port: Port) -> Port:
     """The connector of a variable."""
@@ -76,9 +83,15 @@ def free_pairs(descriptions: Mapping[str, Description], driven: Set[Port]) -> li
         for name in connector.outputs:
             giving.setdefault(name, []).append(connector)
     found: dict[frozenset[_Connector], tuple[_Connector, _Connector]] = {}
+    together: dict[object, bool] = {}
     for taking in free:
         for other in {other for name in taking.inputs for other in giving.get(name, ())}:
-            if other.port.component != taking.port.component and _belong_together(other, taking):
+            if other.port.component == taking.port.component:
+                continue
+            case = other.shape, taking.shape, other.name == taking.name
+            if case not in together:
+                together[case] = _belong_together(other, taking)
+            if together[case]:
                 found.setdefault(frozenset((other, taking)), (other, taking))
     all_of = Counter(connector for pair in found for connector in pair)
     named = Counter(c for pair, (a, b) in found.items() if a.name == b.name for c in pair)

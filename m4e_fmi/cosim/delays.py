@@ -6,8 +6,10 @@ no loop through it can be solved there. Nor can one that leads over values that 
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
+
+import networkx as nx
 
 from m4e_fmi.cosim.connect import Link, Wiring
 from m4e_fmi.cosim.rates import Rate
@@ -20,14 +22,14 @@ def broken(
 ) -> tuple[Wiring, list[str]]:
     """The wiring with delays where loops cannot be solved, and what is to be said of each.
 
-    Loops over values that are not Real are cut one link at a time, until there are none. Of the
+    Loops over values that are not Real are cut at one link each, until there are none. Of the
     links of a loop into the component that steps more rarely, and those out of it, the
     fewer are delayed.
     """
     found, notes = list[Link](), []
-    while rest := apart(loop_links(wiring.links, exchange_graph(descriptions, wiring))):
-        found.append(rest[0])
-        wiring = _delayed(wiring, rest[:1])
+    while cut := _one_of_each(wiring.links, exchange_graph(descriptions, wiring)):
+        found += cut
+        wiring = _delayed(wiring, cut)
     if found:
         notes = [
             f"an algebraic loop leads over values that are not Real: {', '.join(map(str, found))} "
@@ -49,6 +51,19 @@ def broken(
             "step before"
         )
     return wiring, notes
+
+
+def _one_of_each(links: Sequence[Link], graph: nx.DiGraph) -> list[Link]:
+    """The first link that is not Real of each knot of algebraic loops that has one."""
+    found: dict[int, Link] = {}
+    knot_of = {
+        port: number
+        for number, knot in enumerate(nx.strongly_connected_components(graph))
+        for port in knot
+    }
+    for link in apart(loop_links(links, graph)):
+        found.setdefault(knot_of[link.source], link)
+    return list(found.values())
 
 
 def _delayed(wiring: Wiring, late: Collection[Link]) -> Wiring:

@@ -49,7 +49,8 @@ def loose_ends(system: System, descriptions: Descriptions, wiring: Wiring) -> li
     """Inputs and links that seem to be left out: one line for each component or connection."""
     ports = unfed(system, wiring)
     loads = [port for port in ports if is_idle_load(port, descriptions)]
-    others = [port for port in ports if port not in set(loads)]
+    idle = set(loads)
+    others = [port for port in ports if port not in idle]
     links = (*wiring.links, *wiring.initial_links)
     linked = {port.component for link in links for port in (link.source, link.target)}
     linked |= {text.partition(".")[0] for text in system.outputs.values()}

@@ -13,10 +13,14 @@ from m4e_fmi.errors import Problem
 
 @dataclass(frozen=True)
 class Origin:
-    """A file of parameters (with its `document` if it is YAML), or "command line", or "Python"."""
+    """A file of parameters (with its `document` if it is YAML), or "command line", or "Python".
+
+    `value` is what was given, of settings, which a run may refine.
+    """
 
     name: str = "Python"
     document: Document | None = None
+    value: Any = None
 
     def problem(self, variable: str, message: str, remedy: str) -> Problem:
         """A problem with the value that was given for `variable`."""

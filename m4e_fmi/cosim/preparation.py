@@ -73,7 +73,7 @@ def prepare(
 
     InputError with all problems of the FMU files, then of connections, start values and components'
     own steps; RunError for a build that failed. `tell` receives a line per step of a build. FMUs
-    that declare no dependencies, and so may be part of an algebraic loop, are probed (`probing`).
+    that declare no dependencies and have connected inputs are probed (`probing`).
     """
     system = as_system(system, tell)
     problems: list[Problem] = []

@@ -13,15 +13,16 @@ and no longer when the input is back one step later; what is integrated stays. T
 a delay of one step.
 
 Outputs in no loop keep the dependencies that are assumed, and are read when all inputs are set. But
-where an FMU loses its outputs then, nothing is left to read. Whether it does is seen in the same
-way, with all its inputs moved at once.
+some FMUs lose their outputs when an input is set, even to the value that it has. That is seen in an
+instance too, whose inputs stay as they are: what a step has brought is gone when they are set. (An
+output that is brought by setting inputs, and not by the step, is none of these.)
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import product
 
 import networkx as nx
@@ -71,7 +72,7 @@ def probed(
             continue
         description = descriptions[component.name]
         outputs, inputs = looped.get(component.name, ((), ()))
-        others = tuple(sorted(set(assumed(description)).difference(outputs)))
+        others = tuple(sorted(assumed(description).difference(outputs)))
         if not outputs and not others:
             continue
         start = tuple(sorted((name, str(value)) for name, value in component.start.items()))
@@ -109,10 +110,11 @@ def _looped(
 ) -> Iterator[tuple[str, tuple[tuple[str, ...], tuple[str, ...]]]]:
     """Components with outputs that are assumed to close a loop: these outputs, and its inputs."""
     graph = exchange_graph(descriptions, wiring)
+    unknown = {name: assumed(description) for name, description in descriptions.items()}
     found: dict[str, tuple[set[str], set[str]]] = {}
     for loop in nx.strongly_connected_components(graph):
         for port in loop if len(loop) > 1 else ():
-            if port.variable in assumed(descriptions[port.component]):
+            if port.variable in unknown[port.component]:
                 inputs = {p.variable for p in graph.predecessors(port) if p in loop}
                 outputs, all_inputs = found.setdefault(port.component, (set(), set()))
                 outputs.add(port.variable)
@@ -155,26 +157,45 @@ def _probe(
         failure = "its FMU allows one instance only, so that it is not probed"
         return Probe({}, {}, failure if asked.outputs else "")
     new = _Instances(component, description, simulation)
-    found = Probe({}, {})
-    if asked.outputs:
-        try:
-            found = _in_loops(new, asked.outputs, asked.inputs)
-        except RunError as error:
-            return Probe({}, {}, f"probing it failed: {error.message}")
-    if asked.others:
-        try:
-            lost = _moved_inputs(new, asked.others, asked.driven, alone=False)[1]
-        except RunError:
-            return found  # what is assumed of these outputs holds for any FMU that can be read late
-        found = replace(found, how={**found.how, **dict.fromkeys(sorted(lost), LOST)})
-    return found
+    try:
+        lost, brought = _set_again(new, (*asked.outputs, *asked.others), asked.driven)
+        found = _in_loops(new, asked.outputs, asked.inputs) if asked.outputs else Probe({}, {})
+    except RunError as error:
+        return Probe({}, {}, f"probing it failed: {error.message}" if asked.outputs else "")
+    following = dict.fromkeys(brought.intersection(asked.outputs), frozenset(asked.inputs))
+    how = dict.fromkeys(following, PROBED) | dict.fromkeys(sorted(lost), LOST)
+    return Probe({**found.needs, **following}, {**found.how, **how})
+
+
+def _set_again(
+    new: _Instances, outputs: Sequence[str], inputs: Sequence[str]
+) -> tuple[set[str], set[str]]:
+    """Outputs that setting inputs to the values that they have changes: lost, and brought.
+
+    What a step has brought is lost where it is gone, and the output again what it was when inputs
+    were set before the step.
+    """
+    lost, brought = set[str](), set[str]()
+    with new.instance() as instance:
+        subject = _Subject(instance, outputs, inputs)
+        subject.set(subject.start)
+        last = subject.read()
+        for _ in range(POINTS - 1):
+            subject.step(new.step)
+            fresh = subject.read()
+            subject.set(subject.start)
+            still = subject.read()
+            for name, *seen in zip(outputs, last, fresh, still, strict=True):
+                if _differ(seen[1], seen[2]):
+                    (lost if not _differ(seen[0], seen[2]) else brought).add(name)
+            last = still
+    return lost - brought, brought
 
 
 def _in_loops(new: _Instances, outputs: Sequence[str], inputs: Sequence[str]) -> Probe:
-    needs, lost = _moved_inputs(new, outputs, inputs, alone=True)
+    needs = _moved_inputs(new, outputs, inputs)
     late = _late(new, outputs, inputs) - {name for name, found in needs.items() if found}
-    how = dict.fromkeys(outputs, PROBED) | dict.fromkeys(lost, LOST) | dict.fromkeys(late, STEPPED)
-    return Probe(needs, how)
+    return Probe(needs, dict.fromkeys(outputs, PROBED) | dict.fromkeys(late, STEPPED))
 
 
 class _Instances:
@@ -259,39 +280,32 @@ def _moved(variable: Variable, start: Value, value: Value, share: float) -> Valu
 
 
 def _moved_inputs(
-    new: _Instances, outputs: Sequence[str], inputs: Sequence[str], *, alone: bool
-) -> tuple[dict[str, frozenset[str]], set[str]]:
-    """Which outputs follow which inputs, moved `alone` or all at once, and which are lost.
-
-    Those are outputs that change when inputs are set to the values that they have, and then follow
-    none of them.
-    """
+    new: _Instances, outputs: Sequence[str], inputs: Sequence[str]
+) -> dict[str, frozenset[str]]:
+    """The inputs that each output follows."""
     needs: dict[str, set[str]] = {name: set() for name in outputs}
-    spoilt: set[str] = set()
-    groups = [[name] for name in inputs] if alone else [list(inputs)]
+    count = len(inputs)
     with new.instance() as instance:
         subject = _Subject(instance, outputs, inputs)
         values = subject.start
         for point in range(POINTS):
-            fresh = subject.read()
             subject.set(values)
             still = subject.read()
-            spoilt |= {n for n, a, b in zip(outputs, fresh, still, strict=True) if _differ(a, b)}
             sign = -1.0 if point % 2 else 1.0
-            for group, share in product(groups, SHARES):
-                subject.set(subject.moved([sign * share * (n in group) for n in inputs], values))
+            for (column, name), share in product(enumerate(inputs), SHARES):
+                only = [sign * share * (k == column) for k in range(count)]
+                subject.set(subject.moved(only, values))
                 there = subject.read()
                 subject.set(values)
                 back = subject.read()
                 for output, *seen in zip(outputs, still, there, back, strict=True):
                     if any(_differ(seen[0], value) for value in seen[1:]):
-                        needs[output].update(group)
+                        needs[output].add(name)
             if point + 1 < POINTS:
-                values = subject.moved([sign * TOGETHER * (1 + k / 7) for k in range(len(inputs))])
+                values = subject.moved([sign * TOGETHER * (1 + k / 7) for k in range(count)])
                 subject.set(values)
                 subject.step(new.step)
-    followed = {name: frozenset(found) for name, found in needs.items()}
-    return followed, {name for name in spoilt if not needs[name]}
+    return {name: frozenset(found) for name, found in needs.items()}
 
 
 def _differ(a: Value, b: Value) -> bool:

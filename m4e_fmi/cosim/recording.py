@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 
 from m4e_fmi.cosim.certificate import Certificate
@@ -68,7 +68,6 @@ def attributes_of(prepared: Prepared) -> dict[str, str]:
     interval = settings.output_interval
     parts = system.components
     starts = {f"{part.name}.{name}": given for part in parts for name, given in part.start.items()}
-    changed = {**starts, **asdict(settings)}
     return {
         "title": system.name,
         "comment": system.description,
@@ -77,7 +76,9 @@ def attributes_of(prepared: Prepared) -> dict[str, str]:
         "output_interval": "every step" if interval is None else f"{interval:g} s",
         "start_values": "\n".join(f"{name} = {given}" for name, given in starts.items()),
         "changed": "\n".join(
-            f"{name} = {changed[name]} ({origin.name})" for name, origin in system.origins.items()
+            f"{name} = {starts.get(name, origin.value)} ({origin.name})"
+            for name, origin in system.origins.items()
+            if name in starts or origin.value is not None
         ),
         "notes": "\n".join(prepared.notes),
     }

@@ -95,7 +95,8 @@ def analyse(descriptions: Mapping[str, Description], wiring: Wiring) -> Structur
 def loop_links(links: Iterable[Link], graph: nx.DiGraph) -> list[Link]:
     """The links that are part of algebraic loops."""
     knots = [knot for knot in nx.strongly_connected_components(graph) if len(knot) > 1]
-    return [k for k in links if any(k.source in knot and k.target in knot for knot in knots)]
+    knot_of = {port: number for number, knot in enumerate(knots) for port in knot}
+    return [k for k in links if k.source in knot_of and knot_of[k.source] == knot_of.get(k.target)]
 
 
 def apart(links: Iterable[Link]) -> list[Link]:

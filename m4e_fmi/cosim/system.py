@@ -193,11 +193,12 @@ class System:
         """The same system with other start values and simulation settings.
 
         `start` maps ``component.variable`` to a value; settings that are None stay as they are.
-        `origin` is who gives them, in messages and results: "Python", or the file of a parameter
-        set, if it is empty. InputError with all components that are not there, and settings that do
-        not fit.
+        `origin` is who gives them, in messages and results, "Python" if it is empty; the values of
+        a ParameterSet are from its file. InputError with all components that are not there, and
+        settings that do not fit.
         """
-        giver = start.origin if isinstance(start, ParameterSet) else Origin(origin or "Python")
+        caller = Origin(origin or "Python")
+        giver = start.origin if isinstance(start, ParameterSet) else caller
         components = {component.name: component for component in self.components}
         problems = []
         for name, value in (start or {}).items():
@@ -216,14 +217,18 @@ class System:
         try:
             settings = replace(settings, **given)
         except InputError as error:
-            problems += [giver.problem("", p.message, p.remedy) for p in error.problems]
+            problems += [caller.problem("", p.message, p.remedy) for p in error.problems]
         if problems:
             raise InputError(problems)
         return replace(
             self,
             components=tuple(components.values()),
             simulation=settings,
-            origins={**self.origins, **dict.fromkeys((*(start or {}), *given), giver)},
+            origins={
+                **self.origins,
+                **dict.fromkeys(start or {}, giver),
+                **{name: replace(caller, value=value) for name, value in given.items()},
+            },
         )
 
     def problem(self, location: Location, message: str, remedy: str = "") -> Problem:

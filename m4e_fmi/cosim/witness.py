@@ -90,6 +90,8 @@ ROUGHER = 2.0
 """Times as rough as all windows, from which on a stretch is made a window too."""
 RESOLVED = 0.3
 """Difference over range up to which the order of an algorithm shows."""
+GROWN = 2.0
+"""The same from which on the error is not that of values within the range any more."""
 DIED = 0.01
 """Share of the error that is known below which the run is not followed any more."""
 
@@ -163,6 +165,16 @@ def off(values: np.ndarray, others: np.ndarray, largest: np.ndarray) -> np.ndarr
     """Magnitudes of differences, 0 where they may be rounding of values up to `largest`."""
     difference = np.abs(values - others)
     return np.where(difference <= ROUNDING * largest, 0.0, difference)
+
+
+def halved_kinks(errors: np.ndarray, spans: np.ndarray) -> np.ndarray:
+    """What half the step leaves of errors that kinks have made, of first order.
+
+    A jump that comes at another point is an error of its size, about the range, however short the
+    steps. Beyond that it is growth, and the step that is too long.
+    """
+    jumps = (errors > RESOLVED * spans) & (errors <= GROWN * spans)
+    return errors * np.where(jumps, 1.0, 0.5)
 
 
 @dataclass(frozen=True)
@@ -446,8 +458,10 @@ class Witness:
         if twice and not self._told and HALF in self._others:
             self._measure(stretch, run, values, again, times, alike)
         scale = span / other * (1.0 if twice else 2.0**self._measured)
-        if len(kinks):
-            scale *= (2.0**self._measured - 1) / (2.0 ** min(self._measured, self._order) - 1)
+        lower = min(self._measured, self._order)
+        if len(kinks) and lower < self._measured:
+            lost = (2.0**self._measured - 1) / (2.0**lower - 1)
+            scale *= lost if twice else lost * 2.0 ** (lower - self._measured)
         better = values if twice else again
         found = scale * np.array([first, errors.max(axis=0)])
         self._told = [*self._told, _Told(found, int(run[0]), span, stretch.window)]
@@ -531,14 +545,12 @@ class Witness:
     def errors(self, *, halved: bool = False) -> np.ndarray:
         """The largest errors that are known, for each source, in its unit; or at half the step.
 
-        To be called without a `failure`. What kinks make is halved as far as an order shows: a jump
-        that comes at another point is an error of its size, however short the steps.
+        To be called without a `failure`.
         """
         smooth = self._smooth() / (2.0**self._measured - 1)
         if not halved:
             return smooth + self._kinked
-        shows = self._kinked <= RESOLVED * self._spans(self.ranges())
-        return smooth / 2.0**self._falls + self._kinked * np.where(shows, 0.5, 1.0)
+        return smooth / 2.0**self._falls + halved_kinks(self._kinked, self._spans(self.ranges()))
 
     def coverage(self) -> Coverage:
         """How much of the run up to the present point was watched."""

@@ -187,3 +187,25 @@ def test_alone_it_gives_what_fmpy_gives(
     )
     for name in ("y", "z"):
         np.testing.assert_allclose(found[f"yz.{name}"].values, expected[name], rtol=1e-12, atol=0)
+
+
+def test_outputs_that_show_a_step_when_inputs_are_set_are_not_lost(
+    c_fmu: Fmus, tmp_path: Path
+) -> None:
+    """Of FMUs that declare nothing: in a chain and in a ring."""
+    courses = []
+    for option in ("", "+refreshes"):
+        keeper = silenced(c_fmu(f"keeper{option}"), tmp_path)
+        parts = (
+            Component("a", FmuFile(c_fmu("integrator")), {"y": 1.0}),
+            Component("b", FmuFile(keeper), {"gain": -1.0}),
+            Component("c", FmuFile(c_fmu("integrator"))),
+        )
+        links = ("a.y -> b.u", "b.y -> a.u", "b.y -> c.u")
+        for ring in (links, links[::2]):
+            system = System("s", parts, ring, Simulation(2.0, 0.05, "gauss_seidel"))
+            run(system, results=tmp_path / "r.nc")
+            courses.append(load(tmp_path / "r.nc")["c.y"].values)
+    assert np.ptp(courses[2]) > 0.5
+    np.testing.assert_allclose(courses[2], courses[0], atol=1e-12)
+    np.testing.assert_allclose(courses[3], courses[1], atol=1e-12)

@@ -8,7 +8,7 @@
  * LAZY makes it compute outputs in steps only, PICKY refuse values beyond 0.5 once it is initialised.
  * CONSTANT and OWN_STEP make it refuse steps of another size than its first, or than OWN_STEP.
  * CLEARS makes it lose all that can be read when anything is set after initialization, up to the end
- * of the next step.
+ * of the next step. REFRESHES makes it compute outputs when something is set, and not after steps.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -191,7 +191,7 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_un
     m->t = t + h;
 #ifdef LAZY
     update(m);
-#else
+#elif !defined REFRESHES
     m->stale = 1;
 #endif
 #ifdef CLEARS
