@@ -373,12 +373,6 @@ class Network:
         """
         return self.before + self.index(link.source) if link.delayed else None
 
-    def feeds_through(self, component: str, outputs: Sequence[Port]) -> bool:
-        """Whether any of a component's `outputs` depends on one of its connected inputs."""
-        connected = {port.variable for port in self.targets[self.input_slice(component)]}
-        dependencies = self._descriptions[component].dependencies
-        return any(dependencies[port.variable] & connected for port in outputs)
-
     def snapshot(self, place: int) -> Point:
         """The present point, instead of the one kept before in the same place."""
         for instance in self.instances.values():

@@ -29,12 +29,18 @@ BEFORE, AFTER = 2, 2
 """Steps before and after one that is rough at once which a kink may lie in, or act on."""
 
 
-def doubled(times: np.ndarray, jumps: Sequence[int]) -> np.ndarray:
-    """Times [ns] of steps of twice the length: every second one, and both ends of each jump."""
+def doubled(times: np.ndarray, jumps: Sequence[int], *, phase: int | None = None) -> np.ndarray:
+    """Times [ns] of steps of twice the length: every second one, and both ends of each jump.
+
+    With a `phase`, 0 or 1, they are every second one from that on, also after a jump: components
+    that step more rarely have their points there.
+    """
     last = len(times) - 1
     after = np.searchsorted(times, jumps)
     edges = np.concatenate([[0], np.column_stack((after - 1, after)).ravel(), [last]])
-    kept = np.unique(np.concatenate([edges, *(np.arange(a, b, 2) for a, b in pairwise(edges))]))
+    begins = edges if phase is None else edges + (edges + phase) % 2
+    parts = (np.arange(a, b, 2) for a, b in zip(begins[:-1], edges[1:], strict=True))
+    kept = np.unique(np.concatenate([edges, *parts]))
     if len(kept) > 1 and kept[-1] - kept[-2] == 1 and last not in after:
         kept = kept[:-1]  # a single step at the end tells nothing
     return times[kept]

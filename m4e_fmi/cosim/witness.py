@@ -439,7 +439,8 @@ class Witness:
         if twice and stretch.changes:
             raise _UntoldError("values were set between steps")
         alike = sorted({*stretch.jumps, *kinks.tolist()})
-        times = doubled(run, alike) if twice else halved(run, stretch.jumps)
+        phase = self._phase(run)
+        times = doubled(run, alike, phase=phase) if twice else halved(run, stretch.jumps)
         span, other = int(times[-1] - times[0]), other_steps(times, run)
         if other < span / 2 or not span:
             if twice:
@@ -467,6 +468,12 @@ class Witness:
         self._told = [*self._told, _Told(found, int(run[0]), span, stretch.window)]
         self._bounds = _wider(self._bounds, better)
         self._coverage = self._coverage.twice(span)
+
+    def _phase(self, run: np.ndarray) -> int | None:
+        """Which of two steps of the run begins these times; None if no component has rarer ones."""
+        if len(run) < 2 or not any(rate.is_sampled for rate in self._network.rates.values()):
+            return None
+        return round((run[0] - self._start) / (run[1] - run[0])) % 2
 
     def _measure(
         self,

@@ -117,10 +117,11 @@ class _Component:
                 operations += [combined, *setting(instance, inputs, into)]
             operations.append(step)
         operations += network.arrival(name)
-        if network.feeds_through(name, asked):
-            late = slice(network.early(name).stop, network.output_slice(name).stop)
+        late = slice(network.early(name).stop, network.output_slice(name).stop)
+        if not set(asked).isdisjoint(network.outputs[late]):
             names = tuple(port.variable for port in network.outputs[late])
-            operations += [self._ends, *setting(instance, inputs, self._ends.into)]
+            if inputs:
+                operations += [self._ends, *setting(instance, inputs, self._ends.into)]
             operations.append(Get(instance, names, network.values[network.stepped :][late]))
         self.operations = tuple(operations)
 
