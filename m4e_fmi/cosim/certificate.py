@@ -93,23 +93,29 @@ class Trace:
         self.points[round(time * SECOND)] = network.values[self._places]
 
 
-def spans(network: Network, ranges: np.ndarray) -> np.ndarray:
+class Spans:
     """What the errors of all judged outputs are relative to: the largest range of all of its unit.
 
     Outputs that have no unit may be anything: each has its own range, but at least OF_VALUE of its
     present value, which an invariant keeps, and LEAST_RANGE of the largest range of them. 0 where
     nothing moves.
     """
-    units = [network.unit(port) for _, port in network.judged]
-    of_unit: dict[str, float] = {}
-    for unit, span in zip(units, ranges.tolist(), strict=True):
-        of_unit[unit] = max(span, of_unit.get(unit, 0.0))
-    present = network.values[[network.index(port) for _, port in network.judged]]
-    own = np.maximum(ranges, LEAST_RANGE * of_unit.get("", 0.0))
-    own = np.where(own > 0.0, np.maximum(own, OF_VALUE * np.abs(present)), 0.0).tolist()
-    return np.array(
-        [of_unit[unit] if unit else span for unit, span in zip(units, own, strict=True)]
-    )
+
+    def __init__(self, network: Network) -> None:
+        units = [network.unit(port) for _, port in network.judged]
+        numbers = {unit: number for number, unit in enumerate(dict.fromkeys(units))}
+        self._of_unit = np.array([numbers[unit] for unit in units], dtype=np.intp)
+        self._bare = np.array([not unit for unit in units], dtype=bool)
+        self._places = np.array([network.index(port) for _, port in network.judged], dtype=np.intp)
+        self._values, self._largest = network.values, np.zeros(len(numbers))
+
+    def __call__(self, ranges: np.ndarray) -> np.ndarray:
+        """For the range of each of them."""
+        self._largest[:] = 0.0
+        np.maximum.at(self._largest, self._of_unit, ranges)
+        found = self._largest[self._of_unit]
+        least = np.maximum(LEAST_RANGE * found, OF_VALUE * np.abs(self._values[self._places]))
+        return np.where(self._bare & (found > 0.0), np.maximum(ranges, least), found)
 
 
 def certificate(
@@ -125,7 +131,7 @@ def certificate(
     of the judged outputs, each in its unit.
     """
     largest: dict[int, CouplingError] = {}
-    shares = over(np.array([errors, halved]), spans(network, ranges)).T.tolist()
+    shares = over(np.array([errors, halved]), Spans(network)(ranges)).T.tolist()
     for (connection, port), (error, half) in zip(network.judged, shares, strict=True):
         known = largest.get(connection)
         if known is None or error > known.error:

@@ -6,9 +6,12 @@ a step across it is made again, up to there. Otherwise the FMU with the event go
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
+from operator import attrgetter
 
 from m4e_fmi.cosim.instance import Instance
+from m4e_fmi.cosim.standards.standard import Events
 
 
 def telling(instances: Iterable[Instance]) -> tuple[Instance, ...]:
@@ -26,9 +29,12 @@ def event_count(instances: Iterable[Instance]) -> int:
     return sum(instance.events.handled for instance in instances)
 
 
-def is_over(instances: Iterable[Instance]) -> bool:
-    """True if one of them asked for the end of the simulation."""
-    return any(instance.has_ended for instance in instances)
+_ENDED = attrgetter("ended")
+
+
+def is_over(events: Iterable[Events]) -> bool:
+    """True if the instance of one of these asked for the end of the simulation."""
+    return min(map(_ENDED, events)) < math.inf
 
 
 def ended(instances: Iterable[Instance]) -> str:

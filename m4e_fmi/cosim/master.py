@@ -13,7 +13,7 @@ import numpy as np
 from m4e_fmi.cosim.algorithms import ALGORITHMS, Algorithm, Returning, Undoing, returning
 from m4e_fmi.cosim.announced import NEXT_EVENT_TIME
 from m4e_fmi.cosim.binary import Binary, binaries
-from m4e_fmi.cosim.certificate import Certificate, certificate, spans
+from m4e_fmi.cosim.certificate import Certificate, Spans, certificate
 from m4e_fmi.cosim.companion import Companion
 from m4e_fmi.cosim.connect import Wiring
 from m4e_fmi.cosim.energy import BondEnergy, EnergyBalance
@@ -216,7 +216,7 @@ class Master:
                 sources,
                 lengths,
                 order=self.order,
-                spans=self._spans,
+                spans=Spans(self.network),
                 coarse=self._coarse,
             )
             return
@@ -233,11 +233,14 @@ class Master:
         single = settings.stop_time - settings.start_time <= settings.step_size
         length = lengths[-1] if self._changeable or single else lengths[0]
         self._witness = Companion(
-            self.network, other, self._make, settings, sources, length=length, spans=self._spans
+            self.network,
+            other,
+            self._make,
+            settings,
+            sources,
+            length=length,
+            spans=Spans(self.network),
         )
-
-    def _spans(self, ranges: np.ndarray) -> np.ndarray:
-        return spans(self.network, ranges)
 
     def certificate(self) -> Certificate | str:
         """The coupling errors of the run that has ended, or why they are not known."""
@@ -397,7 +400,8 @@ class Master:
         finally:
             self._journal.check()
         self._stability.look(self.steps)
-        self._second_look.look(self.steps, last=self.done)
+        if self._second_look.wanted:
+            self._second_look.look(self.steps, last=self.done)
 
     def step(self) -> None:
         """Make one step; KeyboardInterrupt and Terminated come after it."""

@@ -43,9 +43,14 @@ class SecondLook:
         """One line for each output that does follow its inputs, after all."""
         return tuple(self._seen.values())
 
+    @property
+    def wanted(self) -> bool:
+        """True if there are probed outputs."""
+        return bool(self._parts)
+
     def look(self, steps: int, *, last: bool) -> None:
         """At the present point, after so many steps of the run, if it is time or the `last` one."""
-        if not self._parts or (steps < self._next and not last):
+        if steps < self._next and not last:
             return
         self._next = steps + 1 + steps // RARER
         network = self._network

@@ -84,6 +84,7 @@ class Course:
         self._every = every if simulation.output_interval or control is None else 1
         self._announced = Announced(network)
         self._telling = telling(network.instances.values())
+        self._events = tuple(instance.events for instance in network.instances.values())
         self._note = Schedule(witness.operations if witness else ())
         self._note_open = Schedule(witness.open_operations if witness else ())
         self._most = 1
@@ -121,7 +122,7 @@ class Course:
     @property
     def over(self) -> bool:
         """True if an FMU has asked for the end of the simulation."""
-        return is_over(self._network.instances.values())
+        return is_over(self._events)
 
     def halt(self) -> None:
         """End what `advance` does at the next point, called by another thread."""
@@ -194,7 +195,8 @@ class Course:
                 self._row = int(points[-1])
                 self._results.keep(points / SECOND)
             changed = self._network.settle()
-            self._switched(changed, size)
+            if changed:
+                self._switched(changed, size)
             if self._witness:
                 self._witness.after(made, size, noted, jumped=bool(changed))
         last = self.now == self._stop or self.over
@@ -231,7 +233,8 @@ class Course:
         if jumped:
             self._network.forget()
         changed = self._network.advance(self.now / SECOND)
-        self._switched(changed, size)
+        if changed:
+            self._switched(changed, size)
         self._energy.add(self._algorithm.held, size / SECOND)
         self.steps += 1
         if self._witness:
@@ -293,9 +296,9 @@ class Course:
 
     def _until_jump(self, size: int) -> int:
         """A step of `size` [ns], or to just before the next jump, or over it."""
-        if not all(rate.shortens for rate in self._network.rates.values()):
-            return size
         ahead = self._jump - self.now
+        if ahead > size or not all(rate.shortens for rate in self._network.rates.values()):
+            return size
         return min(size, ahead - 1 if ahead > 1 else ahead)
 
     def _shorter(self, size: int, discarded: DiscardedError) -> int:

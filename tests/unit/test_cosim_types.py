@@ -421,13 +421,13 @@ def test_the_same_bits_with_and_without_other_values(c_fmu: Fmus) -> None:
 
 @pytest.mark.parametrize("algorithm", ALGORITHMS)
 def test_reals_that_follow_other_values_drive_bodies(c_fmu: Fmus, algorithm: str) -> None:
-    """An Integer through an FMU that feeds it on as a Real force: a parabola, which all solve."""
+    """An Integer, 2, through an FMU that makes a Real force of it, 1.5 · 2 + t, on a unit mass."""
     parts = (
-        part(c_fmu, "a", "kinds+state", offset=2),
+        part(c_fmu, "a", "kinds+state", offset=2, period=0.0),
         Component("through", FmuFile(c_fmu("stage+state")), {"gain": 1.5}),
         Component("body", FmuFile(c_fmu("mass+state"))),
     )
     links = ("a.y_int -> through.u", "through.y -> body.body.m.force_x, units ignored")
     system = System("s", parts, links, Simulation(1.0, H, algorithm))
     found = watched(system, ("body.body.m.x", "body.body.m.vx"))
-    np.testing.assert_allclose(found[-1], (1.5, 3.0), rtol=1e-6)
+    np.testing.assert_allclose(found[-1], (5 / 3, 3.5), rtol=0.02)  # jacobi is off by 1.5 %
