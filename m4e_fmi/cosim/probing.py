@@ -12,17 +12,17 @@ Some FMUs compute outputs in steps only. What an input is moved by shows after t
 and no longer when the input is back one step later; what is integrated stays. That is no loop, but
 a delay of one step.
 
-Outputs in no loop keep the dependencies that are assumed, and are read when all inputs are set. But
-some FMUs lose their outputs when an input is set, even to the value that it has. That is seen in an
-instance too, whose inputs stay as they are: what a step has brought is gone when they are set. (An
-output that is brought by setting inputs, and not by the step, is none of these.)
+Outputs in no loop are tried for that too, and keep the dependencies that are assumed: they are read
+when all inputs are set. But some FMUs lose their outputs when an input is set, even to the value
+that it has: what a step has brought is gone. (An output that is brought by setting inputs, and not
+by the step, is none of these.)
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import networkx as nx
@@ -32,6 +32,7 @@ from m4e_fmi.cosim.binary import Binary, Files
 from m4e_fmi.cosim.connect import Wiring
 from m4e_fmi.cosim.dependence import LOST, PROBED, STEPPED, assumed, resolve
 from m4e_fmi.cosim.instance import WARNING, Instance
+from m4e_fmi.cosim.interruption import same_folder
 from m4e_fmi.cosim.start_values import Value, start_values
 from m4e_fmi.cosim.structure import exchange_graph
 from m4e_fmi.cosim.system import Component, Simulation, System
@@ -85,6 +86,7 @@ def probed(
         needs = {
             name: frozenset() if how == LOST else found.needs[name] | rest
             for name, how in found.how.items()
+            if how == LOST or name in found.needs
         }
         result[component.name] = resolve(description, needs, found.how)
         text = _line(found, outputs, f"none of {', '.join(inputs)}" if rest else "no input")
@@ -157,14 +159,18 @@ def _probe(
         failure = "its FMU allows one instance only, so that it is not probed"
         return Probe({}, {}, failure if asked.outputs else "")
     new = _Instances(component, description, simulation)
+    every = (*asked.outputs, *asked.others)
     try:
-        lost, brought = _set_again(new, (*asked.outputs, *asked.others), asked.driven)
-        found = _in_loops(new, asked.outputs, asked.inputs) if asked.outputs else Probe({}, {})
+        with same_folder():
+            lost, brought = _set_again(new, every, asked.driven)
+            late = _late(new, every, asked.driven)
+            needs = _moved_inputs(new, asked.outputs, asked.inputs) if asked.outputs else {}
     except RunError as error:
         return Probe({}, {}, f"probing it failed: {error.message}" if asked.outputs else "")
-    following = dict.fromkeys(brought.intersection(asked.outputs), frozenset(asked.inputs))
-    how = dict.fromkeys(following, PROBED) | dict.fromkeys(sorted(lost), LOST)
-    return Probe({**found.needs, **following}, {**found.how, **how})
+    needs |= dict.fromkeys(brought.intersection(asked.outputs), frozenset(asked.inputs))
+    late -= {name for name, found in needs.items() if found}
+    how = dict.fromkeys(asked.outputs, PROBED) | dict.fromkeys(sorted(late - brought), STEPPED)
+    return Probe(needs, how | dict.fromkeys(sorted(lost), LOST))
 
 
 def _set_again(
@@ -192,19 +198,14 @@ def _set_again(
     return lost - brought, brought
 
 
-def _in_loops(new: _Instances, outputs: Sequence[str], inputs: Sequence[str]) -> Probe:
-    needs = _moved_inputs(new, outputs, inputs)
-    late = _late(new, outputs, inputs) - {name for name, found in needs.items() if found}
-    return Probe(needs, dict.fromkeys(outputs, PROBED) | dict.fromkeys(late, STEPPED))
-
-
 class _Instances:
     """New instances of a component, initialised with its start values."""
 
     def __init__(
         self, component: Component, description: Description, simulation: Simulation
     ) -> None:
-        self._component, self._description, self._simulation = component, description, simulation
+        self._component, self._simulation = component, simulation
+        self._description = replace(description, path=description.path.absolute())
         own = description.internal_step or simulation.step_size
         self.step = float(component.own_step or own)
         only = description.constant_step or description.internal_step is not None
@@ -318,23 +319,30 @@ def _distance(a: Value, b: Value) -> float:
 
 
 def _late(new: _Instances, outputs: Sequence[str], inputs: Sequence[str]) -> set[str]:
-    """Outputs that follow some input in the step after it is moved, and in no other."""
+    """Outputs that follow some input in the step after it is moved, and in no other.
 
-    def course(share: float) -> tuple[list[Value], list[Value]]:
-        """Outputs after a step with the inputs moved, and after another with the inputs back."""
+    Nor before the next step, when it is back: what follows it at once is not late.
+    """
+
+    def course(share: float) -> tuple[list[Value], ...]:
+        """Outputs after a step with the inputs moved, with the inputs back, and a step later."""
         with new.instance() as instance:
             subject = _Subject(instance, outputs, inputs)
             subject.set(subject.moved([share] * len(inputs)))
             subject.step(new.short_step)
             first = subject.read()
             subject.set(subject.start)
+            still = subject.read()
             subject.step(new.short_step)
-            return first, subject.read()
+            return first, still, subject.read()
 
-    moved, still = course(SHARES[0]), course(0.0)
-    first, second = (
-        [_distance(a, b) for a, b in zip(*after, strict=True)]
-        for after in zip(moved, still, strict=True)
-    )
-    kept = 1.0 - LOST_AGAIN
-    return {n for n, one, other in zip(outputs, first, second, strict=True) if other < kept * one}
+    moved, unmoved = course(SHARES[0]), course(0.0)
+    found = set()
+    for name, *values in zip(outputs, *moved, *unmoved, strict=True):
+        first, still, second = (
+            _distance(a, b) for a, b in zip(values[:3], values[3:], strict=True)
+        )
+        lost = (1.0 - LOST_AGAIN) * first
+        if second < lost <= still:
+            found.add(name)
+    return found

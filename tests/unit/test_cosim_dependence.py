@@ -393,3 +393,15 @@ def test_dependencies_and_delays_survive_in_an_ssp_package(c_fmu: Fmus, tmp_path
 
 def _needs(components: Sequence[Component]) -> Mapping[str, Mapping[str, Sequence[str]]]:
     return {c.name: c.dependencies for c in components}
+
+
+def test_outputs_of_the_step_before_are_told_in_no_loop(c_fmu: Fmus) -> None:
+    """A spring that is computed in steps only, on a mass that declares its dependencies."""
+    parts = (
+        Component("mass", FmuFile(c_fmu("mass+state")), {"body.m.x": 1.0}),
+        Component("spring", FmuFile(c_fmu("blind_added_mass+lazy")), {"added": 0.3}),
+    )
+    system = System("s", parts, ("mass.m <-> spring.end",), Simulation(5.0, 0.05, "gauss_seidel"))
+    outcome = run(system)
+    assert outcome.order == 1
+    assert "end.force_x shows the inputs of its FMU after the next step only" in str(outcome.notes)
