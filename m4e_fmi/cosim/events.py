@@ -46,6 +46,17 @@ def ended(instances: Iterable[Instance]) -> str:
     )
 
 
+def ended_at_once(instances: Iterable[Instance]) -> list[str]:
+    """The warning that a run ended before its first step, where one of them asked for that."""
+    names = [instance.name for instance in instances if instance.has_ended]
+    return [
+        f"the run ended before its first step, and its results have the start only: {name} asked "
+        "for the end of the simulation in its first step; if that is not meant, look at what its "
+        "step answers (in PythonFMU, do_step must return True)"
+        for name in names
+    ]
+
+
 def event_notes(instances: Iterable[Instance]) -> Iterable[str]:
     """What the run should say of events, one line each."""
     for instance in instances:

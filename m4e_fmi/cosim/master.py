@@ -17,7 +17,7 @@ from m4e_fmi.cosim.certificate import Certificate, Spans, certificate
 from m4e_fmi.cosim.companion import Companion
 from m4e_fmi.cosim.connect import Wiring
 from m4e_fmi.cosim.energy import BondEnergy, EnergyBalance
-from m4e_fmi.cosim.events import ended, event_notes
+from m4e_fmi.cosim.events import ended, ended_at_once, event_notes
 from m4e_fmi.cosim.instability import Stability
 from m4e_fmi.cosim.instance import Instance
 from m4e_fmi.cosim.interruption import quiet, same_folder, stepping
@@ -329,7 +329,8 @@ class Master:
     def warnings(self) -> tuple[str, ...]:
         """What is wrong with the course up to the present point, by all appearances."""
         grown = self._stability.warning()
-        return (*self._second_look.notes, *([grown] if grown else []))
+        at_once = [] if self.steps else ended_at_once(self.network.instances.values())
+        return (*at_once, *self._second_look.notes, *([grown] if grown else []))
 
     @property
     def messages(self) -> tuple[FmuMessage, ...]:

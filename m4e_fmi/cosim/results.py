@@ -50,9 +50,9 @@ class ResultsWriter:
 
     These are all scalar outputs and connected arrays, or what `variables` choose (see `chosen`).
     Rows reach the disk after a second; a run that is killed leaves a file with them. What was at
-    `path` before stays until the first step is on the disk. The file's attribute `ended` says how
-    the run did; `closing` gives further attributes when it has. RunError if another run writes to
-    `path`, or if the disk takes nothing.
+    `path` before stays until the first step is on the disk, or the run has ended without one. The
+    file's attribute `ended` says how the run did; `closing` gives further attributes when it has.
+    RunError if another run writes to `path`, or if the disk takes nothing.
     """
 
     def __init__(
@@ -101,7 +101,7 @@ class ResultsWriter:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: object, _: object) -> None:
-        self.close(AT_STOP if kind is None else _ending(error))
+        self.close(AT_STOP if kind is None else _ending(error), failed=kind is not None)
 
     def mark(self) -> Mark:
         """The present end of the rows."""
@@ -202,18 +202,19 @@ class ResultsWriter:
     def _parts(self, rows: slice) -> list[np.ndarray]:
         return [self._times[rows], *(group.filled(rows) for group in self._groups)]
 
-    def close(self, ended: str) -> None:
+    def close(self, ended: str, *, failed: bool = False) -> None:
         """Write what is left and how the run has `ended`, and close the file.
 
-        A run without a step does not replace results that are there, unless it is at its stop time.
+        A run that has `failed` before its first step does not replace results that are there.
         RunError if the disk does not take the rows.
         """
         open_, self._open = self._open, ExitStack()
         with open_:
             if self._file.closed:
                 return
-            began = ended == AT_STOP or self._before + self._rows > 1
-            if self._rows and (began or not self._place.exists()):
+            count = self._before + self._rows
+            own = self._file.path == self._place or not self._place.exists()
+            if count > 1 or (count and (own or not failed)):
                 self._finish(ended)
 
     def _finish(self, ended: str) -> None:

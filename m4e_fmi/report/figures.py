@@ -103,7 +103,7 @@ def _draw(title: str, time: np.ndarray, shown: list[Panel], picture: Path) -> Pa
     if zoomed:
         axes[0][1].set_xlim(time[-1] - ZOOM, time[-1])
         axes[0][1].set_title(f"last {ZOOM:g} s", fontsize=9, loc="left", color="#5b6770")
-    if len(time):
+    if len(time) > 1:
         axes[0][0].set_xlim(time[0], time[-1])
     axes[0][0].set_title(title, fontsize=11, loc="left", fontweight="bold")
     return save(figure, picture)
@@ -124,7 +124,10 @@ def _fill(axis: Any, time: np.ndarray, panel: Panel) -> None:
         dashes = (DASH * (there - below), DASH * below)
         style = (0, dashes) if below else "-"
         drawn = "steps-post" if panel.steps else "default"
-        axis.plot(time, curve, color=colour, lw=0.9, label=name, ls=style, drawstyle=drawn)
+        marker = "." if len(time) == 1 else ""
+        axis.plot(
+            time, curve, color=colour, lw=0.9, label=name, ls=style, drawstyle=drawn, marker=marker
+        )
     axis.grid(color="#d8dde2", lw=0.5)
     axis.tick_params(labelsize=8)
     axis.margins(x=0)

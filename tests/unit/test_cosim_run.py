@@ -15,6 +15,7 @@ import numpy as np
 import pandas
 import pytest
 
+from m4e_fmi.cli import main
 from m4e_fmi.cosim import (
     Component,
     FmuFile,
@@ -29,6 +30,7 @@ from m4e_fmi.cosim import (
 )
 from m4e_fmi.cosim.certificate import Trace
 from m4e_fmi.cosim.master import Observer
+from m4e_fmi.cosim.results import LEAST_ROWS
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.fmu import build_fmu
 from m4e_fmi.fmu.unpack import Unpacked
@@ -234,6 +236,46 @@ def test_a_loop_without_solution_ends_the_run(c_fmu: Fmus, tmp_path: Path) -> No
 
 def test_a_run_that_ends_well_says_so(c_fmu: Fmus, tmp_path: Path) -> None:
     outcome = run(oscillator(c_fmu, Simulation(1, 0.1)), results=tmp_path / "r.nc")
+    assert outcome.results().attributes["ended"] == "at the stop time"
+
+
+def test_an_end_in_the_first_step_replaces_the_results_of_before(
+    c_fmu: Fmus, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file, picture = tmp_path / "r.nc", tmp_path / "r.png"
+    fuse = system(c_fmu, {"fuse": "ending"}, start={"fuse": {"when": 0.5, "y": 3.0}})
+    assert len(run(fuse, results=file).results().time) == 6
+    path = fuse.changed(start={"fuse.when": 0.0}).save(tmp_path / "s.ssp")
+    picture.write_bytes(b"old")
+    assert main(["run", str(path), "--output-file", str(file)]) == 0
+    told = capsys.readouterr()
+    assert "warning: the run ended before its first step" in told.out
+    assert "in PythonFMU, do_step must return True" in told.out
+    assert not told.err
+    results = load(file)
+    assert results.time.tolist() == [0.0]
+    assert results["fuse.y"].values.tolist() == [3.0]
+    assert "asked for the end of the simulation at t = 0 s" in results.attributes["ended"]
+    assert picture.read_bytes() != b"old"
+
+
+def test_a_stepped_run_without_a_step_has_its_own_results(c_fmu: Fmus, tmp_path: Path) -> None:
+    file = tmp_path / "r.nc"
+    fuse = system(c_fmu, {"fuse": "ending"})
+    run(fuse, results=file)
+    with start(fuse.changed(start={"fuse.y": 3.0}), results=file) as stepped:
+        pass
+    assert stepped.outcome.results()["fuse.y"].values.tolist() == [3.0]
+
+
+def test_results_that_fill_their_blocks_are_complete(
+    c_fmu: Fmus, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("m4e_fmi.cosim.results.MOST_ROWS", LEAST_ROWS)
+    steps = 2 * LEAST_ROWS - 1
+    settings = Simulation(steps / 10, 0.1)
+    outcome = run(system(c_fmu, {"a": "rogue"}, simulation=settings), results=tmp_path / "r.nc")
+    assert len(outcome.results().time) == 2 * LEAST_ROWS
     assert outcome.results().attributes["ended"] == "at the stop time"
 
 
