@@ -133,8 +133,6 @@ class Execution:
             value = value_of(variable, given)
         except ValueError as error:
             raise InputError.single(f"value {given!r} of {port} is wrong", str(error)) from None
-        if isinstance(value, float) and not math.isfinite(value):
-            raise InputError.single(f"value {value} of {port} is no number", "give a finite one")
         self._master.set(port.component, {port.variable: value})
 
     @property

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable, Mapping
 
@@ -70,7 +71,9 @@ def value_of(variable: Variable, given: Value | Quantity) -> Value:
     if variable.type == "Real" and isinstance(given, str):
         given = parse_quantity(given)
     if isinstance(given, Quantity):
-        return _number(variable, given)
+        given = _number(variable, given)
+    if isinstance(given, float) and not math.isfinite(given):
+        raise ValueError("give a finite number")
     if variable.type == "Enumeration" and isinstance(given, str):
         if given not in variable.items:
             raise ValueError(suggestion(given, variable.items, "items") or "give its number")

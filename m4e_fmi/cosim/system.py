@@ -281,7 +281,10 @@ def simulation_problems(
             ("step_size", f"step_size {step:g} s is longer than the run of {span:g} s", "")
         )
     interval = simulation.output_interval
-    if interval is not None and step * SECOND >= 1:
+    if interval is not None and not math.isfinite(interval):
+        text = f"output_interval {interval:g} s: expected a multiple of step_size"
+        found.append(("output_interval", text, "leave it out for a row after every step"))
+    elif interval is not None and math.isfinite(step) and step * SECOND >= 1:
         count = round(interval * SECOND) / round(step * SECOND)
         if count < 1 or count != int(count):
             text = f"output_interval {interval:g} s is not a multiple of step_size {step:g} s"

@@ -32,7 +32,7 @@ def oscillator(fmus: Fmus, options: str = "+state") -> System:
         ("body.body.m.force_x", 1.0, "it is connected to spring.end.force_x"),
         ("body.damping", "2 kg", "value '2 kg' of body.damping is wrong\n.*N.s/m"),
         ("body.damping", True, "value True of body.damping is wrong"),
-        ("body.damping", float("nan"), "value nan of body.damping is no number"),
+        ("body.damping", float("nan"), "value nan of body.damping is wrong\n.*finite"),
     ],
 )
 def test_what_cannot_be_set(c_fmu: Fmus, name: str, value: float | str, message: str) -> None:

@@ -372,6 +372,22 @@ def test_a_start_value_of_the_wrong_type_is_refused(c_fmu: Fmus) -> None:
         run(wrong)
 
 
+@pytest.mark.parametrize("value", ["nan N", float("nan"), float("-inf")])
+def test_numbers_that_are_not_finite_are_refused_where_they_are_given(
+    c_fmu: Fmus, value: str | float
+) -> None:
+    given = oscillator(c_fmu, Simulation(1, 0.1))
+    wrong = given.changed(start={"body.body.m.force_x": value}, origin="command line")
+    with pytest.raises(InputError, match=r"command line: start value .* is wrong") as caught:
+        prepare(wrong)
+    assert caught.value.problems[0].remedy == "give a finite number"
+    with start(given) as stepped, pytest.raises(InputError, match="give a finite number"):
+        stepped["body.damping"] = value if isinstance(value, float) else "nan N.s/m"
+    if isinstance(value, float):
+        with pytest.raises(InputError, match=r"command line: output_interval .*expected"):
+            given.changed(output_interval=value, origin="command line")
+
+
 def test_progress_tells_simulated_time(c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("m4e_fmi.cosim.master.PROGRESS_INTERVAL", 0.0)
     told: list[float] = []
