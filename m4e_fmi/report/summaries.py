@@ -37,8 +37,8 @@ def run_summary(outcome: Outcome) -> str:
         *(f"  warning: {warning}" for warning in outcome.warnings),
         *_messages(outcome),
         *_certified(outcome),
-        *_extremes(loaded),
-        *_switches(loaded),
+        *_extremes(loaded, _rows(loaded, outcome.steps)),
+        *_switches(loaded, _rows(loaded, outcome.steps)),
     ]
     return "\n".join([*lines, *_bonds(outcome.energy, span)])
 
@@ -103,19 +103,30 @@ def _sizes(outcome: Outcome) -> str:
     return f"up to {settings.step_size:g} s, {outcome.rejected} made again"
 
 
-def _extremes(results: Results) -> list[str]:
-    """Mean of every power first; then smallest, mean, largest value of what a figure would show."""
+def _rows(results: Results, steps: int) -> str:
+    """How far the rows are apart where there are fewer than communication points; else empty."""
+    if len(results.time) > steps:
+        return ""
+    return f"from rows every {np.diff(results.time).max(initial=0.0):.6g} s"
+
+
+def _extremes(results: Results, rows: str) -> list[str]:
+    """Mean of every power first; then smallest, mean, largest value of what a figure would show.
+
+    `rows` is what is said of figures that are from some communication points only.
+    """
     reals = {name: one for name, one in results.series.items() if one.recorded.is_real}
     found = [fitting(panel) for panel in panels(reals)]
     shown = [(panel, name, one) for panel in found for name, one in panel.series.items()]
     span = float(results.time[-1] - results.time[0])
     lines = [
         f"mean power {quantity(_mean(results.time, one.values), 'W')} over {span:g} s ({name})"
+        f"{rows and f', {rows}'}"
         for name, one in reals.items()
         if one.unit == "W"
     ]
     if shown:
-        lines.append(f"  {'':<36} {'min':>10} {'mean':>10} {'max':>10}")
+        lines.append(f"  {rows:<36} {'min':>10} {'mean':>10} {'max':>10}")
     for panel, name, one in shown:
         values = panel.scale * one.values
         low, mean, high = np.min(values), _mean(results.time, values), np.max(values)
@@ -135,7 +146,7 @@ def _mean(time: np.ndarray, values: np.ndarray) -> float:
     return float(np.trapezoid(values, time) / span if span else values[0])
 
 
-def _switches(results: Results) -> list[str]:
+def _switches(results: Results, rows: str) -> list[str]:
     """Of what is not Real: how often it has changed, most often first, and its last value."""
     others = {name: one for name, one in results.series.items() if not one.recorded.is_real}
     counts = {name: int((one.values[1:] != one.values[:-1]).sum()) for name, one in others.items()}
@@ -144,7 +155,7 @@ def _switches(results: Results) -> list[str]:
     for name in ordered[:MOST_SWITCHES]:
         one, count = others[name], counts[name]
         last = one.recorded.told(one.values[-1]) if len(one.values) else "nothing"
-        changes = f"{count} change{'s' * (count != 1)}"
+        changes = f"{count} change{'s' * (count != 1)}{rows and f' {rows}'}"
         lines.append(f"  {name:<36} {one.recorded.type}: {changes}, {last} at the end")
     if len(ordered) > MOST_SWITCHES:
         lines.append(f"  {len(ordered) - MOST_SWITCHES} more that are not Real are in the results")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -169,5 +170,12 @@ def test_they_are_in_coupled_results_and_summaries(tmp_path: Path) -> None:
         # the same method at the same tolerance, 1e-8, restarted at each step
         np.testing.assert_allclose(loaded[f"buoy.{name}"].values, alone[name], atol=1e-5)
     mean = alone["load.pto.work"][-1] / 2.0
-    assert f"mean power {mean:.3f} W over 2 s (buoy.load.pto.power)" in run_summary(outcome)
+    told = run_summary(outcome)
+    assert f"mean power {mean:.3f} W over 2 s (buoy.load.pto.power)\n" in told
+    assert "from rows" not in told
+    fewer = System.load(file).changed(output_interval=0.5)
+    outcome = run(fewer, results=tmp_path / "s.nc", build_directory=tmp_path / "build")
+    told = run_summary(outcome)
+    assert re.search(r"mean power .*\(buoy.load.pto.power\), from rows every 0.5 s\n", told)
+    assert re.search(r"^  from rows every 0.5 s +min +mean +max$", told, re.MULTILINE)
     assert f"{mean: .6g} W" in simulation_summary(alone)
