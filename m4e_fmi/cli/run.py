@@ -83,7 +83,7 @@ def _run(options: argparse.Namespace) -> None:
 
 
 def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
-    from m4e_fmi.cosim import prepare, run
+    from m4e_fmi.cosim import ExportError, prepare, run
     from m4e_fmi.report import plot_run, progress_bar, run_summary, say_beside
 
     prepared = prepare(
@@ -92,16 +92,22 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
     count, links = len(system.components), len(prepared.wiring.links)
     print(f"{system.name}: {count} FMUs, {links} connected variables", flush=True)
     times = system.simulation
-    with progress_bar(times.stop_time, start=times.start_time) as progress:
-        outcome = run(
-            prepared,
-            results=output,
-            progress=progress,
-            check=options.check,
-            variables=options.variables,
-            tell=say,
-            warn=say_beside,
-        )
+    try:
+        with progress_bar(times.stop_time, start=times.start_time) as progress:
+            outcome = run(
+                prepared,
+                results=output,
+                progress=progress,
+                check=options.check,
+                variables=options.variables,
+                tell=say,
+                warn=say_beside,
+            )
+    except ExportError as error:
+        print(run_summary(error.outcome))
+        print_files(filter(None, [error.outcome.path]))
+        sys.stdout.flush()
+        raise
     assert outcome.path is not None
     print(run_summary(outcome))
     print_files(dict.fromkeys([outcome.path, output]))

@@ -17,7 +17,7 @@ from m4e_fmi.cosim.journal import FmuMessage
 from m4e_fmi.cosim.master import State
 from m4e_fmi.cosim.network import Network
 from m4e_fmi.cosim.preparation import Prepared, prepare
-from m4e_fmi.cosim.run import Outcome, run, start
+from m4e_fmi.cosim.run import ExportError, Outcome, run, start
 from m4e_fmi.cosim.system import Component, FmuFile, Kind, ModelFile, Simulation, System
 from m4e_fmi.cosim.system_file import read_parameters
 from m4e_fmi.cosim.timing import Timing
@@ -31,6 +31,7 @@ __all__ = [
     "Component",
     "CouplingError",
     "Execution",
+    "ExportError",
     "FmuFile",
     "FmuMessage",
     "Kind",

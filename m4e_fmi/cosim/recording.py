@@ -85,8 +85,11 @@ def attributes_of(prepared: Prepared) -> dict[str, str]:
 
 
 @contextmanager
-def exported(file: Path, given: Path, writer: ResultsWriter) -> Iterator[None]:
-    """Writes the results to `file`, however the run ends, and tells how far they go."""
+def kept(file: Path, given: Path, writer: ResultsWriter) -> Iterator[None]:
+    """Exports the results to `file` if the run does not reach its end, and tells how far they go.
+
+    Those of a run that does are for `export_whole`.
+    """
     try:
         yield
     except RunError as error:
@@ -96,7 +99,18 @@ def exported(file: Path, given: Path, writer: ResultsWriter) -> Iterator[None]:
         if note := _kept(file, given, writer):
             error.add_note(note)
         raise
-    export(writer.path, file)
+
+
+def export_whole(file: Path, given: Path, writer: ResultsWriter) -> None:
+    """Export the results of a run that has ended to `file`; RunError tells where else they are."""
+    try:
+        export(writer.path, file)
+    except RunError as error:
+        rows, _ = writer.saved or (0, 0.0)
+        note = f"the results are complete in {stream_of(given)} ({_count(rows)})"
+        if file.is_file():
+            note += f"; {given} is of an earlier run"
+        raise RunError(error.message, f"{error.remedy}; {note}") from error
 
 
 def _kept(file: Path, given: Path, writer: ResultsWriter) -> str:

@@ -18,7 +18,8 @@ from m4e_fmi.cosim.preparation import Prepared, prepare
 from m4e_fmi.cosim.recording import (
     attributes_of,
     closing_attributes,
-    exported,
+    export_whole,
+    kept,
     place_of,
     thinned,
 )
@@ -72,6 +73,17 @@ class Outcome:
         )
 
 
+class ExportError(RunError):
+    """A run has ended well, but its results could not be written in the form that was asked for.
+
+    `outcome` is that of the run; its `path` is the netCDF file, which is complete.
+    """
+
+    def __init__(self, error: RunError, outcome: Outcome) -> None:
+        super().__init__(error.message, error.remedy)
+        self.outcome = outcome
+
+
 def run(
     system: System | Prepared | str | Path,
     *,
@@ -97,7 +109,8 @@ def run(
     there are then on disk, as they are after KeyboardInterrupt, and after SIGTERM, which raises
     Terminated (a SystemExit). Results that would be huge if every step were a row have fewer rows,
     which `tell` receives and the notes tell. RunError before the first step if another run writes
-    to the same file.
+    to the same file; ExportError, which has the outcome, if all is done but the `.csv` or
+    `.parquet` cannot be written.
     """
     if not isinstance(system, Prepared):
         system = prepare(system, build_directory=build_directory, tell=tell)
@@ -231,7 +244,7 @@ def _begun(
                 closing=lambda: closing_attributes(master, certify=certify and not found.failed),
             )
             found.results = writer
-            with exported(file, Path(results), writer), writer:
+            with kept(file, Path(results), writer), writer:
                 try:
                     with _interruptible(found, settings):
                         yield found
@@ -253,6 +266,11 @@ def _begun(
             messages=master.messages,
             warnings=(*missing, *master.warnings),
         )
+        if found.results and results is not None:
+            try:
+                export_whole(file, Path(results), found.results)
+            except RunError as error:
+                raise ExportError(error, found.outcome) from error
 
 
 def _at_home(system: Prepared) -> Prepared:
