@@ -10,7 +10,6 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
-from contextlib import suppress
 
 import m4e_fmi
 from m4e_fmi.cli import build, doctor, draw, equations, info, linearize, run, simulate, validate
@@ -51,12 +50,8 @@ def _run(arguments: Sequence[str] | None) -> int:
         print(_with_notes("interrupted", error), file=sys.stderr)
         return EXIT_INTERRUPTED
     except Terminated as error:
-        with suppress(OSError):  # the terminal may be gone
-            print(_with_notes(str(error), error), file=sys.stderr)
+        print(_with_notes(str(error), error), file=sys.stderr)
         return EXIT_SIGNAL + error.signal
-    except BrokenPipeError:
-        sys.stderr.close()  # the reader of our output has left: nothing to tell it
-        return 0
     except OSError as error:  # of files that come and go, and of an output that is full
         print(f"failed: {error}", file=sys.stderr)
         return EXIT_FAILED

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import re
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from pathlib import Path
 from typing import Any
 
 _OWN = re.compile(r"\r(?:\x1b\[K)?")
@@ -23,17 +25,37 @@ def cleaned(text: str) -> str:
 
 
 class Clean:
-    """A text stream that cleans what is written to another one, and never fails to encode it."""
+    """A text stream that cleans what is written to another one, and never fails to encode it.
 
-    def __init__(self, stream: Any) -> None:
+    Work goes on, unheard, once the reader of the other one has left; of one that is `spare`, also
+    once it takes nothing for another reason.
+    """
+
+    def __init__(self, stream: Any, *, spare: bool = False) -> None:
         self._stream = stream
+        self._lost = OSError if spare else BrokenPipeError
 
     def write(self, text: str) -> int:
         own = _OWN.match(text)
         begin = own.end() if own else 0
         text = text[:begin] + cleaned(text[begin:])
         encoding = getattr(self._stream, "encoding", None) or "utf-8"
-        return self._stream.write(text.encode(encoding, "replace").decode(encoding))
+        try:
+            return self._stream.write(text.encode(encoding, "replace").decode(encoding))
+        except self._lost:
+            self._leave()
+            return len(text)
+
+    def flush(self) -> None:
+        try:
+            self._stream.flush()
+        except self._lost:
+            self._leave()
+
+    def _leave(self) -> None:
+        """Let go to nowhere what is still to be written, also that which is buffered."""
+        with suppress(OSError), Path(os.devnull).open("w") as nowhere:
+            os.dup2(nowhere.fileno(), self._stream.fileno())
 
     def writelines(self, lines: Any) -> None:
         for line in lines:
@@ -45,9 +67,10 @@ class Clean:
 
 @contextmanager
 def clean_output() -> Iterator[None]:
-    """Within it, standard output and standard error are cleaned."""
+    """Within it, standard output and standard error are cleaned, and nobody need read them."""
     before = sys.stdout, sys.stderr
-    sys.stdout, sys.stderr = (None if s is None else Clean(s) for s in before)
+    sys.stdout = before[0] and Clean(before[0])
+    sys.stderr = before[1] and Clean(before[1], spare=True)
     try:
         yield
     finally:

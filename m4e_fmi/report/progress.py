@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 _FORMAT = "{percentage:3.0f} % |{bar:30}| {n:.1f} of {total:g} s simulated{postfix}"
 _INTERVAL_ON_TERMINAL = 0.1
@@ -13,10 +13,11 @@ _INTERVAL_IN_LOG = 10.0
 
 
 def say_beside(line: str) -> None:
-    """Print a line on the standard error, above a progress bar if there is one."""
+    """Print a line on the standard error, if it takes it, above a progress bar if there is one."""
     from tqdm import tqdm
 
-    tqdm.write(line, file=sys.stderr)
+    with suppress(OSError):
+        tqdm.write(line, file=sys.stderr)
 
 
 @contextmanager
@@ -24,7 +25,8 @@ def progress_bar(stop_time: float, *, start: float = 0.0) -> Iterator[Callable[[
     """A callable to be told the simulated time [s]; shows it and the real-time factor.
 
     The real-time factor is simulated over elapsed time: above 1, faster than reality. Nothing is
-    shown before the first call: whatever finds an error before that tells it alone.
+    shown before the first call: whatever finds an error before that tells it alone. No run ends
+    because the standard error takes nothing.
     """
     from tqdm import tqdm
 
@@ -47,8 +49,13 @@ def progress_bar(stop_time: float, *, start: float = 0.0) -> Iterator[Callable[[
         bar.set_postfix_str(f"{done / (now - began):.1f} × real time", refresh=False)
         bar.update(done - bar.n)
 
+    def show_if_taken(t: float) -> None:
+        with suppress(OSError):
+            show(t)
+
     try:
-        yield show
+        yield show_if_taken
     finally:
         if bar is not None:
-            bar.close()
+            with suppress(OSError):
+                bar.close()

@@ -5,13 +5,15 @@ Full and read-only disks: test_disks.py.
 
 from __future__ import annotations
 
+import contextlib
 import json
+import os
 import re
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -110,6 +112,35 @@ def test_a_failing_run(
     assert results.attributes["ended"].startswith("failed: ")
     series = [one for group in results.components.values() for one in group.values()]
     assert all(np.isfinite(one.values).all() for one in series)
+
+
+@contextlib.contextmanager
+def left(name: str, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Within it, the reader of a stream of `sys` has left."""
+    reading, writing = os.pipe()
+    os.close(reading)
+    with monkeypatch.context() as patch, os.fdopen(writing, "w", buffering=1) as stream:
+        patch.setattr(sys, name, stream)
+        yield
+
+
+@pytest.mark.parametrize("names", [("stderr",), ("stdout",), ("stdout", "stderr")])
+def test_a_run_goes_on_when_nobody_reads_what_it_says(
+    names: tuple[str, ...],
+    project: Callable[[Failure], None],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A warning in each step, and a bar of progress after each."""
+    monkeypatch.setattr("m4e_fmi.cosim.master.PROGRESS_INTERVAL", 0.0)
+    monkeypatch.setattr("m4e_fmi.report.progress._INTERVAL_IN_LOG", 0.0)
+    project(Failure({"talker": {"fmu": "talker.fmu", "start": {"count": 30, "kinds": 30}}}, (), 1))
+    with contextlib.ExitStack() as stack:
+        for name in names:
+            stack.enter_context(left(name, monkeypatch))
+        assert main(["run", "system.yaml", "--output-file", "r.nc"]) == 0
+    assert len(load("r.nc").time) == 11
+    assert load("r.nc").attributes["ended"] == "at the stop time"
+    assert Path("r.png").is_file()
 
 
 RUN = """\
