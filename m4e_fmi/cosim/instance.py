@@ -101,7 +101,7 @@ class Instance:
         self._told_name = name + suffix
         self._messages = Messages(listener, self._told_name)
         self.warned = Warned()
-        self.time = 0.0
+        self.time = self._start = 0.0
         self._broken = False
         self._initialised = False
         self.scales: dict[str, tuple[float, float]] = {}
@@ -149,7 +149,7 @@ class Instance:
 
     def setup(self, *, start: float, stop: float, tolerance: float | None) -> None:
         """Tell the experiment: times [s], relative tolerance (None: the FMU's own)."""
-        self.time = start
+        self.time = self._start = start
         self._usable.setup(start=start, stop=stop, tolerance=tolerance)
 
     def set_values(self, values: Mapping[str, Value]) -> None:
@@ -346,10 +346,7 @@ class Instance:
         if function == "fmi2DoStep":
             step = f"the step from t = {self.time:.9g} s to {self.time + size:.9g} s failed"
             what = f"{step} ({what})"
-            remedy = (
-                f"try a step_size below {size:g} s, or other parameters and start values; if the "
-                "FMU makes steps of one size only, give the component that as its own step_size"
-            )
+            remedy = self._step_remedy(status, size)
         elif self._initialised:
             what += f" at t = {self.time:.9g} s"
         else:
@@ -368,6 +365,22 @@ class Instance:
             raise kind(message, remedy, reached)
         raise RunError(message, remedy)
 
+    def _step_remedy(self, status: Status, size: float) -> str:
+        """What to do about a step of `size` [s] that has failed, the likeliest first."""
+        reason = self._messages.tell_why or (status in (DISCARD, ERROR) and self._last_error())
+        own = (
+            f"if {size:g} s is not the step that it was made for, give the component that as its "
+            "own step_size"
+        )
+        first = "the FMU tells why: see to that first"
+        if self.description.constant_step:
+            only = f"it makes steps of one size only: {own}"
+            return f"{first}; {only}" if reason else only
+        if reason and status != DISCARD:
+            return f"{first}; {own}" if self.time == self._start else first
+        smaller = f"try a step_size below {size:g} s, or other parameters and start values"
+        return f"{first}; else {smaller}" if reason else f"{smaller}; {own}"
+
     def not_finite(self, names: Sequence[str], values: np.ndarray) -> NoReturn:
         """Raise for the first of the outputs `names` whose value is nan or infinite."""
         name, value = next(
@@ -378,7 +391,10 @@ class Instance:
         what = self.description.variables[name].description
         told = f" ({what})" if what else ""
         message = f"{self.name}.{name} {when} is {value}{told}{self._own_words(DISCARD)}"
-        raise RunError(message, "try a smaller step_size; check parameters and start values")
+        remedy = "try a smaller step_size; check parameters and start values"
+        if self._last_error() or self._messages.tell_why:
+            remedy = f"the FMU tells why: see to that first; else {remedy}"
+        raise RunError(message, remedy)
 
     def fail_typed(self, status: Status, access: Access, cells: np.ndarray) -> NoReturn:
         """Raise what this status of an access to `cells` means."""

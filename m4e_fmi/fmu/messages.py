@@ -19,6 +19,7 @@ from fmpy import calloc, fmi1, fmi2, free
 from fmpy.logging import addLoggerProxy
 
 STATUS = {0: "OK", 1: "Warning", 2: "Discard", 3: "Error", 4: "Fatal"}
+WARNING = 1
 KEPT = 100
 """Number of messages that are kept of an instance."""
 LONGEST = 10_000
@@ -74,6 +75,11 @@ class Messages:
         taken = tuple(self._texts)
         self._texts.clear()
         return taken
+
+    @property
+    def tell_why(self) -> bool:
+        """True if a message of more than a warning is kept."""
+        return any(status > WARNING for status, _ in self._texts)
 
     def last(self, count: int = 3) -> str:
         """The last few messages of trouble, or of anything if there was none."""
