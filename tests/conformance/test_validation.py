@@ -43,6 +43,18 @@ def test_nothing_is_found_where_nothing_is_wrong(sound: Path):
     assert all(group.passed for group in report.groups)
 
 
+def test_a_step_that_was_assumed_is_no_error_of_the_fmu(c_fmu: Callable[[str], Path]) -> None:
+    """It makes steps of 0.02 s only, and does not say so."""
+    report = validate_fmu(c_fmu("lag+fiftieth+constant"))
+    (found,) = [f for f in report.findings if f.id.startswith("start.")]
+    assert (found.id, found.severity) == ("start.step_unknown", "warning")
+    assert "h=0.01) answered Error, but that step of 0.01 s was assumed" in found.message
+    assert "stepSize in DefaultExperiment" in found.basis
+    assert any("I make steps of 0.02" in words for words in found.words)
+    variable = validate_fmu(c_fmu("lag+fiftieth"), only=("start",))
+    assert {f.id for f in variable.of_severity("error")} == {"start.refused"}
+
+
 @pytest.mark.parametrize("name", DEFECTS)
 def test_a_planted_fault_is_found(name: str, tmp_path: Path):
     defect = DEFECTS[name]

@@ -64,7 +64,11 @@ def _run(work: Path, fmu: str, call_limit: float, groups: list[str]) -> Iterator
         yield from _all(rest, work, fmu, call_limit)
     else:
         broken = any(group.failed for group in start)
-        reason = "the checks of its start failed to run" if broken else "the FMU does not start"
+        reason = (
+            "the checks of its start failed to run"
+            if broken
+            else "the FMU does not start, or makes no step"
+        )
         yield from (Group(name, skipped=reason) for name in rest)
 
 

@@ -41,7 +41,10 @@ def check(bench: Bench) -> Iterator[Finding | Failure | Facts]:
         try:
             facts = _first_steps(bench, facts, exchange=exchange)
         except RefusedError as error:
-            yield refused("start", error, exchange=exchange)
+            if bench.subject.step_is_assumed and error.call.partition("(")[0].endswith("DoStep"):
+                yield _assumed_step(bench, error)
+            else:
+                yield refused("start", error, exchange=exchange)
             return
         with suppress(RefusedError):  # which `phases` tells
             others |= dict.fromkeys(_other_starts(bench, exchange=exchange))
@@ -67,6 +70,17 @@ def refused(group: str, error: RefusedError, *, exchange: bool | None = None) ->
     if error.call == INSTANTIATE:
         basis = "is the GUID of modelDescription.xml that of the binary? FMI 2.0.4, section 2.1.5"
     return Finding(f"{group}.{name}", "error", f"{error}{how}", basis, error.words)
+
+
+def _assumed_step(bench: Bench, error: RefusedError) -> Finding:
+    """The finding that a step was refused of which nobody knows whether the FMU makes it."""
+    message = (
+        f"the checks that make steps were left out: {error}, but that step of "
+        f"{bench.subject.step_size:g} s was assumed, because the FMU makes steps of one size only "
+        "(canHandleVariableCommunicationStepSize) and its description does not give it"
+    )
+    basis = "give stepSize in DefaultExperiment of modelDescription.xml, and validate again"
+    return Finding("start.step_unknown", "warning", message, basis, error.words)
 
 
 def _version(bench: Bench) -> tuple[str, str]:

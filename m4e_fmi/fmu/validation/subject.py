@@ -103,13 +103,23 @@ class Subject:
 
     @cached_property
     def step_size(self) -> float:
-        """The communication step to test with [s]: the default experiment's, or that inside."""
+        """The communication step to test with [s]: that declared, or a usual one."""
+        return self._declared_step or DEFAULT_STEP
+
+    @property
+    def step_is_assumed(self) -> bool:
+        """Whether the FMU makes steps of one size only, and does not say of which."""
+        return self.steps and not self.variable_steps and self._declared_step is None
+
+    @cached_property
+    def _declared_step(self) -> float | None:
+        """The step of the default experiment, or that inside [s]; None if there is neither."""
         experiment = self.raw.defaultExperiment
         stepping = self.raw.coSimulation
         texts = [experiment.stepSize] if experiment is not None else []
         texts += [stepping.fixedInternalStepSize] if stepping is not None else []
         sizes = [float(text) for text in texts if text]
-        return next((s for s in sizes if s > 0 and math.isfinite(s)), DEFAULT_STEP)
+        return next((s for s in sizes if s > 0 and math.isfinite(s)), None)
 
     @property
     def start_time(self) -> float:

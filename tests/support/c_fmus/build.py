@@ -276,6 +276,7 @@ OPTIONS = {
     "alone": ("ALONE", 'canBeInstantiatedOnlyOncePerProcess="true"'),
     "constant": ("CONSTANT", 'canHandleVariableCommunicationStepSize="false"'),
     "hundredth": ("OWN_STEP=0.01", ""),
+    "fiftieth": ("OWN_STEP=0.02", ""),
     "clears": ("CLEARS", ""),
     "refreshes": ("REFRESHES", ""),
     "lazy": ("LAZY", ""),
@@ -285,10 +286,10 @@ OPTIONS = {
 }
 """What an FMU can do besides, or cannot: flag of the compiler and attribute of the description.
 
-A constant one refuses steps of another size than its first, one of a hundredth all but 0.01 s. One
-that clears shows zeros when something has been set, until it has made a step; one that refreshes
-shows what a step has made when something has been set. A loud one warns with its name when it is
-initialised, an anonymous one without saying which instance it is.
+A constant one refuses steps of another size than its first, one of a hundredth all but 0.01 s, one
+of a fiftieth all but 0.02 s. One that clears shows zeros when something has been set, until it has
+made a step; one that refreshes shows what a step has made when something has been set. A loud one
+warns with its name when it is initialised, an anonymous one without saying which instance it is.
 """
 
 
