@@ -26,15 +26,18 @@ from m4e_fmi.errors import InputError
 from m4e_fmi.row_header import (
     BEGIN_AT,
     BEGIN_NAME,
+    CLOSING_LENGTH,
     COUNT_AT,
     ENDED_BEFORE,
     MAGIC,
     TEXTS,
+    TEXTS_BEFORE,
     TIME,
     Column,
     Header,
     Numbered,
     Section,
+    closed,
     fixed,
     header,
 )
@@ -134,8 +137,10 @@ class RowFile:
         if count < self.count:
             self._commit(count)
 
-    def end(self, text: str) -> None:
-        """Say how the run has ended."""
+    def end(self, text: str, closing: Mapping[str, str] | None = None) -> None:
+        """Say how the run has ended, and `closing`, further attributes, as far as there is room."""
+        texts = self._texts_at - TEXTS_BEFORE if self._room else self._ended_at - ENDED_BEFORE
+        self._put(texts - CLOSING_LENGTH, closed(closing or {}))
         self._put(self._ended_at, fixed(text))
         os.fsync(self._file.fileno())
 

@@ -12,13 +12,17 @@ import numpy as np
 
 from m4e_fmi.recorded import REAL, Recorded
 
-ROWS_BEGIN, TEXTS, ENDED = "rows_begin", "texts", "ended"
-"""The first and the last two attributes: where rows begin, texts by lines, how the run ended."""
+ROWS_BEGIN, CLOSING, TEXTS, ENDED = "rows_begin", "closing", "texts", "ended"
+"""The first and the last attributes: where rows begin, others that are known at the end (JSON),
+texts by lines, how the run ended.
+"""
 NOT_ENDED = "not yet: the run goes on, or its process was killed"
 """The attribute `ended` until the file is told otherwise."""
 CELLS = "i8"
 """The kind of cells: whole numbers, Booleans, and the places of texts."""
 _ENDED_LENGTH = 1024
+CLOSING_LENGTH = 8192
+"""Bytes of the text of CLOSING."""
 MAGIC = b"CDF\x05"
 """What a file begins with."""
 COUNT_AT = len(MAGIC)
@@ -71,15 +75,23 @@ def fixed(text: str) -> bytes:
     return text.encode()[:_ENDED_LENGTH].decode(errors="ignore").encode().ljust(_ENDED_LENGTH)
 
 
+def closed(attributes: Mapping[str, str]) -> bytes:
+    """The text of CLOSING; without the longest of these attributes where they do not fit."""
+    kept = dict(sorted(attributes.items(), key=lambda one: len(one[1])))
+    while len(text := json.dumps(kept).encode()) > CLOSING_LENGTH:
+        kept.popitem()
+    return text.ljust(CLOSING_LENGTH)
+
+
 def header(
     sections: Sequence[Section], attributes: Mapping[str, str | int], room: int
 ) -> tuple[bytes, int]:
     """The header of a file without rows, and where in it the text of ENDED begins.
 
-    If there is `room` [bytes] for texts, they are just before ENDED.
+    If there is `room` [bytes] for texts, they are just before ENDED; CLOSING is before both.
     """
     texts = {TEXTS: bytes(room).replace(b"\0", b" ")} if room else {}
-    rest = {**attributes, **texts, ENDED: fixed(NOT_ENDED)}
+    rest = {**attributes, CLOSING: closed({}), **texts, ENDED: fixed(NOT_ENDED)}
     dimension = _list(_DIMENSIONS, [_name("time") + _big(0)])
 
     def made(begin: int) -> tuple[bytes, bytes]:
@@ -141,6 +153,8 @@ def _big(value: int, size: int = 8) -> bytes:
 
 ENDED_BEFORE = len(_name(ENDED)) + 12
 """Bytes of the name, type and length of ENDED."""
+TEXTS_BEFORE = len(_name(TEXTS)) + 12
+"""The same of TEXTS."""
 BEGIN_NAME = _name(ROWS_BEGIN)
 BEGIN_AT = len(MAGIC) + 8 + len(_list(_DIMENSIONS, [_name("time") + _big(0)])) + 12
 """Where the first attribute of a file is."""
@@ -160,6 +174,7 @@ class Header:
             self._number()
         attributes = self._attributes()
         attributes[ENDED] = str(attributes[ENDED]).rstrip()
+        attributes.update(json.loads(str(attributes.pop(CLOSING, "{}"))))
         del attributes[ROWS_BEGIN]
         columns, kinds = [], []
         for _ in self._list():

@@ -219,9 +219,11 @@ class ResultsWriter:
 
     def _finish(self, ended: str) -> None:
         """Put the netCDF-4 file in place; the rows if there is no room for it."""
+        closing = self._closing()
+        attributes = {**self._attributes, "ended": ended, **closing}
         if self._file.path != self._place:  # no row is on the disk: all are in the block
             try:
-                self._write(ended, [self._filled()])
+                self._write(attributes, [self._filled()])
             except RunError:
                 pass  # the rows need less
             else:
@@ -233,11 +235,11 @@ class ResultsWriter:
             except OSError as error:
                 self._file.end(_ending(cannot_write(self.path, error)))
                 raise
-            self._file.end(ended)
+            self._file.end(ended, closing)
         blocks = self._file.blocks() if self._before else [self._filled()]
         self._file.close()  # Windows replaces no open file
         try:
-            self._write(ended, blocks)
+            self._write(attributes, blocks)
         except RunError as error:
             self.notes = (
                 "the results are complete, but of netCDF's classic form, without groups, which "
@@ -247,8 +249,7 @@ class ResultsWriter:
     def _filled(self) -> list[np.ndarray]:
         return self._parts(slice(self._rows))
 
-    def _write(self, ended: str, blocks: Iterable[list[np.ndarray]]) -> None:
-        attributes = {**self._attributes, "ended": ended, **self._closing()}
+    def _write(self, attributes: Mapping[str, str], blocks: Iterable[list[np.ndarray]]) -> None:
         count = self._before + self._rows
         write_netcdf(self._place, self._sections, attributes, count, blocks, self._texts)
 

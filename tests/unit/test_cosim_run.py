@@ -280,6 +280,27 @@ def test_results_that_fill_their_blocks_are_complete(
     assert outcome.results().attributes["ended"] == "at the stop time"
 
 
+@pytest.mark.parametrize("names", [{"a": "talker"}, {"a": "talker", "b": "kinds"}])
+def test_results_that_stay_of_the_classic_form_have_all_attributes(
+    c_fmu: Fmus, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, names: Mapping[str, str]
+) -> None:
+    """There is no room for the netCDF-4 file; `kinds` has texts."""
+    given = system(c_fmu, names)
+    whole = run(given, results=tmp_path / "r.nc").results()
+
+    def full(*_: object) -> None:
+        raise RunError("no room")
+
+    monkeypatch.setattr("m4e_fmi.cosim.results.write_netcdf", full)
+    outcome = run(given, results=tmp_path / "r.nc")
+    assert "of netCDF's classic form" in outcome.notes[-1]
+    found = outcome.results().attributes
+    assert {"coupling_error", "messages", "ended"} <= set(found)
+    created = {"created": ""}
+    assert {**found, **created} == {**whole.attributes, **created}
+    assert list(outcome.results().series) == list(whole.series)
+
+
 def test_chosen_variables_are_recorded(c_fmu: Fmus, tmp_path: Path) -> None:
     path = tmp_path / "r.nc"
     whole = oscillator(c_fmu, Simulation(1, 0.1))
