@@ -27,7 +27,8 @@ def broken(
     fewer are delayed.
     """
     found, notes = list[Link](), []
-    while cut := _one_of_each(wiring.links, exchange_graph(descriptions, wiring)):
+    mixed = bool(apart(wiring.links))
+    while mixed and (cut := _one_of_each(wiring.links, exchange_graph(descriptions, wiring))):
         found += cut
         wiring = _delayed(wiring, cut)
     if found:

@@ -67,15 +67,15 @@ def probed(
     """The descriptions with what probing has found, and what is to be said of it, line by line."""
     result, told = dict(descriptions), dict[str, list[str]]()
     known: dict[object, Probe] = {}
-    looped, driven = dict(_looped(descriptions, wiring)), _driven(wiring)
+    unknown = {name: assumed(description) for name, description in descriptions.items()}
+    driven = {name: inputs for name, inputs in _driven(wiring).items() if unknown[name]}
+    looped = dict(_looped(descriptions, wiring, unknown)) if driven else {}
     for component in system.components:
         if component.name not in driven:
             continue
         description = descriptions[component.name]
         outputs, inputs = looped.get(component.name, ((), ()))
-        others = tuple(sorted(assumed(description).difference(outputs)))
-        if not outputs and not others:
-            continue
+        others = tuple(sorted(unknown[component.name].difference(outputs)))
         start = tuple(sorted((name, str(value)) for name, value in component.start.items()))
         asked = _Asked(outputs, inputs, others, driven[component.name])
         key = description.path, start, component.step_size, asked
@@ -108,11 +108,15 @@ class _Asked:
 
 
 def _looped(
-    descriptions: Mapping[str, Description], wiring: Wiring
+    descriptions: Mapping[str, Description],
+    wiring: Wiring,
+    unknown: Mapping[str, frozenset[str]],
 ) -> Iterator[tuple[str, tuple[tuple[str, ...], tuple[str, ...]]]]:
-    """Components with outputs that are assumed to close a loop: these outputs, and its inputs."""
+    """Components with outputs that are assumed to close a loop: these outputs, and its inputs.
+
+    `unknown` are the outputs of whose dependencies nothing is known.
+    """
     graph = exchange_graph(descriptions, wiring)
-    unknown = {name: assumed(description) for name, description in descriptions.items()}
     found: dict[str, tuple[set[str], set[str]]] = {}
     for loop in nx.strongly_connected_components(graph):
         for port in loop if len(loop) > 1 else ():

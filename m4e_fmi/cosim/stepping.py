@@ -199,8 +199,7 @@ class Course:
                 self._switched(changed, size)
             if self._witness:
                 self._witness.after(made, size, noted, jumped=bool(changed))
-        last = self.now == self._stop or self.over
-        if last and self._row != self.now:
+        if self._results and self._row != self.now and (self.now == self._stop or self.over):
             self._record()
         self._adapt(clock.perf_counter() - began)
 
