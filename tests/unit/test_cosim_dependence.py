@@ -39,7 +39,7 @@ def added_mass(fmus: Fmus, algorithm: str, options: str = "", ratio: float = 2.0
     version += ":" * bool(version)
     a = Component("a", FmuFile(fmus(f"{version}blind_mass{options}")), {"body.m.x": 1.0})
     b = Component("b", FmuFile(fmus(f"{version}blind_added_mass{options}")), {"added": ratio})
-    return System("s", (a, b), ("a.m <-> b.end",), Simulation(5.0, 0.05, algorithm))
+    return System("s", (a, b), ("a.m <-> b.end",), Simulation(3.0, 0.05, algorithm))
 
 
 def compared(system: System, name: str, true: Callable) -> tuple[float, float, Outcome]:

@@ -67,15 +67,15 @@ def test_the_summary_and_the_file_have_them(c_fmu: Fmus, tmp_path: Path) -> None
 
 def test_a_flood_is_bounded(c_fmu: Fmus, tmp_path: Path) -> None:
     tracemalloc.start()
-    outcome, lines = talk(c_fmu("talker"), file=tmp_path / "r.nc", count=10_000, kinds=10_000)
+    outcome, lines = talk(c_fmu("talker"), file=tmp_path / "r.nc", count=2_000, kinds=2_000)
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
-    assert sum(message.count for message in outcome.messages) == 100_000
+    assert sum(message.count for message in outcome.messages) == 20_000
     assert len(outcome.messages) == len(lines) == 21
     assert "further messages" in outcome.messages[-1].text
-    assert outcome.messages[-1].count == 100_000 - 20 * 10
+    assert outcome.messages[-1].count == 20_000 - 20 * 10
     assert len(run_summary(outcome).splitlines()) < 40
-    assert peak < 20e6
+    assert peak < 6e6  # that of all messages would be several times as much
 
 
 def test_the_steps_that_tell_the_error_are_not_heard(c_fmu: Fmus) -> None:
