@@ -20,6 +20,7 @@ STEPS = 5
 """Steps that are to be seen before a fourth difference has a level to be compared with."""
 ROUNDING = 2e-14
 """Share of the largest value of a unit that a fourth difference may be by rounding."""
+_NONE = np.zeros(0, dtype=np.intp)
 
 
 class Roughness:
@@ -52,6 +53,8 @@ class Roughness:
 
     def sudden(self, row: int, steps: int) -> np.ndarray:
         """Which of so many steps, noted from a row on, are rough at once (k,), from 0."""
+        if steps == 1 and not self._flags[row, 0]:
+            return _NONE
         return np.flatnonzero(self._flags[row : row + steps, 0])
 
 

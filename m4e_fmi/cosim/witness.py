@@ -115,8 +115,8 @@ class _Stretch:
     """Steps since `start`: `times` [ns] and, if it is `recorded`, source values, piece by piece.
 
     `jumps` are the times to which a jump has led, of which some were `within` the step; `kinks`
-    numbers of steps that are rough at once, `changes` what was set at some times. A `window` is
-    made again in any case, up to the step `end` of the run.
+    numbers of steps that are rough at once, `changes` what was set at some times, and `steps` their
+    number so far. A `window` is made again in any case, up to the step `end` of the run.
     """
 
     start: Point
@@ -129,6 +129,7 @@ class _Stretch:
     kinks: list[np.ndarray] = field(default_factory=list)
     within: list[int] = field(default_factory=list)
     changes: dict[int, list[Change]] = field(default_factory=dict)
+    steps: int = 0
 
     def copy(self) -> _Stretch:
         """The same, which stays as it is while this goes on."""
@@ -137,11 +138,6 @@ class _Stretch:
             n: getattr(self, n).copy() for n in ("times", "values", "jumps", "kinks", "within")
         }
         return replace(self, changes=changes, **lists)
-
-    @property
-    def steps(self) -> int:
-        """The steps made so far."""
-        return sum(map(len, self.times)) - 1
 
     @property
     def span(self) -> int:
@@ -318,9 +314,10 @@ class Witness:
         same, self._size = size == self._size, size
         if jumped or not same:
             self._roughness.forget()
-        else:
-            stretch.kinks.append(stretch.steps + self._roughness.sudden(row, steps))
+        elif len(sudden := self._roughness.sudden(row, steps)):
+            stretch.kinks.append(stretch.steps + sudden)
         stretch.times.append(last + size * np.arange(1, steps + 1))
+        stretch.steps += steps
         if within:
             stretch.kinks.append(np.array([stretch.steps - 1]))
             stretch.within.append(last + size * steps)
