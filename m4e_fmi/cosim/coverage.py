@@ -17,28 +17,33 @@ NAMED = 3
 class Coverage:
     """Of a run from `start` to `end`, times in nanoseconds.
 
-    `doubled` is the time that was made twice in steps of another length; `followed` are the spans
-    over which a second course went beside the run, `kinks` the times of contacts, switches and
-    jumps that were met there in finer steps; `lost` are times from which on
-    kinks could not be followed, and why.
+    `doubled` are the spans that were made twice in steps of another length; `followed` those over
+    which a second course went beside the run, `kinks` the times of contacts, switches and jumps
+    that were met there in finer steps. They were many from `crowded` on: what was told of them
+    speaks for others. `lost` are times from which on kinks could not be followed, and why.
     """
 
     start: int
     end: int
-    doubled: int = 0
+    doubled: tuple[tuple[int, int], ...] = ()
     followed: tuple[tuple[int, int], ...] = ()
     kinks: tuple[int, ...] = ()
+    crowded: int | None = None
     lost: tuple[tuple[int, str], ...] = ()
 
-    def twice(self, span: int) -> Coverage:
+    def twice(self, begin: int, end: int) -> Coverage:
         """With a further window."""
-        return replace(self, doubled=self.doubled + span)
+        return replace(self, doubled=(*self.doubled, (begin, end)))
 
     def follow(self, since: int, until: int, kinks: np.ndarray) -> Coverage:
         """With a course beside the run over this span, `kinks` within its last part."""
         others = tuple(one for one in self.followed if one[0] != since)
         met = (*self.kinks, *kinks.tolist())
         return replace(self, followed=(*others, (since, until)), kinks=met)
+
+    def crowd(self, time: int) -> Coverage:
+        """With many kinks, from this time on if it is the first."""
+        return self if self.crowded is not None else replace(self, crowded=time)
 
     def lose(self, since: int, why: str) -> Coverage:
         """Without knowledge from some time on."""
@@ -48,8 +53,11 @@ class Coverage:
     def share(self) -> float:
         """Share of the run that was made a second time, in one way or another."""
         span = self.end - self.start
-        followed = sum(end - begin for begin, end in self.followed)
-        return min(1.0, (self.doubled + followed) / span) if span else 0.0
+        watched, last = 0, self.start
+        for begin, end in sorted((*self.doubled, *self.followed)):
+            watched += max(0, end - max(begin, last))
+            last = max(last, end)
+        return watched / span if span else 0.0
 
     def __str__(self) -> str:
         text = f"{100 * self.share:.0f} % of the run made twice, the rest watched for kinks"
@@ -57,6 +65,10 @@ class Coverage:
             text = "all of the run made twice"
         if self.kinks:
             text += f"; finer steps about {_listed(self.kinks)}"
+        if self.crowded is not None:
+            text += (
+                f"; kinks are many from t = {self.crowded / SECOND:.6g} s on: some stand for all"
+            )
         for begin, why in self.lost:
             text += f"; kinks are not followed from t = {begin / SECOND:.6g} s on: {why}"
         return text

@@ -59,6 +59,11 @@ def about(kinks: np.ndarray, steps: int) -> np.ndarray:
     return np.unique(near[(near >= 0) & (near < steps)])
 
 
+def events(kinks: np.ndarray) -> int:
+    """How many have made these (k,), in order: those that act on each other's steps are one."""
+    return int(len(kinks) > 0) + int((np.diff(kinks) > BEFORE + AFTER).sum())
+
+
 def refined(times: np.ndarray, jumps: Sequence[int], steps: np.ndarray) -> np.ndarray:
     """Times [ns] with PARTS steps in place of some `steps` (k,), but over jumps.
 

@@ -19,13 +19,7 @@ set between the run's steps, a component's own points are not met) a window is m
 
 Values are set there as in the run. This costs twice the steps of the window again.
 
-Beyond its window an error may go on growing. How it does, the longest window tells: if E doubles
-with the time (as the phase of an undamped oscillation), the octave's error is E S/τ, with S its
-length and τ that of the window, and octaves add up; if it does not grow (where oscillations are
-damped and forced), the octave's error is E, and the largest counts. In between, with an exponent
-γ = log₂ of what E grows by in the second half of the window,
-
-    error = (Σ E^(1/γ) S/τ)^γ     over all octaves.
+Beyond its window an error may go on growing: see `windows`.
 
 **Everywhere else** fourth differences of the outputs are watched in every step (`roughness`), in
 *stretches*. One that is rougher than all windows is made a window too.
@@ -37,6 +31,11 @@ the errors of kinks, so that |y − z| is their part of the error, in all that f
 that of smooth courses. It ends where its difference has died out. Kinks smaller than a tenth of the
 error that is known already are passed over.
 
+**Many kinks** (lines that touch the seabed make one every few steps) are no more followed than all
+smooth steps are made twice. After MANY, windows speak for all kinks that are not rougher than
+theirs. Steps of twice the length are made about these too, and the order by which the errors of
+smooth courses and kinks fall together is measured.
+
 Going back to a saved state also discards what was learned since then.
 """
 
@@ -44,7 +43,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -60,11 +58,13 @@ from m4e_fmi.cosim.second_course import (
     SecondCourse,
     about,
     doubled,
+    events,
     halved,
     other_steps,
     refined,
 )
 from m4e_fmi.cosim.system import SECOND
+from m4e_fmi.cosim.windows import Told, pieces, throughout
 from m4e_fmi.errors import RunError
 
 if TYPE_CHECKING:
@@ -76,10 +76,12 @@ PART = 8
 """Steps of the run over those of a stretch without windows."""
 MEASURED = 128
 """Steps over which the order is measured, at most."""
+MANY = 32
+"""Kinks after which windows speak for others like them."""
+A_FEW = 8
+"""Of many kinks, those that the order is measured over."""
 FAR = 2**62
 """More steps than a run has."""
-LEAST, MOST = 0.05, 1.0
-"""Bounds of the exponent."""
 ROUNDING = 1e-14
 """Share of the largest value up to which a difference says nothing."""
 NOISE = 8 * ROUNDING
@@ -94,20 +96,6 @@ GROWN = 2.0
 """The same from which on the error is not that of values within the range any more."""
 DIED = 0.01
 """Share of the error that is known below which the run is not followed any more."""
-
-
-@dataclass(frozen=True)
-class _Told:
-    """What two courses of a window of `span` [ns] from `begin` [ns] tell of each source.
-
-    `errors` (2, sources) are the largest differences in its first half and in all of it. The window
-    `speaks` for its octave, or else for itself alone.
-    """
-
-    errors: np.ndarray
-    begin: int
-    span: int
-    speaks: bool
 
 
 @dataclass
@@ -147,10 +135,10 @@ class _Stretch:
 
 @dataclass(frozen=True)
 class _Followed:
-    """A course without the errors of kinks, at `point`; `since` [ns] it goes beside the run."""
+    """A course without the errors of kinks, at `point`, and what it has `told` of these."""
 
     point: Point
-    since: int
+    told: Told
 
 
 def _nanoseconds(time: float) -> int:
@@ -197,8 +185,8 @@ class Witness:
     """
 
     REMEMBERED = (
-        "_steps", "_begins", "_told", "_bounds", "_kinked", "_followed", "_watched",
-        "_coverage", "_measured", "_falls", "_size", "failure", "_others",
+        "_steps", "_begins", "_told", "_bounds", "_kinked", "_met", "_handed_over", "_followed",
+        "_watched", "_coverage", "_falls", "_falls_together", "_size", "failure", "_others",
     )  # fmt: skip
 
     def __init__(
@@ -217,8 +205,8 @@ class Witness:
         self._same = SecondCourse(network, make, sources, length=1.0)
         self._coarse = coarse
         self._order, self._sources, self._spans = order, sources, spans
-        self._measured = float(order)
-        self._falls = float(order)  # as measured, where it may be below 1
+        self._falls: float | None = None  # the order of smooth errors as measured, 0 at least
+        self._falls_together: float | None = None  # the same of all errors, where kinks are many
         self._roughness = Roughness(network)
         self._values = np.zeros((BLOCK, len(sources)))
         self.operations: tuple[Operation, ...] = (self._roughness.operation,)
@@ -228,9 +216,11 @@ class Witness:
         )
         self._steps = self._begins = self._size = 0
         self._stretch: _Stretch | None = None
-        self._told: list[_Told] = []
+        self._told: list[Told] = []
         self._bounds = np.repeat(network.values[sources][None], 2, axis=0)
         self._kinked = np.zeros(len(sources))  # the largest differences of the followed course
+        self._met = 0  # kinks so far in windows, or where the run was followed
+        self._handed_over: Told | None = None  # what was told of them when they became many
         self._followed: _Followed | None = None
         self._watched = np.zeros(len(network.outputs))  # how rough windows have been
         self._start = _nanoseconds(network.time)
@@ -335,8 +325,9 @@ class Witness:
             return
         rough = self._roughness.largest > np.maximum(ROUGHER * self._watched, self._roughness.gate)
         kinks = np.concatenate([np.zeros(0, dtype=np.intp), *stretch.kinks])
-        window = stretch.window or bool(rough.any() and not len(kinks))
-        if not (window or self._followed or len(kinks)):
+        alone = len(kinks) > 0 and self._met < MANY
+        window = stretch.window or (bool(rough.any()) and not alone)
+        if not (window or self._followed or alone):
             return
         end = self._network.keep()
         why = "they were interrupted"
@@ -361,14 +352,22 @@ class Witness:
         """Learn from a stretch by making it again; why courses have failed, if some have."""
         times, why = np.concatenate(stretch.times), []
         values = self._recorded(stretch, times)
-        kinks = kinks[self._beyond_rounding(kinks, values)]
+        if len(kinks):
+            kinks = kinks[self._beyond_rounding(kinks, values)]
+        many = len(kinks) > 0 and self._met + events(kinks) >= MANY
         if window:
             edges = times[1 + about(kinks, stretch.steps)]
-            few = len(edges) < stretch.steps / 2  # else it is rough throughout
-            why = self._judged(stretch, times, values, edges if few else edges[:0])
-            np.maximum(self._watched, self._roughness.largest, out=self._watched)
+            few = not many and len(edges) < stretch.steps / 2  # else it is rough throughout
+            among = kinks[:A_FEW] if many else kinks[:0]
+            why = self._judged(stretch, times, values, edges if few else edges[:0], among)
             self._set_gates(values)
-        kinks = kinks[self._relevant(kinks, values)]
+        if window or self._followed:
+            np.maximum(self._watched, self._roughness.largest, out=self._watched)
+        if window and many:
+            self._note_kinks(times[1 + kinks], events(kinks))
+            return ", and ".join(why)
+        if len(kinks):
+            kinks = kinks[self._relevant(kinks, values)]
         if self.failure or not (self._followed or len(kinks)):
             return ", and ".join(why)
         if self._coarse:
@@ -377,6 +376,15 @@ class Witness:
             why += self._follow(stretch, times, values, kinks)
             self._set_gates(values)
         return ", and ".join(why)
+
+    def _note_kinks(self, times: np.ndarray, count: int) -> None:
+        """So many more were met, at some times [ns]; once they are many, none is followed."""
+        self._met += count
+        if self._met >= MANY:
+            if self._followed:
+                self._handed_over = self._followed.told
+            self._followed = None
+            self._coverage = self._coverage.crowd(int(times[0]))
 
     def _recorded(self, stretch: _Stretch, times: np.ndarray) -> np.ndarray:
         """Source values of a stretch (times, sources); made again where they are not known."""
@@ -405,18 +413,24 @@ class Witness:
         self._roughness.gate[self._sources] = least
 
     def _judged(
-        self, stretch: _Stretch, run: np.ndarray, values: np.ndarray, kinks: np.ndarray
+        self,
+        stretch: _Stretch,
+        run: np.ndarray,
+        values: np.ndarray,
+        kinks: np.ndarray,
+        among: np.ndarray,
     ) -> list[str]:
         """Note what a course of another length tells of a stretch, but of steps to `kinks` [ns].
 
-        Why courses have failed; `failure` is told where all have.
+        Steps `among` the others (k,) have kinks. Why courses have failed; `failure` is told where
+        all have.
         """
         why: list[str] = []
         if stretch.steps == 1 and HALF not in self._others:
             return why  # a single step tells nothing
         for length in tuple(self._others):
             try:
-                self._judge(stretch, run, values, length, kinks)
+                self._judge(stretch, run, values, length, kinks, among)
                 return why
             except _UntoldError as error:
                 why.append(str(error))
@@ -430,14 +444,15 @@ class Witness:
         values: np.ndarray,
         length: float,
         kinks: np.ndarray,
+        among: np.ndarray,
     ) -> None:
-        """Note the largest differences to a course with steps of this `length`, or _UntoldError."""
+        """Note the errors by a course with steps of this `length`, or _UntoldError."""
         twice = length == TWICE
         if twice and stretch.changes:
             raise _UntoldError("values were set between steps")
-        alike = sorted({*stretch.jumps, *kinks.tolist()})
-        phase = self._phase(run)
-        times = doubled(run, alike, phase=phase) if twice else halved(run, stretch.jumps)
+        jumps = [t for t in stretch.jumps if not len(among) or t not in stretch.within]
+        alike = sorted({*jumps, *kinks.tolist()})
+        times = doubled(run, alike, phase=self._phase(run)) if twice else halved(run, jumps)
         span, other = int(times[-1] - times[0]), other_steps(times, run)
         if other < span / 2 or not span:
             if twice:
@@ -452,19 +467,25 @@ class Witness:
             raise _UntoldError(f"steps of {name} the length fail ({error.message})") from error
         _, mine, theirs = np.intersect1d(run, times, assume_unique=True, return_indices=True)
         errors = off(again[theirs], values[mine], np.abs(values).max(axis=0))
-        first = errors[: len(errors) // 2 + 1].max(axis=0)
-        if twice and not self._told and HALF in self._others:
-            self._measure(stretch, run, values, again, times, alike)
-        scale = span / other * (1.0 if twice else 2.0**self._measured)
-        lower = min(self._measured, self._order)
-        if len(kinks) and lower < self._measured:
-            lost = (2.0**self._measured - 1) / (2.0**lower - 1)
-            scale *= lost if twice else lost * 2.0 ** (lower - self._measured)
-        better = values if twice else again
-        found = scale * np.array([first, errors.max(axis=0)])
-        self._told = [*self._told, _Told(found, int(run[0]), span, stretch.window)]
-        self._bounds = _wider(self._bounds, better)
-        self._coverage = self._coverage.twice(span)
+        falls = self._falls_together if len(among) else self._falls
+        if falls is None and twice and HALF in self._others and self._order > 1:
+            last = min(max(MEASURED, among[-1]), len(run) // 2) if len(among) else 0
+            last = last or min(MEASURED, len(run) // 4)
+            falls = self._fall(stretch, run[: last + 1], values, again, times, alike)
+            if not len(among):
+                self._falls = falls
+            elif len(among) == A_FEW:
+                self._falls_together = falls
+        if falls is None:
+            falls = 1.0 if len(among) else float(self._order)
+        most = self._order if len(among) or len(kinks) else falls
+        order = max(1.0, min(falls, most))
+        scale = span / other * (1.0 if twice else 2.0**order) / (2.0**order - 1)
+        found = scale * pieces(errors)
+        told = Told(found, int(run[0]), span, stretch.window, left=2.0**-falls)
+        self._told = [*self._told, told]
+        self._bounds = _wider(self._bounds, values if twice else again)
+        self._coverage = self._coverage.twice(int(run[0]), int(run[-1]))
 
     def _phase(self, run: np.ndarray) -> int | None:
         """Which of two steps of the run begins these times; None if no component has rarer ones."""
@@ -472,7 +493,7 @@ class Witness:
             return None
         return round((run[0] - self._start) / (run[1] - run[0])) % 2
 
-    def _measure(
+    def _fall(
         self,
         stretch: _Stretch,
         run: np.ndarray,
@@ -480,33 +501,32 @@ class Witness:
         twice: np.ndarray,
         times: np.ndarray,
         alike: Sequence[int],
-    ) -> None:
-        """Measure the order by a third course at H/2 over the first steps.
+    ) -> float | None:
+        """The order over the first steps, `run`, as measured by a third course, at H/2.
 
         It may be lower than the algorithm promises, as where FMUs are not linear in inputs that
         they hold, or higher by one; but higher it is not taken in a window with kinks, after which
         the motion is faster than where it was measured.
 
-        Where differences are rounding, or so large that no order shows, the algorithm's counts.
+        None where differences are rounding, or so large that no order shows.
         """
-        first = run[: min(MEASURED, len(run) // 4) + 1]
-        met, mine, theirs = np.intersect1d(first, times, assume_unique=True, return_indices=True)
-        if self._order < 2 or len(met) < 2:
-            return
-        shorter = halved(first, alike)
+        met, mine, theirs = np.intersect1d(run, times, assume_unique=True, return_indices=True)
+        if len(met) < 2:
+            return None
+        shorter = halved(run, alike)
         try:
             self._network.restore(stretch.start)
             half = self._same.values(shorter, stretch.jumps, stretch.changes)
         except RunError:
-            return
+            return None
         largest, spans = np.abs(values).max(axis=0), self._spans(np.ptp(values, axis=0))
         large, small = (
             over(off(again, values[mine], largest).max(axis=0), spans).max()
             for again in (twice[theirs], half[np.searchsorted(shorter, met)])
         )
         if small > 0.0 and large < RESOLVED:
-            self._falls = float(np.clip(np.log2(large / small), 0.0, self._order + 1))
-            self._measured = max(1.0, self._falls)
+            return float(np.clip(np.log2(large / small), 0.0, self._order + 1))
+        return None
 
     def _follow(
         self, stretch: _Stretch, run: np.ndarray, values: np.ndarray, kinks: np.ndarray
@@ -515,11 +535,11 @@ class Witness:
 
         The second course begins where it has ended before, or at the start of the stretch.
         """
-        followed = self._followed or _Followed(stretch.start, int(run[0]))
+        followed = self._followed
         met = [time for time in stretch.jumps if time not in stretch.within]
         times = refined(run, met, about(kinks, stretch.steps))
         try:
-            self._network.restore(followed.point)
+            self._network.restore(followed.point if followed else stretch.start)
             again = self._same.values(times, stretch.jumps, stretch.changes)
             point = self._network.keep()
         except RunError as error:
@@ -530,10 +550,16 @@ class Witness:
         errors = off(again[np.isin(times, run)], values, np.abs(values).max(axis=0))
         self._kinked = np.maximum(self._kinked, errors.max(axis=0))
         self._bounds = _wider(self._bounds, again)
-        self._coverage = self._coverage.follow(followed.since, int(run[-1]), run[1 + kinks])
+        since = followed.told.begin if followed else int(run[0])
+        self._coverage = self._coverage.follow(since, int(run[-1]), run[1 + kinks])
+        largest = pieces(errors) if followed else pieces(errors[kinks[0] :])
+        if followed:
+            largest = np.concatenate((followed.told.errors, largest))
+        self._followed = _Followed(point, Told(largest, since, int(run[-1]) - since, speaks=True))
+        self._note_kinks(run[1 + kinks], events(kinks))
         spans = self._spans(self.ranges())
-        died = (errors[-1] <= DIED * self._known_error() * spans).all()
-        self._followed = None if died else replace(followed, point=point)
+        if (errors[-1] <= DIED * self._known_error() * spans).all():
+            self._followed = None
         return []
 
     def finish(self) -> None:
@@ -551,32 +577,20 @@ class Witness:
 
         To be called without a `failure`.
         """
-        smooth = self._smooth() / (2.0**self._measured - 1)
-        if not halved:
-            return smooth + self._kinked
-        return smooth / 2.0**self._falls + halved_kinks(self._kinked, self._spans(self.ranges()))
+        start, end = self._start, _nanoseconds(self._network.time)
+        told = [one.halved for one in self._told] if halved else self._told
+        smooth, kinked = throughout(told, start, end), self._kinked
+        if one := self._handed_over:
+            after = one.begin + one.span
+            end = next((w.begin for w in told if w.speaks and w.begin >= after), end)
+            kinked = np.maximum(kinked, throughout([one], one.begin, end))
+        if halved:
+            kinked = halved_kinks(kinked, self._spans(self.ranges()))
+        return smooth + kinked
 
     def coverage(self) -> Coverage:
         """How much of the run up to the present point was watched."""
         return replace(self._coverage, end=_nanoseconds(self._network.time))
-
-    def _smooth(self) -> np.ndarray:
-        """What two courses would differ by at most, had both gone all the way, but for kinks."""
-        told = self._told
-        last = _nanoseconds(self._network.time)
-        edges = [self._start, *(one.begin for one in told[1:] if one.speaks), last]
-        octaves = iter([end - begin for begin, end in pairwise(edges)])
-        first, whole = max(told, key=lambda one: one.span).errors
-        grown = np.divide(whole, first, out=np.ones_like(whole), where=first > 0.0)
-        exponent = np.clip(np.log2(np.maximum(grown, 1.0)), LEAST, MOST)
-        largest = np.max([one.errors[1] for one in told], axis=0)
-        scale = np.where(largest > 0.0, largest, 1.0)
-        total = sum(
-            (one.errors[1] / scale) ** (1 / exponent)
-            * (max(next(octaves) / one.span, 1.0) if one.speaks else 1.0)
-            for one in told
-        )
-        return scale * np.where(largest > 0.0, total, 0.0) ** exponent
 
     def ranges(self) -> np.ndarray:
         """How far the values of each source have been apart where they are known."""
