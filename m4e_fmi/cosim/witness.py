@@ -12,8 +12,9 @@ octaves (2048 to 4096, 4096 to 8192 ...) of which the first sixteenth is one. Ju
 announce, and steps about kinks, are made by both courses alike; where this leaves steps that are
 not longer, the differences are scaled up.
 
-Where steps of twice the length cannot be (they fail, most of them would end at jumps, values were
-set between the run's steps, a component's own points are not met) a window is made again at H/2:
+Where steps of twice the length cannot be (they fail or grow without bound, most of them would end
+at jumps, values were set between the run's steps, a component's own points are not met) a window is
+made again at H/2:
 
     error of y = |y − z| 2^p / (2^p − 1)
 
@@ -43,7 +44,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 import numpy as np
 
@@ -462,11 +463,12 @@ class Witness:
             self._network.restore(stretch.start)
             again = self._others[length].values(times, stretch.jumps, stretch.changes)
         except RunError as error:
-            self._others = {c: course for c, course in self._others.items() if c != length}
-            name = "twice" if twice else "half"
-            raise _UntoldError(f"steps of {name} the length fail ({error.message})") from error
+            self._give_up(length, f"fail ({error.message})")
         _, mine, theirs = np.intersect1d(run, times, assume_unique=True, return_indices=True)
         errors = off(again[theirs], values[mine], np.abs(values).max(axis=0))
+        shares = over(errors.max(axis=0), self._spans(np.ptp(values, axis=0)))
+        if twice and HALF in self._others and shares.max() > GROWN:
+            self._give_up(length, "grow without bound")
         falls = self._falls_together if len(among) else self._falls
         if falls is None and twice and HALF in self._others and self._order > 1:
             last = min(max(MEASURED, among[-1]), len(run) // 2) if len(among) else 0
@@ -486,6 +488,11 @@ class Witness:
         self._told = [*self._told, told]
         self._bounds = _wider(self._bounds, values if twice else again)
         self._coverage = self._coverage.twice(int(run[0]), int(run[-1]))
+
+    def _give_up(self, length: float, why: str) -> NoReturn:
+        """Make no more courses with steps of this `length`."""
+        self._others = {c: course for c, course in self._others.items() if c != length}
+        raise _UntoldError(f"steps of {'twice' if length == TWICE else 'half'} the length {why}")
 
     def _phase(self, run: np.ndarray) -> int | None:
         """Which of two steps of the run begins these times; None if no component has rarer ones."""
