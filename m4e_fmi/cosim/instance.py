@@ -106,6 +106,7 @@ class Instance:
         self._initialised = False
         self.scales: dict[str, tuple[float, float]] = {}
         self._states: dict[int, ctypes.c_void_p] = {}
+        self._places: dict[int, tuple[Call, Call]] = {}
         self._readers: dict[str, tuple[Call, np.ndarray]] = {}
         self._typed: dict[str, tuple[Access, np.ndarray]] = {}
         self._texts = Texts()
@@ -290,9 +291,18 @@ class Instance:
         """A call that brings the FMU back as `restore_state` does, where no step has failed."""
         return self._fmu.restorer(self.slot())
 
+    def _calls(self, place: int) -> tuple[Call, Call]:
+        """Those that keep the FMU's state in a place, and bring it back."""
+        fmu = self._usable
+        if place not in self._places:
+            slot = self.slot(place)
+            self._places[place] = fmu.saver(slot), fmu.restorer(slot)
+        return self._places[place]
+
     def save_state(self, place: int = 0) -> None:
         """Keep the FMU's state, instead of the one kept before in the same place."""
-        status = self._usable.saver(self.slot(place))()
+        save, _ = self._calls(place)
+        status = save()
         if status > WARNING:
             self.fail(status, "fmi2GetFMUstate")
 
@@ -302,7 +312,8 @@ class Instance:
         It may be restored again. After Fatal there is no way back.
         """
         self._broken = self._fmu.component is None
-        status = self._usable.restorer(self.slot(place))()
+        _, restore = self._calls(place)
+        status = restore()
         if status > WARNING:
             self.fail(status, "fmi2SetFMUstate")
         self.time = time

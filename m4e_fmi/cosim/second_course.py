@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -21,12 +22,55 @@ from m4e_fmi.errors import RunError
 if TYPE_CHECKING:
     from m4e_fmi.cosim.algorithms import Algorithm
 
+ROUNDING = 1e-14
+"""Share of the largest value up to which a difference says nothing."""
 PARTS = 16
 """Steps in place of one about a kink."""
 LEAST = 100
 """Length [ns] below which a step is not divided."""
 BEFORE, AFTER = 2, 2
 """Steps before and after one that is rough at once which a kink may lie in, or act on."""
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """What a course has come to: `times` [ns] (n + 1,), and there `values` (n + 1, sources)."""
+
+    times: np.ndarray
+    values: np.ndarray
+
+    @property
+    def steps(self) -> int:
+        """How many lead from the first time to the last."""
+        return len(self.times) - 1
+
+    @cached_property
+    def bounds(self) -> np.ndarray:
+        """The smallest and the largest value of each source (2, sources)."""
+        return np.array([self.values.min(axis=0), self.values.max(axis=0)])
+
+    @property
+    def ranges(self) -> np.ndarray:
+        """How far the values of each source are apart (sources,)."""
+        return self.bounds[1] - self.bounds[0]
+
+    @property
+    def largest(self) -> np.ndarray:
+        """The largest magnitude of each source (sources,)."""
+        return np.abs(self.bounds).max(axis=0)
+
+    def off(self, other: Recorded, times: np.ndarray | None = None) -> np.ndarray:
+        """Magnitudes of differences (times, sources) at some times, or at all that both have."""
+        if times is None:
+            times = np.intersect1d(self.times, other.times, assume_unique=True)
+        mine, theirs = (one.values[np.searchsorted(one.times, times)] for one in (self, other))
+        return off(theirs, mine, self.largest)
+
+
+def off(values: np.ndarray, others: np.ndarray, largest: np.ndarray) -> np.ndarray:
+    """Magnitudes of differences, 0 where they may be rounding of values up to `largest`."""
+    difference = np.abs(values - others)
+    return np.where(difference <= ROUNDING * largest, 0.0, difference)
 
 
 def doubled(times: np.ndarray, jumps: Sequence[int], *, phase: int | None = None) -> np.ndarray:
@@ -120,10 +164,10 @@ class SecondCourse:
         if loop:
             loop.state.halt = 1
 
-    def values(
+    def along(
         self, times: np.ndarray, jumps: Sequence[int], changes: Mapping[int, Sequence[Change]]
-    ) -> np.ndarray:
-        """Values of the sources at these times [ns] (times, n), a step from each to the next.
+    ) -> Recorded:
+        """The course over these times [ns], a step from each to the next.
 
         Some are `jumps`, at some `changes` are made.
         """
@@ -140,7 +184,7 @@ class SecondCourse:
                 found.append(self._steps(now, size, left, jumps))
                 now += len(found[-1]) * size
                 left -= len(found[-1])
-        return np.concatenate(found)
+        return Recorded(times, np.concatenate(found))
 
     def _steps(self, now: int, size: int, most: int, jumps: Sequence[int]) -> np.ndarray:
         """Values after each of some steps of `size` from `now` [ns], one at least."""

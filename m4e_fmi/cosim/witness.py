@@ -56,6 +56,8 @@ from m4e_fmi.cosim.network import HALF, TWICE, Change, Network, Point
 from m4e_fmi.cosim.operations import Operation, gather
 from m4e_fmi.cosim.roughness import HISTORY, Roughness, fourth_differences
 from m4e_fmi.cosim.second_course import (
+    ROUNDING,
+    Recorded,
     SecondCourse,
     about,
     doubled,
@@ -83,8 +85,6 @@ A_FEW = 8
 """Of many kinks, those that the order is measured over."""
 FAR = 2**62
 """More steps than a run has."""
-ROUNDING = 1e-14
-"""Share of the largest value up to which a difference says nothing."""
 NOISE = 8 * ROUNDING
 """The same of a fourth difference."""
 SMALL = 0.1
@@ -144,12 +144,6 @@ class _Followed:
 
 def _nanoseconds(time: float) -> int:
     return round(time * SECOND)
-
-
-def off(values: np.ndarray, others: np.ndarray, largest: np.ndarray) -> np.ndarray:
-    """Magnitudes of differences, 0 where they may be rounding of values up to `largest`."""
-    difference = np.abs(values - others)
-    return np.where(difference <= ROUNDING * largest, 0.0, difference)
 
 
 def halved_kinks(errors: np.ndarray, spans: np.ndarray) -> np.ndarray:
@@ -351,31 +345,30 @@ class Witness:
 
     def _made_again(self, stretch: _Stretch, kinks: np.ndarray, *, window: bool) -> str:
         """Learn from a stretch by making it again; why courses have failed, if some have."""
-        times, why = np.concatenate(stretch.times), []
-        values = self._recorded(stretch, times)
+        run, why = self._recorded(stretch), []
         if len(kinks):
-            kinks = kinks[self._beyond_rounding(kinks, values)]
+            kinks = kinks[self._beyond_rounding(kinks, run)]
         many = len(kinks) > 0 and self._met + events(kinks) >= MANY
         if window:
-            edges = times[1 + about(kinks, stretch.steps)]
-            few = not many and len(edges) < stretch.steps / 2  # else it is rough throughout
+            edges = run.times[1 + about(kinks, run.steps)]
+            few = not many and len(edges) < run.steps / 2  # else it is rough throughout
             among = kinks[:A_FEW] if many else kinks[:0]
-            why = self._judged(stretch, times, values, edges if few else edges[:0], among)
-            self._set_gates(values)
+            why = self._judged(stretch, run, edges if few else edges[:0], among)
+            self._set_gates(run)
         if window or self._followed:
             np.maximum(self._watched, self._roughness.largest, out=self._watched)
         if window and many:
-            self._note_kinks(times[1 + kinks], events(kinks))
+            self._note_kinks(run.times[1 + kinks], events(kinks))
             return ", and ".join(why)
         if len(kinks):
-            kinks = kinks[self._relevant(kinks, values)]
+            kinks = kinks[self._relevant(kinks, run)]
         if self.failure or not (self._followed or len(kinks)):
             return ", and ".join(why)
         if self._coarse:
-            self._coverage = self._coverage.lose(int(times[kinks[0]]), self._coarse)
+            self._coverage = self._coverage.lose(int(run.times[kinks[0]]), self._coarse)
         else:
-            why += self._follow(stretch, times, values, kinks)
-            self._set_gates(values)
+            why += self._follow(stretch, run, kinks)
+            self._set_gates(run)
         return ", and ".join(why)
 
     def _note_kinks(self, times: np.ndarray, count: int) -> None:
@@ -387,37 +380,37 @@ class Witness:
             self._followed = None
             self._coverage = self._coverage.crowd(int(times[0]))
 
-    def _recorded(self, stretch: _Stretch, times: np.ndarray) -> np.ndarray:
-        """Source values of a stretch (times, sources); made again where they are not known."""
+    def _recorded(self, stretch: _Stretch) -> Recorded:
+        """A stretch of the run; made again where its values are not known."""
+        times = np.concatenate(stretch.times)
         if stretch.recorded:
-            return np.concatenate(stretch.values)
+            return Recorded(times, np.concatenate(stretch.values))
         self._network.restore(stretch.start)
-        return self._same.values(times, stretch.jumps, stretch.changes)
+        return self._same.along(times, stretch.jumps, stretch.changes)
 
     @staticmethod
-    def _beyond_rounding(kinks: np.ndarray, values: np.ndarray) -> np.ndarray:
+    def _beyond_rounding(kinks: np.ndarray, run: Recorded) -> np.ndarray:
         """Which of some steps are rough by more than rounding (kinks,)."""
-        return np.any(_rough(kinks, values) > NOISE * np.abs(values).max(axis=0), axis=1)
+        return np.any(_rough(kinks, run.values) > NOISE * run.largest, axis=1)
 
-    def _relevant(self, kinks: np.ndarray, values: np.ndarray) -> np.ndarray:
+    def _relevant(self, kinks: np.ndarray, run: Recorded) -> np.ndarray:
         """Which of some steps are rough by more than a share of the known error (kinks,)."""
         spans = self._spans(self.ranges())
-        return np.any(_rough(kinks, values) > SMALL * self._known_error() * spans, axis=1)
+        return np.any(_rough(kinks, run.values) > SMALL * self._known_error() * spans, axis=1)
 
     def _known_error(self) -> float:
         """The largest error over range that is known so far."""
         return float(over(self.errors(), self._spans(self.ranges())).max()) if self._told else 0.0
 
-    def _set_gates(self, values: np.ndarray) -> None:
+    def _set_gates(self, run: Recorded) -> None:
         spans = self._spans(self.ranges())
-        least = np.maximum(NOISE * np.abs(values).max(axis=0), SMALL * self._known_error() * spans)
+        least = np.maximum(NOISE * run.largest, SMALL * self._known_error() * spans)
         self._roughness.gate[self._sources] = least
 
     def _judged(
         self,
         stretch: _Stretch,
-        run: np.ndarray,
-        values: np.ndarray,
+        run: Recorded,
         kinks: np.ndarray,
         among: np.ndarray,
     ) -> list[str]:
@@ -431,7 +424,7 @@ class Witness:
             return why  # a single step tells nothing
         for length in tuple(self._others):
             try:
-                self._judge(stretch, run, values, length, kinks, among)
+                self._judge(stretch, run, length, kinks, among)
                 return why
             except _UntoldError as error:
                 why.append(str(error))
@@ -441,8 +434,7 @@ class Witness:
     def _judge(
         self,
         stretch: _Stretch,
-        run: np.ndarray,
-        values: np.ndarray,
+        run: Recorded,
         length: float,
         kinks: np.ndarray,
         among: np.ndarray,
@@ -453,27 +445,25 @@ class Witness:
             raise _UntoldError("values were set between steps")
         jumps = [t for t in stretch.jumps if not len(among) or t not in stretch.within]
         alike = sorted({*jumps, *kinks.tolist()})
-        times = doubled(run, alike, phase=self._phase(run)) if twice else halved(run, jumps)
-        span, other = int(times[-1] - times[0]), other_steps(times, run)
+        phase = self._phase(run.times)
+        times = doubled(run.times, alike, phase=phase) if twice else halved(run.times, jumps)
+        span, other = int(times[-1] - times[0]), other_steps(times, run.times)
         if other < span / 2 or not span:
             if twice:
                 raise _UntoldError("most steps end at jumps")
             return  # there is nothing but jumps
         try:
             self._network.restore(stretch.start)
-            again = self._others[length].values(times, stretch.jumps, stretch.changes)
+            again = self._others[length].along(times, stretch.jumps, stretch.changes)
         except RunError as error:
             self._give_up(length, f"fail ({error.message})")
-        _, mine, theirs = np.intersect1d(run, times, assume_unique=True, return_indices=True)
-        errors = off(again[theirs], values[mine], np.abs(values).max(axis=0))
-        shares = over(errors.max(axis=0), self._spans(np.ptp(values, axis=0)))
+        errors = run.off(again)
+        shares = over(errors.max(axis=0), self._spans(run.ranges))
         if twice and HALF in self._others and shares.max() > GROWN:
             self._give_up(length, "grow without bound")
         falls = self._falls_together if len(among) else self._falls
         if falls is None and twice and HALF in self._others and self._order > 1:
-            last = min(max(MEASURED, among[-1]), len(run) // 2) if len(among) else 0
-            last = last or min(MEASURED, len(run) // 4)
-            falls = self._fall(stretch, run[: last + 1], values, again, times, alike)
+            falls = self._measured(stretch, run, again, alike, among)
             if not len(among):
                 self._falls = falls
             elif len(among) == A_FEW:
@@ -483,11 +473,11 @@ class Witness:
         most = self._order if len(among) or len(kinks) else falls
         order = max(1.0, min(falls, most))
         scale = span / other * (1.0 if twice else 2.0**order) / (2.0**order - 1)
+        begin, end = int(run.times[0]), int(run.times[-1])
         found = scale * pieces(errors)
-        told = Told(found, int(run[0]), span, stretch.window, left=2.0**-falls)
-        self._told = [*self._told, told]
-        self._bounds = _wider(self._bounds, values if twice else again)
-        self._coverage = self._coverage.twice(int(run[0]), int(run[-1]))
+        self._told = [*self._told, Told(found, begin, span, stretch.window, left=2.0**-falls)]
+        self._bounds = _wider(self._bounds, run if twice else again)
+        self._coverage = self._coverage.twice(begin, end)
 
     def _give_up(self, length: float, why: str) -> NoReturn:
         """Make no more courses with steps of this `length`."""
@@ -500,16 +490,15 @@ class Witness:
             return None
         return round((run[0] - self._start) / (run[1] - run[0])) % 2
 
-    def _fall(
+    def _measured(
         self,
         stretch: _Stretch,
-        run: np.ndarray,
-        values: np.ndarray,
-        twice: np.ndarray,
-        times: np.ndarray,
+        run: Recorded,
+        twice: Recorded,
         alike: Sequence[int],
+        among: np.ndarray,
     ) -> float | None:
-        """The order over the first steps, `run`, as measured by a third course, at H/2.
+        """The order over the first steps of a stretch, as measured by a third course, at H/2.
 
         It may be lower than the algorithm promises, as where FMUs are not linear in inputs that
         they hold, or higher by one; but higher it is not taken in a window with kinks, after which
@@ -517,53 +506,52 @@ class Witness:
 
         None where differences are rounding, or so large that no order shows.
         """
-        met, mine, theirs = np.intersect1d(run, times, assume_unique=True, return_indices=True)
-        if len(met) < 2:
+        last = min(MEASURED, run.steps // 4)
+        if len(among):
+            last = min(max(MEASURED, int(among[-1])), run.steps // 2)
+        times = np.intersect1d(run.times[: last + 1], twice.times, assume_unique=True)
+        if len(times) < 2:
             return None
-        shorter = halved(run, alike)
+        shorter = halved(run.times[: last + 1], alike)
         try:
             self._network.restore(stretch.start)
-            half = self._same.values(shorter, stretch.jumps, stretch.changes)
+            half = self._same.along(shorter, stretch.jumps, stretch.changes)
         except RunError:
             return None
-        largest, spans = np.abs(values).max(axis=0), self._spans(np.ptp(values, axis=0))
-        large, small = (
-            over(off(again, values[mine], largest).max(axis=0), spans).max()
-            for again in (twice[theirs], half[np.searchsorted(shorter, met)])
-        )
+        spans = self._spans(run.ranges)
+        large, small = (over(run.off(one, times).max(axis=0), spans).max() for one in (twice, half))
         if small > 0.0 and large < RESOLVED:
             return float(np.clip(np.log2(large / small), 0.0, self._order + 1))
         return None
 
-    def _follow(
-        self, stretch: _Stretch, run: np.ndarray, values: np.ndarray, kinks: np.ndarray
-    ) -> list[str]:
+    def _follow(self, stretch: _Stretch, run: Recorded, kinks: np.ndarray) -> list[str]:
         """Make the stretch a second time, in finer steps about `kinks` (k,); why that fails, if so.
 
         The second course begins where it has ended before, or at the start of the stretch.
         """
         followed = self._followed
         met = [time for time in stretch.jumps if time not in stretch.within]
-        times = refined(run, met, about(kinks, stretch.steps))
+        times = refined(run.times, met, about(kinks, run.steps))
+        begin, end = int(run.times[0]), int(run.times[-1])
         try:
             self._network.restore(followed.point if followed else stretch.start)
-            again = self._same.values(times, stretch.jumps, stretch.changes)
+            again = self._same.along(times, stretch.jumps, stretch.changes)
             point = self._network.keep()
         except RunError as error:
             self._followed = None
             why = f"steps of a part of the length fail ({error.message})"
-            self._coverage = self._coverage.lose(int(run[0]), why)
+            self._coverage = self._coverage.lose(begin, why)
             return [why]
-        errors = off(again[np.isin(times, run)], values, np.abs(values).max(axis=0))
+        errors = run.off(again)
         self._kinked = np.maximum(self._kinked, errors.max(axis=0))
         self._bounds = _wider(self._bounds, again)
-        since = followed.told.begin if followed else int(run[0])
-        self._coverage = self._coverage.follow(since, int(run[-1]), run[1 + kinks])
         largest = pieces(errors) if followed else pieces(errors[kinks[0] :])
         if followed:
+            begin = followed.told.begin
             largest = np.concatenate((followed.told.errors, largest))
-        self._followed = _Followed(point, Told(largest, since, int(run[-1]) - since, speaks=True))
-        self._note_kinks(run[1 + kinks], events(kinks))
+        self._coverage = self._coverage.follow(begin, end, run.times[1 + kinks])
+        self._followed = _Followed(point, Told(largest, begin, end - begin, speaks=True))
+        self._note_kinks(run.times[1 + kinks], events(kinks))
         spans = self._spans(self.ranges())
         if (errors[-1] <= DIED * self._known_error() * spans).all():
             self._followed = None
@@ -604,11 +592,10 @@ class Witness:
         return np.ptp(self._bounds, axis=0)
 
 
-def _wider(bounds: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Smallest and largest values (2, n) of those in `bounds`, and of `values` (m, n)."""
-    return np.array(
-        [np.minimum(bounds[0], values.min(axis=0)), np.maximum(bounds[1], values.max(axis=0))]
-    )
+def _wider(bounds: np.ndarray, course: Recorded) -> np.ndarray:
+    """Smallest and largest values (2, n) of those in `bounds`, and of a course."""
+    (low, high), (least, most) = bounds, course.bounds
+    return np.array([np.minimum(low, least), np.maximum(high, most)])
 
 
 def _rough(steps: np.ndarray, values: np.ndarray) -> np.ndarray:

@@ -12,7 +12,7 @@ import pytest
 from m4e_fmi.cosim import Component, FmuFile, Simulation, System, prepare, run, start, witness
 from m4e_fmi.cosim.coverage import Coverage
 from m4e_fmi.cosim.master import Master
-from m4e_fmi.cosim.second_course import SecondCourse
+from m4e_fmi.cosim.second_course import Recorded, SecondCourse
 from m4e_fmi.cosim.witness import Witness
 
 Fmus = Callable[[str], Path]
@@ -29,16 +29,16 @@ def test_an_interrupted_rehearsal_leaves_the_run_where_it_is(
 ) -> None:
     monkeypatch.setattr(witness, "FIRST", 20)
     straight = [point["a.body.m.x"] for point in _points(pair(c_fmu))]
-    usual, calls = SecondCourse.values, []
+    usual, calls = SecondCourse.along, []
 
-    def interrupted(self: SecondCourse, *arguments: object) -> np.ndarray:
+    def interrupted(self: SecondCourse, *arguments: object) -> Recorded:
         calls.append(1)
         found = usual(self, *arguments)  # type: ignore[arg-type]
         if len(calls) == 1:
             raise KeyboardInterrupt
         return found
 
-    monkeypatch.setattr(SecondCourse, "values", interrupted)
+    monkeypatch.setattr(SecondCourse, "along", interrupted)
     found = []
     with start(pair(c_fmu)) as execution:
         found.append(execution["a.body.m.x"])
@@ -80,7 +80,8 @@ def test_a_kink_in_the_first_steps_of_a_stretch_counts() -> None:
     values[:, 0] = np.sin(0.05 * np.arange(40))
     for step in range(5):
         kinked = values + np.where(np.arange(40) > step, 0.3, 0.0)[:, None]
-        assert Witness._beyond_rounding(np.array([step]), kinked).all()
+        run = Recorded(np.arange(40), kinked)
+        assert Witness._beyond_rounding(np.array([step]), run).all()
 
 
 def test_what_could_not_be_followed_is_said_with_its_beginning() -> None:
