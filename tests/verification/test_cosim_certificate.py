@@ -230,6 +230,24 @@ def test_where_longer_steps_fail_the_run_goes_on(c_fmu: Fmus, state: str) -> Non
         assert str(outcome.certificate).startswith("steps of twice the length fail (a")
 
 
+def test_where_longer_steps_grow_without_bound_shorter_ones_tell(c_fmu: Fmus) -> None:
+    system, matrix = pair(c_fmu, "gauss_seidel", np.random.default_rng(0))
+    step = round(1.5 / np.abs(np.linalg.eigvals(matrix)).max(), 3)
+    found: list[list[float]] = []
+
+    def observe(_: float, network: Network) -> None:
+        found.append([network.read(port) for port in PORTS])
+
+    outcome = run(system.changed(stop_time=60 * step, step_size=step), observers=[observe])
+    states = [np.array([1.0, 0, 0, 0])]
+    for _ in found[1:]:
+        states.append(expm(matrix * step) @ states[-1])
+    exact = np.array(states)[:, :2]
+    true = (np.abs(np.array(found) - exact).max(axis=0) / np.ptp(exact, axis=0)).max()
+    assert isinstance(outcome.certificate, Certificate)
+    assert true / 3 < outcome.certificate.errors[0].error < 5 * true
+
+
 @pytest.mark.parametrize("state", ["", "+state"])
 def test_where_longer_steps_are_fatal_the_results_are_there(c_fmu: Fmus, state: str) -> None:
     a = Component("a", FmuFile(c_fmu(f"rogue{state}")), {"what": 6.0, "when": 0.15})

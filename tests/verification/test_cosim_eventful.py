@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 from support.eventful_systems import Event, eventful_system
 
-from m4e_fmi.cosim import Certificate, run
+from m4e_fmi.cosim import Certificate, run, witness
 
 Fmus = Callable[[str], Path]
 
@@ -92,3 +92,32 @@ def test_the_results_say_how_large_the_error_is(c_fmu: Fmus, tmp_path: Path) -> 
     attributes = xr.open_datatree(tmp_path / "r.nc").attrs
     assert attributes["coupling_error"] == str(outcome.certificate)
     assert attributes["coupling_error_from"] == str(outcome.certificate.coverage)
+
+
+@pytest.mark.verifies(
+    "coupling error stated where kinks are many, of which windows tell: true error at most",
+    independent="one set of equations, DOP853, tolerance 1e-13",
+    tolerance="3",
+)
+def test_many_kinks_are_judged_in_windows(c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch) -> None:
+    # as in a run of 2,048 steps for each 256
+    monkeypatch.setattr(witness, "FIRST", 256)
+    monkeypatch.setattr(witness, "MANY", 6)
+    monkeypatch.setattr(witness, "A_FEW", 4)
+    system = eventful_system(
+        c_fmu,
+        np.random.default_rng(62),
+        algorithm="gauss_seidel",
+        event="impact",
+        nonlinear=True,
+        steps=(1500, 2000),
+        share=(0.01, 0.1),
+    )
+    true, stated, outcome = system.true_and_stated()
+    assert true / 3 < stated < 5 * true
+    assert isinstance(outcome.certificate, Certificate)
+    coverage = outcome.certificate.coverage
+    assert coverage is not None
+    assert coverage.crowded is not None
+    assert coverage.share < 0.5
+    assert "kinks are many from t = " in str(coverage)
