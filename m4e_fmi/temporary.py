@@ -1,12 +1,13 @@
 """Temporary folders that the next process removes if this one is killed.
 
-Their names carry a token of the process, and so does a lock file beside them, which the process
-holds while it lives: its number would tell less, as another process may have it by now.
+They are in one that carries a token of the process, and so does a lock file beside it, which the
+process holds while it lives: its number would tell less, as another process may have it by now.
 """
 
 from __future__ import annotations
 
 import errno
+import itertools
 import os
 import re
 import shutil
@@ -14,23 +15,25 @@ import tempfile
 import threading
 import uuid
 import weakref
+from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from m4e_fmi.locks import PATIENCE, Lock
 
 PREFIX = "m4e_fmi_"
-_OWNED = re.compile(rf"{PREFIX}([0-9a-f]{{32}})[_.]")
+_OWNED = re.compile(rf"{PREFIX}([0-9a-f]{{32}})(\.lock)?$")
 
 
 @dataclass
 class _Place:
-    """A folder in which this process has `count` temporary ones, all with its token."""
+    """The folder of this process in another, with `count` temporary ones in it."""
 
-    token: str
+    folder: Path
     lock: Lock
     count: int = 0
+    numbers: Iterator[int] = field(default_factory=itertools.count)
 
 
 _places: dict[tuple[Path, int], _Place] = {}
@@ -51,8 +54,8 @@ class TemporaryFolder:
         with _changing:
             place = _place(parent)
             try:
-                prefix = f"{PREFIX}{place.token}_"
-                self.path = Path(tempfile.mkdtemp(prefix=prefix, dir=parent))
+                self.path = place.folder / str(next(place.numbers))
+                self.path.mkdir(mode=0o700)
                 place.count += 1
             finally:
                 _leave(parent)
@@ -74,11 +77,16 @@ def _place(parent: Path) -> _Place:
     key = parent, os.getpid()
     if key not in _places:
         _sweep(parent)
-        token = uuid.uuid4().hex
-        lock = Lock.take(_lock_file(parent, token), patience=PATIENCE)
+        folder = parent / f"{PREFIX}{uuid.uuid4().hex}"
+        lock = Lock.take(folder.with_suffix(".lock"), patience=PATIENCE)
         if lock is None:
             raise OSError(errno.EAGAIN, os.strerror(errno.EAGAIN), str(parent))
-        _places[key] = _Place(token, lock)
+        try:
+            folder.mkdir(mode=0o700)
+        except OSError:
+            lock.release()
+            raise
+        _places[key] = _Place(folder, lock)
     return _places[key]
 
 
@@ -86,7 +94,9 @@ def _leave(parent: Path) -> None:
     """Give the place up if there is no folder in it."""
     key = parent, os.getpid()
     if _places[key].count == 0:
-        _places.pop(key).lock.release()
+        place = _places.pop(key)
+        shutil.rmtree(place.folder, ignore_errors=True)
+        place.lock.release()
 
 
 def _remove(folder: Path, process: int) -> None:
@@ -94,21 +104,17 @@ def _remove(folder: Path, process: int) -> None:
         return
     shutil.rmtree(folder, ignore_errors=True)
     with _changing:
-        _places[folder.parent, process].count -= 1
-        _leave(folder.parent)
+        parent = folder.parent.parent
+        _places[parent, process].count -= 1
+        _leave(parent)
 
 
 def _sweep(parent: Path) -> None:
-    own = {place.token for place in _places.values()}
+    own = {place.folder for place in _places.values()}
     with suppress(OSError):
-        found = [_OWNED.match(path.name) for path in parent.glob(f"{PREFIX}*")]
-        for token in {match[1] for match in found if match} - own:
-            lock = Lock.take(_lock_file(parent, token))
+        found = [path for path in parent.glob(f"{PREFIX}*") if _OWNED.match(path.name)]
+        for folder in {path.with_suffix("") for path in found} - own:
+            lock = Lock.take(folder.with_suffix(".lock"))
             if lock:
-                for folder in parent.glob(f"{PREFIX}{token}_*"):
-                    shutil.rmtree(folder, ignore_errors=True)
+                shutil.rmtree(folder, ignore_errors=True)
                 lock.release()
-
-
-def _lock_file(parent: Path, token: str) -> Path:
-    return parent / f"{PREFIX}{token}.lock"

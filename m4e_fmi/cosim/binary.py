@@ -19,7 +19,7 @@ import shutil
 from collections.abc import Mapping
 from contextlib import ExitStack, closing
 from copy import copy
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
@@ -49,8 +49,13 @@ class Files:
         name = description.identifier + fmpy.sharedLibraryExtension
         self._library = self.folder / "binaries" / platform / name
         self._copies = 0
-        is_known = description.tool.startswith(OWN) or (self.folder / PYTHON).is_file()
-        self.shares_library = is_known or keeps_nothing(self._library)
+        self._tool = description.tool
+
+    @cached_property
+    def shares_library(self) -> bool:
+        """Whether instances may share the library, as it is known to do no harm."""
+        is_known = self._tool.startswith(OWN) or (self.folder / PYTHON).is_file()
+        return is_known or keeps_nothing(self._library)
 
     def library(self) -> Path:
         """A file of the library that nobody else has: itself at first, then copies beside it."""

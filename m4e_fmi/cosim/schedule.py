@@ -52,7 +52,9 @@ class Schedule:
             if found is None
             else NativeExecutor(found, self.operations)
         )
-        self._stepping = tuple(o for o in self.operations if isinstance(o, DoStep))
+        stepping = [o for o in self.operations if isinstance(o, DoStep)]
+        self._stepping = tuple({id(o.instance): o.instance for o in stepping if not o.due}.values())
+        self._sampled = tuple((o.instance, o.due) for o in stepping if o.due)
         self._returning = tuple(o.instance for o in self.operations if isinstance(o, Restore))
 
     def run(self, time: float, size: float = 0.0, *, row: int = 0) -> None:
@@ -95,9 +97,11 @@ class Schedule:
 
     def arrive(self, time: float) -> None:
         """All components that step have come to `time` [s]."""
-        for step in self._stepping:
-            if not step.due or step.due.at(time):
-                step.instance.time = time
+        for instance in self._stepping:
+            instance.time = time
+        for instance, due in self._sampled:
+            if due.at(time):
+                instance.time = time
 
     def fail(self, status: int, index: int, time: float, size: float, row: int) -> NoReturn:
         """Raise what the status of an operation means; those before it are done."""

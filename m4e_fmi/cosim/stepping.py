@@ -83,6 +83,7 @@ class Course:
         every = round((simulation.output_interval or simulation.step_size) * SECOND)
         self._every = every if simulation.output_interval or control is None else 1
         self._announced = Announced(network)
+        self._announces = bool(self._announced)
         self._telling = telling(network.instances.values())
         self._events = tuple(instance.events for instance in network.instances.values())
         self._note = Schedule(witness.operations if witness else ())
@@ -108,7 +109,7 @@ class Course:
         return self._looped(self._witness.open_operations if self._witness else ())
 
     def _looped(self, watched: tuple[Operation, ...]) -> Loop | None:
-        if self._control or self._announced:
+        if self._control or self._announces:
             return None
         noted = (*self._energy.operations(self._algorithm.held), *watched)
         rows = self._results.schedule if self._results else None
@@ -160,8 +161,10 @@ class Course:
     def _advance(self, most: int) -> None:
         if self._witness:
             self._witness.before()
-        found = self._jump if self._jump > self.now else NEVER
-        self._jump = min(found, self._announced.next(self.now))
+        if self._jump <= self.now:
+            self._jump = NEVER
+        if self._announces:
+            self._jump = min(self._jump, self._announced.next(self.now))
         watched = self._witness and self._witness.open
         size, loop = self._wanted(), self._watched if watched else self._unwatched
         if loop and cast("Scheduled", self._algorithm).repeats(size / SECOND):
@@ -190,10 +193,9 @@ class Course:
             self.steps += made
             self._energy.note(made, size / SECOND)
             if self._results and state.written > row:
-                ends = np.arange(1, state.written - row + 1)
-                points = start + state.every * size * ends
-                self._row = int(points[-1])
-                self._results.keep(points / SECOND)
+                rows, apart = state.written - row, state.every * size
+                self._row = start + rows * apart
+                self._results.keep(np.arange(start + apart, self._row + 1, apart) / SECOND)
             changed = self._network.settle()
             if changed:
                 self._switched(changed, size)

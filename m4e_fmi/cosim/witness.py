@@ -101,8 +101,9 @@ DIED = 0.01
 
 @dataclass
 class _Stretch:
-    """Steps since `start`: `times` [ns] and, if it is `recorded`, source values, piece by piece.
+    """Steps since `start`, up to the `last` time [ns], and if it is `recorded`, source values.
 
+    They are piece by piece; `runs` are sizes [ns] and numbers of steps that are like each other.
     `jumps` are the times to which a jump has led, of which some were `within` the step; `kinks`
     numbers of steps that are rough at once, `changes` what was set at some times, and `steps` their
     number so far. A `window` is made again in any case, up to the step `end` of the run.
@@ -112,8 +113,9 @@ class _Stretch:
     window: bool
     recorded: bool
     end: int
-    times: list[np.ndarray]
     values: list[np.ndarray]
+    last: int
+    runs: list[tuple[int, int]] = field(default_factory=list)
     jumps: list[int] = field(default_factory=list)
     kinks: list[np.ndarray] = field(default_factory=list)
     within: list[int] = field(default_factory=list)
@@ -123,15 +125,24 @@ class _Stretch:
     def copy(self) -> _Stretch:
         """The same, which stays as it is while this goes on."""
         changes = {time: changes.copy() for time, changes in self.changes.items()}
-        lists = {
-            n: getattr(self, n).copy() for n in ("times", "values", "jumps", "kinks", "within")
-        }
+        lists = {n: getattr(self, n).copy() for n in ("runs", "values", "jumps", "kinks", "within")}
         return replace(self, changes=changes, **lists)
 
+    def go_on(self, steps: int, size: int) -> None:
+        """With so many further steps of `size` [ns]."""
+        if self.runs and self.runs[-1][0] == size:
+            self.runs[-1] = size, self.runs[-1][1] + steps
+        else:
+            self.runs.append((size, steps))
+        self.last += size * steps
+        self.steps += steps
+
     @property
-    def span(self) -> int:
-        """How long [ns] it is so far."""
-        return int(self.times[-1][-1] - self.times[0][0])
+    def times(self) -> np.ndarray:
+        """The times [ns] of all points, the first included."""
+        sizes, counts = np.array(self.runs, dtype=np.int64).T
+        passed = np.concatenate([np.zeros(1, dtype=np.int64), np.repeat(sizes, counts)]).cumsum()
+        return self.last - passed[-1] + passed
 
 
 @dataclass(frozen=True)
@@ -241,7 +252,7 @@ class Witness:
         start = self._network.keep()
         now, values = _nanoseconds(start.time), self._network.values[self._sources][None]
         recorded = window or self._followed is not None
-        self._stretch = _Stretch(start, window, recorded, end, [np.array([now])], [values])
+        self._stretch = _Stretch(start, window, recorded, end, [values], now)
         self._roughness.start_over()
 
     def halt(self) -> None:
@@ -295,19 +306,17 @@ class Witness:
         self._steps += steps
         if stretch is None or not steps:
             return
-        last = int(stretch.times[-1][-1])
         same, self._size = size == self._size, size
         if jumped or not same:
             self._roughness.forget()
         elif len(sudden := self._roughness.sudden(row, steps)):
             stretch.kinks.append(stretch.steps + sudden)
-        stretch.times.append(last + size * np.arange(1, steps + 1))
-        stretch.steps += steps
+        stretch.go_on(steps, size)
         if within:
             stretch.kinks.append(np.array([stretch.steps - 1]))
-            stretch.within.append(last + size * steps)
+            stretch.within.append(stretch.last)
         if jumped:
-            stretch.jumps.append(last + size * steps)
+            stretch.jumps.append(stretch.last)
         if stretch.recorded:
             stretch.values.append(self._values[row : row + steps].copy())
         if self._steps == stretch.end:
@@ -382,7 +391,7 @@ class Witness:
 
     def _recorded(self, stretch: _Stretch) -> Recorded:
         """A stretch of the run; made again where its values are not known."""
-        times = np.concatenate(stretch.times)
+        times = stretch.times
         if stretch.recorded:
             return Recorded(times, np.concatenate(stretch.values))
         self._network.restore(stretch.start)
