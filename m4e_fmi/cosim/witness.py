@@ -75,7 +75,7 @@ if TYPE_CHECKING:
 
 FIRST, SHARE = 2048, 16
 """Steps of the first window; octaves over windows after it."""
-PART = 8
+PART = 4
 """Steps of the run over those of a stretch without windows."""
 MEASURED = 128
 """Steps over which the order is measured, at most."""
@@ -408,8 +408,11 @@ class Witness:
         return np.any(_rough(kinks, run.values) > SMALL * self._known_error() * spans, axis=1)
 
     def _known_error(self) -> float:
-        """The largest error over range that is known so far."""
-        return float(over(self.errors(), self._spans(self.ranges())).max()) if self._told else 0.0
+        """The largest error over range that windows and what was followed have told so far."""
+        if not self._told:
+            return 0.0
+        largest = np.max([one.largest for one in self._told], axis=0) + self._kinked
+        return float(over(largest, self._spans(self.ranges())).max())
 
     def _set_gates(self, run: Recorded) -> None:
         spans = self._spans(self.ranges())
@@ -471,14 +474,16 @@ class Witness:
         if twice and HALF in self._others and shares.max() > GROWN:
             self._give_up(length, "grow without bound")
         falls = self._falls_together if len(among) else self._falls
-        if falls is None and twice and HALF in self._others and self._order > 1:
-            falls = self._measured(stretch, run, again, alike, among)
+        if falls is None:
+            measured = None
+            if twice and HALF in self._others and self._order > 1:
+                measured = self._measured(stretch, run, again, alike, among)
+            otherwise = 1.0 if len(among) else float(self._order)
+            falls = otherwise if measured is None else measured
             if not len(among):
                 self._falls = falls
             elif len(among) == A_FEW:
                 self._falls_together = falls
-        if falls is None:
-            falls = 1.0 if len(among) else float(self._order)
         most = self._order if len(among) or len(kinks) else falls
         order = max(1.0, min(falls, most))
         scale = span / other * (1.0 if twice else 2.0**order) / (2.0**order - 1)
