@@ -53,12 +53,15 @@ class TemporaryFolder:
         parent = (parent or Path(tempfile.gettempdir())).absolute()
         with _changing:
             place = _place(parent)
+            place.count += 1
             try:
                 self.path = place.folder / str(next(place.numbers))
+                place.folder.mkdir(mode=0o700, exist_ok=True)  # others may have tidied up
                 self.path.mkdir(mode=0o700)
-                place.count += 1
-            finally:
+            except OSError:
+                place.count -= 1
                 _leave(parent)
+                raise
         self._finalizer = weakref.finalize(self, _remove, self.path, os.getpid())
 
     def remove(self) -> None:
@@ -81,11 +84,6 @@ def _place(parent: Path) -> _Place:
         lock = Lock.take(folder.with_suffix(".lock"), patience=PATIENCE)
         if lock is None:
             raise OSError(errno.EAGAIN, os.strerror(errno.EAGAIN), str(parent))
-        try:
-            folder.mkdir(mode=0o700)
-        except OSError:
-            lock.release()
-            raise
         _places[key] = _Place(folder, lock)
     return _places[key]
 

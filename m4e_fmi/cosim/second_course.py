@@ -108,6 +108,12 @@ def events(kinks: np.ndarray) -> int:
     return int(len(kinks) > 0) + int((np.diff(kinks) > BEFORE + AFTER).sum())
 
 
+def first_events(kinks: np.ndarray, count: int) -> np.ndarray:
+    """Of these (k,), in order, those that the first so many events have made."""
+    number = np.concatenate([[0], np.cumsum(np.diff(kinks) > BEFORE + AFTER)])[: len(kinks)]
+    return kinks[number < count]
+
+
 def refined(times: np.ndarray, jumps: Sequence[int], steps: np.ndarray) -> np.ndarray:
     """Times [ns] with PARTS steps in place of some `steps` (k,), but over jumps.
 

