@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from m4e_fmi.cosim.second_course import events, first_events
 from m4e_fmi.cosim.windows import Told, pieces, throughout
 
 
@@ -57,3 +58,11 @@ def test_pieces_cover_all_steps(steps: int) -> None:
     assert len(found) == min(8, steps)
     assert found[-1, 0] == steps - 1
     assert (np.diff(found[:, 0]) > 0).all()
+
+
+def test_kinks_that_act_on_each_others_steps_are_of_one_event() -> None:
+    kinks = np.array([3, 4, 8, 13, 30])
+    assert events(kinks) == 3
+    assert first_events(kinks, 2).tolist() == [3, 4, 8, 13]
+    assert first_events(kinks[:0], 2).tolist() == []
+    assert events(kinks[:0]) == 0

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -14,6 +16,7 @@ from pathlib import Path
 
 import pytest
 
+from m4e_fmi import temporary
 from m4e_fmi.errors import RunError
 from m4e_fmi.locks import claimed
 from m4e_fmi.temporary import TemporaryFolder
@@ -117,3 +120,28 @@ def test_many_processes_take_locks_while_others_sweep(tmp_path: Path) -> None:
     running = [subprocess.Popen([*command, f"r{k}.nc"]) for k in range(3)]
     assert [process.wait(60) for process in running] == [0, 0, 0]
     assert not list(tmp_path.iterdir())
+
+
+def test_temporary_folders_can_be_made_after_others_have_tidied_up(tmp_path: Path) -> None:
+    with TemporaryFolder(tmp_path) as first:
+        shutil.rmtree(first.parent)
+        with TemporaryFolder(tmp_path) as second:
+            assert second.is_dir()
+    assert names(tmp_path) == set()
+
+
+def test_a_folder_that_cannot_be_made_leaves_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    usual = Path.mkdir
+
+    def full(self: Path, *arguments: object, **options: object) -> None:
+        if self.name == "0":
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        usual(self, *arguments, **options)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(Path, "mkdir", full)
+    with pytest.raises(OSError, match="No space"):
+        TemporaryFolder(tmp_path)
+    assert names(tmp_path) == set()
+    assert not temporary._places

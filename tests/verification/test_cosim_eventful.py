@@ -124,3 +124,25 @@ def test_many_kinks_are_judged_in_windows(c_fmu: Fmus, monkeypatch: pytest.Monke
     assert coverage.crowded is not None
     assert coverage.share < 0.5
     assert "kinks are many from t = " in str(coverage)
+
+
+def test_the_order_of_kinks_is_measured_where_they_are(
+    c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # all kinks are in the second half of the only window, where they make most of the error
+    monkeypatch.setattr(witness, "FIRST", 512)
+    monkeypatch.setattr(witness, "MANY", 6)
+    monkeypatch.setattr(witness, "A_FEW", 4)
+    monkeypatch.setattr(witness, "MEASURED", 32)
+    system = eventful_system(
+        c_fmu,
+        np.random.default_rng(8),
+        algorithm="corrector",
+        event="impact",
+        steps=(505, 511),
+        share=(0.51, 0.6),
+    )
+    true, stated, outcome = system.true_and_stated()
+    assert true / 2 < stated < 5 * true
+    assert isinstance(outcome.certificate, Certificate)
+    assert outcome.certificate.errors[0].halved > stated / 4
