@@ -66,9 +66,8 @@ class Coverage:
         if self.kinks:
             text += f"; finer steps about {_listed(self.kinks)}"
         if self.crowded is not None:
-            text += (
-                f"; kinks are many from t = {self.crowded / SECOND:.6g} s on: some stand for all"
-            )
+            since = f"{self.crowded / SECOND:.6g}"
+            text += f"; kinks are many from t = {since} s on, and judged where it is made twice"
         for begin, why in self.lost:
             text += f"; kinks are not followed from t = {begin / SECOND:.6g} s on: {why}"
         return text

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 ROUNDING = 1e-14
 """Share of the largest value up to which a difference says nothing."""
+FAR = 2**62
+"""More steps than a run has."""
 PARTS = 16
 """Steps in place of one about a kink."""
 LEAST = 100
@@ -106,6 +108,11 @@ def about(kinks: np.ndarray, steps: int) -> np.ndarray:
 def events(kinks: np.ndarray) -> int:
     """How many have made these (k,), in order: those that act on each other's steps are one."""
     return int(len(kinks) > 0) + int((np.diff(kinks) > BEFORE + AFTER).sum())
+
+
+def first_of_each(kinks: np.ndarray) -> np.ndarray:
+    """Of these (k,), in order, the first that each event has made."""
+    return kinks[np.diff(kinks, prepend=-FAR) > BEFORE + AFTER]
 
 
 def first_events(kinks: np.ndarray, count: int) -> np.ndarray:

@@ -32,10 +32,12 @@ the errors of kinks, so that |y − z| is their part of the error, in all that f
 that of smooth courses. It ends where its difference has died out. Kinks smaller than a tenth of the
 error that is known already are passed over.
 
-**Many kinks** (lines that touch the seabed make one every few steps) are no more followed than all
-smooth steps are made twice. After MANY, windows speak for all kinks that are not rougher than
-theirs. Steps of twice the length are made about these too, and the order by which the errors of
-smooth courses and kinks fall together is measured.
+**Many kinks** that matter less than smooth steps (lines that touch the seabed make one every few
+steps) are no more followed than all smooth steps are made twice. After MANY, windows speak for all
+kinks that are not rougher than theirs, and steps of twice the length are made about these too. So
+it is if a followed course has told less than MORE times what windows have; where there is none, if
+the errors of smooth courses and kinks together fall by the order of the algorithm. Where kinks
+matter more, they may change all that follows, and the run is followed to its end.
 
 Going back to a saved state also discards what was learned since then.
 """
@@ -63,6 +65,7 @@ from m4e_fmi.cosim.second_course import (
     doubled,
     events,
     first_events,
+    first_of_each,
     halved,
     other_steps,
     refined,
@@ -84,6 +87,9 @@ MANY = 32
 """Kinks after which windows speak for others like them."""
 A_FEW = 8
 """Of many kinks, those that the order is measured over."""
+LOST, MORE = 0.5, 3.0
+"""By how much it may be lower than the algorithm's where kinks do not matter; and their error over
+that of smooth steps."""
 FAR = 2**62
 """More steps than a run has."""
 NOISE = 8 * ROUNDING
@@ -197,8 +203,7 @@ class Witness:
 
     REMEMBERED = (
         "_steps", "_begins", "_told", "_bounds", "_kinked", "_met", "_handed_over", "_followed",
-        "_watched", "_rough", "_coverage", "_falls", "_falls_together", "_size", "failure",
-        "_others",
+        "_watched", "_rough", "_coverage", "_crowded", "_falls", "_size", "failure", "_others",
     )  # fmt: skip
 
     def __init__(
@@ -218,7 +223,6 @@ class Witness:
         self._coarse = coarse
         self._order, self._sources, self._spans = order, sources, spans
         self._falls: float | None = None  # the order of smooth errors as measured, 0 at least
-        self._falls_together: float | None = None  # the same of all errors, where kinks are many
         self._roughness = Roughness(network)
         self._values = np.zeros((BLOCK, len(sources)))
         self.operations: tuple[Operation, ...] = (self._roughness.operation,)
@@ -232,6 +236,7 @@ class Witness:
         self._bounds = np.repeat(network.values[sources][None], 2, axis=0)
         self._kinked = np.zeros(len(sources))  # the largest differences of the followed course
         self._met = 0  # kinks so far in windows, or where the run was followed
+        self._crowded = False  # whether they are many, and windows speak for them
         self._handed_over: Told | None = None  # what was told of them when they became many
         self._followed: _Followed | None = None
         self._watched = np.zeros(len(network.outputs))  # how rough windows have been
@@ -336,12 +341,12 @@ class Witness:
             return
         rough = self._roughness.largest > np.maximum(ROUGHER * self._watched, self._roughness.gate)
         kinks = np.concatenate([np.zeros(0, dtype=np.intp), *stretch.kinks])
-        alone = len(kinks) > 0 and self._met < MANY
+        alone = len(kinks) > 0 and not self._crowded
         window = stretch.window or (bool(rough.any()) and not alone)
-        if rough.any():
-            self._falls_together = None  # there are kinks of another kind
         if not (window or self._followed or alone):
             return
+        if rough.any():
+            self._crowded = False  # there may be kinks of another kind
         end = self._network.keep()
         why = "they were interrupted"
         with self._network.rehearsing():
@@ -367,18 +372,18 @@ class Witness:
         kinks = self._beyond_rounding(kinks, run)
         if self._told:
             kinks = self._relevant(kinks, run)
-        many = len(kinks) > 0 and self._met + events(kinks) >= MANY
         if window:
+            if not self._crowded and self._met + events(kinks) >= MANY:
+                self._crowded = not self._matter(stretch, run, kinks)
             edges = run.times[1 + about(kinks, run.steps)]
-            few = not many and len(edges) < run.steps / 2  # else it is rough throughout
-            among = first_events(kinks, A_FEW) if many else kinks[:0]
-            why = self._judged(stretch, run, edges if few else edges[:0], among)
+            alike = not self._crowded and len(edges) < run.steps / 2  # else it is rough throughout
+            why = self._judged(stretch, run, edges if alike else edges[:0])
             self._set_gates(run)
             np.maximum(self._watched, self._roughness.largest, out=self._watched)
             kinks = self._relevant(kinks, run)
-            many = many and self._met + events(kinks) >= MANY
-        if window and many:
-            self._count(kinks, run)
+        if self._crowded:
+            self._met += events(kinks)
+            self._hand_over(run)
         elif self.failure or not (self._followed or len(kinks)):
             pass
         elif self._coarse:
@@ -388,16 +393,33 @@ class Witness:
             self._set_gates(run)
         return ", and ".join(why)
 
-    def _count(self, kinks: np.ndarray, run: Recorded) -> None:
-        """Count these; once they are many, none is followed any more."""
-        self._met += events(kinks)
-        if self._met < MANY:
-            return
+    def _matter(self, stretch: _Stretch, run: Recorded, kinks: np.ndarray) -> bool:
+        """Whether many kinks, of which some are in a window (k,), matter more than smooth steps."""
+        if self._kinked.any():
+            smooth = np.max([one.largest for one in self._told], axis=0)
+            spans = self._spans(self.ranges())
+            return bool(over(self._kinked, spans).max() > MORE * over(smooth, spans).max())
+        if self._order == 1:
+            return False  # all errors are as those of kinks
+        last = min(int(first_events(kinks, A_FEW)[-1]) + MEASURED // 2, run.steps)
+        begin = Recorded(run.times[: last + 1], run.values[: last + 1])
+        met = [time for time in stretch.jumps if time not in stretch.within]
+        times = doubled(begin.times, met, phase=self._phase(run.times))
+        try:
+            self._network.restore(stretch.start)
+            twice = self._others[TWICE].along(times, stretch.jumps, stretch.changes)
+        except (KeyError, RunError):
+            return True
+        falls = self._measured(stretch, begin, twice, met)
+        return falls is None or falls < self._order - LOST
+
+    def _hand_over(self, run: Recorded) -> None:
+        """From now on windows speak for kinks, and none is followed."""
         if self._followed:
             self._handed_over = self._followed.told
             np.maximum(self._watched, self._rough, out=self._watched)
         self._followed = None
-        self._coverage = self._coverage.crowd(int(run.times[kinks[0]]))
+        self._coverage = self._coverage.crowd(int(run.times[0]))
 
     def _recorded(self, stretch: _Stretch) -> Recorded:
         """A stretch of the run; made again where its values are not known."""
@@ -433,17 +455,10 @@ class Witness:
         least = np.maximum(NOISE * run.largest, SMALL * self._known_error() * spans)
         self._roughness.gate[self._sources] = least
 
-    def _judged(
-        self,
-        stretch: _Stretch,
-        run: Recorded,
-        kinks: np.ndarray,
-        among: np.ndarray,
-    ) -> list[str]:
+    def _judged(self, stretch: _Stretch, run: Recorded, kinks: np.ndarray) -> list[str]:
         """Note what a course of another length tells of a stretch, but of steps to `kinks` [ns].
 
-        Steps `among` the others (k,) have kinks. Why courses have failed; `failure` is told where
-        all have.
+        Why courses have failed; `failure` is told where all have.
         """
         why: list[str] = []
         if stretch.steps == 1 and HALF not in self._others:
@@ -451,7 +466,7 @@ class Witness:
         wild: Told | None = None
         for length in tuple(self._others):
             try:
-                told = self._judge(stretch, run, length, kinks, among)
+                told = self._judge(stretch, run, length, kinks)
             except _UntoldError as error:
                 why.append(str(error))
                 continue
@@ -480,12 +495,7 @@ class Witness:
         self._others = {c: course for c, course in self._others.items() if c != length}
 
     def _judge(
-        self,
-        stretch: _Stretch,
-        run: Recorded,
-        length: float,
-        kinks: np.ndarray,
-        among: np.ndarray,
+        self, stretch: _Stretch, run: Recorded, length: float, kinks: np.ndarray
     ) -> Told | None:
         """The errors by a course with steps of this `length`; or _UntoldError.
 
@@ -494,7 +504,7 @@ class Witness:
         twice = length == TWICE
         if twice and stretch.changes:
             raise _UntoldError("values were set between steps")
-        jumps = [t for t in stretch.jumps if not len(among) or t not in stretch.within]
+        jumps = [t for t in stretch.jumps if not self._crowded or t not in stretch.within]
         alike = sorted({*jumps, *kinks.tolist()})
         phase = self._phase(run.times)
         times = doubled(run.times, alike, phase=phase) if twice else halved(run.times, jumps)
@@ -510,24 +520,18 @@ class Witness:
             self._give_up(length)
             name = "twice" if twice else "half"
             raise _UntoldError(f"steps of {name} the length fail ({error.message})") from error
-        known = self._falls_together if len(among) else self._falls
-        if known is None and twice and HALF in self._others and self._order > 1:
-            known = self._measured(stretch, run, again, alike, among)
-        falls = self._remembered(known, among)
-        order = max(1.0, min(falls, self._order) if len(among) or len(kinks) else falls)
+        if self._falls is None and twice and HALF in self._others and self._order > 1:
+            last = min(MEASURED, run.steps // 4)
+            begin = Recorded(run.times[: last + 1], run.values[: last + 1])
+            self._falls = self._measured(stretch, begin, again, alike)
+        if self._falls is None:
+            self._falls = float(self._order)
+        falls = self._falls
+        order = max(1.0, min(falls, self._order) if len(kinks) or self._crowded else falls)
         scale = span / other * (1.0 if twice else 2.0**order) / (2.0**order - 1)
         self._bounds = _wider(self._bounds, run if twice else again)
         found, left = scale * pieces(run.off(again)), 2.0**-falls
         return Told(found, int(run.times[0]), span, stretch.window, left)
-
-    def _remembered(self, measured: float | None, among: np.ndarray) -> float:
-        """The order to be taken, by what was `measured` if it was; kept for windows to come."""
-        if not len(among):
-            self._falls = float(self._order) if measured is None else measured
-            return self._falls
-        if events(among) == A_FEW:
-            self._falls_together = measured
-        return 1.0 if measured is None else measured
 
     def _phase(self, run: np.ndarray) -> int | None:
         """Which of two steps of the run begins these times; None if no component has rarer ones."""
@@ -536,38 +540,29 @@ class Witness:
         return round((run[0] - self._start) / (run[1] - run[0])) % 2
 
     def _measured(
-        self,
-        stretch: _Stretch,
-        run: Recorded,
-        twice: Recorded,
-        alike: Sequence[int],
-        among: np.ndarray,
+        self, stretch: _Stretch, begin: Recorded, twice: Recorded, alike: Sequence[int]
     ) -> float | None:
-        """The order over the first steps of a stretch, as measured by a third course, at H/2.
+        """The order over the `begin` of a stretch, as measured by a third course, at H/2.
 
         It may be lower than the algorithm promises, as where FMUs are not linear in inputs that
         they hold, or higher by one; but higher it is not taken in a window with kinks, after which
         the motion is faster than where it was measured.
 
-        None where differences are rounding, or so large that no order shows, or where kinks `among`
-        the steps come late.
+        None where differences are rounding, or so large that no order shows.
         """
-        last = min(MEASURED, run.steps // 4)
-        if len(among):
-            last = int(among[-1]) + MEASURED // 2
-            if last > max(run.steps // 2, MEASURED):
-                return None
-        times = np.intersect1d(run.times[: last + 1], twice.times, assume_unique=True)
+        times = np.intersect1d(begin.times, twice.times, assume_unique=True)
         if len(times) < 2:
             return None
-        shorter = halved(run.times[: last + 1], alike)
+        shorter = halved(begin.times, alike)
         try:
             self._network.restore(stretch.start)
             half = self._same.along(shorter, stretch.jumps, stretch.changes)
         except RunError:
             return None
-        spans = self._spans(run.ranges)
-        large, small = (over(run.off(one, times).max(axis=0), spans).max() for one in (twice, half))
+        spans = self._spans(begin.ranges)
+        large, small = (
+            over(begin.off(one, times).max(axis=0), spans).max() for one in (twice, half)
+        )
         if small > 0.0 and large < RESOLVED:
             return float(np.clip(np.log2(large / small), 0.0, self._order + 1))
         return None
@@ -600,11 +595,10 @@ class Witness:
         else:
             since, first = begin, int(run.times[kinks[0]])
             largest = pieces(errors[kinks[0] :])
-        self._coverage = self._coverage.follow(since, end, run.times[1 + kinks])
+        self._coverage = self._coverage.follow(since, end, run.times[1 + first_of_each(kinks)])
         spans = self._spans(self.ranges())
         self._followed = _Followed(point, since, Told(largest, first, end - first, speaks=True))
-        if len(kinks):
-            self._count(kinks, run)
+        self._met += events(kinks)
         if (errors[-1] <= DIED * self._known_error() * spans).all():
             self._followed = None
         return []
