@@ -345,8 +345,8 @@ class Witness:
         window = stretch.window or (bool(rough.any()) and not alone)
         if not (window or self._followed or alone):
             return
-        if rough.any():
-            self._crowded = False  # there may be kinks of another kind
+        if rough.any() and len(kinks):
+            self._crowded = False  # they may be of another kind
         end = self._network.keep()
         why = "they were interrupted"
         with self._network.rehearsing():
@@ -373,7 +373,7 @@ class Witness:
         if self._told:
             kinks = self._relevant(kinks, run)
         if window:
-            if not self._crowded and self._met + events(kinks) >= MANY:
+            if not self._crowded and len(kinks) and self._met + events(kinks) >= MANY:
                 self._crowded = not self._matter(stretch, run, kinks)
             edges = run.times[1 + about(kinks, run.steps)]
             alike = not self._crowded and len(edges) < run.steps / 2  # else it is rough throughout
@@ -396,7 +396,7 @@ class Witness:
     def _matter(self, stretch: _Stretch, run: Recorded, kinks: np.ndarray) -> bool:
         """Whether many kinks, of which some are in a window (k,), matter more than smooth steps."""
         if self._kinked.any():
-            smooth = np.max([one.largest for one in self._told], axis=0)
+            smooth = np.max([np.zeros_like(self._kinked), *(t.largest for t in self._told)], axis=0)
             spans = self._spans(self.ranges())
             return bool(over(self._kinked, spans).max() > MORE * over(smooth, spans).max())
         if self._order == 1:
