@@ -35,7 +35,7 @@ error that is known already are passed over.
 **Many kinks** that matter less than smooth steps (lines that touch the seabed make one every few
 steps) are no more followed than all smooth steps are made twice. After MANY, windows speak for all
 kinks that are not rougher than theirs, and steps of twice the length are made about these too. So
-it is if a followed course has told less than MORE times what windows have; where there is none, if
+it is if a followed course has told less than a third of what windows have; where there is none, if
 the errors of smooth courses and kinks together fall by the order of the algorithm. Where kinks
 matter more, they may change all that follows, and the run is followed to its end.
 
@@ -87,7 +87,7 @@ MANY = 32
 """Kinks after which windows speak for others like them."""
 A_FEW = 8
 """Of many kinks, those that the order is measured over."""
-LOST, MORE = 0.5, 3.0
+LOST, LITTLE = 0.5, 1 / 3
 """By how much it may be lower than the algorithm's where kinks do not matter; and their error over
 that of smooth steps."""
 FAR = 2**62
@@ -398,7 +398,7 @@ class Witness:
         if self._kinked.any():
             smooth = np.max([np.zeros_like(self._kinked), *(t.largest for t in self._told)], axis=0)
             spans = self._spans(self.ranges())
-            return bool(over(self._kinked, spans).max() > MORE * over(smooth, spans).max())
+            return bool(over(self._kinked, spans).max() > LITTLE * over(smooth, spans).max())
         if self._order == 1:
             return False  # all errors are as those of kinks
         last = min(int(first_events(kinks, A_FEW)[-1]) + MEASURED // 2, run.steps)
@@ -476,9 +476,9 @@ class Witness:
             if length == TWICE and HALF in self._others and share > GROWN:
                 wild = told
                 continue
-            if wild and share <= RESOLVED:
+            if wild and share <= GROWN:
                 self._give_up(TWICE)  # it is these steps that grow, and not the run
-            self._note(wild if wild and share > RESOLVED else told)
+            self._note(wild if wild and share > GROWN else told)
             return why
         if wild:
             self._note(wild)
