@@ -466,28 +466,31 @@ class Witness:
         wild: Told | None = None
         for length in tuple(self._others):
             try:
-                told = self._judge(stretch, run, length, kinks)
+                found = self._judge(stretch, run, length, kinks)
             except _UntoldError as error:
                 why.append(str(error))
                 continue
-            if told is None:
+            if found is None:
                 return why
-            share = over(told.largest, self._spans(run.ranges)).max()
-            if length == TWICE and HALF in self._others and share > GROWN:
+            told, better = found
+            is_wild = over(told.largest, self._spans(better.ranges)).max() > GROWN
+            if is_wild and length == TWICE and HALF in self._others:
                 wild = told
                 continue
-            if wild and share <= GROWN:
+            if wild and not is_wild:
                 self._give_up(TWICE)  # it is these steps that grow, and not the run
-            self._note(wild if wild and share > GROWN else told)
+                wild = None
+            self._note(wild or told, run if wild else better)
             return why
         if wild:
-            self._note(wild)
+            self._note(wild, run)
         else:
             self.failure = ", and ".join(why)
         return why
 
-    def _note(self, told: Told) -> None:
+    def _note(self, told: Told, better: Recorded) -> None:
         self._told = [*self._told, told]
+        self._bounds = _wider(self._bounds, better)
         self._coverage = self._coverage.twice(told.begin, told.begin + told.span)
 
     def _give_up(self, length: float) -> None:
@@ -496,8 +499,8 @@ class Witness:
 
     def _judge(
         self, stretch: _Stretch, run: Recorded, length: float, kinks: np.ndarray
-    ) -> Told | None:
-        """The errors by a course with steps of this `length`; or _UntoldError.
+    ) -> tuple[Told, Recorded] | None:
+        """The errors by a course with steps of this `length`, and the better one; or _UntoldError.
 
         None if there is nothing but jumps.
         """
@@ -529,9 +532,9 @@ class Witness:
         falls = self._falls
         order = max(1.0, min(falls, self._order) if len(kinks) or self._crowded else falls)
         scale = span / other * (1.0 if twice else 2.0**order) / (2.0**order - 1)
-        self._bounds = _wider(self._bounds, run if twice else again)
         found, left = scale * pieces(run.off(again)), 2.0**-falls
-        return Told(found, int(run.times[0]), span, stretch.window, left)
+        told = Told(found, int(run.times[0]), span, stretch.window, left)
+        return told, run if twice else again
 
     def _phase(self, run: np.ndarray) -> int | None:
         """Which of two steps of the run begins these times; None if no component has rarer ones."""
