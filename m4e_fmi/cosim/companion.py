@@ -19,10 +19,10 @@ from m4e_fmi.cosim.energy import BLOCK, EnergyBalance
 from m4e_fmi.cosim.network import TWICE, Change, Network
 from m4e_fmi.cosim.operations import Operation, gather
 from m4e_fmi.cosim.roughness import HISTORY, Roughness, fourth_differences
-from m4e_fmi.cosim.second_course import off
+from m4e_fmi.cosim.second_course import FAR, off
 from m4e_fmi.cosim.stepping import Course
 from m4e_fmi.cosim.system import SECOND, Simulation
-from m4e_fmi.cosim.witness import FAR, NOISE, SMALL, halved_kinks
+from m4e_fmi.cosim.witness import NOISE, SMALL, halved_kinks
 from m4e_fmi.errors import RunError
 
 KINKED = 1.0

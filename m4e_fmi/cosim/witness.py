@@ -58,6 +58,7 @@ from m4e_fmi.cosim.network import HALF, TWICE, Change, Network, Point
 from m4e_fmi.cosim.operations import Operation, gather
 from m4e_fmi.cosim.roughness import HISTORY, Roughness, fourth_differences
 from m4e_fmi.cosim.second_course import (
+    FAR,
     ROUNDING,
     Recorded,
     SecondCourse,
@@ -90,8 +91,6 @@ A_FEW = 8
 LOST, LITTLE = 0.5, 1 / 3
 """By how much it may be lower than the algorithm's where kinks do not matter; and their error over
 that of smooth steps."""
-FAR = 2**62
-"""More steps than a run has."""
 NOISE = 8 * ROUNDING
 """Share of the largest value up to which a fourth difference says nothing."""
 SMALL = 0.1
@@ -383,7 +382,7 @@ class Witness:
             kinks = self._relevant(kinks, run)
         if self._crowded:
             self._met += events(kinks)
-            self._hand_over(run)
+            self._hand_over(int(run.times[kinks[0] if len(kinks) else 0]))
         elif self.failure or not (self._followed or len(kinks)):
             pass
         elif self._coarse:
@@ -413,13 +412,13 @@ class Witness:
         falls = self._measured(stretch, begin, twice, met)
         return falls is None or falls < self._order - LOST
 
-    def _hand_over(self, run: Recorded) -> None:
-        """From now on windows speak for kinks, and none is followed."""
+    def _hand_over(self, time: int) -> None:
+        """From a time [ns] on windows speak for kinks, and none is followed."""
         if self._followed:
             self._handed_over = self._followed.told
             np.maximum(self._watched, self._rough, out=self._watched)
         self._followed = None
-        self._coverage = self._coverage.crowd(int(run.times[0]))
+        self._coverage = self._coverage.crowd(time)
 
     def _recorded(self, stretch: _Stretch) -> Recorded:
         """A stretch of the run; made again where its values are not known."""
