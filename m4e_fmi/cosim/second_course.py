@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -127,10 +127,10 @@ def refined(times: np.ndarray, jumps: Sequence[int], steps: np.ndarray) -> np.nd
     Where these are many, there are fewer, so that all steps are three times as many at most.
     """
     found, most = [times], 1 + 2 * (len(times) - 1) // max(1, len(steps))
-    for k in steps.tolist():
+    for k in steps[~np.isin(times[1:][steps], jumps)].tolist():
         begin, end = int(times[k]), int(times[k + 1])
         parts = min(PARTS, most, (end - begin) // LEAST)
-        if parts > 1 and end not in jumps:
+        if parts > 1:
             found.append(np.round(np.linspace(begin, end, parts + 1)).astype(np.int64))
     return np.unique(np.concatenate(found))
 
@@ -178,13 +178,13 @@ class SecondCourse:
             loop.state.halt = 1
 
     def along(
-        self, times: np.ndarray, jumps: Sequence[int], changes: Mapping[int, Sequence[Change]]
+        self, times: np.ndarray, jumps: Iterable[int], changes: Mapping[int, Sequence[Change]]
     ) -> Recorded:
         """The course over these times [ns], a step from each to the next.
 
         Some are `jumps`, at some `changes` are made.
         """
-        sizes = np.diff(times)
+        sizes, jumps = np.diff(times), frozenset(jumps)
         found = [self._network.values[self._sources][None]]
         other = np.flatnonzero(np.diff(sizes)) + 1
         changing = np.searchsorted(times, sorted(changes))
@@ -199,7 +199,7 @@ class SecondCourse:
                 left -= len(found[-1])
         return Recorded(times, np.concatenate(found))
 
-    def _steps(self, now: int, size: int, most: int, jumps: Sequence[int]) -> np.ndarray:
+    def _steps(self, now: int, size: int, most: int, jumps: frozenset[int]) -> np.ndarray:
         """Values after each of some steps of `size` from `now` [ns], one at least."""
         network, algorithm = self._network, self._algorithm
         loop = None if jumps else self._loop
