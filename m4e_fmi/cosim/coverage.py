@@ -60,7 +60,8 @@ class Coverage:
         return watched / span if span else 0.0
 
     def __str__(self) -> str:
-        text = f"{min(99, round(100 * self.share))} % of the run made twice, the rest watched for kinks"
+        share = min(99, round(100 * self.share))
+        text = f"{share} % of the run made twice, the rest watched for kinks"
         if self.share == 1.0:
             text = "all of the run made twice"
         if self.kinks:
