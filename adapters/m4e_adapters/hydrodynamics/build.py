@@ -13,11 +13,12 @@ from m4e_adapters.hydrodynamics.coefficients import MEMORY_REACH, Coefficients, 
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig, Still
 from m4e_adapters.hydrodynamics.load import hydrodynamics_program
 from m4e_adapters.hydrodynamics.mesh import Hull, make_hulls
-from m4e_adapters.hydrodynamics.sea import highest_frequency
+from m4e_adapters.hydrodynamics.sea import needed_frequency, waves_beyond
 from m4e_adapters.hydrodynamics.waves import angular_frequency
 from m4e_fmi.errors import InputError
 from m4e_fmi.program import Program
 
+EXTENSION_STEP = 2.0  # of frequencies for waves above those of the memory, in steps of these
 SHALLOWEST = 0.2  # wavenumber times depth below which Capytaine has no accurate Green function
 
 
@@ -58,13 +59,14 @@ def program_from_config(
 
 
 def frequency_table(config: HydrodynamicsConfig, hulls: Sequence[Hull]) -> np.ndarray:
-    """Angular frequencies [rad/s] for the potential flow, as `Frequencies` says."""
+    """Angular frequencies [rad/s] for the potential flow, as `Frequencies` says.
+
+    Another sea changes at most how far the table goes, and no frequency in it: what is cached of
+    one sea serves the next.
+    """
     wanted, water = config.frequencies, config.water
-    sea = highest_frequency(config.waves)
-    maximum = wanted.maximum
-    if maximum is None:
-        sizes = [memory_size(h.hydrostatics.volume, h.hydrostatics.waterplane[0]) for h in hulls]
-        maximum = max(math.sqrt(MEMORY_REACH * water.gravity / min(sizes)), sea)
+    limit = math.sqrt(MEMORY_REACH * water.gravity / min(map(_reach, hulls)))
+    maximum = wanted.maximum or limit
     lowest = float(
         angular_frequency(SHALLOWEST / water.depth, depth=water.depth, gravity=water.gravity)
     )
@@ -76,9 +78,22 @@ def frequency_table(config: HydrodynamicsConfig, hulls: Sequence[Hull]) -> np.nd
     elif minimum >= maximum:
         problem = f"the frequencies from {minimum:.4g} to {maximum:.4g} rad/s are no range"
         remedy = "give frequencies.maximum above frequencies.minimum"
-    elif sea > maximum * (1 + 1e-9):
-        problem = f"the waves reach {sea:.4g} rad/s, frequencies.maximum is {maximum:.4g}"
-        remedy = "raise frequencies.maximum, or leave it out"
+    elif wanted.maximum is not None:
+        problem, remedy = waves_beyond(config.waves, maximum, limit) or ("", "")
     if problem:
         raise InputError.single(problem, remedy)
-    return np.linspace(minimum, maximum, wanted.count)
+    table = np.linspace(minimum, maximum, wanted.count)
+    if wanted.maximum is not None:
+        return table
+    step = EXTENSION_STEP * (table[1] - table[0])
+    more = math.ceil((needed_frequency(config.waves) - maximum) / step - 1e-9)
+    return np.concatenate([table, maximum + step * np.arange(1, more + 1)])
+
+
+def _reach(hull: Hull) -> float:
+    """Length [m] that waves must be short against for radiation to be negligible.
+
+    The size of a body; a submerged one radiates as e^(−2kd), d the depth of its highest point.
+    """
+    depth = max(0.0, -float(hull.panels.vertices[:, 2].max()))
+    return memory_size(hull.hydrostatics.volume, hull.hydrostatics.waterplane[0]) + depth

@@ -16,6 +16,7 @@ from m4e_fmi.errors import suggestion
 
 NAME = r"^[A-Za-z_][A-Za-z0-9_]*$"
 SPECTRA = ("jonswap", "pierson_moskowitz", "regular", "still")
+PEAK_ENHANCEMENT = (1.0, 10.0)
 DEEP = "deep"
 AUTO = "auto"
 
@@ -146,9 +147,11 @@ class Body(Section):
 class Frequencies(Section):
     """Angular frequencies [rad/s] at which the potential flow is solved, equally spaced.
 
-    Defaults: `count` 40; `maximum` the larger of sqrt(4.5 g / a), a the radius of the half-ball of
-    the smallest displacement or of its waterplane (radiation is negligible above), and the highest
-    frequency of the waves; `minimum` = maximum / count, more in shallow water.
+    Defaults: `count` 40; `maximum` sqrt(4.5 g / a), above which radiation is negligible: a is the
+    radius of the half-ball of the smallest displacement or of its waterplane, for a submerged body
+    plus the depth of its highest point; `minimum` = maximum / count, more in shallow water. Where
+    the waves need more (regular: their frequency; irregular: 2.5 peak frequencies), frequencies at
+    twice the spacing follow. Above the last one excitation falls as 1/omega^3.
     """
 
     minimum: Positive | None = None
@@ -186,14 +189,14 @@ class _Irregular(_Waves):
     significant_height: Positive
     peak_period: Positive
     seed: Annotated[int, Field(ge=0)] = 0
-    components: Annotated[int, Field(ge=10, le=1000)] = 80
+    components: Annotated[int, Field(ge=10, le=1000)] = 300
 
 
 class Jonswap(_Irregular):
     """JONSWAP sea: significant height [m], peak period [s], peak enhancement γ."""
 
     spectrum: Literal["jonswap"]
-    peak_enhancement: Annotated[float, Field(ge=1, le=10)] = 3.3
+    peak_enhancement: Annotated[float, Field(ge=PEAK_ENHANCEMENT[0], le=PEAK_ENHANCEMENT[1])] = 3.3
 
 
 class PiersonMoskowitz(_Irregular):
