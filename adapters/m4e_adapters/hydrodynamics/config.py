@@ -15,6 +15,7 @@ from m4e_fmi.document import Section, rejected
 from m4e_fmi.errors import suggestion
 
 NAME = r"^[A-Za-z_][A-Za-z0-9_]*$"
+SHAPES = ("cylinder", "sphere", "box", "mesh")
 SPECTRA = ("jonswap", "pierson_moskowitz", "regular", "still")
 PEAK_ENHANCEMENT = (1.0, 10.0)
 DEEP = "deep"
@@ -94,22 +95,32 @@ class Shape(Section):
 
     A mesh file is in m, in the reference pose, z = 0 the still-water level, normals into the
     water; what is above the water is cut off. The name is relative to the system file's folder.
+    `mesh_origin` [x, z] is where the origin of the file lies in the reference pose: that of the
+    body's frame for a mesh drawn in it. Default [0, 0]: world coordinates.
     """
 
     cylinder: Cylinder | None = None
     sphere: Sphere | None = None
     box: Box | None = None
     mesh: str | None = None
+    mesh_origin: tuple[Finite, Finite] | None = None
+
+    @property
+    def kind(self) -> str:
+        """The key that says which shape it is."""
+        return next(name for name in SHAPES if getattr(self, name) is not None)
 
     @model_validator(mode="after")
     def _exactly_one(self) -> Shape:
-        given = [name for name in type(self).model_fields if getattr(self, name) is not None]
+        given = [name for name in SHAPES if getattr(self, name) is not None]
         if len(given) != 1:
             raise rejected(
                 f"a body has one shape, got {' and '.join(given) or 'none'}",
                 "write one of cylinder: {radius, draft}, sphere: {radius}, "
                 "box: {length, width, draft}, mesh: FILE",
             )
+        if self.mesh_origin is not None and self.mesh is None:
+            raise rejected("'mesh_origin' is for mesh files", "give the shape a center_x")
         return self
 
 
