@@ -48,7 +48,7 @@ Direction = Annotated[float, AfterValidator(_planar_direction)]
 
 
 class Water(Section):
-    """Density [kg/m3], depth [m] or `deep` (default), gravity [m/s2]."""
+    """`density` [kg/m3], `depth` [m] or `deep` (default), `gravity` [m/s2]."""
 
     density: Positive = 1025.0
     depth: Depth = math.inf
@@ -56,7 +56,9 @@ class Water(Section):
 
 
 class Cylinder(Section):
-    """Vertical circular cylinder with a flat bottom at z = −draft, axis at x = center_x."""
+    """Vertical circular cylinder of `radius` [m], flat bottom at z = −`draft` [m], axis at
+    x = `center_x` [m].
+    """
 
     radius: Positive
     draft: Positive
@@ -64,7 +66,7 @@ class Cylinder(Section):
 
 
 class Sphere(Section):
-    """Sphere about (center_x, center_z); half immersed by default."""
+    """Sphere of `radius` [m] about (`center_x`, `center_z`) [m]; half immersed by default."""
 
     radius: Positive
     center_z: Finite = 0.0
@@ -82,7 +84,9 @@ class Sphere(Section):
 
 
 class Box(Section):
-    """Rectangular box: `length` along X, `width` along Y, flat bottom at z = −draft."""
+    """Rectangular box: `length` [m] along X, `width` [m] along Y, flat bottom at z = −`draft` [m],
+    middle at x = `center_x` [m].
+    """
 
     length: Positive
     width: Positive
@@ -136,9 +140,10 @@ class Drag(Section):
 
 
 class Body(Section):
-    """A floating rigid body: shape, centre of gravity [x, z] in the reference pose.
+    """A floating rigid body: `shape`, `center_of_gravity` [x, z] [m] in the reference pose.
 
-    `panels` is about how many panels the wetted surface of a built-in shape gets.
+    `panels` is about how many panels the wetted surface of a built-in shape gets; `drag` is
+    quadratic.
     """
 
     shape: Shape
@@ -156,7 +161,8 @@ class Body(Section):
 
 
 class Frequencies(Section):
-    """Angular frequencies [rad/s] at which the potential flow is solved, equally spaced.
+    """Angular frequencies at which the potential flow is solved: `count`, equally spaced, from
+    `minimum` to `maximum` [rad/s].
 
     Defaults: `count` 40; `maximum` sqrt(4.5 g / a), above which radiation is negligible: a is the
     radius of the half-ball of the smallest displacement or of its waterplane, for a submerged body
@@ -190,7 +196,7 @@ class Radiation(Section):
 
 
 class _Waves(Section):
-    """`ramp_time` [s]: the sea grows smoothly from nothing; default two (peak) periods."""
+    """What all waves have: direction and ramp."""
 
     direction: Direction = 0.0
     ramp_time: NotNegative | None = None
@@ -204,20 +210,31 @@ class _Irregular(_Waves):
 
 
 class Jonswap(_Irregular):
-    """JONSWAP sea: significant height [m], peak period [s], peak enhancement γ."""
+    """JONSWAP sea: `significant_height` [m], `peak_period` [s], `peak_enhancement` γ [1].
+
+    `seed` chooses frequencies and phases, of which `components` there are so many. `direction`
+    [deg] is 0 (waves travel towards +X) or 180. The sea grows smoothly from nothing within
+    `ramp_time` [s], default two peak periods.
+    """
 
     spectrum: Literal["jonswap"]
     peak_enhancement: Annotated[float, Field(ge=PEAK_ENHANCEMENT[0], le=PEAK_ENHANCEMENT[1])] = 3.3
 
 
 class PiersonMoskowitz(_Irregular):
-    """Pierson-Moskowitz (Bretschneider) sea: significant height [m], peak period [s]."""
+    """Pierson-Moskowitz (Bretschneider) sea: `significant_height` [m], `peak_period` [s].
+
+    `seed`, `components`, `direction` [deg] and `ramp_time` [s] as of JONSWAP.
+    """
 
     spectrum: Literal["pierson_moskowitz"]
 
 
 class Regular(_Waves):
-    """One wave: elevation at x = 0 is height/2·cos(2π t/period + phase), phase in rad."""
+    """One wave: elevation at x = 0 is `height`/2·cos(2π t/`period` + `phase`), in m, s, rad.
+
+    `direction` [deg] is 0 or 180; `ramp_time` [s] is two periods by default.
+    """
 
     spectrum: Literal["regular"]
     height: Positive

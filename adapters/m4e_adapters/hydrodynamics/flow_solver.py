@@ -1,7 +1,8 @@
 """Potential flow of hulls at one frequency at a time, by Capytaine.
 
-The direct boundary integral equation is used: its forces converge with the square of the panel
-size, those of Capytaine's default ("indirect") only with the first power.
+The direct boundary integral equation is used: its forces on a smooth closed surface converge with
+the square of the panel size, those of Capytaine's default ("indirect") only with the first power.
+With a waterline the observed order is 1.4 (added mass) and 0.9 (at infinite frequency).
 """
 
 from __future__ import annotations
