@@ -67,8 +67,8 @@ def _value(value: dict[str, Any], title: str) -> str:
     if value.get("type") == "array":
         return f"[{', '.join(_value(v, title) for v in value['prefixItems'])}]"
     if value.get("type") == "object":
-        patterns = value.get("patternProperties", {})
-        members = next(iter(patterns.values()), value.get("additionalProperties"))
+        patterns = value.get("patternProperties") or {"": value["additionalProperties"]}
+        members = next(iter(patterns.values()))
         return f"name: {_value(members, title)}, …"
     return WORDS[value["type"]] + _limits(value)
 

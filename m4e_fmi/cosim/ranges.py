@@ -42,7 +42,7 @@ class RangeWatch:
         for place in np.flatnonzero(outside.any(axis=0)):
             if place not in self._seen:
                 row = int(np.argmax(outside[:, place]))
-                self._seen[int(place)] = self._told(place, times[row], values[row, place])
+                self._seen[int(place)] = self._told(int(place), times[row], values[row, place])
 
     def _told(self, place: int, time: float, value: float) -> str:
         variable = self.variables[self._columns[place]]

@@ -149,8 +149,8 @@ def seas(
         coarse = np.exp(1j * (np.outer(15.0 * np.arange(40), omega) + phases))
         fine = np.exp(1j * np.outer(omega, 0.25 * np.arange(60)))
         sums.append([0.5 * np.sum(amplitudes**2 * omega**k) for k in (0, 1, 2)])
-        heights.append(((amplitudes * coarse) @ fine).real.var())
-        rates.append(((omega * amplitudes * coarse) @ fine).imag.var())
+        heights.append(np.real((amplitudes * coarse) @ fine).var())
+        rates.append(np.imag((omega * amplitudes * coarse) @ fine).var())
     return np.array(sums), np.array(heights), np.array(rates)
 
 

@@ -99,8 +99,8 @@ def table_and_problems(
         text = f"the frequencies from {minimum:.4g} to {maximum:.4g} rad/s are no range"
         remedy = "give frequencies.maximum above frequencies.minimum"
         problems.append(Problem(text, remedy, keys=("frequencies",)))
-    beyond = wanted.maximum and waves_beyond(config.waves, maximum, limit)
-    if beyond:
+    beyond = waves_beyond(config.waves, maximum, limit)
+    if beyond and wanted.maximum is not None:
         problems.append(Problem(*beyond, keys=("frequencies", "maximum")))
     table = np.linspace(minimum, maximum, wanted.count)
     if wanted.maximum is not None or problems:

@@ -118,7 +118,7 @@ def _shape_panels(name: str, shape: Shape, count: int, folder: Path) -> Panels:
         raise InputError(problems) from None
 
 
-def _loaded(path: Path, name: str, keys: Keys) -> Panels:
+def _loaded(path: Path, name: str, keys: Keys = ()) -> Panels:
     """The panels of a mesh file as they are drawn."""
     if not path.is_file():
         message = f"body {name!r}: no such mesh file: {path}"
