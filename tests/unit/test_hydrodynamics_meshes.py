@@ -6,9 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from m4e_adapters.hydrodynamics.config import Body, Box
+from m4e_adapters.hydrodynamics.build import frequency_table
+from m4e_adapters.hydrodynamics.config import Body, Box, HydrodynamicsConfig
 from m4e_adapters.hydrodynamics.hydrostatics import hydrostatics_of
-from m4e_adapters.hydrodynamics.mesh import checked, make_hull, make_lid, waterline
+from m4e_adapters.hydrodynamics.mesh import checked, make_hull, make_hulls, make_lid, waterline
 from m4e_adapters.hydrodynamics.panels import Panels, grid, joined
 from m4e_adapters.hydrodynamics.shapes import box_panels
 from m4e_fmi.cosim import prepare
@@ -187,6 +188,23 @@ def test_a_mesh_in_the_frame_of_its_body_is_moved_to_its_place(tmp_path: Path) -
     assert not told
     assert made.hydrostatics.volume == pytest.approx(48.0, rel=1e-6)
     assert made.hydrostatics.center_of_buoyancy == pytest.approx((20.0, -1.0), rel=1e-6)
+
+
+def test_the_waterplane_of_a_closed_mesh_below_the_water_is_rounding(tmp_path: Path) -> None:
+    """Not a size: frequencies end where k (a + d) = 4.5, and not at 10,000 rad/s. Turned, so that
+    the sum of its panels' areas is not exactly 0."""
+    lower = box()
+    lid = make_lid(lower)
+    assert lid is not None
+    closed = joined(lower, Panels(lid.vertices, lid.faces[:, ::-1]))
+    turn = np.array([[0.8, -0.6, 0.0], [0.6, 0.8, 0.0], [0.0, 0.0, 1.0]]) / 3.0
+    written(Panels(closed.vertices @ turn.T - [0, 0, 4.0], closed.faces), tmp_path / "hull.gdf")
+    body = {"shape": {"mesh": "hull.gdf"}, "center_of_gravity": [0, -4.3]}
+    config = HydrodynamicsConfig.model_validate({"bodies": {"deep": body}})
+    hulls = make_hulls(config, tmp_path, progress=lambda _: None)
+    size = (1.5 * 48 / 27 / np.pi) ** (1 / 3) + 4.0
+    highest = frequency_table(config, hulls)[-1]
+    assert highest == pytest.approx(np.sqrt(4.5 * 9.81 / size), rel=1e-6)
 
 
 def test_all_that_is_wrong_is_told_at_once_before_anything_is_built(tmp_path: Path) -> None:

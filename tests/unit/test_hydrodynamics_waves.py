@@ -5,8 +5,6 @@ import math
 import numpy as np
 import pytest
 
-from m4e_adapters.hydrodynamics.config import Jonswap
-from m4e_adapters.hydrodynamics.sea import PERIODS
 from m4e_adapters.hydrodynamics.waves import (
     BAND,
     LOGARITHMIC,
@@ -105,89 +103,3 @@ def test_parts_have_equal_energy_and_grow_in_the_tail(enhancement: float) -> Non
     step = np.log(BAND[1] / BAND[0]) / (LOGARITHMIC * count)
     tail = edges > 6.0
     assert np.diff(np.log(edges[tail])) == pytest.approx(step, rel=0.05)
-
-
-def moments(enhancement: float, peak_omega: float) -> tuple[np.ndarray, float]:
-    """(m0, m1, m2) and ∫ S² dω of the whole spectrum, Hs = 1 m, by fine quadrature to 1,000 ω_p;
-    beyond, S = m0 c ω⁻⁵ leaves 5e-7 of m2."""
-    ratio = np.geomspace(0.3, 1000.0, 20_001)
-    form = np.array([relative_spectrum(r, enhancement) for r in ratio.tolist()])
-    density = form / np.trapezoid(form, ratio) / peak_omega / 16.0
-    omega = ratio * peak_omega
-    found = np.array([np.trapezoid(omega**k * density, omega) for k in (0, 1, 2)])
-    return found, float(np.trapezoid(density**2, omega))
-
-
-def seas(
-    seeds: int,
-    *,
-    enhancement: float = 3.3,
-    made_for: float = 7.5,
-    peak_period: float = 7.5,
-    count: int = Jonswap.model_fields["components"].default,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Of each seed, Hs = 1 m: m0, m1, m2 of the components, and m0 and m2 of a record of 600 s.
-
-    m2 of the record is the variance of the rate, exact for each component. The elevation at 15 i
-    + j/4 seconds is Re Σ_k (a_k e^{i(15 ω_k i + φ_k)}) e^{i ω_k j/4}: a product of matrices.
-    """
-    edges = part_edges(2 * math.pi / made_for, count, enhancement=enhancement)
-    sums, heights, rates = [], [], []
-    for seed in range(seeds):
-        rng = generator(seed)
-        omega = component_frequencies(edges, rng)
-        phases = component_phases(count, rng)
-        amplitudes = np.array(
-            component_amplitudes(
-                omega.tolist(),
-                np.diff(edges).tolist(),
-                significant_height=1.0,
-                peak_period=peak_period,
-                enhancement=enhancement,
-            )
-        )
-        coarse = np.exp(1j * (np.outer(15.0 * np.arange(40), omega) + phases))
-        fine = np.exp(1j * np.outer(omega, 0.25 * np.arange(60)))
-        sums.append([0.5 * np.sum(amplitudes**2 * omega**k) for k in (0, 1, 2)])
-        heights.append(np.real((amplitudes * coarse) @ fine).var())
-        rates.append(np.imag((omega * amplitudes * coarse) @ fine).var())
-    return np.array(sums), np.array(heights), np.array(rates)
-
-
-@pytest.mark.parametrize("factor", PERIODS)
-def test_a_sea_of_another_peak_period_keeps_its_statistics(factor: float) -> None:
-    """At the limits of the parameter: mean periods within 1 %, the scatter within 35 %."""
-    (m0, m1, m2), square = moments(3.3, 2 * math.pi / (7.5 * factor))
-    sums, heights, _ = seas(40, peak_period=7.5 * factor)
-    first, second = sums[:, 0] / sums[:, 1], np.sqrt(sums[:, 0] / sums[:, 2])
-    assert first == pytest.approx(m0 / m1, rel=0.01)
-    assert second == pytest.approx(math.sqrt(m0 / m2), rel=0.01)
-    scatter = 2 * math.sqrt(2 * math.pi / 600.0 * square) / math.sqrt(m0)
-    assert (4 * np.sqrt(heights)).std(ddof=1) == pytest.approx(scatter, rel=0.35)
-
-
-@pytest.mark.verifies(
-    "irregular seas: mean height and periods over 100 seeds of 10 minutes",
-    analytic="moments of the whole JONSWAP spectrum",
-    tolerance="1 %",
-)
-@pytest.mark.verifies(
-    "irregular seas: scatter of the height of 10 minutes between seeds",
-    analytic="variance of the variance of a Gaussian process",
-    tolerance="25 %",
-)
-def test_statistics_of_ten_minutes_are_those_of_the_whole_spectrum() -> None:
-    """A Gaussian process of the covariance R(τ) = ∫ S cos ωτ dω has, over T, the variance
-    estimate's variance (2/T) ∫ R² dτ over all τ, and by Parseval's theorem ∫ R² dτ = π ∫ S² dω:
-    σ²(m0) = (2π/T) ∫ S² dω. Hs = 4 √m0 scatters by 2 σ(m0)/√m0, 7 % here: the mean
-    of 40 seeds is only known to 1.1 %, that of 100 to 0.7 %."""
-    (m0, m1, m2), square = moments(3.3, 2 * math.pi / 7.5)
-    sums, heights, rates = seas(100)
-    assert (4 * np.sqrt(heights)).mean() == pytest.approx(1.0, rel=0.01)
-    assert (2 * np.pi * sums[:, 0] / sums[:, 1]).mean() == pytest.approx(
-        2 * math.pi * m0 / m1, rel=0.01
-    )
-    whole = 2 * math.pi * math.sqrt(m0 / m2)
-    assert 2 * math.pi * math.sqrt(heights.mean() / rates.mean()) == pytest.approx(whole, rel=0.01)
-    scatter = 2 * math.sqrt(2 * math.pi / 600.0 * square) / math.sqrt(m0)
-    assert (4 * np.sqrt(heights)).std(ddof=1) == pytest.approx(scatter, rel=0.25)
