@@ -1,8 +1,8 @@
 """Floating bodies at the start of a run: weight against buoyancy, pose against reference pose.
 
-A connector with inputs `x`, `z`, `theta` and a parameter `buoyancy_force_z` is that of a floating
-body in water: the inputs' start values are the pose that its coefficients are for, and the
-parameter is what the still water carries there. The body itself is in another FMU, which tells its
+A connector with a parameter `buoyancy_force_z` is that of a floating body in water: its inputs'
+start values are the pose that its coefficients are for, and the parameter is what the still water
+carries there. The body itself is in another FMU, which tells its
 vertical acceleration a = (f − w)/m: f is the force of the water, m = 1/(∂a/∂f) the mass that it has
 to move (added mass and whatever hangs on the body included), and w the load that it has to carry:
 weight and all other forces. So w = f − m a. At the start, w is compared with the buoyancy.
@@ -17,6 +17,8 @@ from m4e_fmi.cosim.connect import Link, Port, Wiring
 from m4e_fmi.cosim.network import Network
 
 BUOYANCY = ".buoyancy_force_z"
+OTHERS = ("z", "theta", "force_z", "neutral_mass")
+"""Variables of such a connector, besides."""
 UNBALANCED = 0.01
 """Share of the buoyancy by which the load may differ from it before that is told."""
 SHARE_OF_DRAFT = 0.01
@@ -32,10 +34,13 @@ def start_warnings(network: Network, wiring: Wiring) -> tuple[str, ...]:
     sources = {link.target: link for link in wiring.links}
     found = []
     for component, instance in network.instances.items():
-        for name in instance.description.variables:
+        known = instance.description.variables
+        for name in known:
             body = name.removesuffix(BUOYANCY)
             link = sources.get(Port(component, f"{body}.z"))
-            if body != name and link is not None:
+            if body == name or link is None:
+                continue
+            if all(f"{body}.{other}" in known for other in OTHERS):
                 found += _pose(network, component, body)
                 found += _balance(network, link, body, sources)
     return tuple(found)

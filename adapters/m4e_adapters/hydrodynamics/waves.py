@@ -7,8 +7,8 @@ form of Pierson and Moskowitz; the amplitudes are scaled so that Σ a_k²/2 = Hs
 A sea is divided into parts of the frequency axis, one component in each. A record of duration T
 resolves 2π/T: where parts are wider than that, the scatter of the wave height from record to record
 is missing, because it comes from components that interfere. Where the energy is, parts are
-therefore narrow: most have equal energy, and n of them show nine tenths of the scatter of records of
-n/4 waves. In the tail, which decides the mean periods T01 and T02, parts grow with the frequency
+therefore narrow: most have equal energy, and n of them show nine tenths of the scatter of records
+of n/4 waves. In the tail, which decides the mean periods T01 and T02, parts grow with the frequency
 (equal steps of log ω): each is wide, but its component carries little energy.
 """
 
