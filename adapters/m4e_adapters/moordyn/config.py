@@ -36,8 +36,9 @@ class LineType(Section):
 
     diameter [m] (that of a rod of the same displacement), mass_per_length [kg/m] in air,
     axial_stiffness EA [N], bending_stiffness EI [N·m²]. Damping either as axial_damping BA [N·s]
-    or as axial_damping_ratio, that of the fastest mode of a segment (1: critical). Drag and added
-    mass coefficients are those of Morison's equation; axial drag refers to the area π·d·l.
+    or as axial_damping_ratio, that of the fastest mode of a segment (1: critical).
+    drag_coefficient and added_mass_coefficient are those of Morison's equation, across the line;
+    axial_drag_coefficient (which refers to the area π·d·l) and axial_added_mass_coefficient along.
     """
 
     diameter: Positive
