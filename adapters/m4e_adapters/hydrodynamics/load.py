@@ -13,6 +13,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 
+import numpy as np
+
 from m4e_adapters.hydrodynamics.coefficients import MOTIONS, Coefficients
 from m4e_adapters.hydrodynamics.config import Drag, Radiation, Still
 from m4e_adapters.hydrodynamics.radiation import RadiationGroup, fit_radiation
@@ -73,10 +75,10 @@ def hydrodynamics_program(
         xi, v = _record_motion(recorder, body, coefficients.centers[k])
         displacement += xi
         velocity += v
-    groups = fit_radiation(
+    fitted = fit_radiation(
         coefficients, order=radiation.order if radiation else None, progress=progress
     )
-    memory = _record_memory(recorder, groups, bodies, velocity)
+    memory = _record_memory(recorder, fitted.groups, bodies, velocity)
     excitation = record_sea(recorder, waves or Still(), coefficients)
     restoring, carried = _record_hydrostatics(recorder, coefficients, displacement)
     for k, body in enumerate(bodies):
@@ -88,7 +90,7 @@ def hydrodynamics_program(
         text = f"mass of the water that {body} displaces in the reference pose"
         neutral = Variable(f"{body}.neutral_mass", "kg", text)
         recorder.calculate(neutral, carried[k] / coefficients.gravity)
-    _publish_added_mass(recorder, coefficients)
+    _publish_added_mass(recorder, coefficients, fitted.added_mass_inf)
     return recorder.program()
 
 
@@ -245,8 +247,7 @@ def _record_outputs(recorder: Recorder, body: str, parts: tuple[Vector, ...]) ->
             recorder.output(Variable(f"{body}.{kind}_{symbol}", unit, text), value)
 
 
-def _publish_added_mass(recorder: Recorder, coefficients: Coefficients) -> None:
-    matrix = coefficients.added_mass_inf
+def _publish_added_mass(recorder: Recorder, coefficients: Coefficients, matrix: np.ndarray) -> None:
     scale = [math.sqrt(max(abs(value), 1e-300)) for value in matrix.diagonal()]
     motions = coefficients.motions
     for i, row in enumerate(motions):
