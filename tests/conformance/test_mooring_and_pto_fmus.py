@@ -25,7 +25,6 @@ anchors: {left: [-150, -60]}
 fairleads: {f1: [-5, -3]}
 lines:
   l1: {type: chain, from: left, to: f1, unstretched_length: 165, segments: 6}
-static_equilibrium: {duration: 0}
 """
 PTO = "point: p\nanchor: [0, -50]\ndamping: 1.0e+5\nrest_length: 47\n"
 
@@ -79,7 +78,9 @@ def test_fmpy_finds_nothing_wrong(files, name):
 
 def test_the_mooring_fmu_computes_what_the_line_system_computes(files, tmp_path):
     made = mooring.moordyn.mooring(Document.parse(CHAIN).validate(mooring.Config))
-    lines = LineSystem(made.text, fairleads=[0.0], lines=made.lines, time_step=made.time_step)
+    lines = LineSystem(
+        made.text, fairleads=[0.0], lines=made.lines, time_step=made.time_step, net=made.net
+    )
     lines.start([(-5.0, -2.5)], [(0.1, 0.0)])
     fmu = Running(files["mooring"], tmp_path / "mooring")
     fmu.set(f1__z=-2.5, f1__vx=0.1)

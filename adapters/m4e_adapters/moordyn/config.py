@@ -10,14 +10,15 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, StringConstraints, ValidationInfo, field_validator, model_validator
 from pydantic_core import InitErrorDetails, ValidationError
 
+from m4e_adapters.moordyn.mooring import SHORTEST
 from m4e_adapters.moordyn.stability import damping_of_ratio
 from m4e_fmi.document import Section, rejected
 from m4e_fmi.errors import suggestion
 
 Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-Coordinate = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, le=1e15, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0, le=1e15, allow_inf_nan=False)]
+Coordinate = Annotated[float, Field(ge=-1e7, le=1e7, allow_inf_nan=False)]
 Place = tuple[Coordinate, Coordinate]
 
 DESCRIBED = ("water", "line_types", "anchors", "lines", "seabed", "solver", "static_equilibrium")
@@ -99,20 +100,7 @@ class Solver(Section):
     """
 
     scheme: Literal["RK2", "RK4"] = "RK2"
-    time_step: Positive | None = None
-
-
-class StaticEquilibrium(Section):
-    """How the lines come to rest before the run; duration 0 switches it off.
-
-    duration [s] at most, checked every `interval` [s] until no node accelerates by more than
-    `threshold` [m/s²], with drag multiplied by drag_factor.
-    """
-
-    duration: NonNegative = 2000.0
-    interval: Positive = 1.0
-    threshold: Positive = 1e-3
-    drag_factor: Positive = 5.0
+    time_step: Annotated[float, Field(ge=SHORTEST, allow_inf_nan=False)] | None = None
 
 
 class MooringConfig(Section):
@@ -120,6 +108,7 @@ class MooringConfig(Section):
 
     fairleads: a list of names, or names with the (x, z) [m] where they are unless a connection or a
     start value says otherwise. anchors: names with their fixed (x, z) [m]. World frame.
+    static_equilibrium: whether lines start where they rest; else straight, or as a catenary.
     """
 
     file: str | None = None
@@ -129,7 +118,7 @@ class MooringConfig(Section):
     anchors: dict[Name, Place] = Field(default_factory=dict)
     seabed: Seabed = Seabed()
     solver: Solver = Solver()
-    static_equilibrium: StaticEquilibrium = StaticEquilibrium()
+    static_equilibrium: bool = True
     lines: dict[Name, Line] = Field(default_factory=dict)
 
     @field_validator("fairleads", mode="before")
