@@ -124,7 +124,7 @@ def tension(line: Line) -> float:
 
 
 def start_error(line: Line) -> tuple[float, bool]:
-    """Tension at the start over that of the equilibrium, less 1, and whether a warning was given."""
+    """Tension at the start over that of the equilibrium, less 1, and whether a warning tells."""
     made = mooring(Document.parse(line.text).validate(MooringConfig))
     system = LineSystem(
         made.text, fairleads=[0.0], lines=made.lines, time_step=made.time_step, net=made.net

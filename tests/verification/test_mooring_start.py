@@ -64,6 +64,24 @@ def test_a_line_that_is_not_laid_to_rest_is_told_with_both_tensions():
     assert rest == pytest.approx(13500, rel=2e-3)
 
 
+def test_what_moordyn_leaves_is_told_where_the_equilibrium_is_not_found(monkeypatch):
+    monkeypatch.setattr("m4e_adapters.moordyn.statics.Net.settle", lambda net: False)
+    made = mooring(Document.parse(LIGHT.text).validate(MooringConfig))
+    rest = tension(LIGHT)
+    # MoorDyn relaxes it for as long as the file says: this long, and hardly at all
+    for text, accuracy in ((made.text, 0.02), (made.text.replace("200 TmaxIC", "1 TmaxIC"), 0.9)):
+        lines = LineSystem(
+            text, fairleads=[0.0], lines=made.lines, time_step=made.time_step, net=made.net
+        )
+        lines.start([(516.0, 0.0)], [(0.0, 0.0)])
+        lines.close()
+        told = [text for text in lines.warnings if "equilibrium was not found" in text]
+        assert lines.fairlead_tension[0] == pytest.approx(rest, rel=accuracy)
+        assert [f"{lines.fairlead_tension[0]:.4g} N" in text for text in told] == [True] * (
+            accuracy > 0.1
+        )
+
+
 BUOY = """\
 a buoy on a line under water, below a fairlead on a coupled body
 ----- LINE TYPES -----

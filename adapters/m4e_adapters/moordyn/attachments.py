@@ -60,6 +60,10 @@ class Attachments:
         """Whether a point moves by its forces."""
         return _is(row.words[1], FREE)
 
+    def held(self, row: Row) -> bool:
+        """Whether a point stays where it is."""
+        return _is(row.words[1], FIXED)
+
     def simple(self) -> bool:
         """Whether all lines end at points that are held, moved or free by themselves."""
         on_others = [

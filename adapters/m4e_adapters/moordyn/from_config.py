@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from m4e_adapters.moordyn.config import MooringConfig
+from m4e_adapters.moordyn.config import MooringConfig, Seabed
 from m4e_adapters.moordyn.line_file import line_file
 from m4e_adapters.moordyn.mooring import Fairlead, Mooring, internal_step, net_line
 from m4e_adapters.moordyn.ready_file import ready_mooring
-from m4e_adapters.moordyn.stability import Segment
+from m4e_adapters.moordyn.stability import Segment, clear_of_seabed
 
 
 def mooring(config: MooringConfig, *, folder: str | Path = ".") -> Mooring:
@@ -73,6 +73,12 @@ def _segments(config: MooringConfig) -> dict[str, Segment]:
         if line.segments == 1:
             continue
         kind, length = config.line_types[line.type], line.unstretched_length / line.segments
+        held = [config.anchors[end][1] for end in (line.from_,) if end in config.anchors]
+        bed = config.seabed
+        if config.water and clear_of_seabed(
+            held, length=line.unstretched_length, depth=config.water.depth
+        ):
+            bed = Seabed(stiffness=0.0, damping=0.0)
         found[name] = Segment(
             length=length,
             diameter=kind.diameter,
@@ -80,8 +86,8 @@ def _segments(config: MooringConfig) -> dict[str, Segment]:
             axial_stiffness=kind.axial_stiffness,
             damping=kind.damping(length),
             bending_stiffness=kind.bending_stiffness,
-            seabed_stiffness=config.seabed.stiffness,
-            seabed_damping=config.seabed.damping,
+            seabed_stiffness=bed.stiffness,
+            seabed_damping=bed.damping,
             water_density=config.water.density if config.water else 0.0,
             drag_coefficient=kind.drag_coefficient,
             added_mass_coefficient=kind.added_mass_coefficient,

@@ -18,15 +18,14 @@ from m4e_adapters.moordyn.line_file import QUIET, RELAXATION, header
 from m4e_adapters.moordyn.mooring import Fairlead, Mooring, internal_step, net_line
 from m4e_adapters.moordyn.read_file import ReadFile, option_name
 from m4e_adapters.moordyn.sections import Row
-from m4e_adapters.moordyn.stability import SCHEMES, Segment, damping_of_ratio
+from m4e_adapters.moordyn.stability import SCHEMES, Segment, clear_of_seabed, damping_of_ratio
 from m4e_fmi.errors import InputError
 
 SEABED = {"kbot": 3.0e6, "cbot": 3.0e5}  # MoorDyn's own, Pa/m and Pa·s/m
 WATER = {"rho": 1025.0, "g": 9.80665}  # MoorDyn's own
 FRICTION_DAMPING = 200.0  # MoorDyn's own FricDamp
-REPLACED = {*(name.lower() for _, name in (*QUIET, *RELAXATION)), "dtm", "cfl", "writeunits"}
-REPLACED |= {"dtout", "fileic", "wavekin", "tscheme"}
-"""Options that are written anew or have no effect."""
+REPLACED = {"cfl", "writeunits", "dtout", "fileic", "wavekin"}
+"""Options that have no effect or are answered otherwise."""
 
 
 def ready_mooring(
@@ -48,17 +47,20 @@ def ready_mooring(
     if file.problems:
         raise InputError(file.problems)
     segments = _segments(file, attached)
-    scheme, wanted, notes = _integration(file, segments)
-    step = internal_step(segments, scheme=scheme, wanted=wanted, file=str(path))
+    scheme, step, notes = _integration(file, segments)
+    notes = (*notes, *_notes(file, simple=attached.simple()))
+    if file.problems:
+        raise InputError(file.problems)
+    net = _net(file, attached) if attached.simple() else None
     return Mooring(
-        text=_text(file, attached, scheme, step),
+        text=_text(file, attached, [(repr(step), "dtM"), (scheme, "tScheme")], known=bool(net)),
         fairleads=points,
         lines=tuple(f"line_{k + 1}" for k in range(len(file.rows("lines")))),
         time_step=step,
-        net=_net(file, attached) if attached.simple() else None,
+        net=net,
         at_rest=file.option("tmaxic", 1.0) > 0,
         drawn=_fairleads(file, attached, dict.fromkeys(fairleads)),
-        notes=(*notes, *_notes(file)),
+        notes=notes,
     )
 
 
@@ -86,37 +88,50 @@ def _fairleads(
 
 def _integration(
     file: ReadFile, segments: dict[str, Segment]
-) -> tuple[str, float | None, tuple[str, ...]]:
-    """Scheme and internal step [s] of the file, and what is not as it says.
+) -> tuple[str, float, tuple[str, ...]]:
+    """Scheme and internal step [s], and what of them is not as the file says.
 
-    dtM goes before CFL, as in MoorDyn. A scheme without a stability bound here becomes RK4 with a
-    step of its own where the file's would be too long.
+    dtM goes before CFL, as in MoorDyn; a dtM that is unstable is a problem. A step by CFL, or for a
+    scheme without a stability bound here, is shortened where it is too long.
     """
     row = file.options.get("tscheme")
     asked = row.words[0].upper() if row else "RK2"
-    wanted = file.option("dtm", 0.0) or None
+    scheme = asked if asked in SCHEMES else "RK4"
+    changed = f"the time scheme {asked.lower()} of the file is replaced by {scheme}"
+    notes = () if scheme == asked else (changed,)
+    step, wanted = file.options.get("dtm"), file.option("dtm", 0.0) or None
     if wanted is None and "cfl" in file.options and segments:
+        step = file.options["cfl"]
         wanted = file.option("cfl", 0.0) * min(
             2 * math.pi * s.length * math.sqrt(s.mass_per_length / s.axial_stiffness)
             for s in segments.values()
         )
-    if asked in SCHEMES:
-        return asked, wanted, ()
-    chosen = internal_step(segments, scheme="RK4", wanted=None, file=str(file.path))
-    note = f"the time scheme {asked.lower()} of the file is replaced by RK4"
-    if wanted is None or wanted > chosen:
-        wanted, note = None, f"{note} with steps of {chosen:.3g} s"
-    return "RK4", wanted, (note,)
+    try:
+        chosen = internal_step(segments, scheme=scheme, wanted=None)
+        if wanted is not None and (not notes and "dtm" in file.options or wanted <= chosen):
+            chosen = internal_step(segments, scheme=scheme, wanted=wanted)
+    except InputError as error:
+        for problem in error.problems:
+            file.wrong(step, problem.message, problem.remedy)
+        return scheme, 0.0, ()
+    if step is not None and wanted is not None and chosen < wanted:
+        name = " ".join(step.words[:2])
+        notes = (*notes, f"{name} of the file would be {wanted:.3g} s: steps are of {chosen:.3g} s")
+    return scheme, chosen, notes
 
 
-def _notes(file: ReadFile) -> list[str]:
+def _notes(file: ReadFile, *, simple: bool) -> list[str]:
     notes = []
     if file.option("wavekin", 0.0) == 1:
         notes.append(
             "WaveKin 1 of the file: nothing gives water kinematics, lines are in still water"
         )
     row = file.options.get("fileic")
-    if row and row.words[0] != "0":
+    if row and row.words[0] != "0" and not simple:
+        message = f"{row.words[1]} {row.words[0]}: initial conditions from files are not supported"
+        remedy = f"set {row.words[1]} to 0; without rods and free bodies it would not be needed"
+        file.wrong(row, message, remedy)
+    elif row and row.words[0] != "0":
         notes.append(
             f"the initial state {row.words[0]} of the file is not used: lines start at rest"
         )
@@ -127,6 +142,7 @@ def _segments(file: ReadFile, attached: Attachments) -> dict[str, Segment]:
     """A segment of every line that has moving nodes."""
     types = {row.words[0]: row.words for row in file.rows("line types")}
     free = {row.words[0] for row in file.rows("points") if attached.free(row)}
+    held = {r.words[0]: float(r.words[4]) for r in file.rows("points") if attached.held(r)}
     friction = file.option("frictioncoefficient", 0.0) * file.option("fricdamp", FRICTION_DAMPING)
     found = {}
     for k, row in enumerate(file.rows("lines")):
@@ -135,6 +151,8 @@ def _segments(file: ReadFile, attached: Attachments) -> dict[str, Segment]:
             continue
         d, m, ea, ba, ei, cd, ca, cdax, caax = (float(w) for w in types[row.words[1]][1:10])
         piece = length / count
+        anchors = [held[end] for end in ends if end in held]
+        clear = clear_of_seabed(anchors, length=length, depth=file.depth)
         ratio = damping_of_ratio(-ba, length=piece, mass_per_length=m, axial=ea)
         found[f"line_{k + 1}"] = Segment(
             length=piece,
@@ -143,8 +161,8 @@ def _segments(file: ReadFile, attached: Attachments) -> dict[str, Segment]:
             axial_stiffness=ea,
             damping=ba if ba >= 0 else ratio,
             bending_stiffness=ei,
-            seabed_stiffness=file.option("kbot", SEABED["kbot"]),
-            seabed_damping=file.option("cbot", SEABED["cbot"]),
+            seabed_stiffness=0.0 if clear else file.option("kbot", SEABED["kbot"]),
+            seabed_damping=0.0 if clear else file.option("cbot", SEABED["cbot"]),
             water_density=file.option("rho", WATER["rho"]),
             drag_coefficient=cd,
             added_mass_coefficient=ca,
@@ -200,15 +218,21 @@ def _ends(row: Row) -> list[str]:
     return [match[1] if match else word for word, match in found]
 
 
-def _text(file: ReadFile, attached: Attachments, scheme: str, time_step: float) -> str:
-    """The file for MoorDyn: without blank lines, outputs, and coupled bodies."""
+def _text(
+    file: ReadFile, attached: Attachments, integration: list[tuple[str, str]], *, known: bool
+) -> str:
+    """The file for MoorDyn: without blank lines, outputs, and coupled bodies.
+
+    Where the equilibrium is not known otherwise, MoorDyn looks for it as the file says.
+    """
     lines = ["MoorDyn v2 input file, after " + file.path.name]
     for section in ("line types", "rod types", "bodies", "rods", "points", "lines"):
         rows = [_row(section, row, attached) for row in file.rows(section)]
         if rows:
             lines += [header(section.upper()), "-", "-", *rows]
-    ours = [*QUIET, *RELAXATION, (repr(time_step), "dtM"), (scheme, "tScheme")]
-    kept = [r.words[:2] for r in file.rows("options") if option_name(r) not in REPLACED]
+    ours = [*QUIET, *(RELAXATION if known else ()), *integration]
+    replaced = REPLACED | {name.lower() for _, name in ours}
+    kept = [r.words[:2] for r in file.rows("options") if option_name(r) not in replaced]
     lines += [header("OPTIONS"), *(f"{value} {key}" for value, key in (*ours, *kept))]
     return "\n".join([*lines, header("OUTPUTS"), header("END"), ""])
 

@@ -9,20 +9,20 @@ half its mass at either end, ω = (2/l) √(EA/m') (the highest eigenvalue of an
 that of its elements), with the damping ratio ζ = BA/(l √(EA m')). Bending adds ω = (4/l²) √(EI/m'),
 the seabed ω = √(kBot d/m'). Further damping only moves λ along its circle to the real axis.
 
-Decay: a node on the seabed has the rate Γ = cBot d/m_b, drag at SPEED V the rate
-D = ρ d V max(Cd/(m' + ρ A Ca), π CdAx/(m' + ρ A CaAx)) on every node. Rates of line and seabed add
-where a steep segment lands. Let a vertical chain have one node on the seabed, segments on both
-sides, and look for u_j = r^|j|, λ = −x. With the chain's c = 2ζω/4 and k = ω²/4 per mass,
+Decay: MoorDyn's axial dampers BA work in slack segments too, where no spring slows the decay, so
+the bound is that of C alone: x²M − xC + K is positive wherever xM − C is. Rates of line, seabed and
+drag add. A node on the seabed has the rate Γ = cBot d/m_b, drag at SPEED V adds at most
+D = ρ d V max(Cd/(m' + ρ A Ca), π CdAx/(m' + ρ A CaAx)) to every mode. Let a vertical chain have one
+node on the seabed, segments on both sides. With c = 2ζω/4 of a segment per mass of a node,
+u_j = r^|j| and λ = −x, its nodes and the one on the seabed give
 
-    x² − D x = (c x − k)(2 − r − 1/r)   and   x Γ = (c x − k)(1/r − r)   give
-    x (x − D)² − (2ζω x − ω²)(x − D) − x Γ² = 0,
+    x = c (2 − r − 1/r)   and   x = Γ + c (2 − 2r),   so   x = ζω + √(ζ²ω² + Γ²),   and D beside it.
 
-without drag x = ζω + √((ζ² − 1) ω² + Γ²), for ζ = 1 the sum ω + Γ. The bound is the largest root,
-or Γ + D where that is more, as of a line that lies flat. Segments that do not land steeply on both
-sides decay slower (tests compare with eigenvalues of assembled lines of any slope). At the lowest
-node the line is at most 45° steep, between its neighbours: there 1/m_b is the mean of 1/m' and
-1/(m' + ρ A Ca). Neighbours on the seabed are joined by segments that lie flat: seabed springs that
-are so soft that they sink in by a good part of a segment are outside of this.
+Segments that do not land steeply on both sides decay slower (tests compare with eigenvalues of
+assembled lines of any slope, taut and slack). At the lowest node the line is at most 45° steep,
+between its neighbours: there 1/m_b is the mean of 1/m' and 1/(m' + ρ A Ca). Neighbours on the
+seabed are joined by segments that lie flat: seabeds so soft that nodes sink in by a good part of a
+segment are outside of this. Taut lines of ζ = 1 decay with ω + Γ at most.
 
 A one-step method is stable for λ while |R(λ dt)| ≤ 1, with its stability function R. MoorDyn's own
 `CFL` is dt·√(EA/m')/(2π l), so its default 0.5 means ω dt = 6.3, beyond RK2 (2) and RK4 (2.8). RK2
@@ -33,14 +33,14 @@ from __future__ import annotations
 
 import cmath
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
-
-import numpy as np
 
 SCHEMES = {"RK2": 2, "RK4": 4}  # name → order: R is the exponential series up to that power
 MARGIN = 0.9  # of the longest stable step that is used when nothing else is asked for
 SPEED = 5.0  # [m/s] of a node through the water, up to which drag is in the longest stable step
 GROWTH = 1.0001  # |R| up to which a mode counts as stable: drag takes up so slow a growth
+STRAIN = 0.2  # by which a line may be stretched on its way to the seabed
 RESOLUTION = 400  # steps of the search per unit of |λ dt|
 FARTHEST = 3.0  # |λ dt| that the search looks at, beyond the region of every scheme
 ANGLES = 6  # damping ratios between that of a mode and 1 that are looked at
@@ -70,6 +70,14 @@ class Segment:
     friction: float = 0.0
 
 
+def clear_of_seabed(held: Iterable[float], *, length: float, depth: float) -> bool:
+    """Whether no part of a line can reach the seabed at −`depth`; `held` are z of ends that stay.
+
+    All in metres; `length` is unstretched, a line may be stretched by STRAIN.
+    """
+    return max(held, default=-math.inf) - (1 + STRAIN) * length > -depth
+
+
 def damping_of_ratio(ratio: float, *, length: float, mass_per_length: float, axial: float) -> float:
     """BA [N·s] of a damping ratio of the fastest mode of a segment of `length` [m]."""
     return ratio * length * math.sqrt(axial * mass_per_length)
@@ -95,14 +103,8 @@ def decay_rate(segment: Segment) -> float:
     drag = max(segment.drag_coefficient / across, math.pi * segment.axial_drag_coefficient / along)
     drag = segment.water_density * d * SPEED * drag + segment.friction / (m * length)
     seabed = segment.seabed_damping * d * (1 / m + 1 / across) / 2
-    omega = 2 / length * math.sqrt(segment.axial_stiffness / m)
-    axial = 2 * omega * _axial_ratio(segment)
-    unit = max(omega, axial, seabed, drag)  # numbers near 1 for the polynomial
-    omega, axial, bed, slow = (value / unit for value in (omega, axial, seabed, drag))
-    constant = slow**2 + axial * slow + omega**2 - bed**2
-    roots = np.roots([1.0, -2 * slow - axial, constant, -slow * omega**2])
-    real = [float(x.real) for x in roots if abs(x.imag) <= 1e-5 * abs(x)]
-    return max(unit * max(real, default=0.0), seabed + drag)
+    axial = 2 * segment.damping / (m * length**2)  # ζω
+    return drag + axial + math.hypot(axial, seabed)
 
 
 def stable_step(segment: Segment, scheme: str) -> float:

@@ -2,10 +2,10 @@
 
 Travels inside the FMU: imports the standard library and `node_forces` only. World frame, Z up, SI.
 
-Without bending the forces of `node_forces` have a convex potential, so the equilibrium is unique but
-for slack pieces. Newton's method finds it: with a shift of the diagonal, which slack pieces need,
-and a search along each step for where little of the potential's slope is left. EA and seabed are
-brought in by stages, because a stiff line that starts too short or too long goes there in tiny
+Without bending the forces of `node_forces` have a convex potential, so the equilibrium is unique
+but for slack pieces. Newton's method finds it: with a shift of the diagonal, which slack pieces
+need, and a search along each step for where little of the potential's slope is left. EA and seabed
+are brought in by stages, because a stiff line that starts too short or too long goes there in tiny
 steps. The matrix of a line is banded; free points, to which several lines may go, come last
 (skyline, L D Lᵀ).
 """
@@ -64,7 +64,7 @@ class Net:
     def settle(self):
         """Move free nodes to the equilibrium; whether it was found to `PRECISION`."""
         parts = [_Part(self, numbers) for numbers in self._connected()]
-        return all([part.settle() for part in parts if part.order])
+        return all(part.settle() for part in parts if part.order)
 
     def end_forces(self):
         """(force of end A, of end B), each (x, y, z) [N], of every line on what holds it."""
