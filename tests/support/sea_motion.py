@@ -49,7 +49,7 @@ def random_mooring(rng: np.random.Generator) -> Moored:
         height = rng.uniform(2, 6) / 4 * math.sqrt(2 / WAVES)
         phases = rng.uniform(0, 2 * math.pi, (2, WAVES))
         sea = np.array([*[height * rng.uniform(0.5, 1.2, WAVES) for _ in range(2)], omega, *phases])
-        if SHORTEST < made.time_step / MARGIN and made.time_step < FREE_STEP:
+        if made.time_step / MARGIN > SHORTEST and made.time_step < FREE_STEP:
             return Moored(line, made, made.time_step / MARGIN, sea)
 
 

@@ -1,4 +1,4 @@
-"""The static solver by itself: its linear algebra, bending, the surface, and what it cannot find."""
+"""The static solver by itself: its linear algebra, bending, free points, the surface."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from m4e_adapters.moordyn.node_forces import submerged
 from m4e_adapters.moordyn.statics import Net, solved
 
 
-def line(**changes: float) -> dict:
+def line(**changes: float | tuple[int, int]) -> dict:
     values = {"segments": 10, "length": 100.0, "stiffness": 1e7, "bending": 0.0, "weight": 500.0}
     return {"ends": (0, 1), "buoyancy": 100.0, "diameter": 0.1, **values, **changes}
 

@@ -65,7 +65,7 @@ def test_a_line_that_is_not_laid_to_rest_is_told_with_both_tensions():
 
 
 def test_what_moordyn_leaves_is_told_where_the_equilibrium_is_not_found(monkeypatch):
-    monkeypatch.setattr("m4e_adapters.moordyn.statics.Net.settle", lambda net: False)
+    monkeypatch.setattr("m4e_adapters.moordyn.statics.Net.settle", lambda _: False)
     made = mooring(Document.parse(LIGHT.text).validate(MooringConfig))
     rest = tension(LIGHT)
     # MoorDyn relaxes it for as long as the file says: this long, and hardly at all

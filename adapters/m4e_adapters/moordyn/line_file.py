@@ -11,8 +11,8 @@ from m4e_adapters.moordyn.config import MooringConfig
 
 QUIET = (("0", "writeLog"), ("1", "disableOutput"), ("1", "disableOutTime"))
 RELAXATION = (("1", "ICgenDynamic"), ("1e-4", "threshIC"), ("10", "dtIC"))
-"""How MoorDyn looks for the static equilibrium where ours was not found: its stationary solver stops
-anywhere; the tensions of 10 moments within dtIC/10 must be alike."""
+"""How MoorDyn looks for the static equilibrium where ours was not found: its stationary solver
+stops anywhere; the tensions of 10 moments within dtIC/10 must be alike."""
 NO_CABLE = "0.0 0.0 0.0 0.0"  # mass, volume, drag area and added mass of a point
 
 

@@ -108,7 +108,7 @@ def _integration(
         )
     try:
         chosen = internal_step(segments, scheme=scheme, wanted=None)
-        if wanted is not None and (not notes and "dtm" in file.options or wanted <= chosen):
+        if wanted is not None and ((not notes and "dtm" in file.options) or wanted <= chosen):
             chosen = internal_step(segments, scheme=scheme, wanted=wanted)
     except InputError as error:
         for problem in error.problems:

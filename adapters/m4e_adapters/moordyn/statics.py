@@ -122,7 +122,8 @@ class _Part:
     def _stage(self, precision):
         shift = SHIFTS[1]
         for _ in range(ITERATIONS):
-            force, rows, scale = self._evaluate(matrix=True)
+            rows = [[0.0] * (i - first + 1) for i, first in enumerate(self.first)]
+            force, scale = self._evaluate(rows)
             if max(map(abs, force)) <= precision * scale:
                 return True
             top = max(row[-1] for row in rows) or 1.0
@@ -158,18 +159,17 @@ class _Part:
             part = (low + high) / 2
         return part > 0.5
 
-    def _evaluate(self, matrix=False):
-        """Forces on the unknowns [N], rows of the matrix [N/m], the scale of forces [N]."""
+    def _evaluate(self, rows=None):
+        """Forces on the unknowns [N], their scale [N]; the stiffness [N/m] is added to `rows`."""
         force = {k: [0.0, 0.0, 0.0] for _, nodes in self.lines for k in nodes}
         for k in self.free_points:
             force[k] = list(self.net.loads[k])
-        rows = [[0.0] * (i - first + 1) for i, first in enumerate(self.first)] if matrix else None
-        add = _block_adder(rows, self.first, self.place) if matrix else None
+        add = None if rows is None else _block_adder(rows, self.first, self.place)
         tension = [
             add_line_forces(self.net, line, nodes, force, add=add, soft=self.soft)
             for line, nodes in self.lines
         ]
-        return [x for k in self.order for x in force[k]], rows, max(*tension, self.weight)
+        return [x for k in self.order for x in force[k]], max(*tension, self.weight)
 
 
 def _block_adder(rows, first, place):
