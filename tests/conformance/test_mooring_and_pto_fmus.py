@@ -145,14 +145,14 @@ def test_a_line_that_a_run_stretches_far_beyond_its_length_is_told(files, c_fmu)
 
 def test_the_folder_of_moordyn_is_in_that_of_its_fmu(files, tmp_path, monkeypatch):
     """So what removes the one after a kill removes the other."""
-    seen, init = [], moordyn.Init
+    seen, init = [], moordyn.Init_NoIC
 
     def noted(*arguments):
         seen.extend(path.relative_to(tmp_path) for path in tmp_path.rglob("m4e_mooring_*"))
         return init(*arguments)
 
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-    monkeypatch.setattr(moordyn, "Init", noted)
+    monkeypatch.setattr(moordyn, "Init_NoIC", noted)
     part = Component("line", FmuFile(files["mooring"]))
     run(System("s", (part,), (), Simulation(0.1, 0.05, "gauss_seidel")))
     assert seen
