@@ -35,10 +35,10 @@ class Moored:
 
 
 def random_mooring(rng: np.random.Generator) -> Moored:
-    """A line of any damping and drag, a sea of 2 to 6 m significant height."""
+    """A line damped by 0.5 to 3 of critical, any drag; a sea of 2 to 6 m significant height."""
     while True:
         line, text = random_line(rng), ""
-        ratio, drag = 10 ** rng.uniform(-0.5, 0.5), rng.uniform(1.0, 2.5)
+        ratio, drag = 10 ** rng.uniform(-0.3, 0.5), rng.uniform(1.0, 2.5)
         scheme = rng.choice(["RK2", "RK4"])
         bed = 10 ** rng.uniform(5.0, 6.0)
         text = line.text.replace("damping_ratio: 1", f"damping_ratio: {ratio!r}")
