@@ -112,8 +112,8 @@ class MooringConfig(Section):
     """
 
     file: str | None = None
-    fairleads: dict[Name, Place | None] = Field(default_factory=dict)
     water: Water | None = None
+    fairleads: dict[Name, Place | None] = Field(default_factory=dict)
     line_types: dict[Name, LineType] = Field(default_factory=dict)
     anchors: dict[Name, Place] = Field(default_factory=dict)
     seabed: Seabed = Seabed()
@@ -131,18 +131,25 @@ class MooringConfig(Section):
             raise rejected(f"{', '.join(twice)} stands here twice", "give each fairlead its name")
         return dict.fromkeys(value)
 
+    @field_validator("fairleads")
+    @classmethod
+    def _fairleads_fit(
+        cls, value: dict[str, Place | None], info: ValidationInfo
+    ) -> dict[str, Place | None]:
+        water: Water | None = info.data.get("water")
+        places = {name: place for name, place in value.items() if place}
+        _raise("fairleads", _below_seabed("fairlead", places, water))
+        return value
+
     @field_validator("anchors")
     @classmethod
     def _anchors_fit(cls, value: dict[str, Place], info: ValidationInfo) -> dict[str, Place]:
         water: Water | None = info.data.get("water")
-        wrong = []
-        for name, (_, z) in value.items():
+        wrong = _below_seabed("anchor", value, water)
+        for name in value:
             if name in (info.data.get("fairleads", ())):
                 text = f"{name!r} is also the name of a fairlead"
                 wrong.append(_wrong((name,), text, "give the anchor another name"))
-            if water and z < -water.depth:
-                text = f"anchor {name!r} at z = {z:g} m lies below the seabed at {-water.depth:g} m"
-                wrong.append(_wrong((name,), text, f"use z >= {-water.depth:g}, or a larger depth"))
         _raise("anchors", wrong)
         return value
 
@@ -197,6 +204,17 @@ class MooringConfig(Section):
                 "add them, or name a ready MoorDyn file with 'file: …'",
             )
         return self
+
+
+def _below_seabed(
+    what: str, places: dict[str, Place], water: Water | None
+) -> list[InitErrorDetails]:
+    wrong = []
+    for name, (_, z) in places.items():
+        if water and z < -water.depth:
+            text = f"{what} {name!r} at z = {z:g} m lies below the seabed at {-water.depth:g} m"
+            wrong.append(_wrong((name,), text, f"use z >= {-water.depth:g}, or a larger depth"))
+    return wrong
 
 
 def _wrong(place: tuple[str, ...], message: str, remedy: str) -> InitErrorDetails:
