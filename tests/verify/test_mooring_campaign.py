@@ -36,6 +36,6 @@ def test_random_moorings_hold_below_the_longest_step_and_fail_above():
         print(f"{moored.longest:.3g} s: holds at 0.95 {below[-1]}, at 1.6 {above[-1]}", moored.line)
     print(f"seed {SEED}: {sum(below)} of 60 hold at 0.95, {sum(above)} at 1.6")
     assert all(below)
-    # the bound holds for lines that land steeply, go slack, and move at 5 m/s: those that do none of
-    # it in two minutes have more room
+    # the bound holds for lines that land steeply, go slack, and move at 5 m/s: those that do none
+    # of it in two minutes have more room
     assert sum(above) <= 40
