@@ -91,8 +91,9 @@ gravity: 9.81
 bodies:
   a: {{mass: {mass!r}, inertia: 1.0e+6, added_mass: true}}
 joints:
-  heave: {{type: prismatic, child: a, axis: [0, 1], effort: "-{spring!r}*(joint.heave.q - ({z!r}))",
-          initial: {{q: {start!r}}}}}
+  heave: {{type: prismatic, child: a, direction: [0, 1], initial: {{q: {start!r}}}}}
+loads:
+  spring: {{type: joint_effort, joint: heave, effort: "-{spring!r}*(joint.heave.q - ({z!r}))"}}
 """
 SYSTEM = """\
 name: still
