@@ -244,7 +244,8 @@ def singular_frequencies(poles: Complex, combination: np.ndarray, size: int) -> 
     corner, side = np.zeros((n, n)), np.zeros((size, size))
     pencil = np.block([[a, corner, b], [corner, -a.T, -c.T], [c, b.T, side]])
     mass = np.diag(np.concatenate([np.ones(2 * n), np.zeros(size)]))
-    numerator, denominator = eig(pencil, mass, right=False, homogeneous_eigvals=True)
+    pairs = eig(pencil, mass, right=False, homogeneous_eigvals=True)
+    numerator, denominator = np.asarray(pairs)
     with np.errstate(all="ignore"):
         values = numerator / denominator
     finite = np.isfinite(values) & (np.abs(denominator) > 1e-8 * np.abs(numerator))

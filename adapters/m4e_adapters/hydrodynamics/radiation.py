@@ -209,7 +209,7 @@ class _Part:
         nothing = np.zeros((count, 1))
         return Samples(
             omega=np.concatenate([[0.0], self.omega]),
-            values=np.concatenate([nothing, self.values], axis=1),
+            values=np.concatenate([nothing + 0j, self.values], axis=1),
             weights=np.concatenate([at_zero, of_damping, nothing, of_mass], axis=1),
             offset=offset,
         )
