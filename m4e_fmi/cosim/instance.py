@@ -187,11 +187,19 @@ class Instance:
 
         The FMU makes no further step then, and nothing may be set in it.
         """
-        reached = self._fmu.reached() if self._fmu.wants_end() else None
+        reached = self._fmu.reached() if self._asks_for_end() else None
         if reached is None or reached < time - NEAR:
             return False
         self._fmu.events.ended = reached
         return True
+
+    def _asks_for_end(self) -> bool:
+        """True if the step was discarded by an FMU that is done, and not by one that has failed.
+
+        PythonFMU's library has no other answer to a step that fails but to ask for the end, or
+        Fatal, after which nothing can be asked: that it has failed, its FMU can say in words only.
+        """
+        return self._fmu.wants_end() and not self._last_error()
 
     def stop_at_events(self) -> None:
         """From now on, a step ends at an event within it, with EventWithinError."""
@@ -370,7 +378,7 @@ class Instance:
             kind, reached = EventWithinError, self._fmu.reached()
             if status == DISCARD:
                 kind = DiscardedError
-            if status == DISCARD and self._fmu.wants_end():
+            if status == DISCARD and self._asks_for_end():
                 kind, self._broken = EndWithinError, False
                 self._fmu.events.ended = self.time if reached is None else reached
             raise kind(message, remedy, reached)
