@@ -44,14 +44,76 @@ def terminate(number: int, _: object) -> NoReturn:
     raise Terminated(number)
 
 
+def ending(number: int) -> BaseException:
+    """What a signal that asks for the end raises."""
+    return KeyboardInterrupt() if number == signal.SIGINT else Terminated(number)
+
+
+def _raising() -> list[signal.Signals]:
+    """Signals that raise at present."""
+    known = (signal.default_int_handler, terminate)
+    return [s for s in (signal.SIGINT, *ENDING) if signal.getsignal(s) in known]
+
+
+_calling: list[list[int]] = []
+"""The signals that have raised within the outermost block of `not_lost`, if there is one."""
+
+
+@contextmanager
+def not_lost() -> Iterator[None]:
+    """Around calls of FMUs: signals that ask for the end raise, if not at once, after the block.
+
+    What is raised inside an FMU written in Python goes no further than that, and is at most its
+    failure; what is raised while it logs, or is freed, goes nowhere. Blocks may be nested.
+    """
+    if _calling or threading.current_thread() is not threading.main_thread():
+        with _told_after(_calling[0] if _calling else []):
+            yield
+        return
+    raised: list[int] = []
+
+    def note(number: int, _: object) -> NoReturn:
+        raised.append(number)
+        raise ending(number)
+
+    _calling.append(raised)
+    try:
+        with _told_after(raised), handled(_raising(), note):
+            yield
+    finally:
+        _calling.clear()
+
+
+def is_ending() -> bool:
+    """Whether a signal has raised within the present block of `not_lost`."""
+    return any(_calling)
+
+
+@contextmanager
+def _told_after(raised: list[int]) -> Iterator[None]:
+    """If there is any in the end, the first is raised, unless one is on its way already."""
+    try:
+        yield
+    except (KeyboardInterrupt, Terminated):
+        raise
+    except BaseException as error:
+        if raised:
+            raise ending(raised[0]) from error
+        raise
+    if raised:
+        raise ending(raised[0])
+
+
 @contextmanager
 def handled(numbers: list[signal.Signals], handler: Any) -> Iterator[None]:
     """`handler` takes these signals during the block; outside the main thread there are none."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    usual = {number: signal.signal(number, handler) for number in numbers}
+    usual: dict[signal.Signals, Any] = {}
     try:
+        for number in numbers:
+            usual[number] = signal.signal(number, handler)
         yield
     finally:
         for number, before in usual.items():
