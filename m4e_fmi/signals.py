@@ -9,6 +9,7 @@ import signal
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass, field
 from typing import Any, NoReturn
 
 ENDING = tuple(
@@ -55,6 +56,56 @@ def _raising() -> list[signal.Signals]:
     return [s for s in (signal.SIGINT, *ENDING) if signal.getsignal(s) in known]
 
 
+@dataclass
+class _Held:
+    """Signals that wait: what they do otherwise, and those that have come."""
+
+    usual: dict[signal.Signals, Any]
+    waiting: list[int] = field(default_factory=list)
+
+
+_held: list[_Held] = []
+"""Blocks of `held` in the main thread, the innermost last."""
+
+
+@contextmanager
+def held() -> Iterator[None]:
+    """Signals that would raise wait for the end of the block, or for one of `let_through` in it."""
+    block = _Held({s: signal.getsignal(s) for s in _raising()})
+    with handled([*block.usual], lambda number, _: block.waiting.append(number)):
+        if _is_main():
+            _held.append(block)
+        try:
+            yield
+        finally:
+            if _is_main():
+                _held.pop()
+    if block.waiting:
+        raise ending(block.waiting[0])
+
+
+@contextmanager
+def let_through() -> Iterator[None]:
+    """Within it, signals are not `held`: they raise, and so does one that waits."""
+    if not (_held and _is_main()):
+        yield
+        return
+    block = _held[-1]
+    try:
+        for number, usual in block.usual.items():
+            signal.signal(number, usual)
+        if block.waiting:
+            raise ending(block.waiting.pop(0))
+        yield
+    finally:
+        for number in block.usual:
+            signal.signal(number, lambda number, _: block.waiting.append(number))
+
+
+def _is_main() -> bool:
+    return threading.current_thread() is threading.main_thread()
+
+
 _calling: list[list[int]] = []
 """The signals that have raised within the outermost block of `not_lost`, if there is one."""
 
@@ -66,7 +117,7 @@ def not_lost() -> Iterator[None]:
     What is raised inside an FMU written in Python goes no further than that, and is at most its
     failure; what is raised while it logs, or is freed, goes nowhere. Blocks may be nested.
     """
-    if _calling or threading.current_thread() is not threading.main_thread():
+    if _calling or not _is_main():
         with _told_after(_calling[0] if _calling else []):
             yield
         return
@@ -107,7 +158,7 @@ def _told_after(raised: list[int]) -> Iterator[None]:
 @contextmanager
 def handled(numbers: list[signal.Signals], handler: Any) -> Iterator[None]:
     """`handler` takes these signals during the block; outside the main thread there are none."""
-    if threading.current_thread() is not threading.main_thread():
+    if not _is_main():
         yield
         return
     usual: dict[signal.Signals, Any] = {}
