@@ -32,16 +32,26 @@ class Terminated(SystemExit):
 
 @contextmanager
 def ending_cleanly() -> Iterator[None]:
-    """Signals of `ENDING` raise Terminated during the block.
+    """Signals of `ENDING` raise Terminated during the block, or at its end if that gets lost.
 
     Those that are ignored (nohup), or that somebody else handles, are left alone.
     """
-    with handled([s for s in ENDING if signal.getsignal(s) is signal.SIG_DFL], terminate):
+    ours = [s for s in ENDING if signal.getsignal(s) is signal.SIG_DFL]
+    if ours:
+        _terminated.clear()
+    with handled(ours, terminate):
         yield
+    if _terminated:
+        raise Terminated(_terminated[0])
+
+
+_terminated: list[int] = []
+"""Signals that have raised Terminated, which is lost where Python removes an object."""
 
 
 def terminate(number: int, _: object) -> NoReturn:
     """The handler that raises Terminated."""
+    _terminated.append(number)
     raise Terminated(number)
 
 
@@ -63,6 +73,10 @@ class _Held:
     usual: dict[signal.Signals, Any]
     waiting: list[int] = field(default_factory=list)
 
+    def wait(self, number: int, _: object) -> None:
+        """The handler."""
+        self.waiting.append(number)
+
 
 _held: list[_Held] = []
 """Blocks of `held` in the main thread, the innermost last."""
@@ -72,14 +86,15 @@ _held: list[_Held] = []
 def held() -> Iterator[None]:
     """Signals that would raise wait for the end of the block, or for one of `let_through` in it."""
     block = _Held({s: signal.getsignal(s) for s in _raising()})
-    with handled([*block.usual], lambda number, _: block.waiting.append(number)):
-        if _is_main():
-            _held.append(block)
+    if not (block.usual and _is_main()):
+        yield
+        return
+    with handled([*block.usual], block.wait):
+        _held.append(block)
         try:
             yield
         finally:
-            if _is_main():
-                _held.pop()
+            _held.pop()
     if block.waiting:
         raise ending(block.waiting[0])
 
@@ -87,7 +102,7 @@ def held() -> Iterator[None]:
 @contextmanager
 def let_through() -> Iterator[None]:
     """Within it, signals are not `held`: they raise, and so does one that waits."""
-    if not (_held and _is_main()):
+    if not _held or not _is_main() or _raising():
         yield
         return
     block = _held[-1]
@@ -99,7 +114,7 @@ def let_through() -> Iterator[None]:
         yield
     finally:
         for number in block.usual:
-            signal.signal(number, lambda number, _: block.waiting.append(number))
+            signal.signal(number, block.wait)
 
 
 def _is_main() -> bool:

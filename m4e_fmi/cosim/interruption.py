@@ -14,7 +14,7 @@ from contextlib import contextmanager, suppress
 
 import numpy as np
 
-from m4e_fmi.signals import ENDING, ending, handled, not_lost, terminate
+from m4e_fmi.signals import ENDING, ending, handled, held, let_through, not_lost, terminate
 
 TICK = 0.1
 """Seconds of wall time after which many steps at once are interrupted, at the end of one."""
@@ -46,7 +46,8 @@ def same_folder() -> Iterator[None]:
 @contextmanager
 def setting_up() -> Iterator[None]:
     """Around calls of FMUs before the first step: signals act at once, or after a call."""
-    with same_folder(), _ticking(_ours()), not_lost():
+    asking = _ours()
+    with held(), same_folder(), _ticking(asking), let_through(), not_lost():
         yield
 
 
