@@ -37,12 +37,14 @@ def ending_cleanly() -> Iterator[None]:
     Those that are ignored (nohup), or that somebody else handles, are left alone.
     """
     ours = [s for s in ENDING if signal.getsignal(s) is signal.SIG_DFL]
-    if ours:
-        _terminated.clear()
-    with handled(ours, terminate):
-        yield
-    if _terminated:
-        raise Terminated(_terminated[0])
+    try:
+        with handled(ours, terminate):
+            yield
+        if _terminated:
+            raise Terminated(_terminated[0])
+    finally:
+        if ours:
+            _terminated.clear()
 
 
 _terminated: list[int] = []
@@ -60,10 +62,13 @@ def ending(number: int) -> BaseException:
     return KeyboardInterrupt() if number == signal.SIGINT else Terminated(number)
 
 
+_raisers: list[Any] = [signal.default_int_handler, terminate]
+"""Handlers that raise."""
+
+
 def _raising() -> list[signal.Signals]:
     """Signals that raise at present."""
-    known = (signal.default_int_handler, terminate)
-    return [s for s in (signal.SIGINT, *ENDING) if signal.getsignal(s) in known]
+    return [s for s in (signal.SIGINT, *ENDING) if signal.getsignal(s) in _raisers]
 
 
 @dataclass
@@ -77,6 +82,12 @@ class _Held:
         """The handler."""
         self.waiting.append(number)
 
+    def act(self) -> None:
+        """Do what the first of them does otherwise, if there is one."""
+        if self.waiting:
+            number = self.waiting.pop(0)
+            self.usual[signal.Signals(number)](number, None)
+
 
 _held: list[_Held] = []
 """Blocks of `held` in the main thread, the innermost last."""
@@ -89,14 +100,19 @@ def held() -> Iterator[None]:
     if not (block.usual and _is_main()):
         yield
         return
-    with handled([*block.usual], block.wait):
-        _held.append(block)
-        try:
-            yield
-        finally:
-            _held.pop()
-    if block.waiting:
-        raise ending(block.waiting[0])
+    try:
+        with handled([*block.usual], block.wait):
+            _held.append(block)
+            try:
+                yield
+            finally:
+                _held.pop()
+    except (KeyboardInterrupt, Terminated):
+        raise
+    except BaseException:
+        block.act()
+        raise
+    block.act()
 
 
 @contextmanager
@@ -109,8 +125,7 @@ def let_through() -> Iterator[None]:
     try:
         for number, usual in block.usual.items():
             signal.signal(number, usual)
-        if block.waiting:
-            raise ending(block.waiting.pop(0))
+        block.act()
         yield
     finally:
         for number in block.usual:
@@ -145,9 +160,11 @@ def not_lost() -> Iterator[None]:
     _calling.append(raised)
     try:
         with _told_after(raised), handled(_raising(), note):
+            _raisers.append(note)
             yield
     finally:
         _calling.clear()
+        del _raisers[2:]
 
 
 def is_ending() -> bool:
