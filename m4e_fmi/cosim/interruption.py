@@ -19,8 +19,8 @@ from m4e_fmi.signals import ENDING, ending, handled, held, let_through, not_lost
 TICK = 0.1
 """Seconds of wall time after which many steps at once are interrupted, at the end of one."""
 GRACE = 10.0
-"""Seconds that a call of an FMU may still take after a signal that asks for the end; then the process
-ends without it. Ctrl-C waits."""
+"""Seconds that a call of an FMU may still take after a signal that asks for the end; then the
+process ends without it. Ctrl-C waits."""
 
 
 def quiet() -> np.errstate:
@@ -52,7 +52,7 @@ def setting_up() -> Iterator[None]:
 
 
 def _ours() -> set[signal.Signals]:
-    """Signals of `ENDING` that are to end the process: nobody else handles them, or ignores them."""
+    """Signals of `ENDING` that end the process: nobody else handles them, or ignores them."""
     return {s for s in ENDING if signal.getsignal(s) in (signal.SIG_DFL, terminate)}
 
 
@@ -91,10 +91,8 @@ def _noting(asking: set[signal.Signals]) -> Iterator[list[int]]:
 
 
 @contextmanager
-def _ticking(
-    asking: set[signal.Signals], halt: Callable[[], None] | None = None
-) -> Iterator[None]:
-    """A thread beside calls of FMUs, which calls `halt`, and hears of signals `asking` for the end."""
+def _ticking(asking: set[signal.Signals], halt: Callable[[], None] | None = None) -> Iterator[None]:
+    """A thread beside calls of FMUs: it calls `halt`, and hears of signals `asking` for the end."""
     if not (halt or asking):
         yield
         return
@@ -139,5 +137,7 @@ def _tick(
         if not number and (asked := asking.intersection(numbers)):
             number, last = asked.pop(), clock.monotonic() + GRACE
     name = signal.Signals(number).name
-    sys.stderr.write(f"ended by {name}: a call of an FMU did not end within {GRACE:g} s\n")
+    with suppress(OSError, ValueError, AttributeError):  # closed, or none at all
+        sys.stderr.write(f"ended by {name}: a call of an FMU did not end within {GRACE:g} s\n")
+        sys.stderr.flush()
     os._exit(128 + number)

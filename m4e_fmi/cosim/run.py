@@ -111,9 +111,9 @@ def run(
     there are then on disk, as they are after KeyboardInterrupt, and after SIGTERM, which raises
     Terminated (a SystemExit). Results that would be huge if every step were a row have fewer rows,
     which `tell` receives and the notes tell. RunError before the first step if another run writes
-    to the same file. The files `beside`, as pictures of an earlier run, go with the results that they
-    show, when those are replaced. ExportError, which has the outcome, if all is done but the `.csv` or
-    `.parquet` cannot be written.
+    to the same file. The files `beside`, as pictures of an earlier run, are removed when its
+    results are replaced, as are those in the form that `results` is to have. ExportError, which has
+    the outcome, if all is done but the `.csv` or `.parquet` cannot be written.
     """
     if not isinstance(system, Prepared):
         system = prepare(system, build_directory=build_directory, tell=tell)
@@ -261,7 +261,9 @@ def _begun(
             complete[:] = [_reached(found, settings), whole(file, Path(results), writer)]
         found.outcome = Outcome(
             prepared=system,
-            path=as_given(stream_of(results), found.results.path) if found.results else None,
+            path=as_given(stream_of(results), found.results.path)
+            if results is not None and found.results
+            else None,
             steps=master.steps,
             wall_time=clock.perf_counter() - begun,
             energy=master.energy,

@@ -16,6 +16,8 @@ def say_beside(line: str) -> None:
     """Print a line on the standard error, if it takes it, above a progress bar if there is one."""
     from tqdm import tqdm
 
+    if sys.stderr is None:
+        return
     with suppress(OSError):
         tqdm.write(line, file=sys.stderr)
 
@@ -30,6 +32,9 @@ def progress_bar(stop_time: float, *, start: float = 0.0) -> Iterator[Callable[[
     """
     from tqdm import tqdm
 
+    if sys.stderr is None:
+        yield lambda _: None
+        return
     interactive = sys.stderr.isatty()
     interval = _INTERVAL_ON_TERMINAL if interactive else _INTERVAL_IN_LOG
     bar: tqdm | None = None

@@ -54,6 +54,7 @@ class Sender(Fmi2Slave):
                 raise
 '''
 
+
 @pytest.fixture(scope="module")
 def sender(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("sender")
@@ -96,7 +97,7 @@ def test_a_signal_ends_the_run(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    """In instances 1 to 3 the FMU is probed, the fourth is that of the run; it may eat exceptions."""
+    """Instances 1 to 3 are probed, the fourth is that of the run; one may eat exceptions."""
     (tmp_path / "system.yaml").write_text(
         f"name: s\ncomponents:\n  a: {{fmu: {c_fmu('integrator')}}}\n  b: {{fmu: {sender}}}\n"
         "connections: ['a.y -> b.u, units ignored', 'b.y -> a.u, units ignored']\n"
