@@ -370,6 +370,7 @@ class Master:
         finally:
             self.network.pause = lambda: None
 
+    @not_lost()
     def begin(self, results: ResultsWriter | None = None, *, singly: bool) -> None:
         """Make ready for steps that are recorded in `results`, one at a time if `singly`."""
         self._results = results
