@@ -231,6 +231,14 @@ def stream_of(path: str | Path) -> Path:
     return path.with_suffix(NETCDF) if path.suffix.lower() in (CSV, PARQUET) else path
 
 
+def as_given(given: Path, file: Path) -> Path:
+    """`given` if it leads to the folder of `file`, else `file`: one may have been renamed since."""
+    try:
+        return given if given.parent.samefile(file.parent) else file
+    except OSError:
+        return file
+
+
 def check_export(path: str | Path) -> None:
     """InputError unless the suffix of `path` names a form in which results can be written."""
     check_suffix(path, (NETCDF, CSV, PARQUET), "results")

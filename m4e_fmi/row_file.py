@@ -15,7 +15,7 @@ import os
 import shutil
 import uuid
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from io import FileIO
 from pathlib import Path
 from typing import Any
@@ -155,9 +155,12 @@ class RowFile:
     def blocks(self) -> Iterator[list[np.ndarray]]:
         """The rows that can be read, some at a time: an array (rows, columns) for each section.
 
-        They can be read after `close`, too.
+        They can be read after `close`, too; before, also where the file has been moved or removed.
         """
-        with self.path.open("rb", buffering=0) as file:
+        with ExitStack() as stack:
+            file = self._file
+            if file.closed:
+                file = stack.enter_context(self.path.open("rb", buffering=0))
             yield from _blocks(file, self.dtype, self._begin, self.count)
 
     def _commit(self, count: int) -> None:

@@ -21,6 +21,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from m4e_fmi.locks import PATIENCE, Lock
+from m4e_fmi.signals import held
 
 PREFIX = "m4e_fmi_"
 _OWNED = re.compile(rf"{PREFIX}([0-9a-f]{{32}})(\.lock)?$")
@@ -100,11 +101,12 @@ def _leave(parent: Path) -> None:
 def _remove(folder: Path, process: int) -> None:
     if process != os.getpid():  # forked: it is the other's
         return
-    shutil.rmtree(folder, ignore_errors=True)
-    with _changing:
-        parent = folder.parent.parent
-        _places[parent, process].count -= 1
-        _leave(parent)
+    with held():
+        shutil.rmtree(folder, ignore_errors=True)
+        with _changing:
+            parent = folder.parent.parent
+            _places[parent, process].count -= 1
+            _leave(parent)
 
 
 def _sweep(parent: Path) -> None:

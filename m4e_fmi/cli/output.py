@@ -6,7 +6,7 @@ import os
 import re
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -28,12 +28,12 @@ class Clean:
     """A text stream that cleans what is written to another one, and never fails to encode it.
 
     Work goes on, unheard, once the reader of the other one has left; of one that is `spare`, also
-    once it takes nothing for another reason.
+    once it takes nothing for another reason, which else is an OSError with the `name`, once.
     """
 
-    def __init__(self, stream: Any, *, spare: bool = False) -> None:
-        self._stream = stream
-        self._lost = OSError if spare else BrokenPipeError
+    def __init__(self, stream: Any, name: str = "", *, spare: bool = False) -> None:
+        self._stream, self._name = stream, name
+        self._spare = spare
 
     def write(self, text: str) -> int:
         own = _OWN.match(text)
@@ -42,20 +42,23 @@ class Clean:
         encoding = getattr(self._stream, "encoding", None) or "utf-8"
         try:
             return self._stream.write(text.encode(encoding, "replace").decode(encoding))
-        except self._lost:
-            self._leave()
+        except OSError as error:
+            self._leave(error)
             return len(text)
 
     def flush(self) -> None:
         try:
             self._stream.flush()
-        except self._lost:
-            self._leave()
+        except OSError as error:
+            self._leave(error)
 
-    def _leave(self) -> None:
+    def _leave(self, error: OSError) -> None:
         """Let go to nowhere what is still to be written, also that which is buffered."""
         with suppress(OSError), Path(os.devnull).open("w") as nowhere:
             os.dup2(nowhere.fileno(), self._stream.fileno())
+        if not (self._spare or isinstance(error, BrokenPipeError)):
+            why = error.strerror or error
+            raise OSError(f"{self._name} cannot be written: {why}") from error
 
     def writelines(self, lines: Any) -> None:
         for line in lines:
@@ -67,11 +70,32 @@ class Clean:
 
 @contextmanager
 def clean_output() -> Iterator[None]:
-    """Within it, standard output and standard error are cleaned, and nobody need read them."""
+    """Within it, standard output and standard error are cleaned; nobody need read or have them."""
     before = sys.stdout, sys.stderr
-    sys.stdout = before[0] and Clean(before[0])
-    sys.stderr = before[1] and Clean(before[1], spare=True)
-    try:
-        yield
-    finally:
-        sys.stdout, sys.stderr = before
+    with ExitStack() as stack:
+        if None in before:
+            _take_closed()
+        out, err = (
+            stack.enter_context(Path(os.devnull).open("w", encoding="utf-8"))
+            if one is None
+            else one
+            for one in before
+        )
+        sys.stdout = Clean(out, "the standard output")
+        sys.stderr = Clean(err, spare=True)
+        try:
+            yield
+        finally:
+            sys.stdout, sys.stderr = before
+
+
+def _take_closed() -> None:
+    """Let standard streams that were closed lead nowhere.
+
+    The next file would have the number of one, and what an FMU prints would go into it.
+    """
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # has the lowest number that is free

@@ -85,7 +85,9 @@ def _run(options: argparse.Namespace) -> None:
 def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
     from m4e_fmi.cosim import ExportError, prepare, run
     from m4e_fmi.report import plot_run, progress_bar, run_summary, say_beside
+    from m4e_fmi.results import as_given
 
+    file, picture = output.absolute(), output.with_suffix(".png").absolute()
     prepared = prepare(
         system, build_directory=options.build_folder, native=options.native, tell=say
     )
@@ -102,6 +104,7 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
                 variables=options.variables,
                 tell=say,
                 warn=say_beside,
+                beside=[picture],
             )
     except ExportError as error:
         print(run_summary(error.outcome))
@@ -110,6 +113,6 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
         raise
     assert outcome.path is not None
     print(run_summary(outcome))
-    print_files(dict.fromkeys([outcome.path, output]))
+    print_files(dict.fromkeys([outcome.path, as_given(output, file)]))
     sys.stdout.flush()  # drawing takes a second, within which a signal may end it
-    print_files([plot_run(outcome.path, output.with_suffix(".png"))])
+    print_files([as_given(output.with_suffix(".png"), plot_run(outcome.path, picture))])

@@ -41,6 +41,7 @@ from m4e_fmi.cosim.type_rules import REAL
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.messages import STATUS, Listener, Messages
 from m4e_fmi.fmu.reading import Description
+from m4e_fmi.signals import not_lost
 
 LAST_ERROR = "last_error"
 """Name of the string variable in which an FMU may explain what went wrong."""
@@ -124,6 +125,7 @@ class Instance:
     def __exit__(self, *_: object) -> None:
         self.close()
 
+    @not_lost()
     def _open(self) -> None:
         self._binary.in_use += 1
         try:
@@ -148,19 +150,23 @@ class Instance:
             self._messages.muted = False
             ctypes.memmove(ctypes.addressof(self.warned), kept, len(kept))
 
+    @not_lost()
     def setup(self, *, start: float, stop: float, tolerance: float | None) -> None:
         """Tell the experiment: times [s], relative tolerance (None: the FMU's own)."""
         self.time = self._start = start
         self._usable.setup(start=start, stop=stop, tolerance=tolerance)
 
+    @not_lost()
     def set_values(self, values: Mapping[str, Value]) -> None:
         """Set variables of any type by name, as far as FMI lets them be set at this time."""
         if values:
             self._usable.set_values(values)
 
+    @not_lost()
     def enter_initialization(self) -> None:
         self._usable.enter_initialization()
 
+    @not_lost()
     def exit_initialization(self) -> None:
         self._usable.exit_initialization()
         self._initialised = True
@@ -187,11 +193,19 @@ class Instance:
 
         The FMU makes no further step then, and nothing may be set in it.
         """
-        reached = self._fmu.reached() if self._fmu.wants_end() else None
+        reached = self._fmu.reached() if self._asks_for_end() else None
         if reached is None or reached < time - NEAR:
             return False
         self._fmu.events.ended = reached
         return True
+
+    def _asks_for_end(self) -> bool:
+        """True if the step was discarded by an FMU that is done, and not by one that has failed.
+
+        PythonFMU's library has no other answer to a step that fails but to ask for the end, or
+        Fatal, after which nothing can be asked: that it has failed, its FMU can say in words only.
+        """
+        return self._fmu.wants_end() and not self._last_error()
 
     def stop_at_events(self) -> None:
         """From now on, a step ends at an event within it, with EventWithinError."""
@@ -299,6 +313,7 @@ class Instance:
             self._places[place] = fmu.saver(slot), fmu.restorer(slot)
         return self._places[place]
 
+    @not_lost()
     def save_state(self, place: int = 0) -> None:
         """Keep the FMU's state, instead of the one kept before in the same place."""
         save, _ = self._calls(place)
@@ -306,6 +321,7 @@ class Instance:
         if status > WARNING:
             self.fail(status, "fmi2GetFMUstate")
 
+    @not_lost()
     def restore_state(self, time: float, place: int = 0) -> None:
         """Bring the FMU back to the state kept in a place at `time` [s], also after a failed step.
 
@@ -318,12 +334,14 @@ class Instance:
             self.fail(status, "fmi2SetFMUstate")
         self.time = time
 
+    @not_lost()
     def directional_derivative(self, output: str, known: str) -> float:
         """∂output/∂known of two Real variables at the present instant; `known` may be scaled."""
         variables = self.description.variables
         value = self._usable.directional_derivative(variables[output], variables[known])
         return value * self.scales.get(known, (1.0, 0.0))[0]
 
+    @not_lost()
     def value(self, name: str) -> Value:
         """The present value of a variable in its own type; an item of an enumeration by number."""
         variable = self.description.variables[name]
@@ -337,6 +355,7 @@ class Instance:
             self.fail_typed(status, access, cells)
         return value_in(int(cells[0]), variable, self._texts)
 
+    @not_lost()
     def read(self, name: str) -> float:
         """The present value of the Real variable `name`."""
         if name not in self._readers:
@@ -370,7 +389,7 @@ class Instance:
             kind, reached = EventWithinError, self._fmu.reached()
             if status == DISCARD:
                 kind = DiscardedError
-            if status == DISCARD and self._fmu.wants_end():
+            if status == DISCARD and self._asks_for_end():
                 kind, self._broken = EndWithinError, False
                 self._fmu.events.ended = self.time if reached is None else reached
             raise kind(message, remedy, reached)
@@ -442,6 +461,7 @@ class Instance:
             return ""
         return self._fmu.text(variable)
 
+    @not_lost()
     def close(self) -> None:
         """Terminate and free as far as the FMU's condition allows."""
         fmu, states = self._fmu, list(self._states.values())

@@ -1,4 +1,4 @@
-"""How steps are made: signals wait for the end of one, and NumPy does not warn meanwhile."""
+"""How FMUs are called: signals wait for the end of a step, and end what comes before the first."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from contextlib import contextmanager, suppress
 
 import numpy as np
 
-from m4e_fmi.signals import ENDING, Terminated, handled, terminate
+from m4e_fmi.signals import ENDING, ending, handled, held, let_through, not_lost, terminate
 
 TICK = 0.1
 """Seconds of wall time after which many steps at once are interrupted, at the end of one."""
 GRACE = 10.0
-"""Seconds that a step may still take after a signal that asks for the end; then the process ends
-without it. Ctrl-C waits."""
+"""Seconds that a call of an FMU may still take after a signal that asks for the end; then the
+process ends without it. Ctrl-C waits."""
 
 
 def quiet() -> np.errstate:
@@ -44,6 +44,19 @@ def same_folder() -> Iterator[None]:
 
 
 @contextmanager
+def setting_up() -> Iterator[None]:
+    """Around calls of FMUs before the first step: signals act at once, or after a call."""
+    asking = _ours()
+    with held(), same_folder(), _ticking(asking), let_through(), not_lost():
+        yield
+
+
+def _ours() -> set[signal.Signals]:
+    """Signals of `ENDING` that end the process: nobody else handles them, or ignores them."""
+    return {s for s in ENDING if signal.getsignal(s) in (signal.SIG_DFL, terminate)}
+
+
+@contextmanager
 def stepping(halt: Callable[[], None] | None = None) -> Iterator[Callable[[], None]]:
     """Around steps: gives what is to be called between them.
 
@@ -51,22 +64,22 @@ def stepping(halt: Callable[[], None] | None = None) -> Iterator[Callable[[], No
     inside an FMU written in Python would be fatal to it. A second signal interrupts at once, as
     usual. `halt` is called every `TICK`, in another thread.
     """
-    with same_folder(), quiet(), _noting() as noted, _ticking(halt):
+    asking = _ours()
+    with same_folder(), quiet(), _noting(asking) as noted, _ticking(asking, halt):
 
         def check() -> None:
             if noted:
-                raise KeyboardInterrupt if noted[0] == signal.SIGINT else Terminated(noted[0])
+                raise ending(noted[0])
 
         yield check
         check()
 
 
 @contextmanager
-def _noting() -> Iterator[list[int]]:
-    """A list to which signals come that are to wait."""
+def _noting(asking: set[signal.Signals]) -> Iterator[list[int]]:
+    """A list to which signals come that are to wait: Ctrl-C, and those `asking`."""
     noted: list[int] = []
-    known = (signal.SIG_DFL, terminate)
-    waiting = [signal.SIGINT, *(s for s in ENDING if signal.getsignal(s) in known)]
+    waiting = [signal.SIGINT, *asking]
     usual = {number: signal.getsignal(number) for number in waiting}
 
     def note(number: int, _: object) -> None:
@@ -78,16 +91,16 @@ def _noting() -> Iterator[list[int]]:
 
 
 @contextmanager
-def _ticking(halt: Callable[[], None] | None) -> Iterator[None]:
-    """A thread beside steps that are made many at once."""
-    if halt is None:
+def _ticking(asking: set[signal.Signals], halt: Callable[[], None] | None = None) -> Iterator[None]:
+    """A thread beside calls of FMUs: it calls `halt`, and hears of signals `asking` for the end."""
+    if not (halt or asking):
         yield
         return
     done, ours = socket.socketpair()
     with done, ours:
         ours.setblocking(False)
         taken = threading.current_thread() is threading.main_thread() and _wake(ours.fileno())
-        thread = threading.Thread(target=_tick, args=(done, halt), daemon=True)
+        thread = threading.Thread(target=_tick, args=(done, asking, halt), daemon=True)
         thread.start()
         try:
             yield
@@ -109,17 +122,22 @@ def _wake(descriptor: int) -> bool:
     return before == -1
 
 
-def _tick(done: socket.socket, halt: Callable[[], None]) -> None:
-    """Halt steps now and then; end the process if one goes on after a signal of `ENDING`."""
-    last, ending = np.inf, 0
+def _tick(
+    done: socket.socket, asking: set[signal.Signals], halt: Callable[[], None] | None
+) -> None:
+    """Halt steps now and then; end the process if a call goes on after a signal `asking` for it."""
+    last, number = np.inf, 0
     while clock.monotonic() < last:
         ready, _, _ = select.select([done], [], [], TICK)
         numbers = done.recv(64) if ready else b""
         if ready and not numbers:
             return
-        halt()
-        if not ending and (asked := set(numbers) & set(ENDING)):
-            ending, last = asked.pop(), clock.monotonic() + GRACE
-    name = signal.Signals(ending).name
-    sys.stderr.write(f"ended by {name}: a step of an FMU did not end within {GRACE:g} s\n")
-    os._exit(128 + ending)
+        if halt:
+            halt()
+        if not number and (asked := asking.intersection(numbers)):
+            number, last = asked.pop(), clock.monotonic() + GRACE
+    name = signal.Signals(number).name
+    with suppress(OSError, ValueError, AttributeError):  # closed, or none at all
+        sys.stderr.write(f"ended by {name}: a call of an FMU did not end within {GRACE:g} s\n")
+        sys.stderr.flush()
+    os._exit(128 + number)

@@ -14,6 +14,7 @@ from functools import partial
 
 from m4e_fmi.cosim.instance import Instance
 from m4e_fmi.fmu.messages import STATUS, Listener
+from m4e_fmi.signals import is_ending
 
 KINDS = 20
 """Kinds of messages that are kept of a component; further ones are counted together."""
@@ -79,7 +80,12 @@ class Journal:
         return partial(self.add, component)
 
     def add(self, component: str, status: int, text: str) -> None:
-        """Count a message of this status, more than OK, that comes now."""
+        """Count a message of this status, more than OK, that comes now.
+
+        An FMU in which a signal has raised may take it for its own failure: that is no message.
+        """
+        if is_ending():
+            return
         now, kinds = self.clock(), self._kinds[component]
         told = cleaned(text).removeprefix(f"{component}: ")
         key = status, _NUMBER.sub("#", told)

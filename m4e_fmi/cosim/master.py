@@ -20,7 +20,7 @@ from m4e_fmi.cosim.energy import BondEnergy, EnergyBalance
 from m4e_fmi.cosim.events import ended, ended_at_once, event_notes
 from m4e_fmi.cosim.instability import Stability
 from m4e_fmi.cosim.instance import Instance
-from m4e_fmi.cosim.interruption import quiet, same_folder, stepping
+from m4e_fmi.cosim.interruption import quiet, same_folder, setting_up, stepping
 from m4e_fmi.cosim.journal import FmuMessage, Journal, Warn
 from m4e_fmi.cosim.memory import Memory, recall, remember
 from m4e_fmi.cosim.network import HALF, TWICE, Change, Network, Point
@@ -35,6 +35,7 @@ from m4e_fmi.cosim.system import SECOND, System
 from m4e_fmi.cosim.witness import Seen, Witness
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.reading import Description
+from m4e_fmi.signals import not_lost
 
 Observer = Callable[[float, Network], None]
 """Called at every communication point with the time [s] and the network."""
@@ -108,7 +109,7 @@ class Master:
         self._stop = round(system.simulation.stop_time * SECOND)
 
     def __enter__(self) -> Master:
-        with same_folder(), ExitStack() as stack:
+        with setting_up(), ExitStack() as stack:
             self._loaded = binaries(self._descriptions, stack)
             self.network = self._initialised(self._loaded, stack)
             self._prepare(stack)
@@ -251,7 +252,7 @@ class Master:
             return "no Real is exchanged"
         if witness is None:
             return self._unwatched
-        with same_folder():
+        with same_folder(), not_lost():
             witness.finish()
         if witness.failure:
             return witness.failure
@@ -369,6 +370,7 @@ class Master:
         finally:
             self.network.pause = lambda: None
 
+    @not_lost()
     def begin(self, results: ResultsWriter | None = None, *, singly: bool) -> None:
         """Make ready for steps that are recorded in `results`, one at a time if `singly`."""
         self._results = results
@@ -414,6 +416,7 @@ class Master:
         self.network.instances[component].set_values(values)
         self._changes.append((component, values))
 
+    @not_lost()
     def refresh(self) -> None:
         """Make the present point consistent with what was set there, if anything was."""
         if not self._changes:
@@ -424,6 +427,7 @@ class Master:
             self._witness.changed(self._changes)
         self._changes = []
 
+    @not_lost()
     def save(self) -> State:
         """The present state of everything; RunError naming FMUs that cannot save theirs."""
         rigid = self._rigid()
@@ -438,6 +442,7 @@ class Master:
         seen = self._witness.seen() if isinstance(self._witness, Witness) else None
         return State(self, point, remember(self), row, seen)
 
+    @not_lost()
     def restore(self, state: State) -> None:
         """Return to a state of this run; RunError if there is no way back to it."""
         if state.master is not self:

@@ -32,12 +32,13 @@ from m4e_fmi.cosim.binary import Binary, Files
 from m4e_fmi.cosim.connect import Wiring
 from m4e_fmi.cosim.dependence import LOST, PROBED, STEPPED, assumed, resolve
 from m4e_fmi.cosim.instance import WARNING, Instance
-from m4e_fmi.cosim.interruption import same_folder
+from m4e_fmi.cosim.interruption import setting_up
 from m4e_fmi.cosim.start_values import Value, start_values
 from m4e_fmi.cosim.structure import exchange_graph
 from m4e_fmi.cosim.system import Component, Simulation, System
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.reading import Description, Variable
+from m4e_fmi.signals import not_lost
 
 SHARES, TOGETHER = (1e-3, 1.0), 1e-2
 """By how much an input is moved, over its size: alone, and with all others from point to point."""
@@ -165,7 +166,7 @@ def _probe(
     new = _Instances(component, description, simulation)
     every = (*asked.outputs, *asked.others)
     try:
-        with same_folder():
+        with setting_up():
             lost, brought = _set_again(new, every, asked.driven)
             late = _late(new, every, asked.driven)
             needs = _moved_inputs(new, asked.outputs, asked.inputs) if asked.outputs else {}
@@ -249,6 +250,7 @@ class _Subject:
         """All inputs."""
         self._instance.set_values(dict(zip(self.inputs, values, strict=True)))
 
+    @not_lost()
     def step(self, size: float) -> None:
         """A step of `size` [s]."""
         instance = self._instance

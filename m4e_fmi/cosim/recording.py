@@ -15,7 +15,7 @@ from m4e_fmi.cosim.selection import chosen
 from m4e_fmi.cosim.volume import thinned as thinned_settings
 from m4e_fmi.errors import RunError
 from m4e_fmi.locks import claimed
-from m4e_fmi.results import check_export, export, stream_of
+from m4e_fmi.results import as_given, check_export, export, stream_of
 
 
 def thinned(
@@ -106,11 +106,18 @@ def export_whole(file: Path, given: Path, writer: ResultsWriter) -> None:
     try:
         export(writer.path, file)
     except RunError as error:
-        rows, _ = writer.saved or (0, 0.0)
-        note = f"the results are complete in {stream_of(given)} ({_count(rows)})"
-        if file.is_file():
-            note += f"; {given} is of an earlier run"
+        note = whole(file, given, writer)
         raise RunError(error.message, f"{error.remedy}; {note}") from error
+
+
+def whole(file: Path, given: Path, writer: ResultsWriter, *, exported: bool = False) -> str:
+    """Where the results of a run that has ended are complete: also in `file`, once `exported`."""
+    rows, _ = writer.saved or (0, 0.0)
+    stream, last = as_given(stream_of(given), writer.path), as_given(given, file)
+    note = f"the results are complete in {last if exported else stream} ({_count(rows)})"
+    if exported or stream_of(given) == given:
+        return note
+    return f"{note}; {last} is {'of an earlier run' if file.is_file() else 'not written'}"
 
 
 def _kept(file: Path, given: Path, writer: ResultsWriter) -> str:
@@ -119,12 +126,14 @@ def _kept(file: Path, given: Path, writer: ResultsWriter) -> str:
         old = file.is_file() and "the run made no step: {} is as it was"
         return old.format(given) if old else ""
     rows, last = writer.saved
-    until = f"results until t = {last:.9g} s are in"
+    until, stream = f"results until t = {last:.9g} s", as_given(stream_of(given), writer.path)
+    if not writer.path.is_file():
+        return f"{until} were in {stream}, which has been renamed or removed ({_count(rows)})"
     try:
         export(writer.path, file)
     except RunError as error:
-        return f"{until} {stream_of(given)} ({_count(rows)}); {error.message}"
-    return f"{until} {given} ({_count(rows)})"
+        return f"{until} are in {stream} ({_count(rows)}); {error.message}"
+    return f"{until} are in {as_given(given, file)} ({_count(rows)})"
 
 
 def _count(rows: int) -> str:

@@ -1,14 +1,16 @@
 """Results of a run: rows that reach the disk while it goes on, and a netCDF-4 file at its end.
 
 The rows are in a file of the form of `row_file`, from the first step on at the place of the
-results. At the end a netCDF-4 file takes that place: see `m4e_fmi.results`.
+results, all of them before anything else is done at the end. Then a netCDF-4 file takes that place:
+see `m4e_fmi.results`.
 """
 
 from __future__ import annotations
 
+import sys
 import time as clock
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -25,7 +27,7 @@ from m4e_fmi.locks import ROWS, claimed
 from m4e_fmi.results import FORMAT, FORMAT_NUMBER, write_netcdf
 from m4e_fmi.row_file import RowFile
 from m4e_fmi.row_header import Section
-from m4e_fmi.signals import Terminated
+from m4e_fmi.signals import Terminated, held, let_through
 from m4e_fmi.writing import cannot_write
 
 LEAST_ROWS, MOST_ROWS, MOST_VALUES = 64, 65536, 2**22
@@ -51,9 +53,10 @@ class ResultsWriter:
 
     These are all scalar outputs and connected arrays, or what `variables` choose (see `chosen`).
     Rows reach the disk after a second; a run that is killed leaves a file with them. What was at
-    `path` before stays until the first step is on the disk, or the run has ended without one. The
-    file's attribute `ended` says how the run did; `closing` gives further attributes when it has.
-    RunError if another run writes to `path`, or if the disk takes nothing.
+    `path` before stays until the first step is on the disk, or the run has ended without one; then
+    the files `beside` go, which were made of it. The file's attribute `ended` says how the run did;
+    `closing` gives further attributes when it has. RunError if another run writes to `path`, or if
+    the disk takes nothing.
     """
 
     def __init__(
@@ -64,7 +67,9 @@ class ResultsWriter:
         *,
         variables: Sequence[str] = (),
         closing: Callable[[], Mapping[str, str]] = dict,
+        beside: Sequence[Path] = (),
     ) -> None:
+        self._beside = beside
         self.path, instances = Path(path), network.instances
         descriptions = {name: i.description for name, i in instances.items()}
         names = chosen(descriptions, variables, network.sources)
@@ -206,8 +211,14 @@ class ResultsWriter:
         count = self._file.count
         if self._file.path != self._place and (count > 1 or not self._place.exists()):
             self._file.move(self._place)
-        if count > self._before:
+            self._remove_beside()
+        if count > self._before and self._file.path == self._place:
             self._saved = (count, float(self._times[count - self._before - 1, 0]))
+
+    def _remove_beside(self) -> None:
+        for path in self._beside:
+            with suppress(OSError):  # open elsewhere, on Windows
+                path.unlink(missing_ok=True)
 
     def _parts(self, rows: slice) -> list[np.ndarray]:
         return [self._times[rows], *(group.filled(rows) for group in self._groups)]
@@ -216,52 +227,59 @@ class ResultsWriter:
         """Write what is left and how the run has `ended`, and close the file.
 
         A run that has `failed` before its first step does not replace results that are there.
-        RunError if the disk does not take the rows.
+        RunError if the disk does not take the rows. A signal that asks for the end waits until they
+        are on the disk, and then ends what is still to do.
         """
-        open_, self._open = self._open, ExitStack()
-        with open_:
-            if self._file.closed:
-                return
-            count = self._before + self._rows
-            own = self._file.path == self._place or not self._place.exists()
-            if count > 1 or (count and (own or not failed)):
-                self._finish(ended)
+        with held():
+            open_, self._open = self._open, ExitStack()
+            with open_:
+                if self._file.closed:
+                    return
+                count = self._before + self._rows
+                own = self._file.path == self._place or not self._place.exists()
+                if count > 1 or (count and (own or not failed)):
+                    self._finish(ended)
 
     def _finish(self, ended: str) -> None:
-        """Put the netCDF-4 file in place; the rows if there is no room for it."""
-        closing = self._closing()
-        attributes = {**self._attributes, "ended": ended, **closing}
-        if self._file.path != self._place:  # no row is on the disk: all are in the block
-            try:
-                self._write(attributes, [self._filled()])
-            except RunError:
-                pass  # the rows need less
-            else:
-                self._saved = (self._before + self._rows, self._last)
-                return
+        """Put all rows on the disk; in their place the netCDF-4 file, if there is room for it."""
         with self._errors():
             try:
                 self._flush()
             except OSError as error:
-                self._file.end(_ending(cannot_write(self.path, error)))
+                if not self._file.closed:
+                    self._file.end(_ending(cannot_write(self.path, error)))
                 raise
-            self._file.end(ended, closing)
-        blocks = self._file.blocks() if self._before else [self._filled()]
-        self._file.close()  # Windows replaces no open file
+            self._file.end(ended)
+        with let_through():
+            closing = self._closing()
+            with self._errors():
+                self._file.end(ended, closing)
+            self._write({**self._attributes, "ended": ended, **closing})
+
+    def _write(self, attributes: Mapping[str, str]) -> None:
+        """Write the netCDF-4 file, or tell why there is none."""
+        count, folder = self._before + self._rows, self._place.parent
+        vanished = not folder.is_dir()
+        blocks = self._file.blocks() if self._before else [self._parts(slice(self._rows))]
+        if sys.platform == "win32":
+            self._file.close()  # which replaces no open file
         try:
-            self._write(attributes, blocks)
+            write_netcdf(self._place, self._sections, attributes, count, blocks, self._texts)
         except RunError as error:
+            if vanished:
+                raise
             self.notes = (
                 "the results are complete, but of netCDF's classic form, without groups, which "
                 f"m4e_fmi.results.load reads as well: {error.message}",
             )
-
-    def _filled(self) -> list[np.ndarray]:
-        return self._parts(slice(self._rows))
-
-    def _write(self, attributes: Mapping[str, str], blocks: Iterable[list[np.ndarray]]) -> None:
-        count = self._before + self._rows
-        write_netcdf(self._place, self._sections, attributes, count, blocks, self._texts)
+        else:
+            self._remove_beside()
+            self._saved = (count, self._last)
+        if vanished:
+            self.notes = (
+                f"warning: {folder} was renamed or removed during the run, and has been made again "
+                "for the results",
+            )
 
     @property
     def _sections(self) -> list[Section]:

@@ -23,14 +23,15 @@ from m4e_fmi.cosim.recording import (
     kept,
     place_of,
     thinned,
+    whole,
 )
 from m4e_fmi.cosim.results import AT_STOP, ResultsWriter
 from m4e_fmi.cosim.selection import chosen
 from m4e_fmi.cosim.system import SECOND, Component, Simulation, System
 from m4e_fmi.errors import InputError, RunError
-from m4e_fmi.results import Results, load, stream_of
+from m4e_fmi.results import Results, as_given, load, stream_of
 from m4e_fmi.shown import listing
-from m4e_fmi.signals import Terminated, ending_cleanly
+from m4e_fmi.signals import Terminated, ending_cleanly, held, let_through
 
 
 @dataclass(frozen=True)
@@ -96,6 +97,7 @@ def run(
     check: bool = False,
     variables: Sequence[str] = (),
     warn: Warn | None = None,
+    beside: Sequence[Path] = (),
 ) -> Outcome:
     """Co-simulate `system`, or that in the file at a path, from its start to its stop time.
 
@@ -110,8 +112,9 @@ def run(
     there are then on disk, as they are after KeyboardInterrupt, and after SIGTERM, which raises
     Terminated (a SystemExit). Results that would be huge if every step were a row have fewer rows,
     which `tell` receives and the notes tell. RunError before the first step if another run writes
-    to the same file; ExportError, which has the outcome, if all is done but the `.csv` or
-    `.parquet` cannot be written.
+    to the same file. The files `beside`, as pictures of an earlier run, are removed when its
+    results are replaced, as are those in the form that `results` is to have. ExportError, which has
+    the outcome, if all is done but the `.csv` or `.parquet` cannot be written.
     """
     if not isinstance(system, Prepared):
         system = prepare(system, build_directory=build_directory, tell=tell)
@@ -127,6 +130,7 @@ def run(
         progress=progress,
         variables=variables,
         warn=warn,
+        beside=beside,
     )
 
 
@@ -170,6 +174,7 @@ def _once(
     progress: Progress | None,
     variables: Sequence[str] = (),
     warn: Warn | None = None,
+    beside: Sequence[Path] = (),
     certify: bool = True,
 ) -> Outcome:
     with _begun(
@@ -179,6 +184,7 @@ def _once(
         certify=certify,
         watched=bool(observers),
         warn=warn,
+        beside=beside,
     ) as begun:
         begun.master.run(results=begun.results, observers=observers, progress=progress)
     assert begun.outcome
@@ -207,6 +213,7 @@ def _begun(
     changeable: bool = False,
     watched: bool = False,
     warn: Warn | None = None,
+    beside: Sequence[Path] = (),
 ) -> Iterator[_Begun]:
     begun = clock.perf_counter()
     missing = () if changeable else system.warnings  # inputs may be set between the steps
@@ -216,7 +223,9 @@ def _begun(
     if results is not None:
         members = chosen(system.descriptions, variables, system.wiring.sources)
         recorded = {name: [v.name for v in members] for name, members in members.items()}
+    settings = system.system.simulation
     with ExitStack() as stack:
+        complete = stack.enter_context(_told_if_complete())
         stack.enter_context(ending_cleanly())
         place = stack.enter_context(place_of(results)) if results is not None else None
         file = Path(results or "").absolute()
@@ -235,33 +244,32 @@ def _begun(
         if warn:
             for line in floats:
                 warn(f"warning: {line}")
-        settings = system.system.simulation
         if place is None or results is None:
-            with _interruptible(found, settings):
+            with _timed(found, settings):
                 yield found
+            complete[:] = [_reached(found, settings)]
         else:
-            attributes = attributes_of(system)
             writer = ResultsWriter(
                 place,
                 master.network,
-                attributes,
+                attributes_of(system),
                 variables=variables,
                 closing=lambda: closing_attributes(master, certify=certify and not found.failed),
+                beside=[path.absolute() for path in (file, *beside) if path.resolve() != place],
             )
             found.results = writer
-            with kept(file, Path(results), writer), writer:
-                try:
-                    with _interruptible(found, settings):
-                        yield found
-                except BaseException:
-                    found.failed = True
-                    raise
+            with kept(file, Path(results), writer), _timed(found, settings), held(), writer:
+                with _recorded(found, settings), let_through():
+                    yield found
                 if master.ended:
                     writer.close(master.ended)
+            complete[:] = [_reached(found, settings), whole(file, Path(results), writer)]
         beyond = found.results.warnings if found.results else ()
         found.outcome = Outcome(
             prepared=system,
-            path=None if results is None else stream_of(results),
+            path=as_given(stream_of(results), found.results.path)
+            if results is not None and found.results
+            else None,
             steps=master.steps,
             wall_time=clock.perf_counter() - begun,
             energy=master.energy,
@@ -277,6 +285,7 @@ def _begun(
                 export_whole(file, Path(results), found.results)
             except RunError as error:
                 raise ExportError(error, found.outcome) from error
+            complete[1:] = [whole(file, Path(results), found.results, exported=True)]
 
 
 def _at_home(system: Prepared) -> Prepared:
@@ -286,20 +295,50 @@ def _at_home(system: Prepared) -> Prepared:
 
 
 @contextmanager
-def _interruptible(begun: _Begun, settings: Simulation) -> Iterator[None]:
-    """Ctrl-C and signals get a note of the time reached; results with all rows are complete."""
+def _recorded(begun: _Begun, settings: Simulation) -> Iterator[None]:
+    """Results of a run that has made all its steps are complete, however it ends."""
+    try:
+        yield
+    except BaseException as error:
+        begun.failed = True
+        asked = isinstance(error, KeyboardInterrupt | Terminated)
+        if asked and begun.results and _is_at_stop(begun, settings):
+            begun.results.close(AT_STOP)
+        raise
+
+
+@contextmanager
+def _timed(begun: _Begun, settings: Simulation) -> Iterator[None]:
+    """Ctrl-C and signals get a note of the time reached."""
     try:
         yield
     except (KeyboardInterrupt, Terminated) as error:
-        begun.failed = True
-        time, stop = begun.master.network.time, settings.stop_time
-        note = f"at t = {time:.9g} s of {stop:.9g} s"
-        if round(time * SECOND) >= round(stop * SECOND):
-            note = f"at the stop time, t = {stop:.9g} s"
-            if begun.results:
-                begun.results.close(AT_STOP)
-        error.add_note(note)
+        error.add_note(_reached(begun, settings))
         raise
+
+
+@contextmanager
+def _told_if_complete() -> Iterator[list[str]]:
+    """Ctrl-C and signals that have no notes get those of this list, which is for a complete run."""
+    notes: list[str] = []
+    try:
+        yield notes
+    except (KeyboardInterrupt, Terminated) as error:
+        for note in () if getattr(error, "__notes__", ()) else notes:
+            error.add_note(note)
+        raise
+
+
+def _is_at_stop(begun: _Begun, settings: Simulation) -> bool:
+    return round(begun.master.network.time * SECOND) >= round(settings.stop_time * SECOND)
+
+
+def _reached(begun: _Begun, settings: Simulation) -> str:
+    """The present time of a run, as a note."""
+    stop = f"{settings.stop_time:.9g} s"
+    if _is_at_stop(begun, settings):
+        return f"at the stop time, t = {stop}"
+    return f"at t = {begun.master.network.time:.9g} s of {stop}"
 
 
 def _checked(
@@ -310,6 +349,7 @@ def _checked(
     progress: Progress | None,
     variables: Sequence[str],
     warn: Warn | None,
+    beside: Sequence[Path],
 ) -> Outcome:
     """A run, and the certificate that a second one at half the step gives it."""
     system = prepared.system
@@ -323,6 +363,7 @@ def _checked(
         progress=progress,
         variables=variables,
         warn=warn,
+        beside=beside,
     )
     with _second_run(outcome.path):
         _once(again, observers=[finer_trace], progress=progress, certify=False)

@@ -15,6 +15,8 @@ def say_beside(line: str) -> None:
     """Print a line on the standard error, if it takes it, above a progress bar if there is one."""
     from tqdm import tqdm
 
+    if sys.stderr is None:
+        return
     with suppress(OSError):
         tqdm.write(line, file=sys.stderr)
 
@@ -31,7 +33,7 @@ def progress_bar(stop_time: float, *, start: float = 0.0) -> Iterator[Callable[[
     drawn on terminals only. Nothing is shown before the first call: whatever finds
     an error before that tells it alone. No run ends because the standard error takes nothing.
     """
-    if not sys.stderr.isatty():
+    if sys.stderr is None or not sys.stderr.isatty():
         yield _unseen
         return
     from tqdm import tqdm

@@ -130,6 +130,19 @@ def test_an_output_that_is_full() -> None:
     command = [sys.executable, "-c", ELSEWHERE.format(missing="none"), "info", MODEL]
     with Path("/dev/full").open("w") as full:
         done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
-    assert "failed: [Errno 28]" in done.stderr
+    assert "failed: the standard output cannot be written: No space left" in done.stderr
     assert "Traceback" not in done.stderr
     assert done.returncode != 0
+
+
+@pytest.mark.skipif(os.name == "nt", reason="the shell's words for it")
+@pytest.mark.parametrize("closed", [">&-", "<&- >&- 2>&-"])
+def test_standard_streams_that_are_closed(closed: str, project: Path) -> None:
+    """Nor does what the run opens take their numbers, which FMUs write to."""
+    code = "import sys; from m4e_fmi.cli import main; sys.exit(main())"
+    command = ["sh", "-c", f'exec "$0" "$@" {closed}', sys.executable, "-c", code]
+    words = ("run", "system.yaml", "--output-file", "r.csv")
+    done = subprocess.run([*command, *words], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert "Error" not in done.stderr
+    assert {path.name for path in project.glob("r.*")} == {"r.nc", "r.csv", "r.png"}

@@ -115,6 +115,43 @@ def test_a_failing_run(
     assert all(np.isfinite(one.values).all() for one in series)
 
 
+MODEL = """\
+name: mass
+bodies: {m: {mass: 10, inertia: 1}}
+joints: {rail: {type: prismatic, child: m, direction: [1, 0], initial: {q: 1}}}
+loads: {push: {type: joint_effort, joint: rail, effort: "-10*joint.rail.q + 5*sqrt(0.42 - t)"}}
+"""
+
+
+@pytest.mark.parametrize("algorithm", ["gauss_seidel", "corrector"])
+@pytest.mark.parametrize("native", ["--native", "--no-native"])
+def test_an_fmu_of_ours_that_cannot_make_a_step_has_failed(
+    native: str,
+    algorithm: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """It does not ask for the end of the simulation, as PythonFMU's library has it."""
+    monkeypatch.chdir(tmp_path)
+    Path("mass.model.yaml").write_text(MODEL)
+    Path("system.yaml").write_text(
+        "name: failing\ncomponents: {mass: {model: mass.model.yaml}}\n"
+        f"simulation: {{stop_time: 1, step_size: 0.1, algorithm: {algorithm}}}\n"
+    )
+    assert main(["run", "system.yaml", "--output-file", "r.nc", native]) == 1
+    error = capsys.readouterr().err
+    told = r"failed: mass \(mass.fmu\): the step from t = (\S+) s to .*: a state or its rate is not"
+    found = re.search(told, error)
+    assert found, error
+    reached = 0.4 if algorithm == "gauss_seidel" else 0.42  # by shorter steps
+    assert float(found[1]) == pytest.approx(reached, abs=1e-6)
+    assert "results until t = 0.4 s are in r.nc" in error
+    results = load("r.nc")
+    assert results.time[-1] == pytest.approx(0.4)
+    assert results.attributes["ended"].startswith("failed: mass")
+
+
 @contextlib.contextmanager
 def left(name: str, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Within it, the reader of a stream of `sys` has left."""
@@ -133,7 +170,7 @@ def test_a_run_goes_on_when_nobody_reads_what_it_says(
 ) -> None:
     """A warning in each step, and a bar of progress after each."""
     monkeypatch.setattr("m4e_fmi.cosim.master.PROGRESS_INTERVAL", 0.0)
-    monkeypatch.setattr("m4e_fmi.report.progress._INTERVAL_IN_LOG", 0.0)
+    monkeypatch.setattr("m4e_fmi.report.progress._INTERVAL", 0.0)
     project(Failure({"talker": {"fmu": "talker.fmu", "start": {"count": 30, "kinds": 30}}}, (), 1))
     with contextlib.ExitStack() as stack:
         for name in names:

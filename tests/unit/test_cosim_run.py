@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import importlib
 import os
 import re
 import signal
@@ -10,6 +11,7 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas
@@ -477,6 +479,96 @@ def test_signals_stop_at_a_communication_point_unless_ignored(
         finally:
             signal.signal(signal.SIGHUP, usual)
         assert outcome.results().time[-1] == 1.0
+
+
+KEPT = "results until t = 1 s are in r.csv (11 rows)"
+NOT_YET = "the results are complete in r.nc (11 rows); r.csv is not written"
+ENDS = {  # what is called at the end of a run, and what is said if SIGTERM comes just before it
+    "cosim.results:ResultsWriter.close": KEPT,
+    "cosim.results:ResultsWriter._flush": KEPT,
+    "cosim.run:closing_attributes": KEPT,
+    "cosim.results:write_netcdf": KEPT,
+    "cosim.run:Outcome": NOT_YET,
+    "cosim.recording:export": NOT_YET,
+    "temporary:_leave": "the results are complete in r.csv (11 rows)",
+}
+
+
+@pytest.mark.parametrize(("where", "says"), ENDS.items(), ids=ENDS)
+def test_a_signal_after_the_last_step_loses_no_row(
+    where: str, says: str, c_fmu: Fmus, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    ready = prepare(oscillator(c_fmu, Simulation(1, 0.1)))
+    module, _, path = where.partition(":")
+    owner: Any = importlib.import_module(f"m4e_fmi.{module}")
+    *parents, name = path.split(".")
+    for parent in parents:
+        owner = getattr(owner, parent)
+    known, sent = getattr(owner, name), []
+
+    def send(*arguments: Any, **options: Any) -> Any:
+        if not sent:
+            sent.append(True)
+            signal.raise_signal(signal.SIGTERM)
+        return known(*arguments, **options)
+
+    monkeypatch.setattr(owner, name, send)
+    with pytest.raises(Terminated) as caught:
+        run(ready, results="r.csv")
+    assert sent
+    assert caught.value.__notes__ == ["at the stop time, t = 1 s", says]
+    results = load("r.nc")
+    assert results.time.tolist() == pytest.approx(np.arange(11) / 10)
+    assert results.attributes["ended"] == "at the stop time"
+
+
+def test_what_was_made_of_old_results_goes_with_them(
+    c_fmu: Fmus, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With the first step, and not before; other files of the same name stay."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("m4e_fmi.cosim.results.FLUSH", 0.0)
+    names = ("r.nc", "r.csv", "r.png", "r.parquet")
+    seen: list[set[str]] = []
+
+    def look(time: float, _: Network) -> None:
+        seen.append({path.name for path in tmp_path.iterdir() if path.name in names})
+        if time > 0.75:
+            os.kill(os.getpid(), signal.SIGTERM)
+
+    for name in names:
+        Path(name).write_text("old")
+    system = oscillator(c_fmu, Simulation(1, 0.1))
+    with pytest.raises(Terminated):
+        run(system, results="r.csv", beside=[Path("r.png")], observers=[look])
+    assert seen[0] == {*names}
+    assert seen[-1] == {"r.nc", "r.parquet"}
+    assert load("r.nc").time[-1] == pytest.approx(0.8)
+    assert Path("r.csv").read_text().startswith("time [s],")
+    assert not Path("r.png").exists()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="open files keep their folder there")
+def test_a_folder_that_is_renamed_during_the_run(
+    c_fmu: Fmus, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """All of the results are in one place, and it is said where."""
+    monkeypatch.setattr("m4e_fmi.cosim.results.FLUSH", 0.0)
+    folder, other = tmp_path / "folder", tmp_path / "other"
+    folder.mkdir()
+    monkeypatch.chdir(folder)
+
+    def rename(time: float, _: Network) -> None:
+        if time == 0.5:
+            folder.rename(other)
+
+    ready = prepare(oscillator(c_fmu, Simulation(1, 0.1)))
+    outcome = run(ready, results="r.csv", observers=[rename])
+    assert outcome.path == folder / "r.nc"
+    assert len(outcome.results().time) == 11
+    assert {path.name for path in folder.iterdir()} == {"r.nc", "r.csv"}
+    assert f"warning: {folder} was renamed or removed during the run" in run_summary(outcome)
 
 
 @pytest.mark.parametrize(("step", "warned"), [(0.01, False), (0.4, True)])

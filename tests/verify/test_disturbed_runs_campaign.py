@@ -192,7 +192,7 @@ def test_a_step_without_end_ends_with_the_process(c_fmu: Fmus, tmp_path: Path) -
         _, error = process.communicate(timeout=60)
         assert 9.0 < time.monotonic() - began < 30.0
     assert process.returncode == 128 + signal.SIGTERM
-    assert "ended by SIGTERM: a step of an FMU did not end within 10 s" in error
+    assert "ended by SIGTERM: a call of an FMU did not end within 10 s" in error
     results = load(tmp_path / "r.nc")
     assert len(results.time) > 1
     assert sys.float_info.max > abs(results["body.body.m.x"].values).max()

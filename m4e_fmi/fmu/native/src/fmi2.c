@@ -268,7 +268,7 @@ fmi2Status fmi2GetBooleanStatus(fmi2Component component, const fmi2StatusKind ki
     ENTER(STEP | FAILED | TERMINATED);
     NEEDS(value, "there is nowhere to put the answer");
     if (kind != fmi2Terminated) return fmi2Discard;
-    *value = c->now.phase == FAILED; /* it cannot go on from there */
+    *value = 0; /* a step that failed is no wish to end the simulation */
     return fmi2OK;
 }
 
