@@ -16,6 +16,7 @@ from m4e_fmi.cosim.binary import Binary, binaries
 from m4e_fmi.cosim.certificate import Certificate, Spans, certificate
 from m4e_fmi.cosim.companion import Companion
 from m4e_fmi.cosim.connect import Wiring
+from m4e_fmi.cosim.energy import BLOCK as ENERGY_BLOCK
 from m4e_fmi.cosim.energy import BondEnergy, EnergyBalance
 from m4e_fmi.cosim.events import ended, ended_at_once, event_notes
 from m4e_fmi.cosim.instability import Stability
@@ -392,7 +393,7 @@ class Master:
     def _advance(self) -> None:
         """Make as many steps as can be made at once, and look at what has come of them."""
         try:
-            self._course.advance()
+            self._course.advance(self._second_look.room(self.steps) or ENERGY_BLOCK)
         except RunError as error:
             told = self._stability.explained(error, self._results)
             if told is error:
