@@ -150,16 +150,16 @@ def test_an_fmu_of_one_instance_is_not_probed(c_fmu: Fmus) -> None:
 def test_components_of_one_file_are_probed_once(
     c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from m4e_fmi.cosim import probing
+    from m4e_fmi.cosim import trial
 
     made: list[str] = []
-    binary = probing.Binary
+    binary = trial.Binary
 
     def counted(*arguments: object, origin: str) -> object:
         made.append(origin)
         return binary(*arguments, origin=origin)  # pyright: ignore[reportArgumentType]
 
-    monkeypatch.setattr(probing, "Binary", counted)
+    monkeypatch.setattr(trial, "Binary", counted)
     model = FmuFile(c_fmu("blind_integrator"))
     names = "abcd"
     links = tuple(f"{a}.y -> {b}.u" for a, b in zip(names, "bcda", strict=True))
