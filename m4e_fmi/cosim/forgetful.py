@@ -38,8 +38,8 @@ SAME = 1e-3
 """Share of what an output does in these steps by which solvers that begin anew may differ."""
 ROUNDING = 1e-9
 """Likewise of its size."""
-OWN_KINDS = "m4e_fmus."
-"""Where the modules are of the kinds that come with this package."""
+OWN_KINDS = "m4e_fmus.", "m4e_adapters."
+"""Packages of the kinds that come with this one."""
 
 
 def without_forgetful(
