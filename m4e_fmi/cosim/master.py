@@ -157,7 +157,7 @@ class Master:
         if isinstance(self._algorithm, Undoing) and self._shortens:
             for instance in self.network.instances.values():
                 instance.stop_at_events()
-        self._energy = EnergyBalance(self.network, self._wiring.bonds)
+        self._energy = EnergyBalance(self.network, self._wiring.bonds, self._algorithm.followed)
         self._witness: Witness | Companion | None = None
         self._unwatched = ""
         self._second_look = SecondLook(self.network)
