@@ -15,7 +15,7 @@ from m4e_fmi.cosim.forgetful import without_forgetful
 from m4e_fmi.cosim.forgotten import forgotten
 from m4e_fmi.cosim.loose_ends import loose_ends
 from m4e_fmi.cosim.overview import overview
-from m4e_fmi.cosim.pacing import Rates, pace, refined
+from m4e_fmi.cosim.pacing import Rates, pace, refined, rounded
 from m4e_fmi.cosim.probing import probed
 from m4e_fmi.cosim.structure import Structure, analyse
 from m4e_fmi.cosim.system import System
@@ -110,7 +110,7 @@ def prepare(
     descriptions, forgetful = without_forgetful(paced, descriptions, wiring)
     wiring, late = broken(descriptions, wiring, rates)
     structure = analyse(descriptions, wiring)
-    notes = (*([note] if note else []), *found, *late)
+    notes = (*rounded(system.simulation), *([note] if note else []), *found, *late)
     missing = [find(system, descriptions, wiring) for find in (forgotten, loose_ends)]
     warnings = tuple(line for lines in (forgetful, *missing) for line in lines)
     return Prepared(paced, descriptions, wiring, structure, rates, notes, warnings)
