@@ -158,13 +158,16 @@ class EnergyBalance:
             self._evaluate()
 
     def jump(self) -> None:
-        """Something was set in an FMU: the next step begins with other values than the last ended.
+        """Something was set in an FMU: the next step may begin with other values than the last ended.
 
         To be called after they were exchanged.
         """
-        if self._bonds:
+        if not self._bonds:
+            return
+        present = self._values.take(self._index, mode="clip")
+        if not np.array_equal(present, self._points[self._steps]):
             self._evaluate()
-            self._values.take(self._index, out=self._points[0], mode="clip")
+            self._points[0] = present
 
     def _evaluate(self) -> None:
         """Add the block to the sums; its last point is the first of the next."""
