@@ -158,7 +158,7 @@ class EnergyBalance:
             self._evaluate()
 
     def jump(self) -> None:
-        """Something was set in an FMU: the next step may begin with other values than the last ended.
+        """Something was set in an FMU, which may have changed the values at the present point.
 
         To be called after they were exchanged.
         """

@@ -7,7 +7,8 @@ and what was exchanged was late.
 
 Some FMUs lose outputs when inputs are set. Where a dependence was declared, and not probed, an
 output follows an input only if it moves when that is set to its value at the point before, and is
-back when the input is.
+back when the input is. An input that is discrete is not set for that, and nothing in an FMU with
+event mode: that may be an event, which outputs may follow whatever they depend on.
 """
 
 from __future__ import annotations
@@ -136,9 +137,13 @@ class SecondLook:
         places = range(*network.input_slice(instance.name).indices(len(network.targets)))
         found: dict[str, tuple[str, ...]] = dict.fromkeys(outputs, ())
         rows = [part.outputs.index(name) for name in outputs]
-        moved = False
+        moved, returns = False, instance.description.saves_state
+        if returns:
+            instance.save_state()
         for k in places:
             link, name = network.links[k], network.targets[k].variable
+            if instance.description.variables[name].variability != "continuous":
+                continue
             value = float(network.inputs[k])
             before = float(network.values[network.before + network.index(link.source)])
             if before == value:
@@ -150,6 +155,8 @@ class SecondLook:
                 rough = NOISE * max(abs(there[row]), abs(back[row]))
                 if not known and abs(there[row] - back[row]) > rough:
                     found[output] += (name,)
+        if returns:
+            instance.restore_state(network.time)
         return found if moved else None
 
     def _with(self, part: _Part, name: str, value: float) -> np.ndarray:
@@ -202,9 +209,9 @@ def _early(network: Network, component: str) -> Iterator[str]:
     description = instance.description
     connected = {port.variable for port in network.targets[network.input_slice(component)]}
     exchanged = [port.variable for port in network.outputs[network.output_slice(component)]]
-    recorded = [] if description.has_events else network.recorded(component)
+    recorded = network.recorded(component)
     for name in (*exchanged, *recorded):
-        declared = how_known(description, name) in (DECLARED, STATED)
+        declared = how_known(description, name) in (DECLARED, STATED) and not description.has_events
         incomplete = declared and connected - description.dependencies[name]
         if incomplete or (name in exchanged and how_known(description, name) == PROBED):
             yield name
