@@ -8,6 +8,8 @@ VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 JOBS ?= 2
+# the tests run side by side, and their matrices are small: threads would only get in the way
+export OPENBLAS_NUM_THREADS ?= 1
 
 .PHONY: demo test verify lint docs bench platforms setup clean
 

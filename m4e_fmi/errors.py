@@ -23,7 +23,10 @@ class M4eError(Exception):
 
 @dataclass(frozen=True)
 class Problem:
-    """One thing wrong with an input: what, where (lines and columns count from 1), what to do."""
+    """One thing wrong with an input: what, where (lines and columns count from 1), what to do.
+
+    `keys` lead to its place in a configuration, for whoever knows the file that it was read from.
+    """
 
     message: str
     remedy: str = ""
@@ -32,6 +35,7 @@ class Problem:
     column: int = 0
     source: str = ""
     width: int = 1
+    keys: tuple[str | int, ...] = ()
 
     def __str__(self) -> str:
         place = ":".join(str(part) for part in (self.file, self.line, self.column) if part)
@@ -55,8 +59,15 @@ class InputError(M4eError):
         super().__init__("\n".join(str(p) for p in self.problems) + tail)
 
     @classmethod
-    def single(cls, message: str, remedy: str = "", file: str = "") -> InputError:
-        return cls([Problem(message, remedy, file)])
+    def single(
+        cls,
+        message: str,
+        remedy: str = "",
+        file: str = "",
+        *,
+        keys: tuple[str | int, ...] = (),
+    ) -> InputError:
+        return cls([Problem(message, remedy, file, keys=keys)])
 
 
 class UnknownNameError(InputError, KeyError):

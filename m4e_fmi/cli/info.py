@@ -42,11 +42,17 @@ def _run(options: argparse.Namespace) -> None:
         print(fmu_text(options.source))
     elif is_system(options.source):
         from m4e_fmi.cosim import prepare
+        from m4e_fmi.cosim.components import waiting
+        from m4e_fmi.cosim.overview import outline
 
         if options.output_file:
             check_picture_path(options.output_file)
         system = load_system(options.source).changed(algorithm=options.algorithm)
         folder = options.build_folder
+        later = waiting(system, folder)
+        if later and not options.output_file:
+            print(outline(system, later))
+            return
         prepared = prepare(system, build_directory=folder, tell=say)
         print(prepared)
         if options.output_file:

@@ -28,6 +28,7 @@ class Block:
         self, network: Network, component: str, variables: Sequence[Variable], rows: int
     ) -> None:
         self._real = all(v.type == "Real" for v in variables)
+        self.reals = tuple(variables) if self._real else ()
         rate, instance = network.rates.get(component), network.instances[component]
         columns = tuple(_column(v) for v in variables)
         attributes = {"step_size": f"{rate.step:g} s"} if rate else {}

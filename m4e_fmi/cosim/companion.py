@@ -73,10 +73,10 @@ class Recorder:
         values = self._block[row : row + steps].copy()
         if within:
             self._note(np.array([steps - 1]), values)
-        if jumped or size != self._size:
+        same = size == self._size
+        self._note(self._roughness.sudden(row, steps, same=same, jumped=jumped), values)
+        if jumped or not same:
             self._roughness.forget()
-        else:
-            self._note(self._roughness.sudden(row, steps), values)
         self._last, self._size = np.concatenate((self._last, values))[-HISTORY:], size
         self._times.append(self._now + size * np.arange(1, steps + 1))
         self._now += size * steps

@@ -76,7 +76,9 @@ def ready_fmus(
     if native is None:
         native = NATIVE and _library_is_there(tell)
     files: dict[str, ReadyFmu] = {}
-    problems: list[Problem] = []
+    problems = list(_checked(system, folder, stems, native=native))
+    if problems:
+        raise InputError(dict.fromkeys(problems))
     for component in system.components:
         name, source = component.name, component.source
         fmu = folder / f"{stems[name]}.fmu"
@@ -87,10 +89,56 @@ def ready_fmus(
                 else _built(system, name, source, fmu, native=native, tell=tell)
             )
         except InputError as error:
-            problems += error.problems
+            problems += [system.located(name, problem) for problem in error.problems]
     if problems:
         raise InputError(dict.fromkeys(problems))
     return files
+
+
+def _checked(
+    system: System, folder: Path, stems: Mapping[str, str], *, native: bool
+) -> Iterator[Problem]:
+    """What kinds find wrong with the configurations of FMUs to be built, before any is built."""
+    for component in system.components:
+        name, source = component.name, component.source
+        if not isinstance(source, Kind):
+            continue
+        check = getattr(kind_module(source.name), "check", None)
+        made_from = _made_from(system, name, source, native=native)
+        if check is None or _current(folder / f"{stems[name]}.fmu", made_from):
+            continue
+        try:
+            check(source.config, folder=system.folder)
+        except InputError as error:
+            yield from (system.located(name, problem) for problem in error.problems)
+
+
+def waiting(system: System, build_directory: str | Path = "build") -> tuple[str, ...]:
+    """Components whose FMU is to be built, by a kind that takes long for it.
+
+    InputError with all that their kinds find wrong with their configurations.
+    """
+    folder = Path(build_directory) / file_stem(system.name)
+    stems = file_stems(component.name for component in system.components)
+    native = NATIVE and _library_is_there(_silent)
+    problems = list(_checked(system, folder, stems, native=native))
+    if problems:
+        raise InputError(dict.fromkeys(problems))
+    return tuple(
+        c.name
+        for c in system.components
+        if isinstance(c.source, Kind)
+        and getattr(kind_module(c.source.name), "TAKES_LONG", False)
+        and not _current(
+            folder / f"{stems[c.name]}.fmu", _made_from(system, c.name, c.source, native=native)
+        )
+    )
+
+
+def _current(fmu: Path, made_from: str) -> BuildRecord | None:
+    """The record of an FMU that need not be built again."""
+    record = read_record(fmu)
+    return record if record is not None and record.is_current(made_from) else None
 
 
 def with_units(component: Component, description: Description) -> Description:
@@ -134,8 +182,8 @@ def _built(
 ) -> ReadyFmu:
     """The FMU of a component, at the path `fmu`."""
     made_from = _made_from(system, name, source, native=native)
-    record = read_record(fmu)
-    if record is not None and record.is_current(made_from):
+    record = _current(fmu, made_from)
+    if record is not None:
         for warning in record.warnings:
             tell(f"{name}: {warning}")
         return ReadyFmu(fmu, record.fmu)

@@ -19,8 +19,8 @@ class Coverage:
 
     `doubled` are the spans that were made twice in steps of another length; `followed` those over
     which a second course went beside the run, `kinks` the times of contacts, switches and jumps
-    that were met there in finer steps. They were many from `crowded` on: what was told of them
-    speaks for others. `lost` are times from which on kinks could not be followed, and why.
+    that were met there in finer steps. They were many from `crowded` on, and windows told of
+    them. `lost` are times from which on kinks could not be followed, and why.
     """
 
     start: int
@@ -60,7 +60,8 @@ class Coverage:
         return watched / span if span else 0.0
 
     def __str__(self) -> str:
-        text = f"{100 * self.share:.0f} % of the run made twice, the rest watched for kinks"
+        share = min(99, round(100 * self.share))
+        text = f"{share} % of the run made twice, the rest watched for kinks"
         if self.share == 1.0:
             text = "all of the run made twice"
         if self.kinks:

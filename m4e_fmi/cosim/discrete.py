@@ -202,6 +202,5 @@ class Switches:
         steps = "one step" if self.count == 1 else f"{self.count} steps"
         return (
             f"values that are not Real changed within {steps} (first {self.first}): they act from "
-            f"the end of the step on, up to {self.late:g} s late, which the coupling error told "
-            "may not contain",
+            f"the end of the step on, up to {self.late:g} s later than the values they follow",
         )

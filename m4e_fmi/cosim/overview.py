@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Collection
 from typing import TYPE_CHECKING
 
 from m4e_fmi.cosim.connect import Link
 from m4e_fmi.cosim.loose_ends import is_idle_load, start_text, unfed
+from m4e_fmi.cosim.system import Kind, System
 from m4e_fmi.cosim.timing import Timing, component_cycles
 from m4e_fmi.cosim.volume import thinned, volume
 
@@ -36,13 +38,34 @@ def overview(prepared: Prepared) -> str:
         lines += ["signals of buses:", *(f"  {signal}" for signal in wiring.signals)]
     lines.append("unconnected inputs, which keep their start values:")
     lines += _unconnected(prepared) or ["  none"]
-    simulation = system.simulation
-    times = f"{simulation.start_time:g} s to {simulation.stop_time:g} s"
-    lines.append(f"{times}, step {simulation.step_size:g} s, {simulation.algorithm}")
-    recorded = (simulation, prepared.descriptions, (), wiring.sources)
+    lines.append(_times(system))
+    recorded = (system.simulation, prepared.descriptions, (), wiring.sources)
     _, note = thinned(*recorded)
     lines.append(note or f"results: {volume(*recorded)}")
     return "\n".join(lines)
+
+
+def outline(system: System, waiting: Collection[str]) -> str:
+    """The system as it is written, where the FMUs of the components `waiting` are not there yet."""
+    lines = [f"system {system.name}", "components:"]
+    for component in system.components:
+        source = component.source
+        told = source.name if isinstance(source, Kind) else source.path
+        later = "  (not built yet)" if component.name in waiting else ""
+        lines.append(f"  {component.name}  {told}{later}")
+    lines += ["connections:", *(f"  {text}" for text in system.connections)]
+    lines.append(_times(system))
+    lines.append(
+        f"building {', '.join(waiting)} takes long, and is left to `m4e-fmi run`: variables, loops "
+        "and what is connected to nothing are shown when that is done"
+    )
+    return "\n".join(lines)
+
+
+def _times(system: System) -> str:
+    simulation = system.simulation
+    times = f"{simulation.start_time:g} s to {simulation.stop_time:g} s"
+    return f"{times}, step {simulation.step_size:g} s, {simulation.algorithm}"
 
 
 def _connections(prepared: Prepared) -> list[str]:

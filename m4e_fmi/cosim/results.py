@@ -17,6 +17,7 @@ import numpy as np
 
 from m4e_fmi.cosim.blocks import blocks
 from m4e_fmi.cosim.network import Network
+from m4e_fmi.cosim.ranges import RangeWatch
 from m4e_fmi.cosim.schedule import Schedule
 from m4e_fmi.cosim.selection import chosen
 from m4e_fmi.errors import RunError
@@ -72,6 +73,8 @@ class ResultsWriter:
         self._groups = [
             block for name in instances for block in blocks(network, name, names[name], self._block)
         ]
+        watches = [(RangeWatch(g.section.component, g.reals), g) for g in self._groups]
+        self._watches = [(watch, group) for watch, group in watches if watch]
         self._times = np.zeros((self._block, 1))
         self._texts = network.discrete.texts
         self.schedule = Schedule([o for group in self._groups for o in group.operations])
@@ -125,6 +128,11 @@ class ResultsWriter:
             self._saved = (mark.rows, mark.last)
 
     @property
+    def warnings(self) -> tuple[str, ...]:
+        """Outputs that were outside the range of their FMU; one line each."""
+        return tuple(line for watch, _ in self._watches for line in watch.warnings)
+
+    @property
     def saved(self) -> tuple[int, float] | None:
         """Rows of this run in the file at `path`, time [s] of the last one; None if none is."""
         return self._saved
@@ -148,6 +156,8 @@ class ResultsWriter:
         """Further rows are filled, read at `times` [s] (n,), one at least."""
         last = self._rows + len(times)
         self._times[self._rows : last, 0] = times
+        for watch, group in self._watches:
+            watch.look(times, group.filled(slice(self._rows, last)))
         self._last = float(times[-1])
         self._rows = last
         if self._rows == self._block:

@@ -51,11 +51,16 @@ class Roughness:
         """Begin anew with the `largest` fourth differences."""
         self.largest[:] = 0.0
 
-    def sudden(self, row: int, steps: int) -> np.ndarray:
-        """Which of so many steps, noted from a row on, are rough at once (k,), from 0."""
-        if steps == 1 and not self._flags[row, 0]:
+    def sudden(self, row: int, steps: int, *, same: bool, jumped: bool) -> np.ndarray:
+        """Which of so many steps, noted from a row on, are rough at once (k,), from 0.
+
+        The last does not count if it has `jumped`, nor the first few if they are not of the `same`
+        size as those before.
+        """
+        first, end = (0 if same else STEPS), steps - jumped
+        if end <= first or (steps == 1 and not self._flags[row, 0]):
             return _NONE
-        return np.flatnonzero(self._flags[row : row + steps, 0])
+        return first + np.flatnonzero(self._flags[row + first : row + end, 0])
 
 
 def fourth_differences(values: np.ndarray) -> np.ndarray:

@@ -11,6 +11,7 @@ from pathlib import Path
 from m4e_fmi.cosim.certificate import Certificate, Trace, compared
 from m4e_fmi.cosim.energy import BondEnergy
 from m4e_fmi.cosim.execution import Execution
+from m4e_fmi.cosim.flotation import start_warnings
 from m4e_fmi.cosim.journal import FmuMessage, Warn
 from m4e_fmi.cosim.master import Master, Observer, Progress
 from m4e_fmi.cosim.pacing import pace
@@ -230,6 +231,10 @@ def _begun(
             )
         )
         found = _Begun(master)
+        floats = start_warnings(master.network, system.wiring)
+        if warn:
+            for line in floats:
+                warn(f"warning: {line}")
         settings = system.system.simulation
         if place is None or results is None:
             with _interruptible(found, settings):
@@ -253,6 +258,7 @@ def _begun(
                     raise
                 if master.ended:
                     writer.close(master.ended)
+        beyond = found.results.warnings if found.results else ()
         found.outcome = Outcome(
             prepared=system,
             path=None if results is None else stream_of(results),
@@ -264,7 +270,7 @@ def _begun(
             rejected=master.rejected,
             certificate=master.certificate() if certify else "",
             messages=master.messages,
-            warnings=(*missing, *master.warnings),
+            warnings=(*missing, *floats, *master.warnings, *beyond),
         )
         if found.results and results is not None:
             try:

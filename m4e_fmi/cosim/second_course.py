@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -10,9 +10,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from m4e_fmi.cosim.algorithms import Undoing
 from m4e_fmi.cosim.algorithms.scheduled import Scheduled, looped
+from m4e_fmi.cosim.announced import NEVER, in_nanoseconds
 from m4e_fmi.cosim.energy import BLOCK
 from m4e_fmi.cosim.events import ended
+from m4e_fmi.cosim.instance import EventWithinError
 from m4e_fmi.cosim.network import Change, Network
 from m4e_fmi.cosim.operations import gather
 from m4e_fmi.cosim.schedule import Loop
@@ -62,9 +65,14 @@ class Recorded:
         return np.abs(self.bounds).max(axis=0)
 
     def off(self, other: Recorded, times: np.ndarray | None = None) -> np.ndarray:
-        """Magnitudes of differences (times, sources) at some times, or at all that both have."""
+        """Magnitudes of differences (times, sources) at some times, or at all that both have.
+
+        But not on both sides of a jump that takes one nanosecond: the other's may be another.
+        """
         if times is None:
-            times = np.intersect1d(self.times, other.times, assume_unique=True)
+            jumps = np.flatnonzero(np.diff(self.times) == 1)
+            smooth = np.delete(self.times, np.union1d(jumps, jumps + 1))
+            times = np.intersect1d(smooth, other.times, assume_unique=True)
         mine, theirs = (one.values[np.searchsorted(one.times, times)] for one in (self, other))
         return off(theirs, mine, self.largest)
 
@@ -127,10 +135,10 @@ def refined(times: np.ndarray, jumps: Sequence[int], steps: np.ndarray) -> np.nd
     Where these are many, there are fewer, so that all steps are three times as many at most.
     """
     found, most = [times], 1 + 2 * (len(times) - 1) // max(1, len(steps))
-    for k in steps.tolist():
+    for k in steps[~np.isin(times[1:][steps], jumps)].tolist():
         begin, end = int(times[k]), int(times[k + 1])
         parts = min(PARTS, most, (end - begin) // LEAST)
-        if parts > 1 and end not in jumps:
+        if parts > 1:
             found.append(np.round(np.linspace(begin, end, parts + 1)).astype(np.int64))
     return np.unique(np.concatenate(found))
 
@@ -178,13 +186,13 @@ class SecondCourse:
             loop.state.halt = 1
 
     def along(
-        self, times: np.ndarray, jumps: Sequence[int], changes: Mapping[int, Sequence[Change]]
+        self, times: np.ndarray, jumps: Iterable[int], changes: Mapping[int, Sequence[Change]]
     ) -> Recorded:
         """The course over these times [ns], a step from each to the next.
 
         Some are `jumps`, at some `changes` are made.
         """
-        sizes = np.diff(times)
+        sizes, jumps = np.diff(times), frozenset(jumps)
         found = [self._network.values[self._sources][None]]
         other = np.flatnonzero(np.diff(sizes)) + 1
         changing = np.searchsorted(times, sorted(changes))
@@ -199,22 +207,49 @@ class SecondCourse:
                 left -= len(found[-1])
         return Recorded(times, np.concatenate(found))
 
-    def _steps(self, now: int, size: int, most: int, jumps: Sequence[int]) -> np.ndarray:
+    def _steps(self, now: int, size: int, most: int, jumps: frozenset[int]) -> np.ndarray:
         """Values after each of some steps of `size` from `now` [ns], one at least."""
         network, algorithm = self._network, self._algorithm
         loop = None if jumps else self._loop
         if loop and isinstance(algorithm, Scheduled) and algorithm.repeats(size / SECOND):
             made = min(most, BLOCK)
             loop.state.now, loop.state.size, loop.state.noted, loop.state.halt = now, size, 0, 0
-            loop.advance(made)
+            try:
+                loop.advance(made)
+            except EventWithinError:
+                made = (loop.state.now - now) // size
+                if not isinstance(algorithm, Undoing):
+                    raise
+                algorithm.undo()
             network.time = loop.state.now / SECOND
             if network.settle() or loop.state.halt:
                 made = (loop.state.now - now) // size
             if loop.state.now < now + made * size:
                 raise RunError(ended(network.instances.values()))
-            return self._values[:made].copy()
-        algorithm.step(now / SECOND, size / SECOND)
-        if now + size in jumps:
-            network.forget()
-        network.advance((now + size) / SECOND)
+            if made:
+                return self._values[:made].copy()
+        self._step(now, size, jumps)
         return network.values[self._sources][None]
+
+    def _step(self, now: int, size: int, jumps: frozenset[int]) -> None:
+        """One step; in pieces where FMUs have events within it: to just before them, and over."""
+        network, algorithm, end, event = self._network, self._algorithm, now + size, NEVER
+        while now < end:
+            size = end - now
+            if event > now:
+                size = min(size, event - 1 - now if event - 1 > now else 1)
+            try:
+                algorithm.step(now / SECOND, size / SECOND)
+            except EventWithinError as found:
+                if found.reached is None or not isinstance(algorithm, Undoing) or size == 1:
+                    raise
+                algorithm.undo()
+                event = max(now + 1, in_nanoseconds(found.reached))
+                continue
+            now += size
+            if now == event:
+                event = NEVER
+                network.forget()
+            elif now in jumps:
+                network.forget()
+            network.advance(now / SECOND)

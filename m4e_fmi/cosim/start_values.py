@@ -83,6 +83,7 @@ def value_of(variable: Variable, given: Value | Quantity) -> Value:
     ):
         raise ValueError(f"it is of type {variable.type}")
     _check_range(variable, given)
+    _check_limits(variable, given)
     return given
 
 
@@ -99,6 +100,21 @@ def _check_range(variable: Variable, given: Value) -> None:
             bytes.fromhex(given)
         except ValueError:
             raise ValueError("it is of type Binary: write its bytes as '0a1bff'") from None
+
+
+def _check_limits(variable: Variable, given: Value) -> None:
+    """ValueError for a number outside the range that the FMU declares."""
+    low, high = variable.minimum, variable.maximum
+    if isinstance(given, str | bool) or low <= given <= high:
+        return
+    unit = "" if variable.unit in ("", "1") else f" {variable.unit}"
+    limits = f"{low:g} to {high:g}{unit}"
+    if math.isinf(high):
+        limits = f"{low:g}{unit} or more"
+    elif math.isinf(low):
+        limits = f"{high:g}{unit} or less"
+    told = f" ({variable.description})" if variable.description else ""
+    raise ValueError(f"the FMU's range is {limits}{told}")
 
 
 def _number(variable: Variable, given: Quantity) -> float:

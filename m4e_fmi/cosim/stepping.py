@@ -197,10 +197,9 @@ class Course:
                 self._row = start + rows * apart
                 self._results.keep(np.arange(start + apart, self._row + 1, apart) / SECOND)
             changed = self._network.settle()
-            if changed:
-                self._switched(changed, size)
+            switched = self._switched(changed, size)
             if self._witness:
-                self._witness.after(made, size, noted, jumped=bool(changed))
+                self._witness.after(made, size, noted, jumped=bool(changed), within=switched)
         if self._results and self._row != self.now and (self.now == self._stop or self.over):
             self._record()
         self._adapt(clock.perf_counter() - began)
@@ -234,8 +233,7 @@ class Course:
         if jumped:
             self._network.forget()
         changed = self._network.advance(self.now / SECOND)
-        if changed:
-            self._switched(changed, size)
+        within = self._switched(changed, size) or within
         self._energy.add(self._algorithm.held, size / SECOND)
         self.steps += 1
         if self._witness:
@@ -245,9 +243,11 @@ class Course:
         if last or self.now >= self._row + self._every:
             self._record()
 
-    def _switched(self, changed: Sequence[Port], size: int) -> None:
+    def _switched(self, changed: Sequence[Port], size: int) -> bool:
+        """Note outputs that have `changed` at the present point; whether within the last step."""
         within = self._network.within_step(changed)
         self.switches.note(within, self.now / SECOND, size / SECOND)
+        return bool(within)
 
     def _record(self) -> None:
         self._row = self.now

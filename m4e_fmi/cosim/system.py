@@ -259,6 +259,14 @@ class System:
             return self.document.problem(location, message, remedy)
         return Problem(f"{self.name}: {message}", remedy)
 
+    def located(self, component: str, problem: Problem) -> Problem:
+        """A problem with the configuration of a component, placed where its `keys` lead."""
+        if not problem.keys or self.document is None:
+            return problem
+        at = ("components", component, *problem.keys)
+        message = f"{problem.message} ({problem.file})" if problem.file else problem.message
+        return self.document.problem(at, message, problem.remedy)
+
     def __repr__(self) -> str:
         times = self.simulation
         return listing(

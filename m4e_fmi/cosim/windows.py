@@ -10,6 +10,8 @@ import numpy as np
 
 PIECES = 8
 """Into which a window is divided, to see how its errors grow and fall."""
+DOUBLE = 1.8
+"""Growth from one half to the other from which on errors are taken to go on growing."""
 LEAST, MOST = 0.05, 1.0
 """Bounds of the exponent."""
 
@@ -19,7 +21,7 @@ class Told:
     """The largest errors (pieces, sources) in the pieces of a window of `span` from `begin` [ns].
 
     Half the step would leave the share `left` of them. The window `speaks` for all up to the next
-    that does, or else for itself alone.
+    that does, but for those that do not: these are for themselves alone.
     """
 
     errors: np.ndarray
@@ -43,6 +45,12 @@ class Told:
         """What the errors (sources,) grow by in the second half, 1 if none was there before."""
         first, whole = self.errors[: (len(self.errors) + 1) // 2].max(axis=0), self.largest
         return np.divide(whole, first, out=np.ones_like(whole), where=first > 0.0)
+
+    def doubles(self, spans: np.ndarray) -> bool:
+        """Whether the largest error over some spans is twice as large in the second half."""
+        largest = np.divide(self.errors, spans, out=np.zeros_like(self.errors), where=spans > 0.0)
+        first = largest[: (len(largest) + 1) // 2].max()
+        return bool(largest.max() > DOUBLE * first)
 
     @property
     def lasting(self) -> np.ndarray:
@@ -74,7 +82,13 @@ def throughout(told: Sequence[Told], start: int, end: int) -> np.ndarray:
     share of them that lasts adds up.
     """
     edges = [start, *[one.begin for one in told if one.speaks][1:], end]
-    parts = iter([end - begin for begin, end in pairwise(edges)])
+    alone = [one for one in told if not one.speaks]
+    parts = iter(
+        [
+            end - begin - sum(one.span for one in alone if begin <= one.begin < end)
+            for begin, end in pairwise(edges)
+        ]
+    )
     errors = np.array([one.largest for one in told])
     largest = errors.max(axis=0)
     longest = max(told, key=lambda one: (one.errors.any(), one.span))

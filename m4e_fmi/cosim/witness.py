@@ -23,21 +23,23 @@ Values are set there as in the run. This costs twice the steps of the window aga
 Beyond its window an error may go on growing: see `windows`.
 
 **Everywhere else** fourth differences of the outputs are watched in every step (`roughness`), in
-*stretches*. One that is rougher than all windows is made a window too.
+*stretches*. One that is rougher than all windows, apart from its kinks, is made a window too, which
+tells of itself alone.
 
 **Kinks and jumps** that no FMU announces (a contact, a switch) lower the order where they are, and
 what they change remains. From the stretch in which the first is found, the run is *followed*: a
 second course makes the same steps, but those about kinks sixteen times finer. It is the run without
 the errors of kinks, so that |y − z| is their part of the error, in all that follows; it adds to
-that of smooth courses. It ends where its difference has died out. Kinks smaller than a tenth of the
-error that is known already are passed over.
+that of smooth courses, of which all these stretches are windows. It ends where its difference has
+died out. Kinks smaller than a tenth of the error that is known already are passed over.
 
 **Many kinks** that matter less than smooth steps (lines that touch the seabed make one every few
 steps) are no more followed than all smooth steps are made twice. After MANY, windows speak for all
 kinks that are not rougher than theirs, and steps of twice the length are made about these too. So
-it is if a followed course has told less than a third of what windows have; where there is none, if
-the errors of smooth courses and kinks together fall by the order of the algorithm. Where kinks
-matter more, they may change all that follows, and the run is followed to its end.
+it is if a followed course has told less than a third of what windows have, and does not grow; where
+there is none, if the errors of smooth courses and kinks together fall by the order of the
+algorithm. Where kinks matter more, they may change all that follows, and the run is followed to its
+end. Where rougher ones come later, it is followed and decided anew.
 
 Going back to a saved state also discards what was learned since then.
 """
@@ -89,8 +91,8 @@ MANY = 32
 A_FEW = 8
 """Of many kinks, those that the order is measured over."""
 LOST, LITTLE = 0.5, 1 / 3
-"""By how much it may be lower than the algorithm's where kinks do not matter; and their error over
-that of smooth steps."""
+"""Kinks do not matter where the order is so much lower than the algorithm's at most, or their error
+so small beside that of smooth steps."""
 NOISE = 8 * ROUNDING
 """Share of the largest value up to which a fourth difference says nothing."""
 SMALL = 0.1
@@ -201,7 +203,7 @@ class Witness:
     """
 
     REMEMBERED = (
-        "_steps", "_begins", "_told", "_bounds", "_kinked", "_met", "_handed_over", "_followed",
+        "_steps", "_begins", "_told", "_bounds", "_kinked", "_kinked_since", "_met", "_followed",
         "_watched", "_rough", "_coverage", "_crowded", "_falls", "_size", "failure", "_others",
     )  # fmt: skip
 
@@ -234,9 +236,9 @@ class Witness:
         self._told: list[Told] = []
         self._bounds = np.repeat(network.values[sources][None], 2, axis=0)
         self._kinked = np.zeros(len(sources))  # the largest differences of the followed course
-        self._met = 0  # kinks so far in windows, or where the run was followed
-        self._crowded = False  # whether they are many, and windows speak for them
-        self._handed_over: Told | None = None  # what was told of them when they became many
+        self._kinked_since = self._kinked  # since they may be of another kind
+        self._met = 0  # kinks since then in windows, or where the run was followed
+        self._crowded = False  # whether they are many, and windows tell of them
         self._followed: _Followed | None = None
         self._watched = np.zeros(len(network.outputs))  # how rough windows have been
         self._rough = np.zeros(len(network.outputs))  # and what was followed
@@ -318,10 +320,10 @@ class Witness:
         if stretch is None or not steps:
             return
         same, self._size = size == self._size, size
+        if len(sudden := self._roughness.sudden(row, steps, same=same, jumped=jumped)):
+            stretch.kinks.append(stretch.steps + sudden)
         if jumped or not same:
             self._roughness.forget()
-        elif len(sudden := self._roughness.sudden(row, steps)):
-            stretch.kinks.append(stretch.steps + sudden)
         stretch.go_on(steps, size)
         if within:
             stretch.kinks.append(np.array([stretch.steps - 1]))
@@ -338,21 +340,42 @@ class Witness:
         stretch, self._stretch = self._stretch, None
         if stretch is None or not stretch.steps:
             return
-        rough = self._roughness.largest > np.maximum(ROUGHER * self._watched, self._roughness.gate)
         kinks = np.concatenate([np.zeros(0, dtype=np.intp), *stretch.kinks])
+        rough = self._is_rough(self._roughness.largest)
+        if rough and len(kinks) and self._crowded:  # they may be of another kind
+            self._crowded, self._met = False, 0
+            self._kinked_since = np.zeros_like(self._kinked)
         alone = len(kinks) > 0 and not self._crowded
-        window = stretch.window or (bool(rough.any()) and not alone)
-        if not (window or self._followed or alone):
+        if not (stretch.window or rough or self._followed or alone):
             return
-        if rough.any() and len(kinks):
-            self._crowded = False  # they may be of another kind
         end = self._network.keep()
         why = "they were interrupted"
         with self._network.rehearsing():
             try:
-                why = self._made_again(stretch, kinks, window=window)
+                why = self._made_again(stretch, kinks, rough=rough)
             finally:
                 self._back_to(end, why)
+
+    def _is_rough(self, largest: np.ndarray) -> bool:
+        """Whether outputs with such fourth differences are rougher than windows have been."""
+        return bool((largest > np.maximum(ROUGHER * self._watched, self._roughness.gate)).any())
+
+    def _smooth(self, stretch: _Stretch, run: Recorded, kinks: np.ndarray) -> np.ndarray:
+        """The largest fourth difference of each output away from some `kinks` (k,) and from jumps.
+
+        0 of what is not judged, if there are any.
+        """
+        if not len(kinks) and not stretch.jumps:
+            return self._roughness.largest
+        found = fourth_differences(run.values)
+        uneven = np.flatnonzero(np.diff(np.diff(run.times))) + 1
+        jumps = np.searchsorted(run.times, stretch.jumps) - 1
+        steps = np.concatenate([about(kinks, run.steps), jumps, uneven]).astype(np.intp)
+        after = (steps[:, None] + 1 + np.arange(HISTORY + 1)).ravel()
+        found[after[after <= run.steps]] = 0.0
+        largest = np.zeros_like(self._roughness.largest)
+        largest[self._sources] = found.max(axis=0)
+        return largest
 
     def _back_to(self, end: Point, why: str) -> None:
         """Return to where the run is; RunError that says `why` courses have failed, if it fails."""
@@ -365,44 +388,63 @@ class Witness:
                 "an FMU should discard a step that it cannot make, and not answer Fatal",
             ) from error
 
-    def _made_again(self, stretch: _Stretch, kinks: np.ndarray, *, window: bool) -> str:
+    def _made_again(self, stretch: _Stretch, kinks: np.ndarray, *, rough: bool) -> str:
         """Learn from a stretch by making it again; why courses have failed, if some have."""
         run, why = self._recorded(stretch), []
         kinks = self._beyond_rounding(kinks, run)
+        smooth = self._smooth(stretch, run, kinks)
         if self._told:
             kinks = self._relevant(kinks, run)
+        many = stretch.window and len(kinks) > 0 and self._met + events(kinks) >= MANY
+        many = many and not (self._crowded or self._coarse)
+        followed = self._followed is not None or (len(kinks) > 0 and not self._crowded)
+        window = stretch.window or followed or (rough and self._is_rough(smooth))
         if window:
-            if not self._crowded and len(kinks) and self._met + events(kinks) >= MANY:
-                self._crowded = not self._matter(stretch, run, kinks)
+            if many and not self._kinked_since.any():
+                self._crowded = not self._lower(stretch, run, kinks)
             edges = run.times[1 + about(kinks, run.steps)]
-            alike = not self._crowded and len(edges) < run.steps / 2  # else it is rough throughout
-            why = self._judged(stretch, run, edges if alike else edges[:0])
+            alike = not (self._crowded or self._coarse) and len(edges) < run.steps / 2
+            kinked = self._crowded or len(kinks) > 0
+            why = self._judged(stretch, run, edges if alike else edges[:0], kinked=kinked)
             self._set_gates(run)
-            np.maximum(self._watched, self._roughness.largest, out=self._watched)
+            if stretch.window:
+                seen = self._roughness.largest if self._crowded else smooth
+                np.maximum(self._watched, seen, out=self._watched)
             kinks = self._relevant(kinks, run)
+        if self.failure or not (self._crowded or self._followed or len(kinks)):
+            return ", and ".join(why)
+        first = int(run.times[kinks[0] if len(kinks) else 0])
         if self._crowded:
             self._met += events(kinks)
-            self._hand_over(int(run.times[kinks[0] if len(kinks) else 0]))
-        elif self.failure or not (self._followed or len(kinks)):
-            pass
         elif self._coarse:
-            self._coverage = self._coverage.lose(int(run.times[kinks[0]]), self._coarse)
+            self._coverage = self._coverage.lose(first, self._coarse)
         else:
             why += self._follow(stretch, run, kinks)
             self._set_gates(run)
+            self._crowded = many and not self._outweigh(int(run.times[-1]))
+        if self._crowded:
+            self._hand_over(first)
         return ", and ".join(why)
 
-    def _matter(self, stretch: _Stretch, run: Recorded, kinks: np.ndarray) -> bool:
-        """Whether many kinks, of which some are in a window (k,), matter more than smooth steps."""
-        if self._kinked.any():
-            smooth = np.max([np.zeros_like(self._kinked), *(t.largest for t in self._told)], axis=0)
-            spans = self._spans(self.ranges())
-            return bool(over(self._kinked, spans).max() > LITTLE * over(smooth, spans).max())
+    def _outweigh(self, now: int) -> bool:
+        """Whether errors of kinks, as followed, matter beside those of smooth steps, or grow."""
+        spans = self._spans(self.ranges())
+        smooth = throughout(self._told, self._start, now)
+        if over(self._kinked_since, spans).max() > LITTLE * over(smooth, spans).max():
+            return True
+        return self._followed is not None and self._followed.told.doubles(spans)
+
+    def _lower(self, stretch: _Stretch, run: Recorded, kinks: np.ndarray) -> bool:
+        """Whether many kinks in a window (k,) lower the order by which its errors fall."""
         if self._order == 1:
             return False  # all errors are as those of kinks
-        last = min(int(first_events(kinks, A_FEW)[-1]) + MEASURED // 2, run.steps)
+        spans = self._spans(self.ranges())
+        roughest = over(_rough(kinks, run.values), spans).max(axis=1).argmax()
+        few = int(first_events(kinks, A_FEW)[-1])
+        last = min(max(few, int(kinks[roughest])) + MEASURED // 2, run.steps)
         begin = Recorded(run.times[: last + 1], run.values[: last + 1])
-        met = [time for time in stretch.jumps if time not in stretch.within]
+        within, end = set(stretch.within), int(begin.times[-1])
+        met = [time for time in stretch.jumps if time <= end and time not in within]
         times = doubled(begin.times, met, phase=self._phase(run.times))
         try:
             self._network.restore(stretch.start)
@@ -415,7 +457,6 @@ class Witness:
     def _hand_over(self, time: int) -> None:
         """From a time [ns] on windows speak for kinks, and none is followed."""
         if self._followed:
-            self._handed_over = self._followed.told
             np.maximum(self._watched, self._rough, out=self._watched)
         self._followed = None
         self._coverage = self._coverage.crowd(time)
@@ -454,10 +495,13 @@ class Witness:
         least = np.maximum(NOISE * run.largest, SMALL * self._known_error() * spans)
         self._roughness.gate[self._sources] = least
 
-    def _judged(self, stretch: _Stretch, run: Recorded, kinks: np.ndarray) -> list[str]:
-        """Note what a course of another length tells of a stretch, but of steps to `kinks` [ns].
+    def _judged(
+        self, stretch: _Stretch, run: Recorded, alike: np.ndarray, *, kinked: bool
+    ) -> list[str]:
+        """Note what a course of another length tells of a stretch, which may be `kinked`.
 
-        Why courses have failed; `failure` is told where all have.
+        Steps to some times [ns] are `alike` in both. Why courses have failed; `failure` is told
+        where all have.
         """
         why: list[str] = []
         if stretch.steps == 1 and HALF not in self._others:
@@ -465,7 +509,7 @@ class Witness:
         wild: Told | None = None
         for length in tuple(self._others):
             try:
-                found = self._judge(stretch, run, length, kinks)
+                found = self._judge(stretch, run, length, alike, kinked=kinked)
             except _UntoldError as error:
                 why.append(str(error))
                 continue
@@ -497,7 +541,7 @@ class Witness:
         self._others = {c: course for c, course in self._others.items() if c != length}
 
     def _judge(
-        self, stretch: _Stretch, run: Recorded, length: float, kinks: np.ndarray
+        self, stretch: _Stretch, run: Recorded, length: float, alike: np.ndarray, *, kinked: bool
     ) -> tuple[Told, Recorded] | None:
         """The errors by a course with steps of this `length`, and the better one; or _UntoldError.
 
@@ -506,10 +550,12 @@ class Witness:
         twice = length == TWICE
         if twice and stretch.changes:
             raise _UntoldError("values were set between steps")
-        jumps = [t for t in stretch.jumps if not self._crowded or t not in stretch.within]
-        alike = sorted({*jumps, *kinks.tolist()})
-        phase = self._phase(run.times)
-        times = doubled(run.times, alike, phase=phase) if twice else halved(run.times, jumps)
+        unlike = set(stretch.within) if self._crowded else set()
+        if self._coarse and HALF not in self._others:  # a step of the run cannot stand alone
+            unlike = set(stretch.jumps)
+        jumps = [time for time in stretch.jumps if time not in unlike]
+        same, phase = sorted({*jumps, *alike.tolist()}), self._phase(run.times)
+        times = doubled(run.times, same, phase=phase) if twice else halved(run.times, jumps)
         span, other = int(times[-1] - times[0]), other_steps(times, run.times)
         if other < span / 2 or not span:
             if twice:
@@ -525,11 +571,13 @@ class Witness:
         if self._falls is None and twice and HALF in self._others and self._order > 1:
             last = min(MEASURED, run.steps // 4)
             begin = Recorded(run.times[: last + 1], run.values[: last + 1])
-            self._falls = self._measured(stretch, begin, again, alike)
+            self._falls = self._measured(stretch, begin, again, same)
         if self._falls is None:
             self._falls = float(self._order)
         falls = self._falls
-        order = max(1.0, min(falls, self._order) if len(kinks) or self._crowded else falls)
+        order = max(1.0, min(falls, self._order) if kinked else falls)
+        if kinked and self._coarse:
+            order = 1.0  # as the errors of kinks, which nothing else tells
         scale = span / other * (1.0 if twice else 2.0**order) / (2.0**order - 1)
         found, left = scale * pieces(run.off(again)), 2.0**-falls
         told = Told(found, int(run.times[0]), span, stretch.window, left)
@@ -565,7 +613,7 @@ class Witness:
         large, small = (
             over(begin.off(one, times).max(axis=0), spans).max() for one in (twice, half)
         )
-        if small > 0.0 and large < RESOLVED:
+        if small > 0.0 and 0.0 < large < RESOLVED:
             return float(np.clip(np.log2(large / small), 0.0, self._order + 1))
         return None
 
@@ -575,7 +623,8 @@ class Witness:
         The second course begins where it has ended before, or at the start of the stretch.
         """
         followed = self._followed
-        met = [time for time in stretch.jumps if time not in stretch.within]
+        within = set(stretch.within)
+        met = [time for time in stretch.jumps if time not in within]
         times = refined(run.times, met, about(kinks, run.steps))
         begin, end = int(run.times[0]), int(run.times[-1])
         try:
@@ -589,6 +638,7 @@ class Witness:
             return [why]
         errors = run.off(again)
         self._kinked = np.maximum(self._kinked, errors.max(axis=0))
+        self._kinked_since = np.maximum(self._kinked_since, errors.max(axis=0))
         self._bounds = _wider(self._bounds, again)
         np.maximum(self._rough, self._roughness.largest, out=self._rough)
         if followed:
@@ -623,10 +673,6 @@ class Witness:
         start, end = self._start, _nanoseconds(self._network.time)
         told = [one.halved for one in self._told] if halved else self._told
         smooth, kinked = throughout(told, start, end), self._kinked
-        if one := self._handed_over:
-            after = one.begin + one.span
-            end = next((w.begin for w in told if w.speaks and w.begin >= after), end)
-            kinked = np.maximum(kinked, throughout([one], one.begin, end))
         if halved:
             kinked = halved_kinks(kinked, self._spans(self.ranges()))
         return smooth + kinked

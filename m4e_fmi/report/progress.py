@@ -8,8 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 
 _FORMAT = "{percentage:3.0f} % |{bar:30}| {n:.1f} of {total:g} s simulated{postfix}"
-_INTERVAL_ON_TERMINAL = 0.1
-_INTERVAL_IN_LOG = 10.0
+_INTERVAL = 0.1
 
 
 def say_beside(line: str) -> None:
@@ -20,29 +19,32 @@ def say_beside(line: str) -> None:
         tqdm.write(line, file=sys.stderr)
 
 
+def _unseen(_: float) -> None:
+    pass
+
+
 @contextmanager
 def progress_bar(stop_time: float, *, start: float = 0.0) -> Iterator[Callable[[float], None]]:
     """A callable to be told the simulated time [s]; shows it and the real-time factor.
 
-    The real-time factor is simulated over elapsed time: above 1, faster than reality. Nothing is
-    shown before the first call: whatever finds an error before that tells it alone. No run ends
-    because the standard error takes nothing.
+    The real-time factor is simulated over elapsed time: above 1, faster than reality. A bar is
+    drawn on terminals only. Nothing is shown before the first call: whatever finds
+    an error before that tells it alone. No run ends because the standard error takes nothing.
     """
+    if not sys.stderr.isatty():
+        yield _unseen
+        return
     from tqdm import tqdm
 
-    interactive = sys.stderr.isatty()
-    interval = _INTERVAL_ON_TERMINAL if interactive else _INTERVAL_IN_LOG
     bar: tqdm | None = None
     began = shown = time.perf_counter()
 
     def show(t: float) -> None:
         nonlocal bar, shown
         if bar is None:
-            bar = tqdm(
-                total=stop_time - start, bar_format=_FORMAT, mininterval=interval, leave=interactive
-            )
+            bar = tqdm(total=stop_time - start, bar_format=_FORMAT, mininterval=_INTERVAL)
         now = time.perf_counter()
-        if now - shown < interval and t < stop_time:
+        if now - shown < _INTERVAL and t < stop_time:
             return
         shown = now
         done = t - start

@@ -25,7 +25,6 @@ anchors: {left: [-150, -60]}
 fairleads: {f1: [-5, -3]}
 lines:
   l1: {type: chain, from: left, to: f1, unstretched_length: 165, segments: 6}
-static_equilibrium: {duration: 0}
 """
 PTO = "point: p\nanchor: [0, -50]\ndamping: 1.0e+5\nrest_length: 47\n"
 
@@ -79,7 +78,9 @@ def test_fmpy_finds_nothing_wrong(files, name):
 
 def test_the_mooring_fmu_computes_what_the_line_system_computes(files, tmp_path):
     made = mooring.moordyn.mooring(Document.parse(CHAIN).validate(mooring.Config))
-    lines = LineSystem(made.text, fairleads=[0.0], lines=made.lines, time_step=made.time_step)
+    lines = LineSystem(
+        made.text, fairleads=[0.0], lines=made.lines, time_step=made.time_step, net=made.net
+    )
     lines.start([(-5.0, -2.5)], [(0.1, 0.0)])
     fmu = Running(files["mooring"], tmp_path / "mooring")
     fmu.set(f1__z=-2.5, f1__vx=0.1)
@@ -144,14 +145,14 @@ def test_a_line_that_a_run_stretches_far_beyond_its_length_is_told(files, c_fmu)
 
 def test_the_folder_of_moordyn_is_in_that_of_its_fmu(files, tmp_path, monkeypatch):
     """So what removes the one after a kill removes the other."""
-    seen, init = [], moordyn.Init
+    seen, init = [], moordyn.Init_NoIC
 
     def noted(*arguments):
         seen.extend(path.relative_to(tmp_path) for path in tmp_path.rglob("m4e_mooring_*"))
         return init(*arguments)
 
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-    monkeypatch.setattr(moordyn, "Init", noted)
+    monkeypatch.setattr(moordyn, "Init_NoIC", noted)
     part = Component("line", FmuFile(files["mooring"]))
     run(System("s", (part,), (), Simulation(0.1, 0.05, "gauss_seidel")))
     assert seen

@@ -20,6 +20,28 @@ from m4e_fmi.cosim import Component, FmuFile, Network, Outcome, Simulation, Syst
 from m4e_fmi.errors import RunError
 
 Event = Literal["none", "contact", "impact", "switch", "burst"]
+REST = {
+    "mass": 1.0,
+    "stiffness": 1.0,
+    "cubic": 0.0,
+    "wall_damping": 0.0,
+    "coupling": 1.0,
+    "coupling_cubic": 0.0,
+    "damping": 0.0,
+    "stop": 0.0,
+    "stop_side": 1.0,
+    "stop_stiffness": 0.0,
+    "stop_damping": 0.0,
+    "between": 0.0,
+    "armed": 1e9,
+    "switched": 1e9,
+    "switch_factor": 1.0,
+    "burst": 1e9,
+    "burst_width": 1.0,
+    "burst_force": 0.0,
+    "inside": 1e-3,
+}
+"""Parameters of `member`, with which nothing happens."""
 TOLERANCE = 1e-13
 """Of the exact course between steps of the integrator; between them it interpolates: 1e-11."""
 
@@ -188,22 +210,45 @@ def eventful_system(
     moment = float(rng.uniform(*share) * stop)
     chain = _eventful(rng, chain, event, moment, step, stop)
     chain = Chain(tuple({**v, "inside": step / 512} for v in chain.values), chain.place)
+    held = {"none": (), "some": (count - 1,), "all": range(count)}[rigid]
+    kinds = ["member" + "+state" * (k not in held) for k in range(count)]
+    system = _coupled(fmus, chain, kinds, Simulation(stop, step, algorithm))
+    return EventfulSystem(system, chain, event, moment, rigid != "none", nonlinear)
+
+
+def made(
+    fmus: Callable[[str], Path],
+    values: Sequence[Mapping[str, float]],
+    place: Sequence[float],
+    settings: Simulation,
+    *,
+    kind: str = "member+state",
+) -> EventfulSystem:
+    """A chain of masses with these parameters; those that are left out are REST."""
+    step = settings.step_size
+    full = tuple({**REST, "inside": step / 64, **one} for one in values)
+    chain = Chain(full, np.array(place))
+    system = _coupled(fmus, chain, [kind] * len(full), settings)
+    return EventfulSystem(system, chain, "none", 0.0, rigid=False, nonlinear=False)
+
+
+def _coupled(
+    fmus: Callable[[str], Path], chain: Chain, kinds: Sequence[str], settings: Simulation
+) -> System:
     parts = []
-    for k, values in enumerate(chain.values):
-        held = rigid == "all" or (rigid == "some" and k == count - 1)
+    for k, (values, kind) in enumerate(zip(chain.values, kinds, strict=True)):
         start = {**values, "body.m.x": float(chain.place[k])}
-        parts.append(Component(f"c{k}", FmuFile(fmus("member" + "+state" * (not held))), start))
+        parts.append(Component(f"c{k}", FmuFile(fmus(kind)), start))
     links = [
         line
-        for k in range(count - 1)
+        for k in range(len(parts) - 1)
         for line in (
             f"c{k}.body.m.x -> c{k + 1}.end.x",
             f"c{k}.body.m.vx -> c{k + 1}.end.vx",
             f"c{k + 1}.end.force_x -> c{k}.body.m.force_x",
         )
     ]
-    system = System("s", tuple(parts), tuple(links), Simulation(stop, step, algorithm))
-    return EventfulSystem(system, chain, event, moment, rigid != "none", nonlinear)
+    return System("s", tuple(parts), tuple(links), settings)
 
 
 def _chain(rng: np.random.Generator, count: int, nonlinear: bool) -> Chain:
@@ -214,7 +259,8 @@ def _chain(rng: np.random.Generator, count: int, nonlinear: bool) -> Chain:
     share = rng.choice([0.0, 0.02, 0.2, 1.0], 2)  # of the critical damping
     place = rng.normal(size=count)
     values = [
-        {
+        REST
+        | {
             "mass": mass[k],
             "stiffness": wall[k],
             "cubic": wall[k] * rng.uniform(0.1, 1) if nonlinear else 0.0,
@@ -222,18 +268,6 @@ def _chain(rng: np.random.Generator, count: int, nonlinear: bool) -> Chain:
             "coupling": spring[k],
             "coupling_cubic": spring[k] * rng.uniform(0, 0.5) if nonlinear else 0.0,
             "damping": share[1] * 2 * np.sqrt(spring[k] * mass[k]) * rng.uniform(),
-            "stop": 0.0,
-            "stop_side": 1.0,
-            "stop_stiffness": 0.0,
-            "stop_damping": 0.0,
-            "between": 0.0,
-            "armed": 1e9,
-            "switched": 1e9,
-            "switch_factor": 1.0,
-            "burst": 1e9,
-            "burst_width": 1.0,
-            "burst_force": 0.0,
-            "inside": 1e-3,
         }
         for k in range(count)
     ]

@@ -453,6 +453,16 @@ def test_a_system_is_packed_and_runs_from_its_package(capsys):
     assert "packs a system" in capsys.readouterr().err
 
 
+def test_info_builds_nothing_that_takes_long(here, capsys):
+    """The potential flow of an example, say: the system is shown as it is written."""
+    system = EXAMPLES / "sphere_decay" / "system.yaml"
+    assert main(["info", str(system)]) == 0
+    told = capsys.readouterr().out
+    assert "water  hydrodynamics  (not built yet)" in told
+    assert "body.sphere <-> water.sphere" in told
+    assert not (here / "build").exists()
+
+
 def test_a_run_with_a_parameter_set_and_chosen_variables(here, capsys):
     (here / "heavy.yaml").write_text("values: {body.M: 8e4}\n")
     system = str(FLEXIBLE / "system.yaml")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -33,14 +34,14 @@ def hull(panels: Panels | None = None, center: tuple[float, float] = (0.0, -1.0)
 
 
 def test_all_that_counts_is_in_the_key(monkeypatch: pytest.MonkeyPatch) -> None:
-    one, omega = hull(), np.array([1.0, 2.0])
+    one, omega = hull(), 1.0
     moved = one.panels.vertices.copy()
     moved[-1, 2] = np.nextafter(moved[-1, 2], 1.0)
     lid = Panels(one.panels.vertices, one.panels.faces[:1])
     water = Water()
 
     def key(hulls: Any = (one,), water: Water = water, omega: Any = omega, at: float = 0.0) -> str:
-        return cache.content_key(bem._content(hulls, water, omega, at))
+        return cache.content_key({**bem._content(hulls, water, at), "omega": omega})
 
     keys = [
         key(),
@@ -49,16 +50,20 @@ def test_all_that_counts_is_in_the_key(monkeypatch: pytest.MonkeyPatch) -> None:
         key(hulls=(replace(one, lid=lid),)),
         key(hulls=(one, one)),
         key(omega=omega + 1e-15),
+        key(omega=math.inf),
         key(at=180.0),
         *(key(water=water.model_copy(update={name: 7.0})) for name in Water.model_fields),
     ]
     assert key() == keys[0]
+    for name in bem.CODE:
+        with monkeypatch.context() as patch:
+            changed = f"m4e_adapters.hydrodynamics.{name}"
+            patch.setattr(bem, "package_hash", lambda n, changed=changed: str(n == changed))
+            keys.append(key())
     for name in bem.LIBRARIES:
         with monkeypatch.context() as patch:
             patch.setattr(bem, "version", lambda n, name=name: "0" if n == name else "1")
             keys.append(key())
-    monkeypatch.setattr(bem, "package_hash", lambda name: f"other code of {name}")
-    keys.append(key())
     assert len(set(keys)) == len(keys)
 
 
@@ -87,41 +92,72 @@ def test_damage_of_any_byte_is_known(folder: Path) -> None:
         cache.load("l")
 
 
-@pytest.fixture
-def solved(monkeypatch: pytest.MonkeyPatch) -> Callable[[], list[str]]:
-    """`solved()` solves a hull, in no time, and returns what was told."""
+class Flow:
+    """In the place of the solver: takes no time, and fails from the `lasting`-th frequency on."""
 
-    def solve(hulls: Any, water: Any, omega: np.ndarray, direction: float, progress: Any) -> Any:
-        del hulls, water, direction
-        progress("solving")
-        flat = np.ones((len(omega) + 1, 3, 3))
-        excitation = np.ones((len(omega), 3), dtype=complex)
-        warnings = np.array([], dtype=str)
-        return {"added_mass": flat, "radiation_damping": flat, "excitation": excitation,
+    lasting = math.inf
+
+    def __init__(self, *_: Any) -> None:
+        self.solved = 0
+
+    def at(self, omega: float) -> dict[str, np.ndarray]:
+        if self.solved >= self.lasting:
+            raise KeyboardInterrupt
+        self.solved += 1
+        flat = np.full((3, 3), 1 / omega)
+        warnings = np.array(["coarse"] if 0.3 < omega < math.inf else [], dtype=str)
+        return {"added_mass": flat, "radiation_damping": flat, "excitation": flat[0] + 0j,
                 "warnings": warnings}  # fmt: skip
 
-    monkeypatch.setattr(bem, "_solve", solve)
 
-    def told() -> list[str]:
+@pytest.fixture
+def solved(monkeypatch: pytest.MonkeyPatch) -> Callable[..., list[str]]:
+    """`solved()` solves a hull and returns what was told."""
+    monkeypatch.setattr(bem, "FlowSolver", Flow)
+
+    def told(*omega: float) -> list[str]:
         lines: list[str] = []
-        bem.solve_hulls([hull()], water=Water(), omega=np.array([0.5]), progress=lines.append)
+        table = np.array(omega or [0.3])
+        found = bem.solve_hulls([hull()], water=Water(), omega=table, progress=lines.append)
+        assert found.added_mass[:, 0, 0] == pytest.approx(1 / table, rel=1e-15)
         return lines
 
     return told
 
 
+def test_frequencies_are_kept_one_by_one(
+    solved: Callable[..., list[str]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What was computed before an interruption stays; another table computes what it has more."""
+    with monkeypatch.context() as patch:
+        patch.setattr(Flow, "lasting", 2)
+        with pytest.raises(KeyboardInterrupt):
+            solved(0.1, 0.2, 0.3)
+    part = "potential flow: coefficients of {} frequencies taken from the cache"
+    one, two = "potential flow: frequency 1 of 2", "potential flow: frequency 2 of 2"
+    assert solved(0.1, 0.2, 0.3) == [part.format("2 of 4"), one, two]
+    assert solved(0.1, 0.2, 0.3, 0.4) == [
+        part.format("4 of 5"),
+        "potential flow: frequency 1 of 1",
+        "warning: capytaine: coarse",
+    ]
+    assert solved(0.2, 0.4) == [FROM_CACHE, "warning: capytaine: coarse"]
+
+
 def test_what_is_damaged_is_computed_again_and_told(
     folder: Path, solved: Callable[[], list[str]]
 ) -> None:
-    assert solved() == ["solving"]
+    solving = ["potential flow: frequency 1 of 2", "potential flow: frequency 2 of 2"]
+    assert solved() == solving
     assert solved() == [FROM_CACHE]
-    (file,) = folder.iterdir()
+    file = sorted(folder.iterdir())[0]
     content = file.read_bytes()
     file.write_bytes(content[:-20])
     told = solved()
     assert told == [
-        f"the coefficients in the cache cannot be used and are computed again: {file} is damaged",
-        "solving",
+        f"coefficients in the cache cannot be used and are computed again: {file} is damaged",
+        "potential flow: coefficients of 1 of 2 frequencies taken from the cache",
+        "potential flow: frequency 1 of 1",
     ]
     assert file.read_bytes() == content
     assert solved() == [FROM_CACHE]
@@ -140,7 +176,7 @@ def test_what_a_killed_process_left_is_removed(
     monkeypatch.setattr("m4e_fmi.writing._HOST", "00000000")
     monkeypatch.setattr("m4e_fmi.writing.os.kill", _no_such_process)
     solved()
-    assert len(list(folder.iterdir())) == 1
+    assert len(list(folder.iterdir())) == 2
 
 
 def _no_such_process(process: int, number: int) -> None:

@@ -43,6 +43,7 @@ def test_defaults() -> None:
         ("{cylinder: {radius: 4.0, draft: 3.0}}", "{}", 4, "one shape, got none"),
         ("draft: 3.0}", "draft: 3.0}, sphere: {radius: 1}", 4, "got cylinder and sphere"),
         ("{cylinder: {radius: 4.0, draft: 3.0}}", "{sphere: {radius: 1, center_z: 2}}", 4, "touch"),
+        ("draft: 3.0}", "draft: 3.0}, mesh_origin: [0, 1]", 4, "is for mesh files"),
         ("{cylinder: {radius: 4.0, draft: 3.0}}", "{mesh: a.gdf}\n    panels: 99", 3, "no effect"),
         ("    center_of_gravity: [0, -1.2]\n", "", 3, "missing key 'center_of_gravity'"),
         ("jonswap", "jonswop", 6, "did you mean 'jonswap'?"),
@@ -69,16 +70,45 @@ def frequencies(text: str) -> list[float]:
 
 
 def test_frequencies_reach_the_waves_and_the_memory() -> None:
-    # the disc of the waterplane has the radius 4 m; k a = 4.5 is higher than 3.5 peak frequencies
-    assert frequencies(GOOD)[-1] == pytest.approx(math.sqrt(4.5 * 9.81 / 4.0), rel=1e-9)
-    short = GOOD.replace("peak_period: 7.0", "peak_period: 4.0")
-    assert frequencies(short)[-1] == pytest.approx(3.5 * 2 * math.pi / 4.0, rel=1e-9)
+    """The memory decides (the disc of the waterplane has the radius 4 m, k a = 4.5); a sea of short
+    waves, 2.5 peak frequencies, adds others after these, and changes none."""
+    table = frequencies(GOOD)
+    assert table[-1] == pytest.approx(math.sqrt(4.5 * 9.81 / 4.0), rel=1e-9)
+    assert frequencies(GOOD.replace("peak_period: 7.0", "peak_period: 9.0")) == table
+    longer = frequencies(GOOD.replace("peak_period: 7.0", "peak_period: 4.0"))
+    assert longer[: len(table)] == table
+    step = longer[-1] - longer[-2]
+    assert step == pytest.approx(2 * (table[1] - table[0]), rel=1e-9)
+    assert longer[-1] - step < 2.5 * 2 * math.pi / 4.0 <= longer[-1]
+    regular = "waves: {spectrum: regular, height: 1, period: 1.8}"
+    one = frequencies(GOOD.replace(GOOD[GOOD.index("waves:") :], regular))
+    assert one[: len(longer)] == longer[: len(one)]
+    assert one[-1] >= 2 * math.pi / 1.8
+
+
+@pytest.mark.parametrize("depth", [0.0, 4.0, 40.0])
+def test_frequencies_of_a_submerged_body_are_those_of_its_size_and_depth(depth: float) -> None:
+    """k (a + d) = 4.5, a of the half-ball of its volume: e^(-2kd) of the waves is left at d. The
+    waterplane of a closed surface is rounding, not a size."""
+    text = GOOD.replace("cylinder: {radius: 4.0, draft: 3.0}", "sphere: {radius: 5, center_z: Z}")
+    table = frequencies(text.replace("Z", str(-5.001 - depth)).replace("depth: 50", "depth: deep"))
+    size = 2 ** (1 / 3) * 5.0 + depth
+    assert table[39] == pytest.approx(math.sqrt(4.5 * 9.81 / size), rel=5e-3)
+
+
+def test_a_long_table_may_end_before_the_waves() -> None:
+    """Above k a = 4.5 the force falls as it does for short waves; a regular wave needs its own."""
+    short = GOOD.replace("peak_period: 7.0", "peak_period: 3.0")
+    assert frequencies(short + "frequencies: {maximum: 3.4}")[-1] == 3.4
+    regular = "waves: {spectrum: regular, height: 1, period: 1.8}\nfrequencies: {maximum: 3.4}"
+    with pytest.raises(InputError, match=r"the wave has 3\.491 rad/s"):
+        frequencies(GOOD.replace(GOOD[GOOD.index("waves:") :], regular))
 
 
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ("maximum: 2.0", "the waves reach 3.142 rad/s"),
+        ("maximum: 2.0", r"up to 2.244 rad/s \(2.5 peak frequencies\)"),
         ("minimum: 0.001", "too low for this water depth"),
         ("minimum: 9", "are no range"),
         ("minimum: 3, maximum: 2", "is not below maximum"),

@@ -6,11 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from m4e_adapters.hydrodynamics.config import Body, Box
+from m4e_adapters.hydrodynamics.build import frequency_table
+from m4e_adapters.hydrodynamics.config import Body, Box, HydrodynamicsConfig
 from m4e_adapters.hydrodynamics.hydrostatics import hydrostatics_of
-from m4e_adapters.hydrodynamics.mesh import checked, make_hull, make_lid, waterline
+from m4e_adapters.hydrodynamics.mesh import checked, make_hull, make_hulls, make_lid, waterline
 from m4e_adapters.hydrodynamics.panels import Panels, grid, joined
 from m4e_adapters.hydrodynamics.shapes import box_panels
+from m4e_fmi.cosim import prepare
 from m4e_fmi.errors import InputError
 
 SHAPES = [
@@ -137,6 +139,121 @@ def test_a_missing_or_unreadable_file(tmp_path: Path) -> None:
     (tmp_path / "none.gdf").write_text("nonsense")
     with pytest.raises(InputError, match="cannot be read"):
         make_hull("float", body, tmp_path)
+
+
+def stl(panels: Panels, *, binary: bool) -> bytes:
+    """`panels` as an STL file; the binary one begins with "solid", as those of some tools do."""
+    triangles = panels.triangles
+    distinct = [len({tuple(p) for p in t.tolist()}) == 3 for t in triangles]
+    triangles = triangles[distinct].astype("<f4")
+    if not binary:
+        corners = "\n".join(
+            "facet normal 0 0 0 outer loop "
+            + " ".join("vertex " + " ".join(f"{x:.9g}" for x in p) for p in t.tolist())
+            + " endloop endfacet"
+            for t in triangles
+        )
+        return f"solid hull\n{corners}\nendsolid hull\n".encode()
+    facets = np.zeros((len(triangles), 50), dtype=np.uint8)
+    facets[:, 12:48] = np.ascontiguousarray(triangles.reshape(-1, 9)).view(np.uint8)
+    return b"solid hull".ljust(80) + len(triangles).to_bytes(4, "little") + facets.tobytes()
+
+
+@pytest.mark.parametrize("binary", [True, False])
+def test_stl_files_are_read(tmp_path: Path, binary: bool) -> None:
+    (tmp_path / "hull.STL").write_bytes(stl(box(), binary=binary))
+    body = Body.model_validate({"shape": {"mesh": "hull.STL"}, "center_of_gravity": [0, -1]})
+    made = make_hull("float", body, tmp_path, progress=lambda _: None)
+    assert made.hydrostatics.volume == pytest.approx(48.0, rel=1e-6)
+    content = (tmp_path / "hull.STL").read_bytes()
+    (tmp_path / "hull.STL").write_bytes(content[:-20].replace(b"solid", b"dilos"))
+    with pytest.raises(InputError, match="cannot be read"):
+        make_hull("float", body, tmp_path)
+
+
+def test_a_mesh_in_the_frame_of_its_body_is_moved_to_its_place(tmp_path: Path) -> None:
+    """Drawn about the centre of gravity; without `mesh_origin` it floats higher, at x = 0, and
+    that the centre of gravity is not above it is told."""
+    place, told = np.array([20.0, 0.0, -0.5]), []
+    written(Panels(box().vertices - [0, 0, -0.5], box().faces), tmp_path / "hull.gdf")
+    shape = {"mesh": "hull.gdf"}
+    given = {"shape": shape, "center_of_gravity": [place[0], place[2]]}
+    made = make_hull("float", Body.model_validate(given), tmp_path, progress=told.append)
+    assert made.hydrostatics.volume == pytest.approx(6 * 4 * 1.5, rel=1e-6)
+    assert "(x = 20 m) is not above or below its hull (x = -3 to 3 m)" in told[-1]
+    assert "mesh_origin" in told[-1]
+    told.clear()
+    given["shape"] = {**shape, "mesh_origin": [20.0, -0.5]}
+    made = make_hull("float", Body.model_validate(given), tmp_path, progress=told.append)
+    assert not told
+    assert made.hydrostatics.volume == pytest.approx(48.0, rel=1e-6)
+    assert made.hydrostatics.center_of_buoyancy == pytest.approx((20.0, -1.0), rel=1e-6)
+
+
+def test_the_waterplane_of_a_closed_mesh_below_the_water_is_rounding(tmp_path: Path) -> None:
+    """Not a size: frequencies end where k (a + d) = 4.5, and not at 10,000 rad/s. Turned, so that
+    the sum of its panels' areas is not exactly 0."""
+    lower = box()
+    lid = make_lid(lower)
+    assert lid is not None
+    closed = joined(lower, Panels(lid.vertices, lid.faces[:, ::-1]))
+    turn = np.array([[0.8, -0.6, 0.0], [0.6, 0.8, 0.0], [0.0, 0.0, 1.0]]) / 3.0
+    written(Panels(closed.vertices @ turn.T - [0, 0, 4.0], closed.faces), tmp_path / "hull.gdf")
+    body = {"shape": {"mesh": "hull.gdf"}, "center_of_gravity": [0, -4.3]}
+    config = HydrodynamicsConfig.model_validate({"bodies": {"deep": body}})
+    hulls = make_hulls(config, tmp_path, progress=lambda _: None)
+    size = (1.5 * 48 / 27 / np.pi) ** (1 / 3) + 4.0
+    highest = frequency_table(config, hulls)[-1]
+    assert highest == pytest.approx(np.sqrt(4.5 * 9.81 / size), rel=1e-6)
+
+
+def test_all_that_is_wrong_is_told_at_once_before_anything_is_built(tmp_path: Path) -> None:
+    """With line and column; the model of the first component is not built either."""
+    (tmp_path / "hull.gdf").write_text("nonsense")
+    (tmp_path / "s.system.yaml").write_text(SYSTEM)
+    (tmp_path / "mass.model.yaml").write_text(MODEL)
+    built: list[str] = []
+    with pytest.raises(InputError) as caught:
+        prepare(tmp_path / "s.system.yaml", build_directory=tmp_path / "b", tell=built.append)
+    found = {p.line: p for p in caught.value.problems}
+    assert "the sea bed is at z = -20 m" in found[9].message
+    assert "no such mesh file" in found[12].message
+    assert "cannot be read" in found[15].message
+    assert "frequencies.minimum 0.1 rad/s is too low" in found[17].message
+    assert "(2.5 peak frequencies)" in found[18].message
+    assert len(found) == 5
+    assert all(p.column and p.remedy for p in found.values())
+    assert not any("building" in line for line in built)
+
+
+MODEL = """\
+name: mass
+bodies: {m: {mass: 1.0, inertia: 1.0}}
+joints: {j: {type: floating, child: m}}
+"""
+SYSTEM = """\
+name: wrong
+components:
+  mass: {model: mass.model.yaml}
+  hydro:
+    kind: hydrodynamics
+    water: {depth: 20}
+    bodies:
+      deep:
+        shape: {cylinder: {radius: 4, draft: 30}}
+        center_of_gravity: [0, -1]
+      missing:
+        shape: {mesh: missing.stl}
+        center_of_gravity: [0, -1]
+      nonsense:
+        shape: {mesh: hull.gdf}
+        center_of_gravity: [0, -1]
+    frequencies: {minimum: 0.1,
+      maximum: 1.0}
+    waves: {spectrum: jonswap, significant_height: 1, peak_period: 5}
+connections: []
+simulation: {stop_time: 1, step_size: 0.1}
+"""
 
 
 def test_the_waterline_is_one_loop_around_the_hull() -> None:

@@ -7,10 +7,12 @@ import pytest
 
 from m4e_adapters.hydrodynamics.waves import (
     BAND,
+    LOGARITHMIC,
     angular_frequency,
     component_amplitudes,
     component_frequencies,
     component_phases,
+    part_edges,
     relative_spectrum,
     wavenumber,
 )
@@ -55,18 +57,24 @@ def test_jonswap_peak_and_widths() -> None:
 
 @pytest.mark.parametrize("enhancement", [1.0, 3.3])
 def test_variance_is_exactly_that_of_the_significant_height(enhancement: float) -> None:
-    omega = component_frequencies(0.9, 80, generator(7))
+    edges = part_edges(0.9, 80, enhancement=enhancement)
+    omega = component_frequencies(edges, generator(7))
     amplitudes = component_amplitudes(
-        omega.tolist(), significant_height=2.5, peak_period=7.0, enhancement=enhancement
+        omega.tolist(),
+        np.diff(edges).tolist(),
+        significant_height=2.5,
+        peak_period=7.0,
+        enhancement=enhancement,
     )
     assert sum(a * a for a in amplitudes) / 2 == pytest.approx(2.5**2 / 16, rel=1e-13)
 
 
 def test_components_are_of_the_seed_and_spread_over_the_band() -> None:
-    first = component_frequencies(0.9, 50, generator(3))
-    np.testing.assert_array_equal(first, component_frequencies(0.9, 50, generator(3)))
-    assert not np.array_equal(first, component_frequencies(0.9, 50, generator(4)))
-    edges = 0.9 * np.linspace(*BAND, 51)
+    edges = part_edges(0.9, 50)
+    assert edges[[0, -1]] == pytest.approx(0.9 * np.array(BAND), rel=1e-14)
+    first = component_frequencies(edges, generator(3))
+    np.testing.assert_array_equal(first, component_frequencies(edges, generator(3)))
+    assert not np.array_equal(first, component_frequencies(edges, generator(4)))
     assert np.all((edges[:-1] <= first) & (first <= edges[1:]))
     phases = component_phases(1000, generator(3))
     assert phases.min() >= 0.0
@@ -77,5 +85,21 @@ def test_components_are_of_the_seed_and_spread_over_the_band() -> None:
 
 def test_the_same_numbers_everywhere() -> None:
     """PCG64 is specified: these must not change with platform or version."""
-    omega = component_frequencies(1.0, 10, generator(1))
+    omega = component_frequencies(np.linspace(0.5, 3.5, 11), generator(1))
     np.testing.assert_allclose(omega[:2], [0.65354649, 1.08513911], rtol=1e-8)
+
+
+@pytest.mark.parametrize("enhancement", [1.0, 3.3])
+def test_parts_have_equal_energy_and_grow_in_the_tail(enhancement: float) -> None:
+    """Up to twice the peak frequency the energy of no part is above its equal share; from four
+    times on parts are equal steps of log ω."""
+    count = 200
+    edges = part_edges(1.0, count, enhancement=enhancement)
+    fine = np.geomspace(*BAND, 20_001)
+    spectrum = np.array([relative_spectrum(r, enhancement) for r in fine.tolist()])
+    energy = np.concatenate([[0.0], np.cumsum(np.diff(fine) * spectrum[1:])])
+    parts = np.diff(np.interp(edges, fine, energy / energy[-1]))
+    assert parts.max() < 1.01 / (1 - LOGARITHMIC) / count
+    step = np.log(BAND[1] / BAND[0]) / (LOGARITHMIC * count)
+    tail = edges > 6.0
+    assert np.diff(np.log(edges[tail])) == pytest.approx(step, rel=0.05)

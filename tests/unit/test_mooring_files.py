@@ -36,7 +36,6 @@ lines:
   l2: {type: rope, from: a2, to: f1, unstretched_length: 230.3, segments: 3}
 seabed: {stiffness: 1.1e+5, damping: 1.3e+3}
 solver: {scheme: RK2, time_step: 0.0012345678901234567}
-static_equilibrium: {duration: 33.3, interval: 0.3, threshold: 1.0e-5, drag_factor: 4.4}
 """
 
 
@@ -76,16 +75,13 @@ def test_a_written_file_holds_every_number_exactly():
         "kBot": 1.1e5,
         "cBot": 1.3e3,
     }
-    rest = [float(options[key]) for key in ("TmaxIC", "dtIC", "threshIC", "CdScaleIC")]
-    assert rest == [33.3, 0.3, 1e-5, 4.4]
     assert options["tScheme"] == "RK2"
 
 
-def test_lines_of_one_segment_need_no_static_solution_and_no_short_step():
+def test_lines_of_one_segment_need_no_short_step():
     text = PRECISE.replace("segments: 7", "segments: 1").replace("segments: 3", "segments: 1")
     text = text.replace("solver: {scheme: RK2, time_step: 0.0012345678901234567}\n", "")
     made = mooring(Document.parse(text).validate(MooringConfig))
-    assert made.static_duration == 0
     assert made.time_step >= 1
 
 
@@ -127,6 +123,7 @@ def test_fairleads_of_a_ready_file_get_the_names_that_are_given(tmp_path):
     source = mooring_kind.make(config, name="lines", folder=tmp_path)
     layout = json.loads(source.data["mooring.json"])["system"]
     assert layout["drawn"] == [["bow", 1.0, -3.0]]
+    layout["net"]["lines"][0] |= {"length": 860, "segments": 2}
     lines = LineSystem(source.data["lines.txt"].decode().replace("900.00 40", "860 2"), **layout)
     lines.start([(100.0, -3.0)], [(0.0, 0.0)])
     lines.close()
@@ -142,32 +139,88 @@ def test_fairleads_of_a_ready_file_get_the_names_that_are_given(tmp_path):
         mooring(config, folder=tmp_path)
 
 
-BODIES = "------ BODIES ------\nx\nx\n1 Coupled 0 0 0 0 0 0 1e3 0 1e3 1 0 0\n"
+FREE_POINT = "3 Free 0 0 -5 1 0 0 0\n"
+MAIN = "main 0.1 100 1e9 -1 0 1 1 0 0\n"
+ROD = "--- ROD TYPES ---\nx\nx\ncan 1 1 1 1 1 1\n--- RODS ---\nx\nx\n"
+ROD += "1 cna Free 0 0 -9 0 0 -5 1 -\n"
+PINNED = "------ BODIES ------\nx\nx\n1 CoupledPinned 0 0 0 0 0 0 1e3 0 1e3 1 0 0\n"
 
 
 @pytest.mark.parametrize(
     ("before", "after", "message", "remedy"),
     [
-        ("900.00    40 ", "900.00    0 ", "0 segments", "at least 1"),
-        ("900.00    40 ", "-1.1    40 ", "length -1.1 is not positive", "metres"),
+        ("900.00    40 ", "900.00    0 ", "segments must be positive, got 0", "its value"),
+        ("900.00    40 ", "900.00    4.5 ", "4.5 segments", "whole number"),
+        ("900.00    40 ", "900.00    1e9 ", "segments 1e9 cannot be meant", "and 1000"),
+        ("900.00    40 ", "-1.1    40 ", "length must not be negative, got -1.1", "sign"),
         ("1     main      1", "1     mian      1", "no line type 'mian'", "'main'"),
         ("main      1         2 ", "main      1         7 ", "no point 7", "points"),
         ("2   Coupled", "2   Free   ", "no coupled point", "type 'Coupled'"),
-        ("  0     1    0.27", "  0    -1    0.27", "drag coefficient Cd must not be", "-1"),
-        ("  0     1    0.27", " -1     1    0.27", "bending stiffness EI must not be", "-1"),
-        ("3.0e6    kbot", "-1    kbot", "kbot must not be negative", "leave it out"),
-        ("main  0.2  500.00", "main  0.2  heavy", "'heavy' is not a number", "constant"),
-        ("2.0E+09", "curve.txt", "'curve.txt' is not a number", "constant"),
+        ("  0     1    0.27", "  0    -1    0.27", "drag coefficient Cd must not be", "sign"),
+        ("  0     1    0.27", " -1     1    0.27", "bending stiffness EI must not be", "sign"),
+        ("3.0e6    kbot", "-1    kbot", "kbot must not be negative", "sign"),
+        ("main  0.2  500.00", "main  0.2  heavy", "'heavy' is not a number", "as a number"),
+        ("main  0.2  500.00", "main  0.2  nan", "'nan' is not a number", "as a number"),
+        ("main  0.2  500.00", "main  0.2  1e9", "mass per length 1e9 cannot be meant", "1e+06"),
+        ("main  0.2  500.00", "main  1e300 500", "diameter 1e300 cannot be meant", "SI"),
+        ("main  0.2  500.00", "main  0  500", "diameter must be positive", "SI"),
+        ("2.0E+09", "curve.txt", "'curve.txt' is not a number", "tables"),
+        ("2.0E+09", "1e9|2e9", "'1e9|2e9' is not a number", "tables"),
+        ("2.0E+09", "1e-300", "stiffness EA 1e-300 cannot be meant", "SI"),
         ("0.001    dtM", "0.1    dtM", "time step 0.1 s is unstable", "RK4"),
-        ("0.001    dtM", "0.5 CFL", "is unstable", "RK4"),
-        ("0.001    dtM", "AB3 tScheme", "scheme AB3 is not supported", "RK2, RK4"),
+        ("0.001    dtM", "1e-300    dtM", "dtM 1e-300 cannot be meant", "between 1e-06"),
+        ("0.001    dtM", "nan    dtM", "'nan' is not a number", "constant"),
+        ("1.0      dtIC", "1e11      dtIC", "dtIC 1e11 cannot be meant", "10000"),
+        ("50.0     TmaxIC", "1e300     TmaxIC", "TmaxIC 1e300 cannot be meant", "100000"),
+        ("0.001    dtM", "RK5 tScheme", "no time scheme 'RK5'", "RK2 or RK4"),
+        ("0.001    dtM", "0.001 dtN", "unknown option 'dtN'", "'dtm'"),
+        (
+            "0.001    threshIC  - threshold for IC convergence (-)",
+            "0.001",
+            "needs a value and a name",
+            "dtM",
+        ),
+        ("0.001    dtM", "floor.txt seafloorFile", "sea floor from a file", "WtrDpth"),
+        ("0.001    dtM", "2 Currents", "currents", "set Currents to 0"),
         ("0.001    dtM", "7 WaveKin", "water kinematics", "set WaveKin to 0"),
         ("0.001    dtM", "floor.txt SeafloorFile", "sea floor from a file", "WtrDpth"),
-        ("0.001    dtM", "state.txt ICfile", "initial conditions", "set ICfile to 0"),
+        (
+            "-300.0    0    0",
+            "-301.0    0    0",
+            "below the seabed at -300 m",
+            "WtrDpth at least 301",
+        ),
+        ("Coupled   0.0   0.0     0.0 ", "Coupled   0.0   0.0  -310 ", "below the seabed", "raise"),
+        (
+            "2   Coupled   0.0   0.0     0.0 ",
+            "2 Coupled -800 0 -300 ",
+            "ends of line 1",
+            "move one",
+        ),
+        ("2   Coupled", "2   Cuopled", "no type of point 'Cuopled'", "'Coupled'"),
+        ("2   Coupled", "2   Body1", "no body for 'Body1'", ""),
+        ("2   Coupled", "1   Coupled", "number 1 where 2 is expected", "1, 2, 3"),
+        ("1     main      1", "2     main      1", "number 2 where 1 is expected", "1, 2, 3"),
+        ("main      1         2 ", "main      2         2 ", "begins and ends at 2", "another"),
+        (
+            "---------------------- LINES",
+            FREE_POINT + "--- LINES",
+            "no line ends at point 3",
+            "rem",
+        ),
+        ("main  0.2", MAIN + "main  0.2", "line type 'main' is given twice", "rename"),
+        (
+            "---------------------- SOLVER",
+            "--- SYROPE IC ---\n--- SOLVER",
+            "this section",
+            "remove",
+        ),
+        ("---------------------- SOLVER", "--- FAILURE ---\nx\nx\n1 2 1 9 9\n--- ", "failures", ""),
         ("0.001    dtM", "0.1 DT", "time step 0.1 s is unstable", "RK4"),
         ("300      WtrDpth", "bath.txt WtrDpth", "'bath.txt' is not a number", "constant"),
         ("- POINTS -", "- PONITS -", "section POINTS is missing", "add it"),
-        ("---------------------- POINTS", BODIES + "--- POINTS", "coupled bodies", "points"),
+        ("---------------------- POINTS", ROD + "--- POINTS", "no rod type 'cna'", "'can'"),
+        ("---------------------- POINTS", PINNED + "--- POINTS", "pinned bodies", "'Coupled'"),
     ],
 )
 def test_what_is_not_supported_is_refused(tmp_path, before, after, message, remedy):
@@ -194,7 +247,7 @@ def test_the_step_of_a_ready_file_has_one_name(tmp_path):
 
 def test_a_ready_file_without_a_step_gets_a_stable_one(tmp_path):
     path = tmp_path / "lines.txt"
-    path.write_text(CASE1.read_text().replace("0.001    dtM", "10 comment"))
+    path.write_text(CASE1.read_text().replace("0.001    dtM", "0 WaveKin"))
     made = ready_mooring(path, fairleads={})
     # l/2 √(m'/EA) = 5.6 ms is 1/ω; RK2 with ζ = 1 is stable up to 2/ω
     assert 0.3 * 2 * 0.005625 < made.time_step < 2 * 0.005625

@@ -114,6 +114,30 @@ def test_all_stop_at_impacts(
     assert outcome.certificate.errors[0].error < 1e-8
 
 
+def test_the_error_is_stated_where_impacts_hang_on_the_coupling(c_fmu: Fmus) -> None:
+    """Courses of other steps have theirs some nanoseconds earlier or later."""
+    parts = (
+        Component("ball", FmuFile(c_fmu("3:ball+events+state")), {"restitution": 0.9}),
+        Component("lag", FmuFile(c_fmu("lag+state"))),
+    )
+    links = ("ball.h -> lag.u, units ignored", "lag.y -> ball.push, units ignored")
+    system = System("s", parts, links, Simulation(2.0, 0.02, "corrector"))
+    heights: list[list[float]] = [[], []]
+    for step, found in zip((0.02, 0.001), heights, strict=True):
+
+        def observe(time: float, network: Network, found: list[float] = found) -> None:
+            if abs(time / 0.02 - round(time / 0.02)) < 1e-9:
+                found.append(network.read("ball.h"))
+
+        outcome = run(system.changed(step_size=step), observers=[observe])
+        if step == 0.02:
+            certificate = outcome.certificate
+    coarse, fine = np.array(heights)
+    true = np.abs(coarse - fine).max() / np.ptp(fine)
+    assert isinstance(certificate, Certificate)
+    assert true / 3 < certificate.errors[0].error < 20 * true
+
+
 @pytest.mark.verifies(
     "bouncing ball that cannot go back",
     analytic="flights are parabolas",

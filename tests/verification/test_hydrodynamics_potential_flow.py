@@ -166,14 +166,14 @@ def test_a_damaged_cache_is_computed_anew(tmp_path: Path, monkeypatch: pytest.Mo
         return solve_hulls([small], water=DEEP, omega=np.array([1.0]), progress=told.append)
 
     first = run()
-    (file,) = (tmp_path / "hydrodynamics").iterdir()
+    file = sorted((tmp_path / "hydrodynamics").iterdir())[0]
     content = bytearray(file.read_bytes())
     assert run().added_mass_inf[1, 1] == first.added_mass_inf[1, 1]
     assert told[-1] == "potential flow: coefficients taken from the cache"
     for damage in (content[: len(content) // 2], b"", _flipped(content)):
         file.write_bytes(damage)
         assert run().added_mass_inf[1, 1] == first.added_mass_inf[1, 1]
-        assert told[-1] != "potential flow: coefficients taken from the cache"
+        assert told[-1] == "potential flow: frequency 1 of 1"
         assert any("cannot be used and are computed again" in line for line in told)
 
 

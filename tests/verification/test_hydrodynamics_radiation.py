@@ -1,49 +1,28 @@
 """The radiation memory: fits of WAMIT's sphere and of exact functions, and the force in time."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from support.published_coefficients import sphere as sphere_by_wamit
 
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.config import Drag, Radiation
 from m4e_adapters.hydrodynamics.load import hydrodynamics_program
+from m4e_adapters.hydrodynamics.passivity import MARGIN
 from m4e_adapters.hydrodynamics.radiation import fit_radiation
 from m4e_fmi.errors import InputError
 from m4e_fmi.program import Program
 from m4e_fmi.program.python_form import load_python
 
-DATA = Path(__file__).parents[1] / "data" / "hydrodynamics"
 RHO, G, RADIUS = 1000.0, 9.81, 5.0
 ADDED_MASS_INF = 130876.8
 FIT = 1e-3  # what the automatic order promises where the data allow it
 
 
-@pytest.fixture(scope="module")
-def sphere() -> Coefficients:
-    """IEA OES Task 10 sphere by WAMIT, heave only; depth 200 m is deep here."""
-    omega, mass, damping, real, imaginary = np.loadtxt(
-        DATA / "oes10_sphere_wamit_heave.csv", delimiter=",", unpack=True
-    )
-
-    def heave(values: np.ndarray) -> np.ndarray:
-        return values[:, None, None] * np.diag([0.0, 1.0, 0.0])
-
-    stiffness, volume = RHO * G * np.pi * RADIUS**2, 2 / 3 * np.pi * RADIUS**3
-    return Coefficients(
-        bodies=("ball",),
-        centers=np.array([[0.0, -2.0]]),
-        omega=omega,
-        added_mass=heave(mass),
-        radiation_damping=heave(damping),
-        added_mass_inf=np.diag([0.0, ADDED_MASS_INF, 0.0]),
-        excitation=(real + 1j * imaginary)[:, None] * np.array([0.0, 1.0, 0.0]),
-        hydrostatic_stiffness=np.diag([0.0, stiffness, 0.0]),
-        buoyancy=np.array([0.0, RHO * G * volume, 0.0]),
-        density=RHO,
-        gravity=G,
-    )
+@pytest.fixture(scope="module", name="sphere")
+def coefficients() -> Coefficients:
+    """IEA OES Task 10 sphere by WAMIT."""
+    return sphere_by_wamit()
 
 
 @pytest.mark.verifies(
@@ -52,28 +31,33 @@ def sphere() -> Coefficients:
     tolerance="1e-3",
 )
 def test_the_fit_is_accurate_stable_and_passive(sphere: Coefficients) -> None:
-    (group,) = fit_radiation(sphere)
+    (group,) = fit_radiation(sphere).groups
     assert group.motions == (1,)
     assert group.order <= 8
     assert np.all(np.real(group.poles) < 0)
     used = sphere.omega <= sphere.memory_limit
-    exact = sphere.retardation[used, 1, 1]
-    error = np.abs(group.transfer(sphere.omega[used])[:, 0, 0] - exact).max() / np.abs(exact).max()
-    assert error < FIT
-    assert group.error == pytest.approx(error, rel=1e-6)
+    omega, exact = sphere.omega[used], sphere.retardation[used, 1, 1]
+    difference = group.transfer(omega)[:, 0, 0] - exact
+    assert np.abs(difference).max() < FIT * np.abs(exact).max()
+    of_damping = np.abs(difference.real).max() / sphere.radiation_damping[used, 1, 1].max()
+    of_mass = np.abs(difference.imag / omega).max() / sphere.added_mass_inf[1, 1]
+    assert group.error == pytest.approx(max(of_damping, of_mass), rel=1e-6)
     fine = np.linspace(0.0, 40.0, 8001)
     real = np.real(group.transfer(fine)[:, 0, 0])
     assert real.min() >= -1e-3 * sphere.radiation_damping.max()
 
 
 def test_more_poles_fit_better(sphere: Coefficients) -> None:
-    errors = [fit_radiation(sphere, order=order)[0].error for order in (2, 4, 6)]
+    errors = [fit_radiation(sphere, order=order).groups[0].error for order in (2, 4, 6)]
     assert errors[0] > 3 * errors[1] > 9 * errors[2]
 
 
-@pytest.mark.verifies("fit of a rational memory", analytic="its poles", tolerance="1e-5")
+@pytest.mark.verifies("fit of a rational memory", analytic="its poles", tolerance="1e-4")
 def test_a_rational_function_is_found_exactly(sphere: Coefficients) -> None:
-    """K(s) = c s/((s + a)² + b²) is passive and K(0) = 0: two poles are all there is to find."""
+    """K(s) = c s/((s + a)² + b²) is passive and K(0) = 0: two poles are all there is to find.
+
+    But for the margin of passivity: Re K(0) is that share of its largest.
+    """
     omega, a, b, c = sphere.omega, 0.6, 1.1, 2e4
     s = 1j * omega
     k = c * s / ((s + a) ** 2 + b**2)
@@ -86,12 +70,12 @@ def test_a_rational_function_is_found_exactly(sphere: Coefficients) -> None:
             "added_mass": sphere.added_mass_inf + (k.imag / omega)[:, None, None] * unit,
         }
     )
-    (group,) = fit_radiation(made, order=2)
-    assert group.error < 1e-6  # where the poles' least squares stops
-    assert group.poles[0] == pytest.approx(-a + 1j * b, rel=1e-5)
+    (group,) = fit_radiation(made, order=2).groups
+    assert group.error < 2 * MARGIN
+    assert group.poles[0] == pytest.approx(-a + 1j * b, rel=1e-4)
     time = np.linspace(0, 10, 50)
     exact = c * np.exp(-a * time) * (np.cos(b * time) - a / b * np.sin(b * time))
-    np.testing.assert_allclose(group.impulse_response(time)[:, 0, 0], exact, atol=1e-5 * c)
+    np.testing.assert_allclose(group.impulse_response(time)[:, 0, 0], exact, atol=1e-4 * c)
 
 
 def test_an_irregular_frequency_is_left_out(sphere: Coefficients) -> None:
@@ -100,7 +84,7 @@ def test_an_irregular_frequency_is_left_out(sphere: Coefficients) -> None:
     spoilt[at] *= 1.3
     data = Coefficients(**{**sphere.arrays(), "bodies": ("ball",), "radiation_damping": spoilt})
     told: list[str] = []
-    (group,) = fit_radiation(data, order=6, progress=told.append)
+    (group,) = fit_radiation(data, order=6, progress=told.append).groups
     assert group.doubtful == (pytest.approx(1.5),)
     assert "1.5 rad/s" in told[0]
     exact = sphere.retardation[at, 1, 1]
@@ -197,6 +181,9 @@ def test_parts_of_the_force(sphere: Coefficients) -> None:
     assert outputs["wave.elevation"] == 0.0
     published = dict(zip([v.name for v in program.calculated], form.calculated(p, c), strict=True))
     assert published["added_mass[2,2]"] == ADDED_MASS_INF
-    assert len(published) == 9
+    assert sum(name.startswith("added_mass") for name in published) == 9
+    assert published["ball.neutral_mass"] == pytest.approx(
+        2 / 3 * np.pi * RADIUS**3 * RHO, rel=1e-12
+    )
     assert not any("acceleration" in v.name or v.name.endswith(".az") for v in program.inputs)
     assert all(v.derivative_of is None for v in program.inputs)

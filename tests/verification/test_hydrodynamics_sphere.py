@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig
 from m4e_fmi.errors import InputError
 from m4e_fmi.program import Program
@@ -145,8 +146,38 @@ def test_a_regular_wave_and_its_force() -> None:
 
 
 def test_waves_beyond_the_frequencies_are_refused() -> None:
-    with pytest.raises(InputError, match=r"the waves reach 3\.142 rad/s"):
+    with pytest.raises(InputError, match=r"up to 2\.244 rad/s"):
         built(waves=IRREGULAR, frequencies={"maximum": 2.0})
+
+
+def test_the_peak_period_has_the_limits_of_its_components() -> None:
+    """Frequencies stay where they were made: the FMU refuses what they are not made for."""
+    program = built(waves={**IRREGULAR, "peak_period": 9.0})
+    (period,) = (v for v in program.parameters if v.name == "wave.peak_period")
+    assert (period.minimum, period.maximum) == (7.2, 11.25)
+    assert "made for 9 s" in period.description
+
+
+def test_excitation_above_the_table_falls_as_that_of_short_waves() -> None:
+    """Continuous, as ω⁻³ (k^(−3/2)), the phase of the way to a body goes on."""
+    count = 30
+    omega = np.linspace(0.1, 3.0, count)
+    one = np.ones((count, 3, 3))
+    coefficients = Coefficients(
+        bodies=("b",),
+        centers=np.array([[20.0, 0.0]]),
+        omega=omega,
+        added_mass=one,
+        radiation_damping=one,
+        added_mass_inf=one[0],
+        excitation=np.exp(20j * omega**2 / 9.81)[:, None] * np.array([2.0, 1.0, 3.0]),
+        hydrostatic_stiffness=np.diag([0.0, 1.0, 0.0]),
+        buoyancy=np.zeros(3),
+    )
+    above = np.array([3.0, 3.0 + 1e-9, 6.0, 12.0])
+    found = coefficients.excitation_at(above)
+    expected = np.exp(20j * above**2 / 9.81) * np.array([1, 1, 1 / 8, 1 / 64])
+    np.testing.assert_allclose(found, expected[:, None] * [2.0, 1.0, 3.0], rtol=1e-6)
 
 
 def test_rates_do_not_pay_for_the_waves() -> None:

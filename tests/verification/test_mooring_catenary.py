@@ -26,7 +26,6 @@ anchors: {{a: [0, -200]}}
 fairleads: {{f: [{span}, 0]}}
 lines:
   l: {{type: chain, from: a, to: f, unstretched_length: {length}, segments: {segments}}}
-static_equilibrium: {{duration: 2000, threshold: 1.0e-5}}
 """
 
 
@@ -61,7 +60,9 @@ def touching(span: float, length: float) -> tuple[float, float]:
 def computed(span: float, length: float, segments: int) -> LineSystem:
     text = TEXT.format(span=span, length=length, segments=segments)
     made = mooring(Document.parse(text).validate(MooringConfig))
-    lines = LineSystem(made.text, fairleads=[0.0], lines=made.lines, time_step=made.time_step)
+    lines = LineSystem(
+        made.text, fairleads=[0.0], lines=made.lines, time_step=made.time_step, net=made.net
+    )
     lines.start([(span, 0.0)], [(0.0, 0.0)])
     lines.close()
     return lines

@@ -45,7 +45,9 @@ def velocity(t: float, h: float = 1e-4) -> tuple[float, float]:
 def forces(h: float, *, told: bool) -> np.ndarray:
     """Forces (n, 2) every 0.2 s, in steps of `h`; `told` the velocity at the end of each or not."""
     made = mooring(Document.parse(TEXT).validate(MooringConfig))
-    lines = LineSystem(made.text, fairleads=[0.0], lines=["l"], time_step=made.time_step)
+    lines = LineSystem(
+        made.text, fairleads=[0.0], lines=["l"], time_step=made.time_step, net=made.net
+    )
     lines.start([place(0.0)], [(0.0, 0.0)])
     found = []
     for k in range(round(STOP / h)):

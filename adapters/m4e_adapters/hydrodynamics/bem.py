@@ -1,13 +1,13 @@
-"""Potential flow by Capytaine: coefficients of hulls, cached by content.
+"""Potential flow: coefficients of hulls over a table of frequencies, each cached by content.
 
-The direct boundary integral equation is used: its forces converge with the square of the panel
-size, those of Capytaine's default ("indirect") only with the first power.
+Each frequency is computed and kept by itself: an interrupted computation goes on where it was, and
+frequencies that two tables have in common are computed once.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from importlib.metadata import version
 from typing import Any
@@ -15,25 +15,20 @@ from typing import Any
 import numpy as np
 
 from m4e_adapters.hydrodynamics import cache
-from m4e_adapters.hydrodynamics.capytaine_setup import (
-    accurate_finite_depth,
-    import_capytaine,
-    kept_warnings,
-)
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.config import Water
+from m4e_adapters.hydrodynamics.flow_solver import METHOD, FlowSolver
 from m4e_adapters.hydrodynamics.mesh import Hull
-from m4e_adapters.hydrodynamics.panels import Panels
 from m4e_adapters.hydrodynamics.waves import angular_frequency
 from m4e_fmi.code_hash import package_hash
 from m4e_fmi.errors import RunError
 
-METHOD = "direct"
-DOFS = ("Surge", "Heave", "Pitch")
+CODE = ("cache", "capytaine_setup", "flow_solver", "panels")  # modules that the solution is of
 LIBRARIES = ("capytaine", "numpy", "scipy")  # whose versions count
 PANELS_PER_WAVELENGTH = 8  # panel radius below wavelength / 8: Capytaine's own rule
 
 Progress = Callable[[str], object]
+Arrays = dict[str, np.ndarray]
 
 
 def solve_hulls(
@@ -53,41 +48,68 @@ def solve_hulls(
     progress : is told how far the solution is, and its warnings.
     """
     _warn_of_coarse_panels(hulls, water, float(omega[-1]), progress)
-    key = cache.content_key(_content(hulls, water, omega, wave_direction))
-    arrays = _cached(key, progress)
-    if arrays is None:
-        arrays = _solve(hulls, water, omega, wave_direction, progress)
-        try:
-            cache.store(key, arrays)
-        except RunError as error:
-            progress(f"the coefficients are not cached: {error.message}")
-    for text in arrays["warnings"]:
+    content = _content(hulls, water, wave_direction)
+    frequencies = [*omega.tolist(), math.inf]
+    keys = [cache.content_key({**content, "omega": w}) for w in frequencies]
+    found = list(_cached(keys, progress))
+    missing = [k for k, arrays in enumerate(found) if arrays is None]
+    if missing:
+        for k, arrays in _computed(hulls, water, wave_direction, frequencies, missing, progress):
+            found[k] = arrays
+            _store(keys[k], arrays, progress)
+    solutions = [arrays for arrays in found if arrays is not None]
+    for text in dict.fromkeys(str(t) for arrays in solutions for t in arrays["warnings"]):
         progress(f"warning: capytaine: {text}")
-    return _assembled(hulls, water, omega, wave_direction, arrays)
+    names = ("added_mass", "radiation_damping", "excitation")
+    table = {name: np.array([arrays[name] for arrays in solutions]) for name in names}
+    return _assembled(hulls, water, omega, wave_direction, table)
 
 
-def _cached(key: str, progress: Progress) -> dict[str, np.ndarray] | None:
-    """Content of the cache under `key`; None if nothing is, or nothing that can be used."""
+def _cached(keys: Sequence[str], progress: Progress) -> Iterator[Arrays | None]:
+    """Content of the cache under each key; None where nothing is that can be used."""
+    count = 0
+    for key in keys:
+        try:
+            arrays = cache.load(key)
+        except (cache.DamagedError, OSError) as error:
+            progress(f"coefficients in the cache cannot be used and are computed again: {error}")
+            arrays = None
+        count += arrays is not None
+        yield arrays
+    if count:
+        part = "" if count == len(keys) else f" of {count} of {len(keys)} frequencies"
+        progress(f"potential flow: coefficients{part} taken from the cache")
+
+
+def _computed(
+    hulls: Sequence[Hull],
+    water: Water,
+    wave_direction: float,
+    frequencies: Sequence[float],
+    missing: Sequence[int],
+    progress: Progress,
+) -> Iterator[tuple[int, Arrays]]:
+    """Place and solution of each of the `missing` frequencies, as they are computed."""
+    solver = FlowSolver(hulls, water, wave_direction)
+    for count, k in enumerate(missing, start=1):
+        progress(f"potential flow: frequency {count} of {len(missing)}")
+        yield k, solver.at(frequencies[k])
+
+
+def _store(key: str, arrays: Arrays, progress: Progress) -> None:
     try:
-        arrays = cache.load(key)
-    except (cache.DamagedError, OSError) as error:
-        progress(f"the coefficients in the cache cannot be used and are computed again: {error}")
-        return None
-    if arrays is not None:
-        progress("potential flow: coefficients taken from the cache")
-    return arrays
+        cache.store(key, arrays)
+    except RunError as error:
+        progress(f"the coefficients are not cached: {error.message}")
 
 
-def _content(
-    hulls: Sequence[Hull], water: Water, omega: np.ndarray, wave_direction: float
-) -> dict[str, Any]:
-    """All that the solution depends on."""
+def _content(hulls: Sequence[Hull], water: Water, wave_direction: float) -> dict[str, Any]:
+    """All that the solution at a frequency depends on, but for the frequency."""
     content: dict[str, Any] = {
-        "code": package_hash("m4e_adapters.hydrodynamics"),
+        "code": [package_hash(f"{__package__}.{name}") for name in CODE],
         "libraries": [f"{name} {version(name)}" for name in LIBRARIES],
         "method": METHOD,
         "water": [water.density, water.depth, water.gravity],
-        "omega": omega,
         "wave_direction": wave_direction,
     }
     for k, hull in enumerate(hulls):
@@ -110,91 +132,6 @@ def _warn_of_coarse_panels(
                 f" m) are coarse for waves above {limit:.3g} rad/s, the highest is "
                 f"{highest:.3g}: use more panels or a lower frequencies.maximum"
             )
-
-
-def _solve(
-    hulls: Sequence[Hull],
-    water: Water,
-    omega: np.ndarray,
-    wave_direction: float,
-    progress: Progress,
-) -> dict[str, np.ndarray]:
-    """Added mass and damping (nω + 1, n, n), the last at ω = ∞, and excitation (nω, n)."""
-    capytaine = import_capytaine()
-    n = 3 * len(hulls)
-    added_mass, damping = np.zeros((2, len(omega) + 1, n, n))
-    excitation = np.zeros((len(omega), n), dtype=complex)
-    with kept_warnings() as warnings, accurate_finite_depth():
-        body = _capytaine_body(capytaine, hulls)
-        solver = capytaine.BEMSolver(method=METHOD)
-        names = list(body.dofs)
-        medium = {"water_depth": water.depth, "rho": water.density, "g": water.gravity}
-        for k, w in enumerate([*omega, np.inf]):
-            progress(f"potential flow: frequency {k + 1} of {len(omega) + 1}")
-            common = {"body": body, "omega": w, **medium}
-            for j, name in enumerate(names):
-                problem = capytaine.RadiationProblem(radiating_dof=name, **common)
-                result = _solution(solver, problem, w)
-                added_mass[k, :, j] = [result.added_masses[i] for i in names]
-                damping[k, :, j] = [result.radiation_dampings[i] for i in names]
-            if k < len(omega):
-                problem = capytaine.DiffractionProblem(
-                    wave_direction=math.radians(wave_direction), **common
-                )
-                result = _solution(solver, problem, w)
-                incident = capytaine.bem.airy_waves.froude_krylov_force(problem)
-                excitation[k] = [result.forces[i] + incident[i] for i in names]
-    return {
-        "added_mass": added_mass,
-        "radiation_damping": damping,
-        "excitation": excitation,
-        "warnings": np.array(warnings, dtype=str),
-    }
-
-
-def _solution(solver: Any, problem: Any, omega: float) -> Any:
-    from capytaine.green_functions.abstract_green_function import GreenFunctionEvaluationError
-
-    try:
-        return solver.solve(problem, keep_details=False, _check_wavelength=False)
-    except GreenFunctionEvaluationError as error:
-        raise RunError(
-            f"the potential flow cannot be solved at {omega:.4g} rad/s: {error}",
-            "look for panels that overlap or touch those of another body; else raise "
-            "frequencies.minimum",
-        ) from None
-
-
-def _capytaine_body(capytaine: Any, hulls: Sequence[Hull]) -> Any:
-    """All hulls as one Capytaine body; planes of symmetry that all share are used.
-
-    Capytaine's Pitch is the rotation about +Y, v = (z, 0, −x) at (x, z) from the centre: it turns
-    +Z towards +X, as ours does.
-    """
-    surfaces = [p for hull in hulls for p in (hull.panels, hull.lid) if p is not None]
-    planes = [axis for axis in (1, 0) if all(p.half(axis) is not None for p in surfaces)]
-
-    def mesh(panels: Panels | None) -> Any:
-        if panels is None:
-            return None
-        for axis in planes:
-            panels = panels.half(axis) or panels
-        result = capytaine.Mesh(panels.vertices, panels.faces, auto_check=False)
-        for axis in planes:
-            plane = "xOz" if axis == 1 else "yOz"
-            result = capytaine.ReflectionSymmetricMesh(result, plane=plane)
-        return result
-
-    bodies = []
-    for k, hull in enumerate(hulls):
-        center = (hull.center[0], 0.0, hull.center[1])
-        dofs = capytaine.rigid_body_dofs(rotation_center=center, only=list(DOFS))
-        bodies.append(
-            capytaine.FloatingBody(
-                mesh=mesh(hull.panels), lid_mesh=mesh(hull.lid), dofs=dofs, name=f"body{k}"
-            )
-        )
-    return capytaine.Multibody(bodies) if len(bodies) > 1 else bodies[0]
 
 
 def _assembled(
@@ -223,7 +160,7 @@ def _assembled(
         added_mass=symmetric["added_mass"][:-1],
         radiation_damping=symmetric["radiation_damping"][:-1],
         added_mass_inf=symmetric["added_mass"][-1],
-        excitation=arrays["excitation"],
+        excitation=arrays["excitation"][:-1],
         hydrostatic_stiffness=stiffness,
         buoyancy=buoyancy,
     )

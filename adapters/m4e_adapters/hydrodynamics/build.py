@@ -12,12 +12,13 @@ from m4e_adapters.hydrodynamics.bem import solve_hulls
 from m4e_adapters.hydrodynamics.coefficients import MEMORY_REACH, Coefficients, memory_size
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig, Still
 from m4e_adapters.hydrodynamics.load import hydrodynamics_program
-from m4e_adapters.hydrodynamics.mesh import Hull, make_hulls
-from m4e_adapters.hydrodynamics.sea import highest_frequency
+from m4e_adapters.hydrodynamics.mesh import Hull, hulls_and_problems, make_hulls
+from m4e_adapters.hydrodynamics.sea import needed_frequency, waves_beyond
 from m4e_adapters.hydrodynamics.waves import angular_frequency
-from m4e_fmi.errors import InputError
+from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.program import Program
 
+EXTENSION_STEP = 2.0  # of frequencies for waves above those of the memory, in steps of these
 SHALLOWEST = 0.2  # wavenumber times depth below which Capytaine has no accurate Green function
 
 
@@ -58,27 +59,65 @@ def program_from_config(
 
 
 def frequency_table(config: HydrodynamicsConfig, hulls: Sequence[Hull]) -> np.ndarray:
-    """Angular frequencies [rad/s] for the potential flow, as `Frequencies` says."""
+    """Angular frequencies [rad/s] for the potential flow, as `Frequencies` says.
+
+    Another sea changes at most how far the table goes, and no frequency in it: what is cached of
+    one sea serves the next.
+    """
+    table, problems = table_and_problems(config, hulls)
+    if problems:
+        raise InputError(problems)
+    return table
+
+
+def check_config(config: HydrodynamicsConfig, *, folder: Path) -> None:
+    """InputError with all that is wrong with a configuration and its meshes; computes no flow."""
+    hulls, problems = hulls_and_problems(config, folder, progress=_silent)
+    if hulls:
+        problems += table_and_problems(config, hulls)[1]
+    if problems:
+        raise InputError(problems)
+
+
+def table_and_problems(
+    config: HydrodynamicsConfig, hulls: Sequence[Hull]
+) -> tuple[np.ndarray, list[Problem]]:
+    """The frequency table, and all that is wrong with it."""
     wanted, water = config.frequencies, config.water
-    sea = highest_frequency(config.waves)
-    maximum = wanted.maximum
-    if maximum is None:
-        sizes = [memory_size(h.hydrostatics.volume, h.hydrostatics.waterplane[0]) for h in hulls]
-        maximum = max(math.sqrt(MEMORY_REACH * water.gravity / min(sizes)), sea)
+    limit = math.sqrt(MEMORY_REACH * water.gravity / min(map(_reach, hulls)))
+    maximum = wanted.maximum or limit
     lowest = float(
         angular_frequency(SHALLOWEST / water.depth, depth=water.depth, gravity=water.gravity)
     )
     minimum = wanted.minimum or max(maximum / wanted.count, lowest)
-    problem = remedy = ""
+    problems = []
     if minimum < lowest:
-        problem = f"frequencies.minimum {minimum:.4g} rad/s is too low for this water depth"
+        text = f"frequencies.minimum {minimum:.4g} rad/s is too low for this water depth"
         remedy = f"use {lowest:.4g} rad/s or more"
-    elif minimum >= maximum:
-        problem = f"the frequencies from {minimum:.4g} to {maximum:.4g} rad/s are no range"
+        problems.append(Problem(text, remedy, keys=("frequencies", "minimum")))
+    if minimum >= maximum:
+        text = f"the frequencies from {minimum:.4g} to {maximum:.4g} rad/s are no range"
         remedy = "give frequencies.maximum above frequencies.minimum"
-    elif sea > maximum * (1 + 1e-9):
-        problem = f"the waves reach {sea:.4g} rad/s, frequencies.maximum is {maximum:.4g}"
-        remedy = "raise frequencies.maximum, or leave it out"
-    if problem:
-        raise InputError.single(problem, remedy)
-    return np.linspace(minimum, maximum, wanted.count)
+        problems.append(Problem(text, remedy, keys=("frequencies",)))
+    beyond = waves_beyond(config.waves, maximum, limit)
+    if beyond and wanted.maximum is not None:
+        problems.append(Problem(*beyond, keys=("frequencies", "maximum")))
+    table = np.linspace(minimum, maximum, wanted.count)
+    if wanted.maximum is not None or problems:
+        return table, problems
+    step = EXTENSION_STEP * (table[1] - table[0])
+    more = math.ceil((needed_frequency(config.waves) - maximum) / step - 1e-9)
+    return np.concatenate([table, maximum + step * np.arange(1, more + 1)]), []
+
+
+def _silent(_: str) -> None:
+    pass
+
+
+def _reach(hull: Hull) -> float:
+    """Length [m] that waves must be short against for radiation to be negligible.
+
+    The size of a body; a submerged one radiates as e^(−2kd), d the depth of its highest point.
+    """
+    depth = max(0.0, -float(hull.panels.vertices[:, 2].max()))
+    return memory_size(hull.hydrostatics.volume, hull.hydrostatics.waterplane[0]) + depth

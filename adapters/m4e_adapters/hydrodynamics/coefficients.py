@@ -12,6 +12,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 MEMORY_REACH = 4.5  # wavenumber times size up to which radiation matters
+NO_WATERPLANE = 1e-6  # waterplane, relative to volume^(2/3), that is rounding of a closed mesh
 MOTIONS = ("surge", "heave", "pitch")
 
 
@@ -21,7 +22,8 @@ def memory_size(volume: float, waterplane_area: float) -> float:
     A fully submerged body has no waterplane: then the volume alone counts.
     """
     ball = np.cbrt(1.5 * volume / np.pi)
-    return float(min(ball, np.sqrt(waterplane_area / np.pi)) if waterplane_area > 0 else ball)
+    floats = waterplane_area > NO_WATERPLANE * np.cbrt(volume) ** 2
+    return float(min(ball, np.sqrt(waterplane_area / np.pi)) if floats else ball)
 
 
 @dataclass(frozen=True)
@@ -102,17 +104,24 @@ class Coefficients:
         )
 
     def excitation_at(self, omega: np.ndarray) -> np.ndarray:
-        """Excitation (k, n) at other frequencies ≤ the highest of the table.
+        """Excitation (k, n) at other frequencies.
 
         Cubic splines of real and imaginary part, after taking out the phase of the wave's way to
         each body. At ω = 0 the water just rises: X = K[:, heave], which completes the table.
+
+        Above the table the last value falls as ω⁻³: a wave that is short for the body is reflected
+        and presses on a layer of thickness 1/k and a strip of width √(R/k), R the radius of the
+        waterline, so the force falls as k^(−3/2) (MacCamy and Fuchs, 1954, for a cylinder).
         """
         from scipy.interpolate import CubicSpline
 
         knots = np.concatenate([[0.0], self.omega])
         heave = self.hydrostatic_stiffness.reshape(-1, len(self.bodies), 3)[:, :, 1].sum(axis=1)
         table = np.concatenate([heave[None, :], self.excitation * self._way(self.omega).conj()])
-        return CubicSpline(knots, table, axis=0)(omega) * self._way(omega)
+        omega = np.asarray(omega, dtype=float)
+        values = CubicSpline(knots, table, axis=0)(np.minimum(omega, knots[-1]))
+        fallen = (knots[-1] / np.maximum(omega, knots[-1])) ** 3
+        return fallen[:, None] * values * self._way(omega)
 
     def _way(self, omega: np.ndarray) -> np.ndarray:
         """e^{i k x_G cos β} of each motion's body, (k, n)."""

@@ -15,7 +15,9 @@ from m4e_fmi.document import Section, rejected
 from m4e_fmi.errors import suggestion
 
 NAME = r"^[A-Za-z_][A-Za-z0-9_]*$"
+SHAPES = ("cylinder", "sphere", "box", "mesh")
 SPECTRA = ("jonswap", "pierson_moskowitz", "regular", "still")
+PEAK_ENHANCEMENT = (1.0, 10.0)
 DEEP = "deep"
 AUTO = "auto"
 
@@ -46,7 +48,7 @@ Direction = Annotated[float, AfterValidator(_planar_direction)]
 
 
 class Water(Section):
-    """Density [kg/m3], depth [m] or `deep` (default), gravity [m/s2]."""
+    """`density` [kg/m3], `depth` [m] or `deep` (default), `gravity` [m/s2]."""
 
     density: Positive = 1025.0
     depth: Depth = math.inf
@@ -54,7 +56,9 @@ class Water(Section):
 
 
 class Cylinder(Section):
-    """Vertical circular cylinder with a flat bottom at z = −draft, axis at x = center_x."""
+    """Vertical circular cylinder of `radius` [m], flat bottom at z = −`draft` [m], axis at
+    x = `center_x` [m].
+    """
 
     radius: Positive
     draft: Positive
@@ -62,7 +66,7 @@ class Cylinder(Section):
 
 
 class Sphere(Section):
-    """Sphere about (center_x, center_z); half immersed by default."""
+    """Sphere of `radius` [m] about (`center_x`, `center_z`) [m]; half immersed by default."""
 
     radius: Positive
     center_z: Finite = 0.0
@@ -80,7 +84,9 @@ class Sphere(Section):
 
 
 class Box(Section):
-    """Rectangular box: `length` along X, `width` along Y, flat bottom at z = −draft."""
+    """Rectangular box: `length` [m] along X, `width` [m] along Y, flat bottom at z = −`draft` [m],
+    middle at x = `center_x` [m].
+    """
 
     length: Positive
     width: Positive
@@ -93,22 +99,32 @@ class Shape(Section):
 
     A mesh file is in m, in the reference pose, z = 0 the still-water level, normals into the
     water; what is above the water is cut off. The name is relative to the system file's folder.
+    `mesh_origin` [x, z] is where the origin of the file lies in the reference pose: that of the
+    body's frame for a mesh drawn in it. Default [0, 0]: world coordinates.
     """
 
     cylinder: Cylinder | None = None
     sphere: Sphere | None = None
     box: Box | None = None
     mesh: str | None = None
+    mesh_origin: tuple[Finite, Finite] | None = None
+
+    @property
+    def kind(self) -> str:
+        """The key that says which shape it is."""
+        return next(name for name in SHAPES if getattr(self, name) is not None)
 
     @model_validator(mode="after")
     def _exactly_one(self) -> Shape:
-        given = [name for name in type(self).model_fields if getattr(self, name) is not None]
+        given = [name for name in SHAPES if getattr(self, name) is not None]
         if len(given) != 1:
             raise rejected(
                 f"a body has one shape, got {' and '.join(given) or 'none'}",
                 "write one of cylinder: {radius, draft}, sphere: {radius}, "
                 "box: {length, width, draft}, mesh: FILE",
             )
+        if self.mesh_origin is not None and self.mesh is None:
+            raise rejected("'mesh_origin' is for mesh files", "give the shape a center_x")
         return self
 
 
@@ -124,9 +140,10 @@ class Drag(Section):
 
 
 class Body(Section):
-    """A floating rigid body: shape, centre of gravity [x, z] in the reference pose.
+    """A floating rigid body: `shape`, `center_of_gravity` [x, z] [m] in the reference pose.
 
-    `panels` is about how many panels the wetted surface of a built-in shape gets.
+    `panels` is about how many panels the wetted surface of a built-in shape gets; `drag` is
+    quadratic.
     """
 
     shape: Shape
@@ -144,11 +161,14 @@ class Body(Section):
 
 
 class Frequencies(Section):
-    """Angular frequencies [rad/s] at which the potential flow is solved, equally spaced.
+    """Angular frequencies at which the potential flow is solved: `count`, equally spaced, from
+    `minimum` to `maximum` [rad/s].
 
-    Defaults: `count` 40; `maximum` the larger of sqrt(4.5 g / a), a the radius of the half-ball of
-    the smallest displacement or of its waterplane (radiation is negligible above), and the highest
-    frequency of the waves; `minimum` = maximum / count, more in shallow water.
+    Defaults: `count` 40; `maximum` sqrt(4.5 g / a), above which radiation is negligible: a is the
+    radius of the half-ball of the smallest displacement or of its waterplane, for a submerged body
+    plus the depth of its highest point; `minimum` = maximum / count, more in shallow water. Where
+    the waves need more (regular: their frequency; irregular: 2.5 peak frequencies), frequencies at
+    twice the spacing follow. Above the last one excitation falls as 1/omega^3.
     """
 
     minimum: Positive | None = None
@@ -176,7 +196,7 @@ class Radiation(Section):
 
 
 class _Waves(Section):
-    """`ramp_time` [s]: the sea grows smoothly from nothing; default two (peak) periods."""
+    """What all waves have: direction and ramp."""
 
     direction: Direction = 0.0
     ramp_time: NotNegative | None = None
@@ -186,24 +206,35 @@ class _Irregular(_Waves):
     significant_height: Positive
     peak_period: Positive
     seed: Annotated[int, Field(ge=0)] = 0
-    components: Annotated[int, Field(ge=10, le=1000)] = 80
+    components: Annotated[int, Field(ge=10, le=1000)] = 300
 
 
 class Jonswap(_Irregular):
-    """JONSWAP sea: significant height [m], peak period [s], peak enhancement γ."""
+    """JONSWAP sea: `significant_height` [m], `peak_period` [s], `peak_enhancement` γ [1].
+
+    `seed` chooses frequencies and phases, of which `components` there are so many. `direction`
+    [deg] is 0 (waves travel towards +X) or 180. The sea grows smoothly from nothing within
+    `ramp_time` [s], default two peak periods.
+    """
 
     spectrum: Literal["jonswap"]
-    peak_enhancement: Annotated[float, Field(ge=1, le=10)] = 3.3
+    peak_enhancement: Annotated[float, Field(ge=PEAK_ENHANCEMENT[0], le=PEAK_ENHANCEMENT[1])] = 3.3
 
 
 class PiersonMoskowitz(_Irregular):
-    """Pierson-Moskowitz (Bretschneider) sea: significant height [m], peak period [s]."""
+    """Pierson-Moskowitz (Bretschneider) sea: `significant_height` [m], `peak_period` [s].
+
+    `seed`, `components`, `direction` [deg] and `ramp_time` [s] as of JONSWAP.
+    """
 
     spectrum: Literal["pierson_moskowitz"]
 
 
 class Regular(_Waves):
-    """One wave: elevation at x = 0 is height/2·cos(2π t/period + phase), phase in rad."""
+    """One wave: elevation at x = 0 is `height`/2·cos(2π t/`period` + `phase`), in m, s, rad.
+
+    `direction` [deg] is 0 or 180; `ramp_time` [s] is two periods by default.
+    """
 
     spectrum: Literal["regular"]
     height: Positive

@@ -13,6 +13,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 
+import numpy as np
+
 from m4e_adapters.hydrodynamics.coefficients import MOTIONS, Coefficients
 from m4e_adapters.hydrodynamics.config import Drag, Radiation, Still
 from m4e_adapters.hydrodynamics.radiation import RadiationGroup, fit_radiation
@@ -32,6 +34,7 @@ STIFFNESS_UNIT = (
     ("N/m", "N/m", "N/rad"),
     ("N.m/m", "N.m/m", "N.m/rad"),
 )
+HEAVE, PITCH = 0.5, math.radians(15.0)  # limits of small motions: mean drafts, rad
 SMALL = 1e-9  # relative: stiffness and added mass below it are panels' noise
 
 
@@ -72,18 +75,22 @@ def hydrodynamics_program(
         xi, v = _record_motion(recorder, body, coefficients.centers[k])
         displacement += xi
         velocity += v
-    groups = fit_radiation(
+    fitted = fit_radiation(
         coefficients, order=radiation.order if radiation else None, progress=progress
     )
-    memory = _record_memory(recorder, groups, bodies, velocity)
+    memory = _record_memory(recorder, fitted.groups, bodies, velocity)
     excitation = record_sea(recorder, waves or Still(), coefficients)
-    restoring = _record_hydrostatics(recorder, coefficients, displacement)
+    restoring, carried = _record_hydrostatics(recorder, coefficients, displacement)
     for k, body in enumerate(bodies):
         own = slice(3 * k, 3 * k + 3)
         resistance = _record_drag(recorder, body, (drag or {}).get(body, Drag()), velocity[own])
         parts = (restoring[own], memory[own], excitation[own], resistance)
         _record_outputs(recorder, body, parts)
-    _publish_added_mass(recorder, coefficients)
+        _record_displacement(recorder, body, coefficients, displacement[own], k)
+        text = f"mass of the water that {body} displaces in the reference pose"
+        neutral = Variable(f"{body}.neutral_mass", "kg", text)
+        recorder.calculate(neutral, carried[k] / coefficients.gravity)
+    _publish_added_mass(recorder, coefficients, fitted.added_mass_inf)
     return recorder.program()
 
 
@@ -147,9 +154,13 @@ def _record_memory(
 
 def _record_hydrostatics(
     recorder: Recorder, coefficients: Coefficients, displacement: Vector
-) -> Vector:
-    """Buoyancy in the reference pose less stiffness times displacement; both are parameters."""
+) -> tuple[Vector, Vector]:
+    """Buoyancy in the reference pose less stiffness times displacement; both are parameters.
+
+    Also what the water carries of each body in the reference pose, (N,).
+    """
     force: Vector = []
+    carried: Vector = [0.0] * len(coefficients.bodies)
     for k, body in enumerate(coefficients.bodies):
         own = slice(3 * k, 3 * k + 3)
         stiffness = coefficients.hydrostatic_stiffness[own, own]
@@ -162,6 +173,8 @@ def _record_hydrostatics(
                 total = recorder.parameter(
                     Variable(f"{body}.buoyancy_{symbol}", unit, text, start=start)
                 )
+                if symbol == "force_z":
+                    carried[k] = total
             for j in range(3):
                 if abs(stiffness[i, j]) <= SMALL * abs(stiffness).max(initial=0.0):
                     continue
@@ -174,7 +187,33 @@ def _record_hydrostatics(
                 )
                 total = total - recorder.parameter(variable) * displacement[3 * k + j]
             force.append(total)
-    return force
+    return force, carried
+
+
+def _record_displacement(
+    recorder: Recorder,
+    body: str,
+    coefficients: Coefficients,
+    displacement: Vector,
+    k: int,
+) -> None:
+    """Outputs surge, heave and pitch from the reference pose; the last two with limits.
+
+    Linear hydrodynamics is of small motions: heave within HEAVE of the mean draft (displaced volume
+    over waterplane; a submerged body has none), pitch within PITCH.
+    """
+    waterplane = float(coefficients.hydrostatic_stiffness[3 * k + 1, 3 * k + 1])
+    buoyancy = float(coefficients.buoyancy[3 * k + 1])
+    floats = waterplane > SMALL * buoyancy
+    heave = HEAVE * buoyancy / waterplane if floats else math.inf
+    limits = {"surge": math.inf, "heave": heave, "pitch": PITCH}
+    about = {"heave": f"{HEAVE:g} of the mean draft", "pitch": f"{math.degrees(PITCH):g} deg"}
+    for (motion, limit), value, unit in zip(limits.items(), displacement, STATE_UNIT, strict=True):
+        text = f"{motion} from the reference pose"
+        if math.isfinite(limit):
+            text += f"; the water is linear, for motions within {about[motion]}"
+        variable = Variable(f"{body}.{motion}", unit, text, minimum=-limit, maximum=limit)
+        recorder.output(variable, value)
 
 
 def _record_drag(recorder: Recorder, body: str, drag: Drag, velocity: Vector) -> Vector:
@@ -208,8 +247,7 @@ def _record_outputs(recorder: Recorder, body: str, parts: tuple[Vector, ...]) ->
             recorder.output(Variable(f"{body}.{kind}_{symbol}", unit, text), value)
 
 
-def _publish_added_mass(recorder: Recorder, coefficients: Coefficients) -> None:
-    matrix = coefficients.added_mass_inf
+def _publish_added_mass(recorder: Recorder, coefficients: Coefficients, matrix: np.ndarray) -> None:
     scale = [math.sqrt(max(abs(value), 1e-300)) for value in matrix.diagonal()]
     motions = coefficients.motions
     for i, row in enumerate(motions):

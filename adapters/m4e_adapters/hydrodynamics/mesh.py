@@ -7,9 +7,8 @@ frequencies of the integral equation, at which its solution is otherwise wrong b
 from __future__ import annotations
 
 import math
-import tempfile
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -17,11 +16,13 @@ import numpy as np
 from m4e_adapters.hydrodynamics.capytaine_setup import import_capytaine, kept_warnings
 from m4e_adapters.hydrodynamics.config import Body, HydrodynamicsConfig, Shape
 from m4e_adapters.hydrodynamics.hydrostatics import Hydrostatics, hydrostatics_of
+from m4e_adapters.hydrodynamics.mesh_files import FORMATS, read_mesh
 from m4e_adapters.hydrodynamics.panels import RELATIVE_TOLERANCE, Panels, grid
 from m4e_adapters.hydrodynamics.shapes import box_panels, cylinder_panels, sphere_panels
 from m4e_fmi.errors import InputError, Problem
-from m4e_fmi.files_read import read_bytes
 
+Keys = tuple[str | int, ...]
+"""The way to a value in a HydrodynamicsConfig."""
 LID_TRIALS = (1.0, 0.8, 0.6, 1.3)  # panel sizes tried, relative to the hull's
 
 
@@ -40,25 +41,35 @@ def make_hulls(
     config: HydrodynamicsConfig, folder: Path, *, progress: Callable[[str], object]
 ) -> tuple[Hull, ...]:
     """The hulls of all bodies in the order of the file; InputError with all that is wrong."""
+    hulls, problems = hulls_and_problems(config, folder, progress=progress)
+    if problems:
+        raise InputError(problems)
+    return tuple(hulls)
+
+
+def hulls_and_problems(
+    config: HydrodynamicsConfig, folder: Path, *, progress: Callable[[str], object]
+) -> tuple[list[Hull], list[Problem]]:
+    """The hulls of those bodies that can have one, and all that is wrong with any."""
     hulls, problems = [], []
     for name, body in config.bodies.items():
         try:
-            hulls.append(make_hull(name, body, folder, progress=progress))
+            hull = make_hull(name, body, folder, progress=progress)
         except InputError as error:
             problems += error.problems
             continue
-        lowest = hulls[-1].panels.vertices[:, 2].min()
+        hulls.append(hull)
+        lowest = hull.panels.vertices[:, 2].min()
         if lowest <= -config.water.depth:
             problems.append(
                 Problem(
                     f"body {name!r} reaches down to z = {lowest:.4g} m, the sea bed is at "
                     f"z = {-config.water.depth:.4g} m",
                     "give more water.depth, or less draft",
+                    keys=("bodies", name, "shape", body.shape.kind),
                 )
             )
-    if problems:
-        raise InputError(problems)
-    return tuple(hulls)
+    return hulls, problems
 
 
 def make_hull(
@@ -75,6 +86,16 @@ def make_hull(
             f"warning: no lid could be made inside body {name!r}: its coefficients may be wrong "
             "near irregular frequencies; limit frequencies.maximum, or make a finer mesh"
         )
+    low, high = panels.vertices[:, 0].min(), panels.vertices[:, 0].max()
+    x = body.center_of_gravity[0]
+    if not low <= x <= high:
+        remedy = "give the shape a center_x"
+        if body.shape.mesh is not None:
+            remedy = "a mesh is in world coordinates, unless mesh_origin: [x, z] moves it there"
+        progress(
+            f"warning: the centre of gravity of body {name!r} (x = {x:.4g} m) is not above or "
+            f"below its hull (x = {low:.4g} to {high:.4g} m): {remedy}"
+        )
     return Hull(name, panels, lid, body.center_of_gravity, hydrostatics_of(panels))
 
 
@@ -86,33 +107,32 @@ def _shape_panels(name: str, shape: Shape, count: int, folder: Path) -> Panels:
     if shape.box is not None:
         return box_panels(shape.box, count)
     path = folder / str(shape.mesh)
-    return checked(_immersed(_loaded(path, name), name), name, str(path))
+    keys = ("bodies", name, "shape", "mesh")
+    drawn = _loaded(path, name, keys)
+    x, z = shape.mesh_origin or (0.0, 0.0)
+    placed = Panels(drawn.vertices + np.array([x, 0.0, z]), drawn.faces)
+    try:
+        return checked(_immersed(placed, name), name)
+    except InputError as error:
+        problems = [replace(p, file=str(path), keys=keys) for p in error.problems]
+        raise InputError(problems) from None
 
 
-def _loaded(path: Path, name: str) -> Panels:
-    """The panels of a mesh file, in any format that Capytaine reads and that needs no other file.
-
-    It is read as a copy, away from files beside it: they would not count as what the FMU is of.
-    """
+def _loaded(path: Path, name: str, keys: Keys = ()) -> Panels:
+    """The panels of a mesh file as they are drawn."""
     if not path.is_file():
         message = f"body {name!r}: no such mesh file: {path}"
-        raise InputError.single(message, "the name is relative to the system file's folder")
-    capytaine = import_capytaine()
+        remedy = "the name is relative to the system file's folder"
+        raise InputError.single(message, remedy, keys=keys)
     try:
-        with tempfile.TemporaryDirectory(prefix="m4e_fmi_") as alone:
-            copy = Path(alone, path.name)
-            copy.write_bytes(read_bytes(path))
-            mesh = capytaine.load_mesh(copy).merged()
+        panels = read_mesh(path)
     except Exception as error:  # noqa: BLE001  readers of a dozen formats raise what they like
-        raise InputError.single(
-            f"body {name!r}: the mesh cannot be read: {type(error).__name__}: {error}",
-            "formats read as they are: gdf (WAMIT), nemoh, hst (Hydrostar), pnl (HAMS); "
-            "with the package meshio also stl, obj, msh, vtk; all of a mesh must be in one file",
-            str(path),
-        ) from None
-    if not mesh.nb_faces:
-        raise InputError.single(f"body {name!r}: the mesh has no panels", "", str(path))
-    return Panels(np.asarray(mesh.vertices), np.asarray(mesh.faces)).merged()
+        message = f"body {name!r}: the mesh cannot be read: {type(error).__name__}: {error}"
+        raise InputError.single(message, FORMATS, str(path), keys=keys) from None
+    if not len(panels.faces):
+        message = f"body {name!r}: the mesh has no panels"
+        raise InputError.single(message, FORMATS, str(path), keys=keys)
+    return panels
 
 
 def _immersed(panels: Panels, name: str) -> Panels:
@@ -122,7 +142,8 @@ def _immersed(panels: Panels, name: str) -> Panels:
     if low >= -reach:
         raise InputError.single(
             f"body {name!r}: the mesh is above the water (lowest point at z = {low:.4g} m)",
-            "draw the mesh in the reference pose: z = 0 is the still-water level, Z points up",
+            "draw the mesh in the reference pose (z = 0 is the still-water level, Z points up), or "
+            "say with mesh_origin: [x, z] where its origin lies",
         )
     if high > reach:
         capytaine = import_capytaine()
@@ -134,11 +155,11 @@ def _immersed(panels: Panels, name: str) -> Panels:
     return panels.kept(np.any(panels.corners[:, :, 2] < 0.0, axis=1))
 
 
-def checked(panels: Panels, name: str, file: str = "") -> Panels:
+def checked(panels: Panels, name: str) -> Panels:
     """`panels` if they bound a volume below the waterline; InputError says where they do not."""
 
     def wrong(message: str, remedy: str) -> InputError:
-        return InputError.single(f"body {name!r}: {message}", remedy, file)
+        return InputError.single(f"body {name!r}: {message}", remedy)
 
     def place(edge: tuple[int, int]) -> str:
         x, y, z = panels.vertices[list(edge)].mean(axis=0)

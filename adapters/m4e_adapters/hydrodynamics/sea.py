@@ -3,6 +3,7 @@
 With θ_k = ω_k t + φ_k the elevation is Σ a_k cos θ_k = Re Σ a_k e^{−iθ_k}, and the force
 Σ a_k (Re X_k cos θ_k + Im X_k sin θ_k). Height, period and peak enhancement are parameters of the
 program, the components' frequencies are not: amplitudes follow the parameters, frequencies stay.
+The peak period therefore has limits, within which the statistics of the sea hold (`PERIODS`).
 """
 
 from __future__ import annotations
@@ -12,28 +13,60 @@ import math
 import numpy as np
 
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
-from m4e_adapters.hydrodynamics.config import Jonswap, PiersonMoskowitz, Regular, Still
+from m4e_adapters.hydrodynamics.config import (
+    PEAK_ENHANCEMENT,
+    Jonswap,
+    PiersonMoskowitz,
+    Regular,
+    Still,
+)
 from m4e_adapters.hydrodynamics.waves import (
-    BAND,
     component_amplitudes,
     component_frequencies,
     component_phases,
+    part_edges,
 )
 from m4e_fmi.errors import InputError
 from m4e_fmi.program import Recorder, Scalar, Variable, cos, maximum, minimum, sin
 
 AnyWaves = Jonswap | PiersonMoskowitz | Regular | Still
 SHORTEST = 1e-9  # ramp [s], so that a ramp_time set to 0 is none
+REACH = 2.5  # peak frequencies up to which excitation is computed
+PERIODS = (0.8, 1.25)  # of the peak period that the components were made for
 RAMP_PERIODS = 2.0  # default length of the ramp in (peak) periods
 
 
-def highest_frequency(waves: AnyWaves) -> float:
-    """The highest angular frequency [rad/s] that `waves` can contain, 0 for still water."""
+def needed_frequency(waves: AnyWaves) -> float:
+    """Angular frequency [rad/s] up to which `waves` need computed excitation; 0 in still water.
+
+    Of an irregular sea that is where 3 % of its energy is left. See `Coefficients.excitation_at`
+    for shorter waves.
+    """
     if isinstance(waves, Still):
         return 0.0
     if isinstance(waves, Regular):
         return 2 * math.pi / waves.period
-    return BAND[1] * 2 * math.pi / waves.peak_period
+    return REACH * 2 * math.pi / waves.peak_period
+
+
+def waves_beyond(waves: AnyWaves, highest: float, limit: float) -> tuple[str, str] | None:
+    """Problem and remedy if excitation computed up to `highest` [rad/s] is too little.
+
+    Irregular seas may have more above `limit`, where waves are short for all bodies.
+    """
+    needed = needed_frequency(waves)
+    falls = not isinstance(waves, Regular) and highest >= limit * (1 - 1e-9)
+    if falls or needed <= highest * (1 + 1e-9):
+        return None
+    if isinstance(waves, Regular):
+        text = f"the wave has {needed:.4g} rad/s"
+    else:
+        text = f"the waves need excitation up to {needed:.4g} rad/s ({REACH:g} peak frequencies)"
+        needed = min(needed, limit)
+    return (
+        f"{text}, the coefficients end at {highest:.4g} rad/s",
+        f"raise frequencies.maximum to {needed:.4g} or leave it out, or use longer waves",
+    )
 
 
 def record_sea(
@@ -63,12 +96,10 @@ def record_sea(
 
 
 def _check(waves: Jonswap | PiersonMoskowitz | Regular, coefficients: Coefficients) -> None:
-    highest, known = highest_frequency(waves), float(coefficients.omega[-1])
-    if highest > known * (1 + 1e-9):
-        raise InputError.single(
-            f"the waves reach {highest:.4g} rad/s, the coefficients only {known:.4g} rad/s",
-            f"raise frequencies.maximum to {highest:.4g}, or use longer waves",
-        )
+    known = float(coefficients.omega[-1])
+    problem = waves_beyond(waves, known, coefficients.memory_limit)
+    if problem:
+        raise InputError.single(*problem)
     if waves.direction != coefficients.wave_direction:
         raise InputError.single(
             f"the waves travel at {waves.direction:g} deg, the coefficients are for "
@@ -82,15 +113,18 @@ def _components(
 ) -> tuple[np.ndarray, list[Scalar], list[Scalar]]:
     """Angular frequencies [rad/s], amplitudes [m] and phases [rad]; the last two recorded."""
     if isinstance(waves, Regular):
-        height = Variable("wave.height", "m", "height of the regular wave", start=waves.height)
+        text = "height of the regular wave"
+        height = Variable("wave.height", "m", text, start=waves.height, minimum=0.0)
         amplitudes = [0.5 * recorder.parameter(height)]
         omega, start = np.array([2 * math.pi / waves.period]), np.array([waves.phase])
     else:
         rng = np.random.Generator(np.random.PCG64(waves.seed))
         count = waves.components
-        omega = component_frequencies(2 * math.pi / waves.peak_period, count, rng)
+        enhancement = waves.peak_enhancement if isinstance(waves, Jonswap) else 1.0
+        edges = part_edges(2 * math.pi / waves.peak_period, count, enhancement=enhancement)
+        omega = component_frequencies(edges, rng)
         start = component_phases(count, rng)
-        amplitudes = _irregular_amplitudes(recorder, waves, omega)
+        amplitudes = _irregular_amplitudes(recorder, waves, omega, np.diff(edges))
     phases = []
     for k, (w, value) in enumerate(zip(omega, start, strict=True)):
         text = f"phase of the wave component of {w:.6g} rad/s at x = 0, t = 0"
@@ -100,19 +134,33 @@ def _components(
 
 
 def _irregular_amplitudes(
-    recorder: Recorder, waves: Jonswap | PiersonMoskowitz, omega: np.ndarray
+    recorder: Recorder,
+    waves: Jonswap | PiersonMoskowitz,
+    omega: np.ndarray,
+    widths: np.ndarray,
 ) -> list[Scalar]:
-    def parameter(key: str, unit: str, text: str) -> Scalar:
-        start = getattr(waves, key)
-        return recorder.parameter(Variable(f"wave.{key}", unit, text, start=start))
+    def parameter(key: str, unit: str, text: str, limits: tuple[float, float]) -> Scalar:
+        start, (low, high) = getattr(waves, key), limits
+        variable = Variable(f"wave.{key}", unit, text, start=start, minimum=low, maximum=high)
+        return recorder.parameter(variable)
 
-    height = parameter("significant_height", "m", "significant wave height")
-    period = parameter("peak_period", "s", "peak period; the components' frequencies stay")
+    height = parameter("significant_height", "m", "significant wave height", (0.0, math.inf))
+    low, high = (factor * waves.peak_period for factor in PERIODS)
+    text = (
+        f"peak period, {low:g} to {high:g} s: the components' frequencies are made for "
+        f"{waves.peak_period:g} s and stay; for another sea change waves.peak_period and build anew"
+    )
+    period = parameter("peak_period", "s", text, (low, high))
     enhancement: Scalar | float = 1.0
     if isinstance(waves, Jonswap):
-        enhancement = parameter("peak_enhancement", "1", "peak enhancement of the JONSWAP spectrum")
+        text = "peak enhancement of the JONSWAP spectrum"
+        enhancement = parameter("peak_enhancement", "1", text, PEAK_ENHANCEMENT)
     return component_amplitudes(
-        omega.tolist(), significant_height=height, peak_period=period, enhancement=enhancement
+        omega.tolist(),
+        widths.tolist(),
+        significant_height=height,
+        peak_period=period,
+        enhancement=enhancement,
     )
 
 
@@ -123,5 +171,6 @@ def _ramp(recorder: Recorder, waves: Jonswap | PiersonMoskowitz | Regular) -> Sc
     if start == 0.0:
         return 1.0
     text = "time in which the sea grows from nothing"
-    length = recorder.parameter(Variable("wave.ramp_time", "s", text, start=start))
+    variable = Variable("wave.ramp_time", "s", text, start=start, minimum=0.0)
+    length = recorder.parameter(variable)
     return 0.5 - 0.5 * cos(math.pi * minimum(recorder.time / maximum(length, SHORTEST), 1.0))

@@ -1,14 +1,15 @@
 """Vector fitting: stable rational functions with common poles through frequency responses.
 
-H_m(s) ≈ Σ_k r_mk / (s − p_k), strictly proper, poles real or in conjugate pairs. The poles are
-found by Gustavsen and Semlyen's relocation (IEEE Trans. Power Delivery 14(3), 1999): a common
-scaling function σ with the same poles is fitted with the responses, its zeros are the next poles;
-those on the right half plane are mirrored to the left. Responses are reduced one by one by QR
-(Deschrijver et al., IEEE Microw. Wirel. Compon. Lett. 18(6), 2008).
+H_m(s) ≈ Σ_k r_mk / (s − p_k) (+ s·δ_m), poles real or in conjugate pairs. The poles are found by
+Gustavsen and Semlyen's relocation (IEEE Trans. Power Delivery 14(3), 1999): a common scaling
+function σ with the same poles is fitted with the responses, its zeros are the next poles; those on
+the right half plane are mirrored to the left. Responses are reduced one by one by QR (Deschrijver
+et al., IEEE Microw. Wirel. Compon. Lett. 18(6), 2008).
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -19,21 +20,36 @@ Complex = NDArray[np.complexfloating[Any, Any]]
 ITERATIONS = 24
 
 
-def fitted_poles(
-    omega: np.ndarray, responses: Complex, *, weights: np.ndarray, order: int
-) -> Complex:
-    """The common poles (k,) [1/s], Re < 0; of each conjugate pair the one with Im > 0.
+@dataclass(frozen=True)
+class Samples:
+    """Responses at frequencies, to be fitted.
 
-    Parameters
+    Attributes
     ----------
     omega : (n,) angular frequencies [rad/s] ≥ 0.
-    responses : (m, n) complex values at s = jω.
-    weights : (n,) of the errors.
-    order : number of poles, a pair counting two.
+    values : (m, n) complex, at s = jω.
+    weights : (m, 2 n) ≥ 0 of the errors of the real parts, then of the imaginary ones.
+    offset : whether each response may have a part s·δ, which has no memory.
     """
-    poles = _starting_poles(omega, order)
+
+    omega: np.ndarray
+    values: Complex
+    weights: np.ndarray
+    offset: bool
+
+    def columns(self, poles: Complex) -> np.ndarray:
+        """Real and imaginary parts of `basis` and, last, of s, (2 n, order (+ 1))."""
+        found = stacked(basis(self.omega, poles))
+        if not self.offset:
+            return found
+        return np.column_stack([found, stacked(1j * self.omega)])
+
+
+def fitted_poles(samples: Samples, *, order: int) -> Complex:
+    """The common poles (k,) [1/s], Re < 0, pairs counting two; of each the one with Im > 0."""
+    poles = _starting_poles(samples.omega, order)
     for _ in range(ITERATIONS):
-        poles = _relocated(omega, responses, weights, poles)
+        poles = _relocated(samples, poles)
     return poles
 
 
@@ -69,31 +85,32 @@ def basis(omega: np.ndarray, poles: Complex) -> Complex:
 
 
 def stacked(values: Complex) -> np.ndarray:
-    """Real parts above imaginary parts."""
+    """Real parts, then imaginary parts, along the first axis."""
     return np.concatenate([values.real, values.imag])
 
 
-def _relocated(
-    omega: np.ndarray, responses: Complex, weights: np.ndarray, poles: Complex
-) -> Complex:
+def _relocated(samples: Samples, poles: Complex) -> Complex:
     """Zeros of σ(s) = 1 + Σ c_k/(s − p_k) when σ·H is fitted with the same poles."""
-    own = basis(omega, poles) * weights[:, None]
-    order = own.shape[1]
+    own = basis(samples.omega, poles)
+    columns = samples.columns(poles)
+    count = columns.shape[1]
     rows, values = [], []
-    for response in responses:
-        system = np.concatenate([own, -own * response[:, None]], axis=1)
-        q, r = np.linalg.qr(stacked(system))
-        rows.append(r[order:, order:])
-        values.append(q[:, order:].T @ stacked(weights * response))
-    scale, *_ = np.linalg.lstsq(np.concatenate(rows), np.concatenate(values), rcond=None)
-    zeros = np.linalg.eigvals(_companion(poles) - np.outer(_inputs(poles), scale))
+    for response, weights in zip(samples.values, samples.weights, strict=True):
+        system = np.column_stack([columns, -stacked(own * response[:, None])]) * weights[:, None]
+        q, r = np.linalg.qr(system)
+        rows.append(r[count:, count:])
+        values.append(q[:, count:].T @ (weights * stacked(response)))
+    system = np.concatenate(rows)
+    size = np.linalg.norm(system, axis=0)
+    scaled, *_ = np.linalg.lstsq(system / size, np.concatenate(values), rcond=None)
+    zeros = np.linalg.eigvals(companion(poles) - np.outer(inputs(poles), scaled / size))
     stable = -np.abs(zeros.real) - 1e-9 * np.abs(zeros) + 1j * zeros.imag
     real = np.abs(stable.imag) < 1e-9 * np.abs(stable)
     stable[real] = stable[real].real
     return stable[stable.imag >= 0]
 
 
-def _companion(poles: Complex) -> np.ndarray:
+def companion(poles: Complex) -> np.ndarray:
     """Real block-diagonal matrix with the poles as eigenvalues, in the order of `basis`."""
     blocks = []
     for pole in poles:
@@ -109,6 +126,11 @@ def _companion(poles: Complex) -> np.ndarray:
     return result
 
 
+def inputs(poles: Complex) -> np.ndarray:
+    """How an input drives the states of `companion`, (order,)."""
+    return np.concatenate([[2.0, 0.0] if pole.imag > 0 else [1.0] for pole in poles])
+
+
 def residues_of(poles: Complex, combination: np.ndarray) -> Complex:
     """Residues (..., k) of real combinations (..., order) of the columns of `basis`."""
     residues = np.zeros((*combination.shape[:-1], len(poles)), dtype=complex)
@@ -119,7 +141,3 @@ def residues_of(poles: Complex, combination: np.ndarray) -> Complex:
             residues[..., k] += 1j * combination[..., at + 1]
         at += 2 if pole.imag > 0 else 1
     return residues
-
-
-def _inputs(poles: Complex) -> np.ndarray:
-    return np.concatenate([[2.0, 0.0] if pole.imag > 0 else [1.0] for pole in poles])

@@ -3,6 +3,13 @@
 The elevation is a sum of components, η(x, t) = Σ a_k cos(ω_k t − k_k x cos β + φ_k), β = 0 or
 180 deg. Spectra are those of Hasselmann et al. (1973, JONSWAP) and Bretschneider's two-parameter
 form of Pierson and Moskowitz; the amplitudes are scaled so that Σ a_k²/2 = Hs²/16 holds exactly.
+
+A sea is divided into parts of the frequency axis, one component in each. A record of duration T
+resolves 2π/T: where parts are wider than that, the scatter of the wave height from record to record
+is missing, because it comes from components that interfere. Where the energy is, parts are
+therefore narrow: most have equal energy, and n of them show nine tenths of the scatter of records
+of n/4 waves. In the tail, which decides the mean periods T01 and T02, parts grow with the frequency
+(equal steps of log ω): each is wide, but its component carries little energy.
 """
 
 from __future__ import annotations
@@ -15,7 +22,9 @@ import numpy as np
 
 from m4e_fmi.program import exp, log, sign, sqrt
 
-BAND = (0.5, 3.5)  # of the components, in peak frequencies: 99 % of the energy and all of the peak
+BAND = (0.5, 12.0)  # of the components, in peak frequencies; beyond is 0.4 % of T02
+LOGARITHMIC = 0.2  # share of the parts that are equal steps of log ω; the others have equal energy
+_KNOTS = 4000  # of the spectrum's integral: energies of parts to 1e-5 of the whole
 
 
 def angular_frequency(wavenumber: Any, *, depth: float, gravity: float) -> Any:
@@ -42,13 +51,22 @@ def wavenumber(omega: np.ndarray, *, depth: float, gravity: float) -> np.ndarray
     return y / depth
 
 
-def component_frequencies(peak_omega: float, count: int, rng: np.random.Generator) -> np.ndarray:
-    """`count` angular frequencies [rad/s], one at random in each of equal parts of BAND.
+def part_edges(peak_omega: float, count: int, *, enhancement: float = 1.0) -> np.ndarray:
+    """Edges [rad/s], (count + 1,), of the parts of BAND that have one component each."""
+    ratio = np.geomspace(*BAND, _KNOTS)
+    spectrum = np.array([relative_spectrum(r, enhancement) for r in ratio.tolist()])
+    energy = np.cumsum(np.diff(ratio, prepend=ratio[0]) * spectrum)
+    steps = np.linspace(0.0, 1.0, _KNOTS)
+    share = (1.0 - LOGARITHMIC) * energy / energy[-1] + LOGARITHMIC * steps
+    return peak_omega * np.interp(np.linspace(0.0, 1.0, count + 1), share, ratio)
+
+
+def component_frequencies(edges: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Angular frequencies [rad/s], one at random in each of the parts between `edges`.
 
     Because their differences have no common divisor the sea does not repeat itself.
     """
-    low, high = (factor * peak_omega for factor in BAND)
-    return low + (high - low) / count * (np.arange(count) + rng.random(count))
+    return edges[:-1] + np.diff(edges) * rng.random(len(edges) - 1)
 
 
 def component_phases(count: int, rng: np.random.Generator) -> np.ndarray:
@@ -67,14 +85,21 @@ def relative_spectrum(ratio: Any, enhancement: Any) -> Any:
 
 
 def component_amplitudes(
-    omega: Sequence[float], *, significant_height: Any, peak_period: Any, enhancement: Any
+    omega: Sequence[float],
+    widths: Sequence[float],
+    *,
+    significant_height: Any,
+    peak_period: Any,
+    enhancement: Any,
 ) -> list[Any]:
-    """Amplitudes [m] of components of equal bandwidth, Σ a²/2 = `significant_height`²/16.
+    """Amplitudes [m] of components at `omega` that stand for parts of `widths` [rad/s].
 
-    Heights in m, periods in s; over any scalar of `m4e_fmi.program`.
+    a² is in proportion to S(ω) Δω, and Σ a²/2 = `significant_height`²/16. Heights in m, periods in
+    s; over any scalar of `m4e_fmi.program`.
     """
     weights = [
-        relative_spectrum(w * peak_period * (0.5 / math.pi), enhancement) for w in map(float, omega)
+        float(width) * relative_spectrum(float(w) * peak_period * (0.5 / math.pi), enhancement)
+        for w, width in zip(omega, widths, strict=True)
     ]
     total = weights[0]
     for weight in weights[1:]:

@@ -10,14 +10,15 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, StringConstraints, ValidationInfo, field_validator, model_validator
 from pydantic_core import InitErrorDetails, ValidationError
 
+from m4e_adapters.moordyn.mooring import SHORTEST
 from m4e_adapters.moordyn.stability import damping_of_ratio
 from m4e_fmi.document import Section, rejected
 from m4e_fmi.errors import suggestion
 
 Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-Coordinate = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, le=1e15, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0, le=1e15, allow_inf_nan=False)]
+Coordinate = Annotated[float, Field(ge=-1e7, le=1e7, allow_inf_nan=False)]
 Place = tuple[Coordinate, Coordinate]
 
 DESCRIBED = ("water", "line_types", "anchors", "lines", "seabed", "solver", "static_equilibrium")
@@ -36,8 +37,9 @@ class LineType(Section):
 
     diameter [m] (that of a rod of the same displacement), mass_per_length [kg/m] in air,
     axial_stiffness EA [N], bending_stiffness EI [N·m²]. Damping either as axial_damping BA [N·s]
-    or as axial_damping_ratio, that of the fastest mode of a segment (1: critical). Drag and added
-    mass coefficients are those of Morison's equation; axial drag refers to the area π·d·l.
+    or as axial_damping_ratio, that of the fastest mode of a segment (1: critical).
+    drag_coefficient and added_mass_coefficient are those of Morison's equation, across the line;
+    axial_drag_coefficient (which refers to the area π·d·l) and axial_added_mass_coefficient along.
     """
 
     diameter: Positive
@@ -99,20 +101,7 @@ class Solver(Section):
     """
 
     scheme: Literal["RK2", "RK4"] = "RK2"
-    time_step: Positive | None = None
-
-
-class StaticEquilibrium(Section):
-    """How the lines come to rest before the run; duration 0 switches it off.
-
-    duration [s] at most, checked every `interval` [s] until no node accelerates by more than
-    `threshold` [m/s²], with drag multiplied by drag_factor.
-    """
-
-    duration: NonNegative = 2000.0
-    interval: Positive = 1.0
-    threshold: Positive = 1e-3
-    drag_factor: Positive = 5.0
+    time_step: Annotated[float, Field(ge=SHORTEST, allow_inf_nan=False)] | None = None
 
 
 class MooringConfig(Section):
@@ -120,16 +109,17 @@ class MooringConfig(Section):
 
     fairleads: a list of names, or names with the (x, z) [m] where they are unless a connection or a
     start value says otherwise. anchors: names with their fixed (x, z) [m]. World frame.
+    static_equilibrium: whether lines start where they rest; else straight, or as a catenary.
     """
 
     file: str | None = None
-    fairleads: dict[Name, Place | None] = Field(default_factory=dict)
     water: Water | None = None
+    fairleads: dict[Name, Place | None] = Field(default_factory=dict)
     line_types: dict[Name, LineType] = Field(default_factory=dict)
     anchors: dict[Name, Place] = Field(default_factory=dict)
     seabed: Seabed = Seabed()
     solver: Solver = Solver()
-    static_equilibrium: StaticEquilibrium = StaticEquilibrium()
+    static_equilibrium: bool = True
     lines: dict[Name, Line] = Field(default_factory=dict)
 
     @field_validator("fairleads", mode="before")
@@ -142,18 +132,25 @@ class MooringConfig(Section):
             raise rejected(f"{', '.join(twice)} stands here twice", "give each fairlead its name")
         return dict.fromkeys(value)
 
+    @field_validator("fairleads")
+    @classmethod
+    def _fairleads_fit(
+        cls, value: dict[str, Place | None], info: ValidationInfo
+    ) -> dict[str, Place | None]:
+        water: Water | None = info.data.get("water")
+        places = {name: place for name, place in value.items() if place}
+        _raise("fairleads", _below_seabed("fairlead", places, water))
+        return value
+
     @field_validator("anchors")
     @classmethod
     def _anchors_fit(cls, value: dict[str, Place], info: ValidationInfo) -> dict[str, Place]:
         water: Water | None = info.data.get("water")
-        wrong = []
-        for name, (_, z) in value.items():
+        wrong = _below_seabed("anchor", value, water)
+        for name in value:
             if name in (info.data.get("fairleads", ())):
                 text = f"{name!r} is also the name of a fairlead"
                 wrong.append(_wrong((name,), text, "give the anchor another name"))
-            if water and z < -water.depth:
-                text = f"anchor {name!r} at z = {z:g} m lies below the seabed at {-water.depth:g} m"
-                wrong.append(_wrong((name,), text, f"use z >= {-water.depth:g}, or a larger depth"))
         _raise("anchors", wrong)
         return value
 
@@ -208,6 +205,17 @@ class MooringConfig(Section):
                 "add them, or name a ready MoorDyn file with 'file: …'",
             )
         return self
+
+
+def _below_seabed(
+    what: str, places: dict[str, Place], water: Water | None
+) -> list[InitErrorDetails]:
+    wrong = []
+    for name, (_, z) in places.items():
+        if water and z < -water.depth:
+            text = f"{what} {name!r} at z = {z:g} m lies below the seabed at {-water.depth:g} m"
+            wrong.append(_wrong((name,), text, f"use z >= {-water.depth:g}, or a larger depth"))
+    return wrong
 
 
 def _wrong(place: tuple[str, ...], message: str, remedy: str) -> InitErrorDetails:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
-from m4e_adapters.moordyn.config import MooringConfig
+from m4e_adapters.moordyn.config import MooringConfig, Seabed
 from m4e_adapters.moordyn.line_file import line_file
-from m4e_adapters.moordyn.mooring import Fairlead, Mooring, internal_step
+from m4e_adapters.moordyn.mooring import Fairlead, Mooring, internal_step, net_line
 from m4e_adapters.moordyn.ready_file import ready_mooring
-from m4e_adapters.moordyn.stability import Segment
+from m4e_adapters.moordyn.stability import Segment, clear_of_seabed
 
 
 def mooring(config: MooringConfig, *, folder: str | Path = ".") -> Mooring:
@@ -20,18 +21,49 @@ def mooring(config: MooringConfig, *, folder: str | Path = ".") -> Mooring:
         return ready_mooring(Path(folder) / config.file, fairleads=config.fairleads)
     segments = _segments(config)
     step = internal_step(segments, scheme=config.solver.scheme, wanted=config.solver.time_step)
-    # without nodes between the ends there is nothing that could come to rest
-    static = bool(segments) and config.static_equilibrium.duration > 0
     return Mooring(
-        text=line_file(config, time_step=step, static=static),
+        text=line_file(config, time_step=step),
         fairleads=tuple(
             Fairlead(name, x, 0.0, z)
             for name, (x, z) in ((n, p or (0.0, 0.0)) for n, p in config.fairleads.items())
         ),
         lines=tuple(config.lines),
         time_step=step,
-        static_duration=config.static_equilibrium.duration if static else 0.0,
+        net=_net(config),
+        at_rest=config.static_equilibrium,
     )
+
+
+def _net(config: MooringConfig) -> dict[str, Any]:
+    """Points (anchors, then fairleads) and lines, for their static equilibrium."""
+    water = config.water
+    assert water is not None
+    held = [{"position": (x, 0.0, z), "force": None} for x, z in config.anchors.values()]
+    moved = [{"position": (0.0, 0.0, 0.0), "force": None} for _ in config.fairleads]
+    number = {name: k for k, name in enumerate([*config.anchors, *config.fairleads])}
+    lines = []
+    for line in config.lines.values():
+        kind = config.line_types[line.type]
+        lines.append(
+            net_line(
+                ends=(number[line.from_], number[line.to]),
+                segments=line.segments,
+                length=line.unstretched_length,
+                diameter=kind.diameter,
+                mass_per_length=kind.mass_per_length,
+                stiffness=kind.axial_stiffness,
+                bending=kind.bending_stiffness,
+                density=water.density,
+                gravity=water.gravity,
+            )
+        )
+    return {
+        "points": [*held, *moved],
+        "fairleads": list(range(len(held), len(held) + len(moved))),
+        "lines": lines,
+        "bed": -water.depth,
+        "bed_stiffness": config.seabed.stiffness,
+    }
 
 
 def _segments(config: MooringConfig) -> dict[str, Segment]:
@@ -41,6 +73,12 @@ def _segments(config: MooringConfig) -> dict[str, Segment]:
         if line.segments == 1:
             continue
         kind, length = config.line_types[line.type], line.unstretched_length / line.segments
+        held = [config.anchors[end][1] for end in (line.from_,) if end in config.anchors]
+        bed = config.seabed
+        if config.water and clear_of_seabed(
+            held, length=line.unstretched_length, depth=config.water.depth
+        ):
+            bed = Seabed(stiffness=0.0, damping=0.0)
         found[name] = Segment(
             length=length,
             diameter=kind.diameter,
@@ -48,7 +86,12 @@ def _segments(config: MooringConfig) -> dict[str, Segment]:
             axial_stiffness=kind.axial_stiffness,
             damping=kind.damping(length),
             bending_stiffness=kind.bending_stiffness,
-            seabed_stiffness=config.seabed.stiffness,
-            seabed_damping=config.seabed.damping,
+            seabed_stiffness=bed.stiffness,
+            seabed_damping=bed.damping,
+            water_density=config.water.density if config.water else 0.0,
+            drag_coefficient=kind.drag_coefficient,
+            added_mass_coefficient=kind.added_mass_coefficient,
+            axial_drag_coefficient=kind.axial_drag_coefficient,
+            axial_added_mass_coefficient=kind.axial_added_mass_coefficient,
         )
     return found

@@ -10,13 +10,16 @@ from collections.abc import Iterable
 from m4e_adapters.moordyn.config import MooringConfig
 
 QUIET = (("0", "writeLog"), ("1", "disableOutput"), ("1", "disableOutTime"))
+RELAXATION = (("1", "ICgenDynamic"), ("1e-4", "threshIC"), ("10", "dtIC"))
+"""How MoorDyn looks for the static equilibrium where ours was not found: its stationary solver
+stops anywhere; the tensions of 10 moments within dtIC/10 must be alike."""
 NO_CABLE = "0.0 0.0 0.0 0.0"  # mass, volume, drag area and added mass of a point
 
 
-def line_file(config: MooringConfig, *, time_step: float, static: bool) -> str:
+def line_file(config: MooringConfig, *, time_step: float) -> str:
     """The input file of described lines: planar, y = 0, anchors first, then fairleads.
 
-    `time_step` [s] is MoorDyn's internal one; without `static` the lines start as they are laid.
+    `time_step` [s] is MoorDyn's internal one.
     """
     points = {name: ("Fixed", place) for name, place in config.anchors.items()}
     for name, place in config.fairleads.items():
@@ -51,7 +54,7 @@ def line_file(config: MooringConfig, *, time_step: float, static: bool) -> str:
                 ],
             ),
             header("OPTIONS"),
-            *(f"{value} {key}" for value, key in _options(config, time_step, static)),
+            *(f"{value} {key}" for value, key in _options(config, time_step)),
             header("OUTPUTS"),
             header("END"),
             "",
@@ -88,10 +91,11 @@ def _line_type(name: str, config: MooringConfig) -> str:
     return " ".join([name, *map(repr, values)])
 
 
-def _options(config: MooringConfig, time_step: float, static: bool) -> Iterable[tuple[str, str]]:
-    water, rest = config.water, config.static_equilibrium
+def _options(config: MooringConfig, time_step: float) -> Iterable[tuple[str, str]]:
+    water = config.water
     assert water is not None
-    yield from QUIET
+    yield from (*QUIET, *RELAXATION)
+    yield "200" if config.static_equilibrium else "0", "TmaxIC"
     for value, key in (
         (water.gravity, "g"),
         (water.density, "rho"),
@@ -99,10 +103,6 @@ def _options(config: MooringConfig, time_step: float, static: bool) -> Iterable[
         (config.seabed.stiffness, "kBot"),
         (config.seabed.damping, "cBot"),
         (time_step, "dtM"),
-        (rest.interval, "dtIC"),
-        (rest.duration if static else 0.0, "TmaxIC"),
-        (rest.threshold, "threshIC"),
-        (rest.drag_factor, "CdScaleIC"),
     ):
         yield repr(value), key
     yield config.solver.scheme, "tScheme"

@@ -1,7 +1,7 @@
 """One MoorDyn system: fairlead motion in, forces on the bodies out.
 
-Travels inside the FMU: imports the standard library, `moordyn` and `placement` only. World frame,
-X right and Z up, SI units; the y of every fairlead is fixed.
+Travels inside the FMU: imports the standard library, `moordyn` and its neighbours that travel as
+well. World frame, X right and Z up, SI units; the y of every fairlead is fixed.
 
 MoorDyn 2.7.2 has habits that this module answers:
 
@@ -12,6 +12,8 @@ MoorDyn 2.7.2 has habits that this module answers:
 - During `Step` fairleads keep one velocity, and a jump of it rings in the line's stiff segments.
   Their path is therefore a parabola, taken in pieces of a few internal steps.
 - It writes to the console whatever its options say, and a file beside its input.
+- Its static solution is often none. Lines start in the equilibrium that `rest` knows; where that
+  finds none, as with free bodies, MoorDyn looks for one, and what is left is told.
 """
 
 import contextlib
@@ -24,16 +26,19 @@ from math import ceil, hypot, isfinite
 from operator import sub
 from pathlib import Path
 
+from .console import console_kept
 from .placement import misplaced
+from .rest import away_from, left_over, net_at, with_nodes
 
 START_STEP = 1e-12  # [s] length of the step that evaluates the forces at the start
 LAST_PART = 1e-9  # the part of each step that is left to the evaluation of its end
 PIECE = 4  # internal steps of MoorDyn during which fairleads keep their velocity, at most
+SWITCHED_OFF = "the input switches the static equilibrium off (static_equilibrium, or TmaxIC 0)"
 LARGE_STRAIN = 0.2  # a line stretched by more than this deserves a warning
 START_STRAIN = 0.002  # at the start, by this: steel yields there
 INSTALL = "pip install moordyn==2.7.2"
 REPORT_LENGTH = 6  # lines of MoorDyn's own report that go into an error message
-RESIDUAL = re.compile(r"Remaining error after (\S+) s = (\S+) m/s2")
+FIRST_GUESS = "Catenary initial profile"  # of no interest where the equilibrium is known
 WARNING = re.compile(r"^WRN |warning", re.IGNORECASE)  # a line of MoorDyn's report that warns
 SOURCE_PLACE = re.compile(r"^(ERR|WRN) \S+:\d+ \w+\(\): ")  # of MoorDyn's own source files
 
@@ -68,10 +73,14 @@ class LineSystem:
         The names of the lines, in MoorDyn's order.
     time_step
         MoorDyn's internal step [s], as in `text`.
-    static_duration
-        The longest time [s] that the static solution may take; 0 if there is none.
+    net
+        Points and lines as `rest.net_at` takes them; None if MoorDyn alone knows their equilibrium.
+    at_rest
+        Whether lines start in their static equilibrium, else as `text` has MoorDyn begin.
     drawn
         Name, x and z [m] of the fairleads in a file that somebody else wrote, in its order.
+    notes
+        What is told at every start.
     place
         The folder in which MoorDyn's own is, as long as it needs one; that of the system for
         temporary files if it is None, or cannot be used.
@@ -88,14 +97,26 @@ class LineSystem:
     """
 
     def __init__(
-        self, text, *, fairleads, lines, time_step, static_duration=0.0, drawn=(), place=None
+        self,
+        text,
+        *,
+        fairleads,
+        lines,
+        time_step,
+        net=None,
+        at_rest=True,
+        drawn=(),
+        notes=(),
+        place=None,
     ):
         self._text = text
         self._y = [float(y) for y in fairleads]
         self._names = list(lines)
         self._piece = PIECE * time_step
-        self._static_duration = static_duration
+        self._net = net
+        self._at_rest = at_rest
         self._drawn = drawn
+        self._notes = list(notes)
         self._place = place
         self._system = None
         self._folder = None
@@ -116,15 +137,29 @@ class LineSystem:
 
     def start(self, position, velocity):
         """Begin with the fairleads at (x, z) [m] with velocity (vx, vz) [m/s], lines at rest."""
-        # MoorDyn's static solution would let fairleads with a velocity drift away
-        report = self._create(position, moordyn.Init)
         position = [tuple(p) for p in position]
         velocity = [tuple(v) for v in velocity]
-        self._motion = {"position": position, "velocity": velocity, "age": 0.0, "given": velocity}
+        net, found = None, False
+        if self._net is not None and all(map(isfinite, self._vector(position))):
+            places = [(x, y, z) for (x, z), y in zip(position, self._y, strict=True)]
+            net = net_at(self._net, places)
+            found = net.settle()
+        if found and self._at_rest:
+            report = self._create(position, moordyn.Init_NoIC, net)
+        else:
+            report = self._create(position, moordyn.Init)
+        # MoorDyn's static solution would let fairleads with a velocity drift away
+        rest = [(0.0, 0.0) for _ in position]
+        self._motion = {"position": position, "velocity": rest, "age": 0.0, "given": rest}
         self._motion |= {"time": 0.0, "last": START_STEP}
-        self._evaluate(velocity)
+        self._evaluate(rest)
+        self.warnings = [
+            *self._notes,
+            *self._unrest(net if found else None),
+            *_own_warnings(report, found),
+        ]
+        self.settle(velocity)
         self._measure()
-        self.warnings = [*self._residual_warning(report), *_own_warnings(report)]
         self.warnings += misplaced(self._drawn, position, shortest=min(self._lengths))
         remedy = "check the initial positions of its fairleads, and its length"
         self.warnings += self._beyond(START_STRAIN, remedy).values()
@@ -205,19 +240,21 @@ class LineSystem:
             self._folder.cleanup()
             self._folder = None
 
-    def _create(self, position, initialise):
-        """Make the MoorDyn system; returns what it wrote to the console."""
+    def _create(self, position, initialise, net=None):
+        """Make the MoorDyn system, with nodes as in `net`; what it wrote to the console."""
         self.close()
         # a .out file appears beside the input, so every system has a folder of its own
         self._folder = _new_folder(self._place)
         path = Path(self._folder.name) / "lines.txt"
         path.write_text(self._text, encoding="utf-8")
         places = ", ".join(f"({x:.6g}, {z:.6g})" for x, z in position)
-        with _console_kept() as console:
+        with console_kept() as console:
             try:
                 self._system = moordyn.Create(str(path))
                 at, rest = self._vector(position), [0.0] * (3 * len(self._y))
                 failed = initialise(self._system, at, rest) != 0
+                if net is not None:
+                    self._put_nodes(path.with_suffix(".state"), net)
             except (RuntimeError, ValueError) as error:
                 failed = True
                 console.write(f"\n{error}\n".encode())
@@ -265,14 +302,24 @@ class LineSystem:
         self.anchor_tension = [_end_force(line, 0) for line, _ in self._ends]
         self.fairlead_tension = [_end_force(line, last) for line, last in self._ends]
 
-    def _residual_warning(self, report):
-        for time, residual in RESIDUAL.findall(report):
-            if 0 < self._static_duration <= float(time):
-                return [
-                    f"the static solution was stopped after {time} s with an acceleration of "
-                    f"{residual} m/s2: the lines will move at first; give it a longer duration"
-                ]
-        return []
+    def _put_nodes(self, path, net):
+        moordyn.SaveState(self._system, str(path))
+        path.write_bytes(with_nodes(path.read_bytes(), net))
+        moordyn.LoadState(self._system, str(path))
+        for _ in range(2):  # both take a reference of None, as Deserialize does
+            ctypes.pythonapi.Py_IncRef(ctypes.py_object(None))
+
+    def _unrest(self, net):
+        """A text for each line that does not start at rest; `net` is its equilibrium, if known."""
+        tensions = list(zip(self.anchor_tension, self.fairlead_tension, strict=True))
+        if net is not None:
+            cause = "MoorDyn finds other forces than m4e_fmi" if self._at_rest else SWITCHED_OFF
+            return away_from(net, self._names, tensions, cause)
+        forces = [
+            max((_end_force(line, k) for k in range(1, last)), default=0.0)
+            for line, last in self._ends
+        ]
+        return left_over(self._names, forces, tensions)
 
     def overstretched(self, remedy="check its length and stiffness, and what holds the body"):
         """A text for each line that is stretched far beyond its length, and was not before."""
@@ -305,9 +352,10 @@ def _new_folder(place):
     return tempfile.TemporaryDirectory(**options)
 
 
-def _own_warnings(report):
+def _own_warnings(report, known):
     """Warnings of MoorDyn while it starts, without the places in its source."""
     lines = [line.strip() for line in report.splitlines() if WARNING.search(line)]
+    lines = [line for line in lines if not (known and FIRST_GUESS in line)]
     return [f"MoorDyn: {SOURCE_PLACE.sub('', line)}" for line in lines]
 
 
@@ -335,44 +383,3 @@ def _broken(t, reason):
         f"MoorDyn failed in the step from t = {t:.9g} s ({reason}): fairleads that jump, or an "
         "internal step that is too long; try a smaller communication step or solver time_step"
     )
-
-
-class _Console:
-    """Collects what is written to file descriptors 1 and 2."""
-
-    def __init__(self, file):
-        self._file = file
-        self.text = ""
-
-    def write(self, data):
-        os.write(self._file.fileno(), data)
-
-    def finish(self):
-        self._file.seek(0)
-        self.text = self._file.read().decode("utf-8", "replace")
-
-
-@contextlib.contextmanager
-def _console_kept():
-    """Keep the process's standard output and error, C++ included, in a file meanwhile."""
-    with tempfile.TemporaryFile() as file:
-        console = _Console(file)
-        _flush_c_streams()
-        saved = []
-        try:
-            for descriptor in (1, 2):
-                with contextlib.suppress(OSError):  # closed, as in a program without a console
-                    saved.append((descriptor, os.dup(descriptor)))
-                    os.dup2(file.fileno(), descriptor)
-            yield console
-        finally:
-            _flush_c_streams()
-            for descriptor, copy in saved:
-                os.dup2(copy, descriptor)
-                os.close(copy)
-            console.finish()
-
-
-def _flush_c_streams():
-    if os.name == "posix":
-        ctypes.CDLL(None).fflush(None)

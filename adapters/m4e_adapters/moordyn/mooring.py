@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import Any
 
-from m4e_adapters.moordyn.stability import MARGIN, Segment, stable_step
+from m4e_adapters.moordyn.stability import MARGIN, SPEED, Segment, stable_step
 from m4e_fmi.errors import InputError, Problem
 
 FREE_STEP = 1.0  # [s] internal step where nothing moves inside the lines
+SHORTEST = 1e-6  # [s] internal step: a million of them a second
 
 
 @dataclass(frozen=True)
@@ -25,16 +28,45 @@ class Mooring:
     """What a `LineSystem` needs.
 
     `text` is a MoorDyn v2 input file; `fairleads` and `lines` are in its order; `time_step` [s] is
-    MoorDyn's internal step; `static_duration` [s] is what the static solution may take, 0: unknown.
-    `drawn` are the fairleads where a ready file has them, to be compared with where they start.
+    MoorDyn's internal step. `net` describes points and lines for their static equilibrium (see
+    `rest.net_at`; JSON values), None where only MoorDyn can look for it; `at_rest` says whether
+    lines start there. `drawn` are the fairleads where a ready file has them, to be compared with
+    where they start; `notes` say what in a ready file is taken otherwise than it stands there.
     """
 
     text: str
     fairleads: tuple[Fairlead, ...]
     lines: tuple[str, ...]
     time_step: float
-    static_duration: float
+    net: dict[str, Any] | None
+    at_rest: bool
     drawn: tuple[Fairlead, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+def net_line(
+    *,
+    ends: tuple[int, int],
+    segments: int,
+    length: float,
+    diameter: float,
+    mass_per_length: float,
+    stiffness: float,
+    bending: float,
+    density: float,
+    gravity: float,
+) -> dict[str, Any]:
+    """A line as `statics.Net` takes it: `ends` are numbers of points from 0, the rest is SI."""
+    return {
+        "ends": ends,
+        "segments": segments,
+        "length": length,
+        "stiffness": stiffness,
+        "bending": bending,
+        "weight": mass_per_length * gravity,
+        "buoyancy": density * gravity * math.pi * diameter**2 / 4,
+        "diameter": diameter,
+    }
 
 
 def internal_step(
@@ -46,17 +78,30 @@ def internal_step(
     """
     if not segments:
         return wanted or FREE_STEP
-    limits = {name: stable_step(segment, scheme) for name, segment in segments.items()}
+    limits = {name: _longest(segment, scheme) for name, segment in segments.items()}
     worst = min(limits, key=lambda name: limits[name])
+    if limits[worst] < SHORTEST:
+        message = f"{worst} would need internal steps of {limits[worst]:.3g} s"
+        advice = "check lengths, masses, stiffness and damping, in SI units; use fewer segments"
+        raise InputError([Problem(message, advice, file)])
     if wanted is None:
-        return MARGIN * limits[worst]
+        return min(FREE_STEP, MARGIN * limits[worst])
     if wanted > limits[worst]:
         message = (
             f"internal time step {wanted:g} s is unstable: {worst} allows at most "
-            f"{limits[worst]:.3g} s with {scheme}"
+            f"{limits[worst]:.3g} s with {scheme}, where it lands on the seabed or moves at up to "
+            f"{SPEED:g} m/s"
         )
         advice = "leave the step out to have a stable one chosen, or use fewer segments"
         if scheme == "RK2":
             advice += ", or scheme RK4"
         raise InputError([Problem(message, advice, file)])
     return wanted
+
+
+def _longest(segment: Segment, scheme: str) -> float:
+    """The longest stable step [s]; 0 for numbers with which it cannot be computed."""
+    try:
+        return stable_step(segment, scheme)
+    except (ArithmeticError, ValueError):
+        return 0.0

@@ -14,12 +14,19 @@ TITLES = {
     "rod types": ("ROD DICTIONARY", "ROD TYPES"),
     "bodies": ("BODIES", "BODY LIST", "BODY PROPERTIES"),
     "rods": ("RODS", "ROD LIST", "ROD PROPERTIES"),
-    "points": ("POINTS", "POINT LIST", "CONNECTION PROPERTIES", "NODE PROPERTIES"),
+    "points": (
+        "POINTS",
+        "POINT LIST",
+        "POINT PROPERTIES",
+        "CONNECTION PROPERTIES",
+        "NODE PROPERTIES",
+    ),
     "lines": ("LINES", "LINE LIST", "LINE PROPERTIES"),
     "failure": ("FAILURE",),
     "options": ("OPTIONS",),
     "outputs": ("OUTPUT",),
 }
+UNSUPPORTED = ("SYROPE", "CONTROL", "EXTERNAL")
 WITHOUT_HEADING = ("options", "outputs")
 
 
@@ -32,12 +39,18 @@ class Row:
 
 
 def tables(text: str) -> dict[str, tuple[Row, ...]]:
-    """The rows of every section that the file has, in file order, by the names in TITLES."""
+    """The rows of every section that the file has, in file order, by the names in TITLES.
+
+    Under "not supported" are the titles of sections that would be left out.
+    """
     lines = text.splitlines()
     openings = [k for k, line in enumerate(lines) if "---" in line]
     found: dict[str, tuple[Row, ...]] = {}
     for opening, end in pairwise([*openings, len(lines)]):
         section = _section(lines[opening])
+        if section is None and any(word in lines[opening].upper() for word in UNSUPPORTED):
+            title = Row(tuple(lines[opening].split()), opening + 1)
+            found["not supported"] = (*found.get("not supported", ()), title)
         if section is None or section in found:
             continue
         first = opening + (1 if section in WITHOUT_HEADING else 3)

@@ -5,11 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from m4e_adapters.hydrodynamics.build import program_from_config
+from m4e_adapters.hydrodynamics.build import check_config, program_from_config
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig
 from m4e_fmi.program import Program
 
 Config = HydrodynamicsConfig
+TAKES_LONG = True
+
+
+def check(config: HydrodynamicsConfig, *, folder: Path) -> None:
+    """InputError with all that is wrong with a configuration and its mesh files, in a second."""
+    check_config(config, folder=folder)
 
 
 def make(

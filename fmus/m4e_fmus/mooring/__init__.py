@@ -15,6 +15,15 @@ from m4e_adapters.moordyn import Fairlead, Mooring
 from m4e_adapters.moordyn import MooringConfig as Config
 from m4e_fmi.fmu import FmuVariable, ModelDescription, PythonSource
 
+TRAVELS = (
+    "console.py",
+    "line_system.py",
+    "node_forces.py",
+    "placement.py",
+    "rest.py",
+    "statics.py",
+)
+
 __all__ = ["Config", "make"]
 
 
@@ -34,7 +43,9 @@ def make(
             "fairleads": [fairlead.y for fairlead in mooring.fairleads],
             "lines": list(mooring.lines),
             "time_step": mooring.time_step,
-            "static_duration": mooring.static_duration,
+            "net": mooring.net,
+            "at_rest": mooring.at_rest,
+            "notes": list(mooring.notes),
             "drawn": [(fairlead.name, fairlead.x, fairlead.z) for fairlead in mooring.drawn],
         },
     }
@@ -45,7 +56,7 @@ def make(
         slave="slave:MooringSlave",
         modules={
             "slave.py": here / "slave.py",
-            **{name: adapter / name for name in ("line_system.py", "placement.py")},
+            **{name: adapter / name for name in TRAVELS},
         },
         data={"lines.txt": mooring.text.encode(), "mooring.json": json.dumps(layout).encode()},
     )

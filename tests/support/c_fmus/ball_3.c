@@ -2,7 +2,7 @@
  *
  * An impact ends a step early if that is allowed; with `announces` it is told as next event time
  * instead. After `last` impacts the ball asks for the end of the simulation. `kick` is a discrete
- * input, a velocity that is added when it changes. Without EVENTS there is no event mode: impacts
+ * input, a velocity that is added when it changes; `push` an acceleration, held during a step. Without EVENTS there is no event mode: impacts
  * happen within steps. Everything in the wrong mode is an error with a text. */
 #include <math.h>
 #include <stdlib.h>
@@ -10,7 +10,7 @@
 
 #include "fmi3Functions.h"
 
-enum { TIME, GRAVITY, RESTITUTION, ANNOUNCES, LAST, KICK, H, V, HITS, N };
+enum { TIME, GRAVITY, RESTITUTION, ANNOUNCES, LAST, KICK, H, V, HITS, PUSH, N };
 enum { INSTANTIATED = 1, INITIALIZATION = 2, EVENT = 4, STEP = 8 };
 static const double start[N] = {[GRAVITY] = 10, [RESTITUTION] = 0.5, [LAST] = 1e9, [H] = 1};
 
@@ -31,13 +31,14 @@ static fmi3Status refuse(Ball *b, const char *why) {
 
 /* Time until the ball is on the ground. */
 static double left(const Ball *b) {
-    double v = b->r[V], g = b->r[GRAVITY];
+    double v = b->r[V], g = b->r[GRAVITY] - b->r[PUSH];
     if (b->r[H] <= 0 && v <= 0) return 0;
     return (v + sqrt(v * v + 2 * g * fmax(b->r[H], 0))) / g;
 }
 static void fly(Ball *b, double h) {
-    b->r[H] += h * b->r[V] - h * h / 2 * b->r[GRAVITY];
-    b->r[V] -= h * b->r[GRAVITY];
+    double g = b->r[GRAVITY] - b->r[PUSH];
+    b->r[H] += h * b->r[V] - h * h / 2 * g;
+    b->r[V] -= h * g;
     b->r[TIME] += h;
 }
 static void bounce(Ball *b) {
@@ -121,7 +122,7 @@ fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t 
 fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3Float64 v[], size_t n_values) {
     Ball *b = c;
     for (size_t i = 0; i < n; i++) {
-        if (b->mode == STEP && b->events) return refuse(b, "discrete variables are set in event mode");
+        if (b->mode == STEP && b->events && vr[i] != PUSH) return refuse(b, "discrete variables are set in event mode");
         b->r[vr[i]] = v[i];
     }
     return fmi3OK;

@@ -49,6 +49,7 @@ BALL = f"""\
 <Float64 name="announces" valueReference="3" {FIXED} start="0"/>
 <Float64 name="last" valueReference="4" {FIXED} start="1e9"/>
 <Float64 name="kick" valueReference="5" causality="input" variability="discrete" start="0"/>
+<Float64 name="push" valueReference="9" causality="input" start="0"/>
 <Float64 name="h" valueReference="6" {EXACT} start="1"/>
 <Float64 name="v" valueReference="7" {EXACT} derivative="6" start="0"/>
 <Float64 name="hits" valueReference="8" {EXACT} variability="discrete" start="0"/>"""

@@ -1,0 +1,85 @@
+"""Lines at rest: their equilibrium put into a MoorDyn system, and whether a system is at rest.
+
+Travels inside the FMU: imports the standard library and `statics` only. MoorDyn 2.7.2's own solver
+stops when its error changes little, wherever that is, and leaves some lines at a fifth of the
+tension that they settle to.
+"""
+
+import struct
+from math import hypot
+
+from .statics import Net
+
+HEADER = 9  # bytes of a state file before its length: "MoorDyn" and two of its version
+AWAY = 0.015  # share of a line's equilibrium tension by which it may start elsewhere without a word
+LEFT = 0.01  # share of a line's tension that may be left on a node where no equilibrium is known
+
+
+def net_at(described, fairleads):
+    """The `Net` of a mooring whose fairleads are at (x, y, z) [m], in MoorDyn's order.
+
+    `described` has what a Net takes, and in ``fairleads`` the numbers of their points.
+    """
+    points = [dict(point) for point in described["points"]]
+    for k, place in zip(described["fairleads"], fairleads, strict=True):
+        points[k]["position"] = place
+    return Net(points, described["lines"], described["bed"], described["bed_stiffness"])
+
+
+def with_nodes(state, net):
+    """The bytes of a state file of MoorDyn, with the nodes where `net` has them, at rest.
+
+    The file has a number of 8 bytes each: its length, how many objects follow, and for each of
+    them rows, columns and values: bodies, rods, points, and lines with a row of position and
+    velocity for each inner node.
+    """
+    words = list(struct.unpack(f"<{(len(state) - HEADER) // 8}Q", state[HEADER:]))
+    starts, at = [], 2
+    for _ in range(words[1]):
+        starts.append(at)
+        at += 2 + words[at] * words[at + 1]
+    points = len(net.loads)
+    rows = [[k] for k in range(points)] + [nodes[1:-1] for nodes in net.nodes]
+    for start, nodes in zip(starts[-len(rows) :], rows, strict=True):
+        if words[start : start + 2] != [len(nodes), 6] and nodes:
+            raise ValueError("a state file of MoorDyn that is not laid out as expected")
+        for n, k in enumerate(nodes):
+            values = struct.pack("<6d", *net.position[k], 0.0, 0.0, 0.0)
+            words[start + 2 + 6 * n : start + 8 + 6 * n] = struct.unpack("<6Q", values)
+    return state[:HEADER] + struct.pack(f"<{len(words)}Q", *words)
+
+
+def away_from(net, names, tensions, remedy):
+    """A text for each line whose end tensions are not those of the equilibrium `net`.
+
+    `tensions` are (of end A, of end B) [N] of each line.
+    """
+    texts = []
+    for name, now, ends in zip(names, tensions, net.end_forces(), strict=True):
+        rest = [hypot(*force) for force in ends]
+        far, where = max(zip(map(_distance, now, rest), ("anchor", "fairlead"), strict=True))
+        if far > AWAY * max(rest):
+            k = ("anchor", "fairlead").index(where)
+            texts.append(
+                f"{name} does not start at rest: it pulls {now[k]:.4g} N at its {where}, "
+                f"{rest[k]:.4g} N in its static equilibrium, and moves at first: {remedy}"
+            )
+    return texts
+
+
+def _distance(a, b):
+    return abs(a - b)
+
+
+def left_over(names, forces, tensions):
+    """A text for each line with a node that is far from rest, where no equilibrium is known.
+
+    `forces` are the largest [N] that is left on an inner node of each line.
+    """
+    return [
+        f"{name} does not start at rest: its static equilibrium was not found, {force:.3g} N are "
+        f"left on a node while it pulls {max(tension):.4g} N at an end, and it moves at first: "
+        "give it more time (TmaxIC), or start the run before the time that counts"
+        for name, force, tension in zip(names, forces, tensions, strict=True)
+        if force > LEFT * max(tension)
+    ]

@@ -1,0 +1,127 @@
+"""Longest stable internal steps, against eigenvalues of assembled lines on the seabed."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from support.sea_motion import holds, random_mooring, tensions
+
+from m4e_adapters.moordyn import MooringConfig, mooring
+from m4e_adapters.moordyn.stability import SPEED, Segment, decay_rate, oscillations, stable_step
+from m4e_fmi.document import Document
+from m4e_fmi.errors import InputError
+
+NODES = 9
+
+
+def segment(rng: np.random.Generator) -> Segment:
+    diameter, length = 10 ** rng.uniform(-1.5, -0.5), 10 ** rng.uniform(0, 1.5)
+    mass = 1025 * math.pi * diameter**2 / 4 * 10 ** rng.uniform(-0.05, 0.9)
+    stiffness = mass * 10 ** rng.uniform(5, 7.5)
+    return Segment(
+        length=length,
+        diameter=diameter,
+        mass_per_length=mass,
+        axial_stiffness=stiffness,
+        damping=10 ** rng.uniform(-1.3, 0.3) * length * math.sqrt(stiffness * mass),
+        bending_stiffness=0.0,
+        seabed_stiffness=0.0,
+        seabed_damping=10 ** rng.uniform(3.5, 6),
+        water_density=1025.0,
+        drag_coefficient=float(rng.choice([0.0, 1.2])),
+        added_mass_coefficient=float(rng.choice([0.0, 1.0])),
+    )
+
+
+def eigenvalues(line: Segment, angles: np.ndarray, touching: list[int], slack: set[int]):
+    """Of small motions of nodes between segments of these angles [rad], both ends held.
+
+    Nodes in `touching` are on the seabed, all move through the water at SPEED.
+    """
+    water = line.water_density * math.pi * line.diameter**2 / 4 * line.added_mass_coefficient
+    q = np.array([np.cos(angles), np.sin(angles)]).T
+    size = 2 * NODES
+    m, c, k = (np.zeros((size, size)) for _ in range(3))
+    for i in range(NODES):
+        along = q[i] + q[i + 1]
+        along = np.outer(along, along) / (along @ along)
+        here, eye = slice(2 * i, 2 * i + 2), np.eye(2)
+        m[here, here] = line.length * (line.mass_per_length * eye + water * (eye - along))
+        drag = line.water_density * line.diameter * line.drag_coefficient * SPEED
+        c[here, here] += line.length * drag * (eye - along)
+        if i in touching:
+            c[here, here] += np.diag([0, line.seabed_damping * line.diameter * line.length])
+    for j in range(NODES + 1):
+        turn, sides = np.outer(q[j], q[j]) / line.length, [i for i in (j - 1, j) if 0 <= i < NODES]
+        for a in sides:
+            for b in sides:
+                block = (2 * (a == b) - 1) * turn
+                c[2 * a : 2 * a + 2, 2 * b : 2 * b + 2] += line.damping * block
+                if j not in slack:
+                    k[2 * a : 2 * a + 2, 2 * b : 2 * b + 2] += line.axial_stiffness * block
+    left = np.linalg.inv(m)
+    return np.linalg.eigvals(np.block([[np.zeros_like(m), np.eye(size)], [-left @ k, -left @ c]]))
+
+
+def test_no_assembled_line_is_faster_than_the_bound():
+    rng = np.random.default_rng(3)
+    shares = []
+    for _ in range(300):
+        line = segment(rng)
+        down, up = np.radians(rng.choice([0, 90, rng.uniform(0, 90)], 2))
+        before = NODES // 2
+        angles = np.array([-down] * (before + 1) + [up] * (NODES - before))
+        touching = list(range(before + 1)) if down == 0 else [before]
+        slack = {int(j) for j in np.flatnonzero(rng.random(NODES + 1) < rng.choice([0, 0.3, 1]))}
+        found = eigenvalues(line, angles, touching, slack)
+        real = np.abs(found.imag) < 1e-6 * np.abs(found)
+        fastest = oscillations(line)[0][0]
+        assert (np.abs(found[~real]) <= fastest * (1 + 1e-9)).all()
+        assert (-found.real[real]).max(initial=0) <= decay_rate(line) * (1 + 1e-9)
+        shares.append((-found.real[real]).max(initial=0) / decay_rate(line))
+    assert max(shares) > 0.97  # the bound is met
+
+
+def test_the_rates_of_a_steep_line_that_lands_add():
+    # the demo's line; separately it has 851 1/s (2ζω) and 509 1/s, and drag 1025·0.09·5·1.3/56.5
+    line = Segment(9.4, 0.09, 50.0, 2e8, 9.4 * 1e5, 0.0, 3e6, 3e5, 1025.0, 1.3, 1.0)
+    water = 1025 * math.pi * 0.09**2 / 4
+    bed = 3e5 * 0.09 * (1 / 50 + 1 / (50 + water)) / 2
+    drag = 1025 * 0.09 * 5 * 1.3 / (50 + water)
+    half = 2 / 9.4 * 2000
+    assert decay_rate(line) == pytest.approx(drag + half + math.hypot(half, bed), rel=1e-12)
+    assert stable_step(line, "RK2") == pytest.approx(2 / decay_rate(line), rel=0.003)
+
+
+DEMO = """\
+water: {density: 1025, depth: 50, gravity: 9.81}
+line_types:
+  chain: {diameter: 0.09, mass_per_length: 50, axial_stiffness: 2.0e+8, axial_damping_ratio: 1.0,
+          drag_coefficient: 1.3, added_mass_coefficient: 1.0}
+anchors: {west: [-180, -50]}
+fairleads: [f]
+lines:
+  l: {type: chain, from: west, to: f, unstretched_length: 188, segments: 20}
+solver: {time_step: 0.003}
+"""
+
+
+def test_a_step_that_failed_when_the_line_landed_is_refused_with_both_numbers():
+    with pytest.raises(InputError) as caught:
+        mooring(Document.parse(DEMO).validate(MooringConfig))
+    (problem,) = caught.value.problems
+    assert "time step 0.003 s is unstable: l allows at most 0.0018" in problem.message
+    assert f"moves at up to {SPEED:g} m/s" in problem.message
+
+
+def test_moorings_in_a_sea_hold_below_the_longest_step():
+    rng = np.random.default_rng(11)
+    failed = 0
+    for _ in range(6):
+        moored = random_mooring(rng)
+        short = tensions(moored, share=0.45, duration=12.0)
+        assert holds(moored, share=0.95, short=short), moored
+        failed += not holds(moored, share=1.6, short=short)
+    assert failed >= 2

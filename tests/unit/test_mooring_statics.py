@@ -1,0 +1,89 @@
+"""The static solver by itself: its linear algebra, bending, free points, the surface."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from m4e_adapters.moordyn.node_forces import submerged
+from m4e_adapters.moordyn.statics import Net, solved
+
+
+def line(**changes: float | tuple[int, int]) -> dict:
+    values = {"segments": 10, "length": 100.0, "stiffness": 1e7, "bending": 0.0, "weight": 500.0}
+    return {"ends": (0, 1), "buoyancy": 100.0, "diameter": 0.1, **values, **changes}
+
+
+def held(*places: tuple[float, float, float]) -> list[dict]:
+    return [{"position": place, "force": None} for place in places]
+
+
+def test_the_skyline_solver_solves():
+    rng = np.random.default_rng(1)
+    n, first = 12, [0, 0, 1, 1, 2, 4, 4, 5, 6, 8, 0, 0]
+    lower = np.zeros((n, n))
+    for i, start in enumerate(first):
+        lower[i, start : i + 1] = rng.normal(size=i + 1 - start)
+        lower[i, i] = 2 + abs(lower[i, i])
+    matrix = lower @ lower.T
+    envelope = [int(np.flatnonzero(row)[0]) for row in matrix]
+    rows = [list(matrix[i, start : i + 1]) for i, start in enumerate(envelope)]
+    right = rng.normal(size=n)
+    found = solved(rows, envelope, list(right))
+    assert found is not None
+    assert np.allclose(matrix @ found, right, rtol=1e-9)
+    rows = [list(-matrix[i, start : i + 1]) for i, start in enumerate(envelope)]
+    assert solved(rows, envelope, list(right)) is None
+
+
+def test_forces_balance_and_ends_carry_the_weight():
+    net = Net(held((0, 0, -50), (80, 10, -5)), [line()], -200.0, 3e6)
+    assert net.settle()
+    (a, b), *_ = net.end_forces()
+    total = [x + y for x, y in zip(a, b, strict=True)]
+    # 1e-6 of the largest force may be left on each of 9 nodes
+    assert total == pytest.approx([0, 0, -(500 - 100) * 100.0], abs=9e-6 * 4e4)
+
+
+def test_a_stiff_line_sags_as_a_beam():
+    # simply supported: 5 q L⁴/(384 EI); 20 segments and a slope of 0.6 % make errors < 1 %
+    length, bending, load = 10.0, 1e6, 384 * 1e6 / 5 / 10**4 * 0.02
+    stiff = line(
+        segments=20, length=length, bending=bending, weight=load, buoyancy=0.0, stiffness=1e6
+    )
+    net = Net(held((0, 0, -50), (length, 0, -50)), [stiff], -200.0, 3e6)
+    assert net.settle()
+    sag = -50 - net.position[net.nodes[0][10]][2]
+    assert sag == pytest.approx(0.02, rel=0.02)
+
+
+def test_two_lines_at_a_free_point_share_its_weight():
+    points = [*held((-50, 0, -10), (50, 0, -10)), {"position": (9, 5, -30), "force": (0, 0, -2e4)}]
+    light = {"weight": 10.0, "buoyancy": 9.0, "length": 60.0, "segments": 4}
+    lines = [line(ends=(0, 2), **light), line(ends=(2, 1), **light)]
+    net = Net(points, lines, -200.0, 3e6)
+    assert net.settle()
+    x, y, z = net.position[2]
+    assert (x, y) == pytest.approx((0, 0), abs=1e-3)
+    # each line, nearly straight, pulls half of the weight: 20 kN + 2·30 N of 60 m of line
+    (_, end), (start, _) = net.end_forces()
+    assert end[2] == pytest.approx(1e4, rel=1e-3)
+    assert start[2] == pytest.approx(1e4, rel=1e-3)
+    assert math.hypot(50, z + 10) == pytest.approx(60, rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("a", "b", "share"),
+    [
+        (-1.0, -2.0, 1.0),
+        (0.0, -2.0, 1.0),
+        (1.0, 2.0, 0.0),
+        (-1.0, 1.0, 0.5),
+        # upright, 3 m of 4 under water; level, with a radius of 0.1 m, MoorDyn tilts the ends
+        (-3.0, 1.0, 0.75),
+    ],
+)
+def test_submerged_shares(a: float, b: float, share: float):
+    assert submerged((0, 0, a), (0, 0, b), 0.1, abs(b - a))[0] == pytest.approx(share)

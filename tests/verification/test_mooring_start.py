@@ -1,0 +1,144 @@
+"""Where lines start, against their static equilibrium by another formulation.
+
+Both have the same number of segments: what is judged is the start, not the division of the line
+(test_mooring_catenary.py judges that).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from support.static_lines import Line, random_line, start_error, tension
+
+from m4e_adapters.moordyn import MooringConfig, mooring, ready_mooring
+from m4e_adapters.moordyn.line_system import LineSystem
+from m4e_fmi.document import Document
+
+# MoorDyn's stationary solver leaves it at 2.2 kN
+LIGHT = Line(
+    span=516.0,
+    low=-400.0,
+    high=0.0,
+    depth=400.0,
+    length=696.4,
+    diameter=0.137,
+    mass=17.0,
+    stiffness=1.5e8,
+    segments=8,
+)
+
+
+@pytest.mark.verifies(
+    "tension of random lines at the start", independent="complementary energy", tolerance="2e-3"
+)
+def test_lines_start_at_the_tension_of_their_equilibrium():
+    rng = np.random.default_rng(7)
+    lines = [LIGHT, *(random_line(rng) for _ in range(12))]
+    for line in lines:
+        error, warned = start_error(line)
+        # the reference's seabed is rigid, and all of its line in the water: 1e-3 of LIGHT's top
+        # segment is above (its diameter over its length), 17 % of its weight in water
+        assert abs(error) < 2e-3, line
+        assert not warned
+
+
+def test_a_line_that_is_not_laid_to_rest_is_told_with_both_tensions():
+    text = LIGHT.text + "static_equilibrium: false\n"
+    made = mooring(Document.parse(text).validate(MooringConfig))
+    lines = LineSystem(
+        made.text,
+        fairleads=[0.0],
+        lines=made.lines,
+        time_step=made.time_step,
+        net=made.net,
+        at_rest=made.at_rest,
+    )
+    lines.start([(516.0, 0.0)], [(0.0, 0.0)])
+    lines.close()
+    (warning,) = lines.warnings
+    now, rest = lines.fairlead_tension[0], tension(LIGHT)
+    assert f"it pulls {now:.4g} N at its fairlead, {13500:.4g} N in its static" in warning
+    assert now < 0.2 * rest
+    assert rest == pytest.approx(13500, rel=2e-3)
+
+
+def test_what_moordyn_leaves_is_told_where_the_equilibrium_is_not_found(monkeypatch):
+    monkeypatch.setattr("m4e_adapters.moordyn.statics.Net.settle", lambda _: False)
+    made = mooring(Document.parse(LIGHT.text).validate(MooringConfig))
+    rest = tension(LIGHT)
+    # MoorDyn relaxes it for as long as the file says: this long, and hardly at all
+    for text, accuracy in ((made.text, 0.02), (made.text.replace("200 TmaxIC", "1 TmaxIC"), 0.9)):
+        lines = LineSystem(
+            text, fairleads=[0.0], lines=made.lines, time_step=made.time_step, net=made.net
+        )
+        lines.start([(516.0, 0.0)], [(0.0, 0.0)])
+        lines.close()
+        told = [text for text in lines.warnings if "equilibrium was not found" in text]
+        assert lines.fairlead_tension[0] == pytest.approx(rest, rel=accuracy)
+        assert [f"{lines.fairlead_tension[0]:.4g} N" in text for text in told] == [True] * (
+            accuracy > 0.1
+        )
+
+
+BUOY = """\
+a buoy on a line under water, below a fairlead on a coupled body
+----- LINE TYPES -----
+name d m EA BA EI Cd Ca CdAx CaAx
+- - - - - - - - - -
+rope 0.1 20 2e7 -0.8 0 1.2 1 0.1 0
+----- BODIES -----
+id type x y z r p y m cg i v cda ca
+- - - - - - - - - - - - - -
+1 Coupled 2 0 -5 0 30 0 0 0 0 0 0 0
+----- POINTS -----
+id type x y z m v cda ca
+- - - - - - - - -
+1 Fixed -60 1 -80 0 0 0 0
+2 Free -20 1 -12 800 4 0 0
+3 Body1 -2 1 0 0 0 0 0
+----- LINES -----
+id type a b length n out
+- - - - - - -
+1 rope 1 2 75 8 -
+2 rope 2 3 40 6 p
+----- OPTIONS -----
+80 WtrDpth
+1000 rho
+10 g
+-----
+"""
+
+
+def test_a_ready_file_with_a_buoy_starts_at_rest(tmp_path):
+    path = tmp_path / "lines.txt"
+    path.write_text(BUOY)
+    made = ready_mooring(path, fairleads={})
+    (fairlead,) = made.fairleads
+    # the body is pitched by 30°: bow down, about +Y, which turns +Z towards +X
+    c, s = math.cos(math.radians(30)), math.sin(math.radians(30))
+    assert (fairlead.x, fairlead.y, fairlead.z) == pytest.approx((2 - 2 * c, 1, -5 + 2 * s))
+    lines = LineSystem(
+        made.text,
+        fairleads=[1.0],
+        lines=made.lines,
+        time_step=made.time_step,
+        net=made.net,
+    )
+    at, rest = [(fairlead.x, fairlead.z)], [(0.0, 0.0)]
+    lines.start(at, rest)
+    assert lines.warnings == []
+    before = [*lines.fairlead_tension, *lines.anchor_tension]
+    (force,) = lines.force
+    # what the buoy lifts, less the weight of both lines, hangs on anchor and fairlead
+    weight = 115 * (20 - 1000 * math.pi * 0.01 / 4) * 10
+    lift = (4 * 1000 - 800) * 10
+    anchor = before[2]
+    down = lift - weight - force[1]
+    assert anchor**2 == pytest.approx(force[0] ** 2 + down**2, rel=1e-4)
+    for k in range(20):
+        lines.advance(0.5 * k, 0.5, at, rest)
+    after = [*lines.fairlead_tension, *lines.anchor_tension]
+    lines.close()
+    assert after == pytest.approx(before, rel=1e-4)
