@@ -6,7 +6,7 @@ import csv
 import io
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -39,9 +39,20 @@ class Columns:
         return _problem(self.path, self._text, self.lines[row], message, remedy)
 
 
-def read_columns(path: Path, wanted: Sequence[str | int]) -> Columns:
+@dataclass(frozen=True)
+class Asked:
+    """Who asks for a column, for messages about one that is not there, and what to do then."""
+
+    by: str
+    remedy: str
+
+
+def read_columns(
+    path: Path, wanted: Sequence[str | int], asked: Mapping[str, Asked] | None = None
+) -> Columns:
     """The columns `wanted` of a CSV file, by the names in its first row or by place, from 0.
 
+    `asked` tells by name who asks for them, where they are not named beside the problems.
     Columns are separated by commas; empty lines are skipped. InputError with all problems: no file,
     no text, no two columns, unknown names, entries that are no finite numbers.
     """
@@ -58,7 +69,9 @@ def read_columns(path: Path, wanted: Sequence[str | int]) -> Columns:
         raise InputError.single(message, remedy, str(path))
     names = [entry if isinstance(entry, str) else header[entry] for entry in wanted]
     by_place = [header[entry] for entry in wanted if not isinstance(entry, str)]
-    unclear = dict.fromkeys((*_header_problems(header, names), *_unit_problems(by_place)))
+    unclear = dict.fromkeys(
+        (*_header_problems(header, names, asked or {}), *_unit_problems(by_place))
+    )
     if unclear:
         raise InputError(_problem(path, lines, rows[0][0], *texts) for texts in unclear)
     places = [header.index(name) for name in names]
@@ -121,14 +134,20 @@ def _unit_problems(names: Sequence[str]) -> list[tuple[str, str]]:
     return found
 
 
-def _header_problems(header: Sequence[str], names: Sequence[str]) -> list[tuple[str, str]]:
+def _header_problems(
+    header: Sequence[str], names: Sequence[str], asked: Mapping[str, Asked]
+) -> list[tuple[str, str]]:
     if all(math.isfinite(_number(header, place)) for place in range(len(header))):
         return [("the first row is numbers: column names are missing", "write names above them")]
     found = []
     for name in names:
         if name not in header:
             known = [entry[:_LONGEST_SHOWN] for entry in header]
-            found.append((f"no column {name!r}", suggestion(name, known, "columns")))
+            message, remedy = f"no column {name!r}", suggestion(name, known, "columns")
+            if name in asked:
+                message = f"{message} in this file, {asked[name].by}"
+                remedy = f"{asked[name].remedy}; {remedy}"
+            found.append((message, remedy))
         elif header.count(name) > 1:
             found.append((f"two columns are called {name!r}", "rename one of them"))
     return found

@@ -31,7 +31,7 @@ def add(commands: argparse._SubParsersAction) -> None:
         ("--step-size", "time between communication points"),
         ("--output-interval", "time between rows of the results"),
     ):
-        command.add_argument(flag, type=float, metavar="S", help=f"{text}; default: as in the file")
+        command.add_argument(flag, type=_time, metavar="S", help=f"{text}; default: as in the file")
     command.add_argument(
         "--algorithm", help="corrector, gauss_seidel, implicit or jacobi; default: as in the file"
     )
@@ -59,6 +59,16 @@ def add(commands: argparse._SubParsersAction) -> None:
     add_output_file(command)
     add_build_folder(command)
     command.set_defaults(command=_run)
+
+
+def _time(text: str) -> float:
+    """A time in seconds, of a text that may have a unit."""
+    from m4e_fmi.cosim.rates import TIMES, time_of
+
+    try:
+        return float(time_of(text))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a valid duration: {TIMES}") from None
 
 
 def _run(options: argparse.Namespace) -> None:

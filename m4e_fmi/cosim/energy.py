@@ -3,14 +3,20 @@
 Across a power bond a force F goes to a body, whose velocity v is exchanged too. At the
 communication points, where all values are consistent, its source gives the power F·v:
 
-    given = ∫ F·v dt                     (trapezoid over the communication points)
+    given = ∫ F·v dt
 
-During a step the body feels the force that the algorithm held, over the distance it really went:
+That is the trapezoid over the communication points, less H³/12 (F·v)″ in each step, from the
+points beside it. During a step the body feels the force that the algorithm held, over the distance
+it really went:
 
-    received = Σ held force · displacement
+    received = Σ held force · displacement + c H/12 · ΔF · Δv
+
+where the force went along with its source, the `followed` share c of the second term is added: what
+the mean of the force lacks of its work, by the changes of force and velocity over the step.
 
 Their difference is energy that the coupling invented (received > given) or lost. For a second-order
-algorithm it falls with the square of the step size.
+algorithm it falls with the square of the step size; with inputs that are held it is what holding
+them does.
 
 It is told as a share of what the motion exchanges. The mean F̄ of a force over the run, as
 buoyancy at rest or the pull of a mooring, is a constant force: the work F̄ (x − x₀) is that of a
@@ -37,6 +43,8 @@ from m4e_fmi.cosim.operations import Operation, gather
 
 BLOCK = 1024
 """Steps that are noted before they are evaluated."""
+LIKE = 4.0
+"""How much longer than the one beside it a step may be, for both to tell a second derivative."""
 MOST_KEPT = 1024
 """Rows that are kept for the swing of the energy."""
 
@@ -80,7 +88,10 @@ class EnergyBalance:
         "_way", "_distance", "_impulse", "_time", "_swing",
     )  # fmt: skip
 
-    def __init__(self, network: Network, bonds: Iterable[Bond]) -> None:
+    def __init__(
+        self, network: Network, bonds: Iterable[Bond], followed: np.ndarray | None = None
+    ) -> None:
+        """`followed` tells how far each input goes along with its source (see `Algorithm`)."""
         self._bonds = tuple(bonds)
         self._values = network.values
         axes = [(k, axis) for k, bond in enumerate(self._bonds) for axis in bond.axes]
@@ -94,6 +105,7 @@ class EnergyBalance:
         places = [network.index(port) for ports in sources for port in ports]
         self._index = np.array(places, dtype=np.intp)
         self._target = np.array([targets[a.force.target] for _, a in axes], dtype=np.intp)
+        self._followed = np.zeros(count) if followed is None else followed[self._target]
         self._has_position = np.array([a.position is not None for _, a in axes], dtype=bool)
         self._of_bond = np.zeros((count, len(self._bonds)))
         self._way_of_bond = np.zeros_like(self._of_bond)
@@ -146,13 +158,16 @@ class EnergyBalance:
             self._evaluate()
 
     def jump(self) -> None:
-        """Something was set in an FMU: the next step begins with other values than the last ended.
+        """Something was set in an FMU, which may have changed the values at the present point.
 
         To be called after they were exchanged.
         """
-        if self._bonds:
+        if not self._bonds:
+            return
+        present = self._values.take(self._index, mode="clip")
+        if not np.array_equal(present, self._points[self._steps]):
             self._evaluate()
-            self._values.take(self._index, out=self._points[0], mode="clip")
+            self._points[0] = present
 
     def _evaluate(self) -> None:
         """Add the block to the sums; its last point is the first of the next."""
@@ -160,12 +175,16 @@ class EnergyBalance:
         if not count:
             return
         force, velocity, position = np.split(self._points[: count + 1], 3, axis=1)
-        half = self._sizes[:count, None] / 2
-        power = (force * velocity) @ self._of_bond
-        given = self._given + np.cumsum(half * (power[1:] + power[:-1]), axis=0)
-        passed = half * (velocity[1:] + velocity[:-1])
-        way = np.where(self._has_position, position[1:] - position[:-1], passed)
+        sizes = self._sizes[:count, None]
+        half = sizes / 2
+        given = self._given + np.cumsum(_passed((force * velocity) @ self._of_bond, sizes), axis=0)
+        passed = _passed(velocity, sizes)
+        # a held force bends no way: where nothing follows, the trapezoid is exact
+        along = np.where(self._followed > 0.0, passed, half * (velocity[1:] + velocity[:-1]))
+        way = np.where(self._has_position, position[1:] - position[:-1], along)
         self._received += ((self._held[:count] * way) @ self._way_of_bond).sum(axis=0)
+        bent = sizes / 12 * np.diff(force, axis=0) * np.diff(velocity, axis=0)
+        self._received += (bent @ (self._followed[:, None] * self._of_bond)).sum(axis=0)
         self._impulse += (half * (force[1:] + force[:-1])).sum(axis=0)
         self._time += float(self._sizes[:count].sum())
         self._distance += np.abs(passed).sum(axis=0)
@@ -203,3 +222,21 @@ class EnergyBalance:
         rows = zip(*(column.tolist() for column in columns), strict=True)
         pairs = zip(self._bonds, rows, strict=True)
         return tuple(BondEnergy(bond.name, *row, adds=bond.adds) for bond, row in pairs)
+
+
+def _passed(rates: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+    """The integrals over steps of `sizes` (steps, 1) [s] of what has these `rates` at their ends.
+
+    Trapezoids, less H³/12 times the mean second derivative at both ends, as far as points beside
+    the step tell it: steps beside one another must be of like size, which those at a jump are not.
+    """
+    found = sizes / 2 * (rates[1:] + rates[:-1])
+    if len(sizes) < 2:
+        return found
+    slopes = np.diff(rates, axis=0) / sizes
+    bends = 2 * np.diff(slopes, axis=0) / (sizes[1:] + sizes[:-1])
+    alike = np.maximum(sizes[1:], sizes[:-1]) <= LIKE * np.minimum(sizes[1:], sizes[:-1])
+    bends = np.pad(np.where(alike, bends, 0.0), ((1, 1), (0, 0)))
+    known = np.pad(alike, ((1, 1), (0, 0))).astype(float)
+    count = np.maximum(known[1:] + known[:-1], 1.0)
+    return found - sizes**3 / 12 * (bends[1:] + bends[:-1]) / count

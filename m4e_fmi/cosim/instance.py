@@ -61,11 +61,16 @@ class Warned(ctypes.Structure):
 
 
 class DiscardedError(RunError):
-    """An FMU discarded a step; `reached` is the time [s] up to which it could, None if not told."""
+    """An FMU discarded a step; `reached` is the time [s] up to which it could, None if not told.
 
-    def __init__(self, message: str, remedy: str, reached: float | None) -> None:
+    `component` is its name, `size` that of the step [s].
+    """
+
+    def __init__(
+        self, message: str, remedy: str, reached: float | None, component: str, size: float
+    ) -> None:
         super().__init__(message, remedy)
-        self.reached = reached
+        self.reached, self.component, self.size = reached, component, size
 
 
 class EventWithinError(DiscardedError):
@@ -374,7 +379,10 @@ class Instance:
         words = self._own_words(status)
         remedy = "the FMU tells why" if words else "look at what its inputs and parameters are"
         if function == "fmi2DoStep":
-            step = f"the step from t = {self.time:.9g} s to {self.time + size:.9g} s failed"
+            begin, end = f"{self.time:.9g} s", f"{self.time + size:.9g} s"
+            step = f"the step from t = {begin} to {end} failed"
+            if begin == end:
+                step = f"a step of {size:.3g} s from t = {begin} failed"
             what = f"{step} ({what})"
             remedy = self._step_remedy(status, size)
         elif self._initialised:
@@ -392,7 +400,7 @@ class Instance:
             if status == DISCARD and self._asks_for_end():
                 kind, self._broken = EndWithinError, False
                 self._fmu.events.ended = self.time if reached is None else reached
-            raise kind(message, remedy, reached)
+            raise kind(message, remedy, reached, self.name, size)
         raise RunError(message, remedy)
 
     def _step_remedy(self, status: Status, size: float) -> str:

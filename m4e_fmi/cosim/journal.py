@@ -22,6 +22,7 @@ LONGEST = 400
 """Characters of a text that are kept."""
 FURTHER = f"further messages: only the first {KINDS} kinds are told"
 SILENT = "fmi2DoStep answered Warning, and the FMU logged nothing"
+"""Said of steps of the FMU, of which algorithms make several in a step of the system."""
 _ESCAPES = re.compile(r"\x1b(\[[0-?]*[ -/]*[@-~]|\][^\x07\x1b]*(\x07|\x1b\\)?|.)?")
 _NUMBER = re.compile(r"(?<![\w.])[-+]?(0x[0-9a-f]+|(\d+\.?\d*|\.\d+)(e[-+]?\d+)?)", re.IGNORECASE)
 
@@ -34,7 +35,8 @@ class FmuMessage:
     """One kind of message: `text` is the first of them, `first` and `last` are times [s].
 
     `status` is FMI's word in small letters: warning, discard, error, fatal or pending. The times
-    are those at which the steps began in which the messages came.
+    are those at which the steps began in which the messages came; `steps` is how many steps of the
+    system these were, 0 where `count` is one of steps of the FMU.
     """
 
     component: str
@@ -43,13 +45,19 @@ class FmuMessage:
     count: int
     first: float
     last: float
+    steps: int = 0
 
     def __str__(self) -> str:
         if self.count == 1:
             when = f"{self.status} at t = {self.first:.9g} s"
         else:
             until = f" to {self.last:.9g} s" if self.last != self.first else ""
-            when = f"{self.status}, {self.count} times, t = {self.first:.9g} s{until}"
+            times = f"{self.count} times"
+            if not self.steps:
+                times = f"in {self.count} steps of the FMU"
+            elif self.steps < self.count:
+                times += f" in {self.steps} step{'s' * (self.steps > 1)} of the system"
+            when = f"{self.status}, {times}, t = {self.first:.9g} s{until}"
         return f"{self.component}, {when}: {self.text}"
 
 
@@ -60,6 +68,7 @@ class _Kind:
     first: FmuMessage
     count: int
     last: float
+    steps: int = 1
 
 
 class Journal:
@@ -93,6 +102,7 @@ class Journal:
             key, told = (status, FURTHER), FURTHER
         known = kinds.get(key)
         if known:
+            known.steps += now != known.last
             known.count, known.last = known.count + 1, now
             return
         word = STATUS.get(status, "pending").lower()
@@ -117,7 +127,7 @@ class Journal:
     def messages(self, instances: Iterable[Instance]) -> tuple[FmuMessage, ...]:
         """All kinds, in the order of their first times; also warnings of steps without words."""
         told = [
-            replace(kind.first, count=kind.count, last=kind.last)
+            replace(kind.first, count=kind.count, last=kind.last, steps=kind.steps)
             for kinds in self._kinds.values()
             for kind in kinds.values()
         ]

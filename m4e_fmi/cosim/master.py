@@ -16,10 +16,11 @@ from m4e_fmi.cosim.binary import Binary, binaries
 from m4e_fmi.cosim.certificate import Certificate, Spans, certificate
 from m4e_fmi.cosim.companion import Companion
 from m4e_fmi.cosim.connect import Wiring
+from m4e_fmi.cosim.energy import BLOCK as ENERGY_BLOCK
 from m4e_fmi.cosim.energy import BondEnergy, EnergyBalance
 from m4e_fmi.cosim.events import ended, ended_at_once, event_notes
 from m4e_fmi.cosim.instability import Stability
-from m4e_fmi.cosim.instance import Instance
+from m4e_fmi.cosim.instance import DiscardedError, EventWithinError, Instance
 from m4e_fmi.cosim.interruption import quiet, same_folder, setting_up, stepping
 from m4e_fmi.cosim.journal import FmuMessage, Journal, Warn
 from m4e_fmi.cosim.memory import Memory, recall, remember
@@ -28,7 +29,7 @@ from m4e_fmi.cosim.pacing import Rates
 from m4e_fmi.cosim.results import Mark, ResultsWriter
 from m4e_fmi.cosim.second_look import SecondLook
 from m4e_fmi.cosim.start_values import Value, start_values
-from m4e_fmi.cosim.step_control import StepControl
+from m4e_fmi.cosim.step_control import SMALLEST, StepControl
 from m4e_fmi.cosim.stepping import Course
 from m4e_fmi.cosim.structure import Structure
 from m4e_fmi.cosim.system import SECOND, System
@@ -157,7 +158,7 @@ class Master:
         if isinstance(self._algorithm, Undoing) and self._shortens:
             for instance in self.network.instances.values():
                 instance.stop_at_events()
-        self._energy = EnergyBalance(self.network, self._wiring.bonds)
+        self._energy = EnergyBalance(self.network, self._wiring.bonds, self._algorithm.followed)
         self._witness: Witness | Companion | None = None
         self._unwatched = ""
         self._second_look = SecondLook(self.network)
@@ -394,17 +395,35 @@ class Master:
     def _advance(self) -> None:
         """Make as many steps as can be made at once, and look at what has come of them."""
         try:
-            self._course.advance()
-        except RunError as error:
+            self._course.advance(self._second_look.room(self.steps) or ENERGY_BLOCK)
+        except RunError as failure:
+            error = self._at_every_length(failure)
             told = self._stability.explained(error, self._results)
-            if told is error:
+            if told is failure:
                 raise
-            raise told from error
+            raise told from failure
         finally:
             self._journal.check()
         self._stability.look(self.steps)
         if self._second_look.wanted:
             self._second_look.look(self.steps, last=self.done)
+
+    def _at_every_length(self, error: RunError) -> RunError:
+        """`error`, or if an FMU discards steps of all lengths that were tried, what says so."""
+        simulation = self._system.simulation
+        if not isinstance(error, DiscardedError) or isinstance(error, EventWithinError):
+            return error
+        if error.size > 2 * SMALLEST * simulation.step_size:
+            return error
+        first = "the FMU tells why: see to that first"
+        return RunError(
+            f"{error.message}; {error.component} has discarded every step from there, of "
+            f"{simulation.step_size:g} s down to {error.size:.3g} s",
+            f"{first}; "
+            * error.remedy.startswith(first)
+            + f"no step_size helps: look at what {error.component} cannot compute there, and at "
+            "its inputs in the results",
+        )
 
     def step(self) -> None:
         """Make one step; KeyboardInterrupt and Terminated come after it."""

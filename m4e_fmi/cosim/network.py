@@ -221,6 +221,10 @@ class Network:
                 found.append(replace(reading, in_rows=True, checked=checked))
         return [*found, *self.discrete.arrival(component, self.due(component))]
 
+    def recorded(self, component: str) -> tuple[str, ...]:
+        """Outputs that are not exchanged, but read for results before any input is set."""
+        return self._arrivals.further(component)[0]
+
     def early(self, component: str) -> slice:
         """Places of the exchanged outputs that a component gives before its inputs are set."""
         start = self.output_slice(component).start

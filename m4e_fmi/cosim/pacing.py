@@ -7,12 +7,23 @@ from dataclasses import replace
 from fractions import Fraction
 
 from m4e_fmi.cosim.rates import Rate, common_step, fits, rate, seconds
-from m4e_fmi.cosim.system import SECOND, TICK, Component, System
+from m4e_fmi.cosim.system import SECOND, TICK, Component, Simulation, System, is_whole
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.fmu.reading import Description
 
 Rates = Mapping[str, Rate]
 """Component → its rate; those that algorithms may step as they like are not in it."""
+
+
+def rounded(simulation: Simulation) -> list[str]:
+    """A line that tells the steps of a step_size that is none of whole nanoseconds."""
+    size = simulation.step_size
+    if is_whole(size):
+        return []
+    return [
+        f"steps are whole nanoseconds: those of step_size {size:.12g} s are "
+        f"{round(size * SECOND)} ns long"
+    ]
 
 
 def refined(system: System, descriptions: Mapping[str, Description]) -> tuple[System, str]:
@@ -63,7 +74,8 @@ def pace(system: System, descriptions: Mapping[str, Description]) -> dict[str, R
             own = _rate(component, description, system)
             if own is not None:
                 _check(own, system)
-                found[component.name] = own
+                adaptive = system.simulation.coupling_tolerance is not None
+                found[component.name] = replace(own, adaptive=adaptive)
         except ValueError as error:
             message, remedy = error.args
             at = ("components", component.name, "step_size")

@@ -11,10 +11,11 @@ from m4e_fmi.cosim.components import ready_fmus, with_units
 from m4e_fmi.cosim.connect import Link, Wiring, connect
 from m4e_fmi.cosim.delays import broken
 from m4e_fmi.cosim.dependence import with_stated
+from m4e_fmi.cosim.forgetful import without_forgetful
 from m4e_fmi.cosim.forgotten import forgotten
 from m4e_fmi.cosim.loose_ends import loose_ends
 from m4e_fmi.cosim.overview import overview
-from m4e_fmi.cosim.pacing import Rates, pace, refined
+from m4e_fmi.cosim.pacing import Rates, pace, refined, rounded
 from m4e_fmi.cosim.probing import probed
 from m4e_fmi.cosim.structure import Structure, analyse
 from m4e_fmi.cosim.system import System
@@ -31,7 +32,8 @@ class Prepared:
     """A system with its FMUs built, its connections resolved, its loops and own steps known.
 
     Its step is such that it meets the points of all components: `notes` tell if it was shortened.
-    `warnings` tell what seems to be left out of the connections, one line each.
+    `warnings` tell what seems to be left out of the connections, and which FMUs do not go back
+    though they say so, one line each.
     """
 
     system: System
@@ -73,7 +75,8 @@ def prepare(
 
     InputError with all problems of the FMU files, then of connections, start values and components'
     own steps; RunError for a build that failed. `tell` receives a line per step of a build. FMUs
-    that declare no dependencies and have connected inputs are probed (`probing`).
+    that declare no dependencies and have connected inputs are probed (`probing`), and foreign ones
+    that say they can go back are tried (`forgetful`).
     """
     system = as_system(system, tell)
     problems: list[Problem] = []
@@ -104,11 +107,12 @@ def prepare(
     if wiring is None:
         raise InputError(problems)
     descriptions, found = probed(paced, with_stated(system, descriptions), wiring)
+    descriptions, forgetful = without_forgetful(paced, descriptions, wiring)
     wiring, late = broken(descriptions, wiring, rates)
     structure = analyse(descriptions, wiring)
-    notes = (*([note] if note else []), *found, *late)
+    notes = (*rounded(system.simulation), *([note] if note else []), *found, *late)
     missing = [find(system, descriptions, wiring) for find in (forgotten, loose_ends)]
-    warnings = tuple(line for lines in missing for line in lines)
+    warnings = tuple(line for lines in (forgetful, *missing) for line in lines)
     return Prepared(paced, descriptions, wiring, structure, rates, notes, warnings)
 
 

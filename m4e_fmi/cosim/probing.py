@@ -21,33 +21,26 @@ by the step, is none of these.)
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import closing, contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import product
 
 import networkx as nx
-import numpy as np
 
-from m4e_fmi.cosim.binary import Binary, Files
 from m4e_fmi.cosim.connect import Wiring
 from m4e_fmi.cosim.dependence import LOST, PROBED, STEPPED, assumed, resolve
-from m4e_fmi.cosim.instance import WARNING, Instance
 from m4e_fmi.cosim.interruption import setting_up
-from m4e_fmi.cosim.start_values import Value, start_values
+from m4e_fmi.cosim.start_values import Value
 from m4e_fmi.cosim.structure import exchange_graph
 from m4e_fmi.cosim.system import Component, Simulation, System
+from m4e_fmi.cosim.trial import Instances, Subject, driven_inputs
 from m4e_fmi.errors import RunError
-from m4e_fmi.fmu.reading import Description, Variable
-from m4e_fmi.signals import not_lost
+from m4e_fmi.fmu.reading import Description
 
-SHARES, TOGETHER = (1e-3, 1.0), 1e-2
-"""By how much an input is moved, over its size: alone, and with all others from point to point."""
+SHARES = 1e-3, 1.0
+"""By how much an input is moved alone, over its size."""
 POINTS = 3
-SHORTER, LOST_AGAIN = 8, 0.5
-"""How much shorter than the component's the steps are that show what is integrated; and the share
-of a difference that is lost in the second, if it is not."""
-PROBE = "_probe"
-"""What the names end with that FMUs hear of instances under probe."""
+LOST_AGAIN = 0.5
+"""The share of a difference that is lost in the second step, where it is not integrated."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +62,7 @@ def probed(
     result, told = dict(descriptions), dict[str, list[str]]()
     known: dict[object, Probe] = {}
     unknown = {name: assumed(description) for name, description in descriptions.items()}
-    driven = {name: inputs for name, inputs in _driven(wiring).items() if unknown[name]}
+    driven = {name: inputs for name, inputs in driven_inputs(wiring).items() if unknown[name]}
     looped = dict(_looped(descriptions, wiring, unknown)) if driven else {}
     for component in system.components:
         if component.name not in driven:
@@ -130,14 +123,6 @@ def _looped(
         yield name, (tuple(sorted(outputs)), tuple(sorted(inputs)))
 
 
-def _driven(wiring: Wiring) -> dict[str, tuple[str, ...]]:
-    """The connected inputs of each component that has any."""
-    found: dict[str, set[str]] = {}
-    for link in wiring.links:
-        found.setdefault(link.target.component, set()).add(link.target.variable)
-    return {name: tuple(sorted(inputs)) for name, inputs in found.items()}
-
-
 def _line(found: Probe, outputs: Sequence[str], none: str) -> str:
     """What is to be said of a component; nothing where no loop and no loss depends on it."""
     if found.failure:
@@ -163,7 +148,7 @@ def _probe(
     if description.once_per_process:
         failure = "its FMU allows one instance only, so that it is not probed"
         return Probe({}, {}, failure if asked.outputs else "")
-    new = _Instances(component, description, simulation)
+    new = Instances(component, description, simulation)
     every = (*asked.outputs, *asked.others)
     try:
         with setting_up():
@@ -179,7 +164,7 @@ def _probe(
 
 
 def _set_again(
-    new: _Instances, outputs: Sequence[str], inputs: Sequence[str]
+    new: Instances, outputs: Sequence[str], inputs: Sequence[str]
 ) -> tuple[set[str], set[str]]:
     """Outputs that setting inputs to the values that they have changes: lost, and brought.
 
@@ -188,7 +173,7 @@ def _set_again(
     """
     lost, brought = set[str](), set[str]()
     with new.instance() as instance:
-        subject = _Subject(instance, outputs, inputs)
+        subject = Subject(instance, outputs, inputs)
         subject.set(subject.start)
         last = subject.read()
         for _ in range(POINTS - 1):
@@ -203,97 +188,14 @@ def _set_again(
     return lost - brought, brought
 
 
-class _Instances:
-    """New instances of a component, initialised with its start values."""
-
-    def __init__(
-        self, component: Component, description: Description, simulation: Simulation
-    ) -> None:
-        self._component, self._simulation = component, simulation
-        self._description = replace(description, path=description.path.absolute())
-        own = description.internal_step or simulation.step_size
-        self.step = float(component.own_step or own)
-        only = description.constant_step or description.internal_step is not None
-        self.short_step = self.step if only else self.step / SHORTER
-
-    @contextmanager
-    def instance(self) -> Iterator[Instance]:
-        """One after its initialisation; closed, with its library, at the end of the block."""
-        name, times = self._component.name, self._simulation
-        origin = f"{name} ({self._description.path.name})"
-        with (
-            closing(Files(self._description)) as files,
-            Binary(self._description, files, origin=origin) as binary,
-            Instance(name, self._description, binary, suffix=PROBE) as instance,
-        ):
-            instance.setup(start=times.start_time, stop=times.stop_time, tolerance=times.tolerance)
-            instance.set_values(start_values(self._component, self._description))
-            instance.enter_initialization()
-            instance.exit_initialization()
-            yield instance
-
-
-class _Subject:
-    """An instance under probe: its outputs, and its inputs with the sizes they are moved by."""
-
-    def __init__(self, instance: Instance, outputs: Sequence[str], inputs: Sequence[str]) -> None:
-        self._instance = instance
-        self.outputs, self.inputs = outputs, inputs
-        self.start = [instance.value(name) for name in inputs]
-        self._known = [instance.description.variables[name] for name in inputs]
-
-    def read(self) -> list[Value]:
-        """The outputs."""
-        return [self._instance.value(name) for name in self.outputs]
-
-    def set(self, values: Sequence[Value]) -> None:
-        """All inputs."""
-        self._instance.set_values(dict(zip(self.inputs, values, strict=True)))
-
-    @not_lost()
-    def step(self, size: float) -> None:
-        """A step of `size` [s]."""
-        instance = self._instance
-        status = instance.stepper()(instance.time, size, 1)
-        if status > WARNING:
-            instance.fail(status, "fmi2DoStep", size)
-        instance.time += size
-
-    def moved(self, shares: Sequence[float], values: Sequence[Value] | None = None) -> list[Value]:
-        """Inputs moved from `values`, or their start, by `shares` of their sizes."""
-        rows = zip(self._known, self.start, values or self.start, shares, strict=True)
-        return [_moved(v, start, value, share) for v, start, value, share in rows]
-
-
-def _moved(variable: Variable, start: Value, value: Value, share: float) -> Value:
-    """A value moved by a share of its size, back from a limit; another, if it has no size."""
-    if not share:
-        return value
-    if variable.type == "Boolean":
-        return not value
-    if isinstance(value, str):
-        return f"{value}_"
-    if variable.type == "Enumeration":
-        others = [number for number in variable.items.values() if number != value]
-        return others[0] if others else value
-    low, high = variable.minimum, variable.maximum
-    size = max(abs(float(start)), variable.nominal)
-    if np.isfinite(high - low):
-        size = min(size, (high - low) / 4)
-    change = share * size
-    if variable.type == "Integer":
-        change = round(change) or (1 if share > 0.0 else -1)
-    return value + change if low <= value + change <= high else value - change
-
-
 def _moved_inputs(
-    new: _Instances, outputs: Sequence[str], inputs: Sequence[str]
+    new: Instances, outputs: Sequence[str], inputs: Sequence[str]
 ) -> dict[str, frozenset[str]]:
     """The inputs that each output follows."""
     needs: dict[str, set[str]] = {name: set() for name in outputs}
     count = len(inputs)
     with new.instance() as instance:
-        subject = _Subject(instance, outputs, inputs)
+        subject = Subject(instance, outputs, inputs)
         values = subject.start
         for point in range(POINTS):
             subject.set(values)
@@ -309,7 +211,7 @@ def _moved_inputs(
                     if any(_differ(seen[0], value) for value in seen[1:]):
                         needs[output].add(name)
             if point + 1 < POINTS:
-                values = subject.moved([sign * TOGETHER * (1 + k / 7) for k in range(count)])
+                values = subject.moved_together(sign)
                 subject.set(values)
                 subject.step(new.step)
     return {name: frozenset(found) for name, found in needs.items()}
@@ -324,7 +226,7 @@ def _distance(a: Value, b: Value) -> float:
     return abs(a - b) if isinstance(a, float) and isinstance(b, float) else float(a != b)
 
 
-def _late(new: _Instances, outputs: Sequence[str], inputs: Sequence[str]) -> set[str]:
+def _late(new: Instances, outputs: Sequence[str], inputs: Sequence[str]) -> set[str]:
     """Outputs that follow some input in the step after it is moved, and in no other.
 
     Nor before the next step, when it is back: what follows it at once is not late.
@@ -333,7 +235,7 @@ def _late(new: _Instances, outputs: Sequence[str], inputs: Sequence[str]) -> set
     def course(share: float) -> tuple[list[Value], ...]:
         """Outputs after a step with the inputs moved, with the inputs back, and a step later."""
         with new.instance() as instance:
-            subject = _Subject(instance, outputs, inputs)
+            subject = Subject(instance, outputs, inputs)
             subject.set(subject.moved([share] * len(inputs)))
             subject.step(new.short_step)
             first = subject.read()

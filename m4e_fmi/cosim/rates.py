@@ -21,6 +21,8 @@ FINEST = 10
 """Times that a system may step, to meet the points of all, in a step that was given for it."""
 HUGE = re.compile(r"e[+-]?\d{3}", re.IGNORECASE)
 """In a number that is no step, and takes forever as a fraction."""
+TIMES = "give a number of seconds, or a text as '10 ms' or '1/3 ms'"
+"""What to do about a text that is no time."""
 DIGITS = 5e-6
 """Relative error of a step that is written down: 0.000333333 s is a third of 1 ms."""
 
@@ -29,13 +31,15 @@ DIGITS = 5e-6
 class Rate:
     """A component's own step [s]: `pieces` in each macro step, or one in `every` so many.
 
-    `constant` is one whose FMU makes no other steps.
+    `constant` is one whose FMU makes no other steps, `adaptive` one in a system whose steps change:
+    its own change with them, and `step` is the longest.
     """
 
     step: float
     pieces: int = 1
     every: int = 1
     constant: bool = False
+    adaptive: bool = False
 
     @property
     def is_sampled(self) -> bool:
@@ -48,6 +52,16 @@ class Rate:
         return self.is_sampled or not self.constant
 
     def __str__(self) -> str:
+        if self.adaptive and self.pieces == 1:
+            return (
+                f"is stepped with the system, whose steps are of {self.step:g} s at most, for the "
+                "coupling_tolerance: it is not sampled at its step_size"
+            )
+        if self.adaptive:
+            return (
+                f"makes {self.pieces} steps in each of the system's, of {self.step:g} s at most, "
+                "for the coupling_tolerance: not all are of its step_size"
+            )
         only = " (the only size of step that its FMU makes)" if self.constant else ""
         how = f"steps by {self.step:g} s{only}"
         if self.is_sampled:
@@ -60,19 +74,25 @@ def seconds(given: float | str) -> Fraction:
 
     ValueError, whose arguments are message and remedy, if it is none or not above zero.
     """
-    remedy = "give a number of seconds, or a text as '10 ms' or '1/3 ms'"
-    number, _, unit = str(given).strip().partition(" ")
     try:
-        if HUGE.search(number):
-            raise ValueError
-        found, scale = Fraction(number), parse_unit(unit.strip() or "s")
-    except (ValueError, ZeroDivisionError):
-        raise ValueError(f"step_size {given!r} is not a valid duration", remedy) from None
-    if not scale.same_dimension(parse_unit("s")):
-        raise ValueError(f"step_size {given!r} is not a valid duration", remedy)
+        found = time_of(str(given))
+    except ValueError:
+        raise ValueError(f"step_size {given!r} is not a valid duration", TIMES) from None
     if found <= 0:
-        raise ValueError(f"step_size {given!r}: expected more than 0 s", remedy)
-    return found * Fraction(str(scale.factor))
+        raise ValueError(f"step_size {given!r}: expected more than 0 s", TIMES)
+    return found
+
+
+def time_of(text: str) -> Fraction:
+    """The time [s] that a text is: ``"10 ms"``, ``"1/3 ms"`` or ``"0.1"``; ValueError if none."""
+    number, _, unit = text.strip().partition(" ")
+    scale = parse_unit(unit.strip() or "s")
+    if HUGE.search(number) or not scale.same_dimension(parse_unit("s")):
+        raise ValueError(f"{text!r} is not a valid duration")
+    try:
+        return Fraction(number) * Fraction(str(scale.factor))
+    except ZeroDivisionError:
+        raise ValueError(f"{text!r} is not a valid duration") from None
 
 
 def common_step(

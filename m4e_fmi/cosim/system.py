@@ -10,11 +10,13 @@ from fractions import Fraction
 from importlib.metadata import entry_points
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator
 
 from m4e_fmi.cosim.origins import Origin, ParameterSet
-from m4e_fmi.cosim.rates import common_step, seconds
-from m4e_fmi.document import Document, Location, Number, Section
+from m4e_fmi.cosim.rates import TIMES, common_step, seconds, time_of
+from m4e_fmi.document import Document, Location, Number, Section, rejected
 from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.shown import listing, short
 from m4e_fmi.units import Quantity, Unit
@@ -29,6 +31,8 @@ LONGEST = 4e9
 """Seconds that fit twice into 63 bits of them, more than a hundred years."""
 TICK = Fraction(1, SECOND)
 """One of them [s]."""
+ODD = 1e-3
+"""Nanoseconds by which a time may miss whole ones for being a number in floating point."""
 
 Start = Mapping[str, float | int | bool | str | Quantity]
 
@@ -120,14 +124,28 @@ class Simulation:
             raise InputError(problems)
 
 
+def _in_seconds(given: Any) -> Any:
+    """A time in seconds of a text with a unit; other values as they are."""
+    if not isinstance(given, str):
+        return given
+    try:
+        return float(time_of(given))
+    except ValueError:
+        raise rejected(f"{given!r} is not a valid duration", TIMES) from None
+
+
+Time = Annotated[Number, BeforeValidator(_in_seconds)]
+"""A time in seconds, or a text as ``"10 ms"``."""
+
+
 class SimulationSection(Section):
     """A Simulation as files have it."""
 
-    stop_time: Number
-    step_size: Number
+    stop_time: Time
+    step_size: Time
     algorithm: str = ALGORITHMS[0]
-    output_interval: Number | None = None
-    start_time: Number = 0.0
+    output_interval: Time | None = None
+    start_time: Time = 0.0
     tolerance: Number | None = None
     coupling_tolerance: Number | None = None
 
@@ -297,6 +315,13 @@ def simulation_problems(
         if count < 1 or count != int(count):
             text = f"output_interval {interval:g} s is not a multiple of step_size {step:g} s"
             remedy = f"take {max(1, round(count)) * step:g} s, or leave it out"
+            if not is_whole(step):
+                text = (
+                    f"output_interval {interval:g} s: steps are whole nanoseconds, so that the "
+                    f"step_size of {step:.12g} s is one of {round(step * SECOND)} ns"
+                )
+                nearest = _fitting(step, interval)
+                remedy = f"take a step_size of {nearest:.12g} s, or leave output_interval out"
             found.append(("output_interval", text, remedy))
     for key in ("tolerance", "coupling_tolerance"):
         tolerance = getattr(simulation, key)
@@ -307,6 +332,21 @@ def simulation_problems(
         text = f"unknown algorithm {simulation.algorithm!r}"
         found.append(("algorithm", text, suggestion(simulation.algorithm, ALGORITHMS)))
     return found
+
+
+def is_whole(time: float) -> bool:
+    """Whether a time [s] is one of whole nanoseconds."""
+    return abs(time * SECOND - round(time * SECOND)) < ODD
+
+
+def _fitting(step: float, interval: float) -> float:
+    """A time [s] near `step` of whole nanoseconds, of which `interval` [s] is a multiple."""
+    whole, part = round(interval * SECOND), round(step * SECOND)
+    count = max(1, round(whole / part))
+    near = min(count, part)
+    numbers = (n for k in range(near) for n in (near - k, near + k))
+    found = next(n for n in numbers if whole % n == 0)
+    return (whole // found if near == count else found) / SECOND
 
 
 def step_problems(

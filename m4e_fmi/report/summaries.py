@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy as np
 from m4e_fmi.report.digits import aligned, quantity
 from m4e_fmi.report.panels import fitting, panels
 from m4e_fmi.results import Results
+from m4e_fmi.units import BASE_UNITS, parse_unit
 
 if TYPE_CHECKING:
     from m4e_fmi.cosim import BondEnergy, Outcome
@@ -120,10 +122,10 @@ def _extremes(results: Results, rows: str) -> list[str]:
     shown = [(panel, name, one) for panel in found for name, one in panel.series.items()]
     span = float(results.time[-1] - results.time[0])
     lines = [
-        f"mean power {quantity(_mean(results.time, one.values), 'W')} over {span:g} s ({name})"
-        f"{rows and f', {rows}'}"
+        f"mean power {quantity(watts * _mean(results.time, one.values), 'W')} over {span:g} s "
+        f"({name}){rows and f', {rows}'}"
         for name, one in reals.items()
-        if one.unit == "W"
+        if (watts := _watts(one.unit))
     ]
     if shown:
         lines.append(f"  {rows:<36} {'min':>10} {'mean':>10} {'max':>10}")
@@ -138,6 +140,18 @@ def _extremes(results: Results, rows: str) -> list[str]:
         if panel.left_out
     ]
     return lines
+
+
+@cache
+def _watts(unit: str) -> float:
+    """How many watts a unit of power is; 0 for what is none."""
+    try:
+        found, watt = parse_unit(unit), parse_unit("W")
+    except ValueError:
+        return 0.0
+    angles = BASE_UNITS.index("rad")
+    ours, theirs = (u.exponents[:angles] + u.exponents[angles + 1 :] for u in (found, watt))
+    return found.factor if ours == theirs else 0.0
 
 
 def _mean(time: np.ndarray, values: np.ndarray) -> float:

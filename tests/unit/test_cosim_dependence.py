@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
 from m4e_fmi.cosim import Component, FmuFile, Outcome, Simulation, System, Timing, prepare, run
 from m4e_fmi.cosim.certificate import Certificate
@@ -149,16 +150,16 @@ def test_an_fmu_of_one_instance_is_not_probed(c_fmu: Fmus) -> None:
 def test_components_of_one_file_are_probed_once(
     c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from m4e_fmi.cosim import probing
+    from m4e_fmi.cosim import trial
 
     made: list[str] = []
-    binary = probing.Binary
+    binary = trial.Binary
 
     def counted(*arguments: object, origin: str) -> object:
         made.append(origin)
         return binary(*arguments, origin=origin)  # pyright: ignore[reportArgumentType]
 
-    monkeypatch.setattr(probing, "Binary", counted)
+    monkeypatch.setattr(trial, "Binary", counted)
     model = FmuFile(c_fmu("blind_integrator"))
     names = "abcd"
     links = tuple(f"{a}.y -> {b}.u" for a, b in zip(names, "bcda", strict=True))
@@ -194,6 +195,56 @@ def test_a_dependence_that_comes_later_is_seen(c_fmu: Fmus) -> None:
     assert late.warnings
     early = run(system.changed(stop_time=0.4))
     assert not early.warnings
+
+
+@pytest.mark.parametrize(
+    ("model", "needs", "who"),
+    [
+        ("late_added_mass", None, "its FMU, late_added_mass.fmu, declares"),
+        ("3:late_added_mass+state", None, "its FMU, late_added_mass_state_fmi3.fmu, declares"),
+        ("added_mass", {"end.force_x": ["end.ax"]}, "the system file declares"),
+        ("blind_added_mass", {"end.force_x": []}, "the system file declares"),
+    ],
+)
+def test_a_dependence_that_is_not_declared_is_seen(
+    c_fmu: Fmus, model: str, needs: Mapping | None, who: str
+) -> None:
+    """Force of an added mass and a spring, which follows the acceleration and the position."""
+    a = Component("a", FmuFile(c_fmu("mass")), {"body.m.x": 1.0})
+    start = {"added": 0.1, "stiffness": 1.0}
+    b = Component("b", FmuFile(c_fmu(model)), start, dependencies=needs or {})
+    system = System("s", (a, b), ("a.m <-> b.end",), Simulation(1.0, 0.05))
+    (warning,) = run(system).warnings
+    missing = "end.x" if needs and needs["end.force_x"] else "end.x, end.ax"
+    assert f"b.end.force_x follows {missing} at once, as seen at t = 0.05 s" in warning
+    assert f"though {who} no such dependence" in warning
+    remedy = re.search(r"`dependencies: (\{.*?\})` under b", warning)
+    assert remedy
+    found = yaml.safe_load(remedy[1])
+    assert found == {"end.force_x": ["end.x", "end.ax"]}
+    mended = Component("b", b.source, start, dependencies=found)
+    assert not run(System("s", (a, mended), system.connections, system.simulation)).warnings
+
+
+def test_so_is_one_of_an_output_that_is_only_recorded(c_fmu: Fmus, tmp_path: Path) -> None:
+    a = Component("a", FmuFile(c_fmu("mass")), {"body.m.vx": 1.0})
+    needs = {"end.force_x": ()}
+    b = Component("b", FmuFile(c_fmu("partner")), {"damping": 1.0}, dependencies=needs)
+    c = Component("c", FmuFile(c_fmu("spring")))
+    links = ("a.body.m.x -> b.end.x", "a.body.m.vx -> b.end.vx", "b.x -> c.end.x")
+    outcome = run(System("s", (a, b, c), links, Simulation(1.0, 0.05)), results=tmp_path / "s.nc")
+    assert any("b.end.force_x follows end.x at once" in text for text in outcome.warnings)
+
+
+@pytest.mark.parametrize("version", ["", "1:", "3:"])
+def test_outputs_that_are_lost_follow_nothing(c_fmu: Fmus, version: str) -> None:
+    """Declared ones, too: read before inputs are set, they are right."""
+    a, b = (
+        Component(name, FmuFile(c_fmu(f"{version}{model}+clears")), start)
+        for name, model, start in (("a", "roessler_x", {"x": 1.0}), ("b", "roessler_yz", {}))
+    )
+    links = ("a.x -> b.x", "b.y -> a.y", "b.z -> a.z")
+    assert not run(System("s", (a, b), links, Simulation(1.0, 0.05))).warnings
 
 
 FILE = """\

@@ -24,7 +24,10 @@ def link(source: str, target: str) -> Link:
 def balance(
     times: np.ndarray, force: np.ndarray, speed: np.ndarray, place: np.ndarray
 ) -> BondEnergy:
-    """The balance of a bond of one direction with these courses; held forces are their means."""
+    """The balance of a bond of one direction with these courses; held forces are their means.
+
+    The force follows a course through its values.
+    """
     names = ("force_x", "vx", "x")
     links = [link(name, name) for name in names]
     index = {k.source: row for row, k in enumerate(links)}
@@ -37,7 +40,7 @@ def balance(
     courses = np.column_stack((force, speed, place))
     network.values[:] = courses[0]
     axis = Axis(links[0], links[1], links[2])
-    energy = EnergyBalance(cast("Network", network), (Bond("b", (axis,)),))
+    energy = EnergyBalance(cast("Network", network), (Bond("b", (axis,)),), np.ones(3))
     for k in range(1, len(times)):
         network.values[:] = courses[k]
         held = np.array([(force[k - 1] + force[k]) / 2, 0.0, 0.0])
@@ -89,3 +92,27 @@ def test_nothing_moves() -> None:
     zero = np.zeros(times.size)
     found = balance(times, zero + 1e6, zero, zero)
     assert (found.exchanged, found.relative) == (0.0, 0.0)
+
+
+def test_integrals_are_of_fourth_order() -> None:
+    errors = []
+    for steps in (20, 40):
+        times, x, v = oscillation(1, steps)
+        part = times <= 0.8 * PERIOD + 1e-9  # not a whole period, over which trapezoids are exact
+        times, x, v = times[part], x[part], v[part]
+        found = balance(times, -DAMPING * v, v, x)
+        phase = OMEGA * times[-1]
+        exact = -DAMPING * A**2 * OMEGA * (phase / 2 - np.sin(2 * phase) / 4)
+        errors.append(abs(found.given / exact - 1))
+    assert errors[1] < 2e-5  # trapezoids: 5e-4
+    assert errors[0] > 10 * errors[1]
+
+
+def test_a_jump_between_points_that_are_next_to_one_another() -> None:
+    """A ball that bounces: the velocity changes its sign within a nanosecond."""
+    times = np.concatenate((np.arange(11) * 0.1, 1.0 + 1e-9 + np.arange(11) * 0.1))
+    v = np.concatenate((np.full(11, -1.0), np.full(11, 1.0)))
+    x = np.cumsum(np.concatenate(([1.0], np.diff(times) * v[1:])))
+    found = balance(times, np.full(22, 3.0), v, x)
+    assert found.given == pytest.approx(0.0, abs=1e-8)
+    assert found.residual == pytest.approx(0.0, abs=1e-8)

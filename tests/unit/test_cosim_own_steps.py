@@ -224,6 +224,27 @@ def test_what_an_fmu_of_constant_step_cannot(
     assert caught.value.problems[0].remedy
 
 
+@pytest.mark.parametrize(
+    ("own", "told"),
+    [
+        (0.05, "b is stepped with the system, whose steps are of 0.05 s at most"),
+        (0.025, "b makes 2 steps in each of the system's, of 0.025 s at most"),
+    ],
+)
+def test_adaptive_steps_do_not_sample_a_component(c_fmu: Fmus, own: float, told: str) -> None:
+    system = pair(c_fmu, own, coupling_tolerance=1e-4)
+    assert told in str(prepare(system)).replace("b  ", "b ")
+    assert told in " ".join(run(system).notes)
+
+
+def test_steps_are_whole_nanoseconds_and_that_is_told(c_fmu: Fmus) -> None:
+    system = System("s", (Component("b", FmuFile(c_fmu("mass"))),), (), Simulation(1e-4, 7.8125e-6))
+    (note,) = prepare(system).notes
+    assert note == "steps are whole nanoseconds: those of step_size 7.8125e-06 s are 7812 ns long"
+    for step in (0.1, 1e-3, 7.812e-6, 3e-9):
+        assert not prepare(system.changed(step_size=step, stop_time=1.0)).notes
+
+
 def test_adaptive_steps_do_not_meet_the_points_of_a_sampled_component(c_fmu: Fmus) -> None:
     with pytest.raises(InputError, match="once in 2 steps, and with a coupling_tolerance"):
         prepare(pair(c_fmu, 0.1, coupling_tolerance=1e-4))

@@ -195,6 +195,10 @@ def test_a_failing_component_is_named_and_results_kept(
     assert f"results until t = {results.time[-1]:.9g} s are in {path}" in caught.value.remedy
     # where all can go back, a discarded step is made again up to where the FMU can go
     goes_on = what == 2 and algorithm in ("corrector", "implicit")
+    assert ("; pump has discarded every step from there, of 0.1 s down to" in message) is goes_on
+    assert ("no step_size helps: look at what pump" in caught.value.remedy) is goes_on
+    begin, end = re.findall(r"t = (\S+) s(?: to (\S+) s)?", message)[0]
+    assert begin != end
     assert results.time[-1] == pytest.approx(0.5 if goes_on else 0.4, abs=1e-6)
     np.testing.assert_allclose(results.time[:5], [0, 0.1, 0.2, 0.3, 0.4], atol=1e-15)
     assert all(np.isfinite(s.values).all() for g in results.components.values() for s in g.values())

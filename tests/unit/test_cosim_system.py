@@ -97,6 +97,15 @@ def test_a_good_file_is_understood(folder: Path) -> None:
         ("step_size: 0.1", "step_size: 0", "8:29", "expected 1e-9 s or more", ""),
         ("step_size: 0.1", "step_size: 20", "8:29", "longer than the run", ""),
         ("output_interval: 0.5", "output_interval: 0.25", "8:45", "not a multiple", "take 0.2 s"),
+        (
+            "step_size: 0.1, output_interval: 0.5",
+            "step_size: 7812.5 ns, output_interval: 1 ms",
+            "8:51",
+            "steps are whole nanoseconds, so that the step_size of 7.8125e-06 s is one of 7812 ns",
+            "take a step_size of 8e-06 s",
+        ),
+        ("step_size: 0.1", "step_size: 1 mm", "8:29", "'1 mm' is not a valid duration", "'10 ms'"),
+        ("stop_time: 10", "stop_time: late", "8:14", "'late' is not a valid duration", "'10 ms'"),
         ("output_interval: 0.5", "algorithm: jakobi", "8:45", "'jakobi'", "did you mean 'jacobi'?"),
         ("output_interval: 0.5", "tolerance: 2", "8:45", "tolerance", "1e-6"),
         ("stop_time: 10, ", "", "8:1", "missing key 'stop_time'", "add"),
@@ -112,6 +121,13 @@ def test_one_mistake_one_message_at_its_place(
     assert f"system.yaml:{place}: " in str(first)
     assert message in first.message
     assert remedy in first.remedy
+
+
+def test_times_may_have_units(folder: Path) -> None:
+    times = "start_time: -500 ms, stop_time: 1/6 min, step_size: 100 ms, output_interval: 0.5 s"
+    text = GOOD.replace("stop_time: 10, step_size: 0.1, output_interval: 0.5", times)
+    settings = System.load(written(folder, text)).simulation
+    assert settings == Simulation(10.0, 0.1, output_interval=0.5, start_time=-0.5)
 
 
 def test_all_problems_are_told_at_once(folder: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from textwrap import indent
 from typing import Any
@@ -14,6 +15,7 @@ from m4e_fmi.document import Document
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.program import Program
 from m4e_fmi.program.python_form import load_python
+from m4e_fmi.report.summaries import run_summary
 from m4e_fmus.table import Config, make
 
 TIMES = [0.0, 1.0, 1.0, 3.0]
@@ -181,6 +183,36 @@ def test_mistakes_in_a_file(
     (problem,) = caught.value.problems
     assert message in problem.message
     assert (problem.file, problem.line) == (str(tmp_path / "wind.csv"), line)
+
+
+def test_powers_in_other_units_than_watts_have_means(tmp_path: Path) -> None:
+    units = {"a": "kW", "b": "MW", "c": "N.m/s", "d": "N.m.rad/s", "e": "W", "f": "J", "g": "1"}
+    signals = {name: {"unit": unit, "values": [1.0, 3.0]} for name, unit in units.items()}
+    config = Config(times=(0.0, 1.0), signals=signals)  # pyright: ignore
+    system = System("s", (Component("t", Kind("table", config)),), (), Simulation(1.0, 0.1))
+    outcome = run(system, results=tmp_path / "s.nc", build_directory=tmp_path)
+    told = re.findall(r"mean power (\S+ \S+) over 1 s \(t\.(\w)\)", run_summary(outcome))
+    expected = {"a": "2.000 kW", "b": "2.000 MW", "c": "2.000 W", "d": "2.000 W", "e": "2.000 W"}
+    assert {name: power for power, name in told} == expected
+
+
+def test_a_name_that_differs_is_told_with_the_file_that_has_it(tmp_path: Path) -> None:
+    (tmp_path / "wind.csv").write_text("t,forze,g\n0,1,1\n1,2,2\n")
+    signals = {"force": "N", "other": {"column": "h"}}
+    with pytest.raises(InputError) as caught:
+        program(tmp_path, file="wind.csv", time="time", signals=signals)
+    time, force, other = caught.value.problems
+    assert force.message == (
+        "no column 'force' in this file, which the system file asks for as the signal 'force'"
+    )
+    assert force.remedy == (
+        "mend the name in one of the two, or give 'force' its 'column' in the system file; "
+        "did you mean 'forze'?"
+    )
+    assert "no column 'h' in this file, which the system file asks for as the signal 'other'" in (
+        other.message
+    )
+    assert "which the system file asks for under 'time'" in time.message
 
 
 def test_all_mistakes_of_all_files_at_once(tmp_path: Path) -> None:

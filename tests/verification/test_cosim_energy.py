@@ -70,3 +70,20 @@ def test_without_a_coordinate_the_way_is_that_of_the_mean_velocity(c_fmu: Fmus) 
     assert bond.given == pytest.approx(exact, abs=step**2)
     # the velocity is linear in time under a held force: its mean is exact
     assert bond.received == pytest.approx(kinetic - 0.5, abs=1e-12)
+
+
+@pytest.mark.parametrize("options", ["+state", "+state+inputs"])
+def test_nothing_is_lost_where_inputs_follow_a_course(c_fmu: Fmus, options: str) -> None:
+    """A damper: force and velocity fall together, mean force · displacement lacks (dH)²/12."""
+    mass = Component("a", FmuFile(c_fmu(f"mass{options}")), {"body.m.vx": 1.0})
+    shares = []
+    for step in (0.2, 0.1):
+        force = Component("b", FmuFile(c_fmu(f"damper{options}")), {"damping": 0.7})
+        settings = Simulation(3.0, step, "corrector")
+        (bond,) = run(System("s", (mass, force), ("a.m <-> b.end",), settings)).energy
+        exact = -(1 - np.exp(-2 * 0.7 * 3.0)) / 2
+        assert bond.given == pytest.approx(exact, abs=step**4 / 10)
+        assert bond.received == pytest.approx(exact, abs=step**4 / 10)
+        shares.append(abs(bond.relative))
+    assert shares[0] < 0.7**2 * 0.2**2 / 12 / 10
+    assert shares[0] > 6 * shares[1]  # of third order at least; mean force · displacement: 4

@@ -3,10 +3,10 @@
 An algorithm is made from a Network. Its `step(time, size)` steps every component from the present
 communication point, at which all values are consistent, by `size` seconds, which it notes as the
 network's `size`; the network's `advance` follows. `held` tells what it held at the network's inputs
-meanwhile. What it knows of the past is in the network's `values` and `last`, so that it needs no
-more than those to go on from another point. One that does the same in every step is `Scheduled`,
-and the C library makes its steps. To add one: a file here, an entry in `ALGORITHMS`, its name in
-`m4e_fmi.cosim.system.ALGORITHMS`.
+meanwhile, `followed` how far these went along with their sources. What it knows of the past is in
+the network's `values` and `last`, so that it needs no more than those to go on from another point.
+One that does the same in every step is `Scheduled`, and the C library makes its steps. To add one:
+a file here, an entry in `ALGORITHMS`, its name in `m4e_fmi.cosim.system.ALGORITHMS`.
 """
 
 from __future__ import annotations
@@ -33,6 +33,15 @@ class Algorithm(Protocol):
     @property
     def held(self) -> np.ndarray:
         """Values held at the network's inputs during the last step, in their order."""
+        ...
+
+    @property
+    def followed(self) -> np.ndarray:
+        """Of each input, 1 if it goes along with its source in the step, 0 if it is held.
+
+        In between, it is the share of the first moment about the mean that inputs have of their
+        sources': 1 − 1/n² for n values that are held one after the other, each the mean.
+        """
         ...
 
     @property

@@ -71,6 +71,7 @@ class Corrector(Scheduled):
         self._knots = tuple(_Knot([parts[k] for k in names], c) for names, c in _knots(network))
         self._before = np.zeros_like(interface.end)
         super().__init__(network, self._passes(2), interface.held)
+        self.followed = interface.followed
         rigid = [part.name for knot in self._knots if knot.cyclic for part in knot.once]
         moving = [part for part in parts.values() if part.moved]
         single = [part.name for part in parts.values() if part.holds and part.pieces == 1]

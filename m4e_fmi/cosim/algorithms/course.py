@@ -87,6 +87,10 @@ class Way(Enum):
         """How many values are held in a step, at least."""
         return 4 if self is Way.PARABOLA else 2
 
+    def lost(self, pieces: int) -> float:
+        """What share of the first moment about the mean is lost in so many pieces that are held."""
+        return 1 / pieces**2 if self is Way.LINES or pieces == 1 else 0.0
+
     def held(self, piece: int, pieces: int) -> np.ndarray:
         """What is held in one of so many pieces."""
         if self is Way.LINES:

@@ -33,6 +33,7 @@ class Doubling:
         self.estimate_order = algorithm.order + 1
         self.notes = algorithm.notes
         self.held = np.zeros_like(network.inputs)
+        self.followed = (3 + algorithm.followed) / 4  # two means follow by 1 - 1/2²
         self.change = np.zeros(self._count)
         self.end = np.zeros(self._count)
 

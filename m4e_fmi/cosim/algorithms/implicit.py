@@ -47,7 +47,7 @@ class Implicit:
         self._inputs = np.zeros(3 * count)
         courses = Courses(self._inputs, np.arange(3 * count).reshape(3, count))
         self._interface = interface = Interface(network, Way.LINES, courses)
-        self.held = interface.held
+        self.held, self.followed = interface.held, interface.followed
         self.notes: tuple[str, ...] = ()
         self.order = 2
         rigid = [part.name for part in self._interface.parts if not part.can_return]

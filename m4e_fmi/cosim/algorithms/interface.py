@@ -48,10 +48,21 @@ class Interface:
             for own in (part.inputs for part in self.sampled)
         ]
         self.mean = (found.combined(self.held, found.places, weight), *sampled)
+        self.followed = self._followed()
         self._predicted = tuple(
             _Prediction(network, into, share) for into, share in ((self.middle, 0.5), (self.end, 1))
         )
         self.begin = self._begin()
+
+    def _followed(self) -> np.ndarray:
+        """Of each input, how far it goes along with its source: see `Algorithm`."""
+        found = np.zeros(len(self.sources))
+        for part in self.parts:
+            found[part.inputs] = part.followed
+        for k, link in enumerate(self._network.links):
+            if link.delayed or self._network.due(link.source.component):
+                found[k] = 0.0
+        return found
 
     def _block(self, start: int) -> np.ndarray:
         return self._network.values[start : start + self._count]

@@ -87,6 +87,11 @@ class Part:
         self.operations = tuple(o for k in range(count) for o in self._piece(k))
 
     @property
+    def followed(self) -> float:
+        """How far inputs go along with their sources: see `Algorithm`."""
+        return 1.0 - self._way.lost(self.pieces) if self.holds else 1.0
+
+    @property
     def save(self) -> tuple[Operation, ...]:
         """Keeps the state to which `restore` returns, if the FMU can."""
         return (Save(self._instance),) if self.can_return else ()

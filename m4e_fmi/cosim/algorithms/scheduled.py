@@ -19,7 +19,10 @@ if TYPE_CHECKING:
 
 
 class Scheduled(ABC):
-    """`operations` make a step, once it is prepared; `held` is what they hold at the inputs."""
+    """`operations` make a step, once it is prepared; `held` is what they hold at the inputs.
+
+    Inputs are held all through a step, unless `followed` says otherwise.
+    """
 
     order: int
 
@@ -27,6 +30,7 @@ class Scheduled(ABC):
         self.network = network
         self.operations = tuple(operations)
         self.held = held
+        self.followed = np.zeros(len(held))
         self.notes: tuple[str, ...] = ()
 
     @abstractmethod

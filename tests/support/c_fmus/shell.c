@@ -8,7 +8,7 @@
  * LAZY makes it compute outputs in steps only, PICKY refuse values beyond 0.5 once it is initialised.
  * CONSTANT and OWN_STEP make it refuse steps of another size than its first, or than OWN_STEP.
  * CLEARS makes it lose all that can be read when anything is set after initialization, up to the end
- * of the next step. REFRESHES makes it compute outputs when something is set, and not after steps.
+ * of the next step. FORGETS makes it leave its last variable as it is when it goes back. REFRESHES makes it compute outputs when something is set, and not after steps.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -241,6 +241,9 @@ fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *s) {
 fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate s) {
     Model *m = c;
     double *kept = s;
+#ifdef FORGETS
+    kept[N - 1] = m->r[N - 1];
+#endif
     memcpy(m->r, kept, N * sizeof(double));
     m->t = kept[N];
     m->stale = (int)kept[N + 1];

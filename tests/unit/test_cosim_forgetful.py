@@ -1,0 +1,66 @@
+"""FMUs that say they can go back, but whose saved states lack a part."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from m4e_fmi.cosim import Component, FmuFile, Outcome, Simulation, System, prepare, run
+from m4e_fmi.cosim.certificate import Certificate
+from m4e_fmi.errors import RunError
+
+Fmus = Callable[[str], Path]
+
+
+def metered(fmus: Fmus, meter: str, algorithm: str = "jacobi") -> System:
+    """An oscillator of a mass and a spring, and a meter of y' = 2 v: y = 2 x."""
+    parts = (
+        Component("mass", FmuFile(fmus("mass+state")), {"body.m.x": 1.0}),
+        Component("spring", FmuFile(fmus("spring+state"))),
+        Component("meter", FmuFile(fmus(meter)), {"gain": 2.0, "y": 2.0}),
+    )
+    links = ("mass.m <-> spring.end", "mass.body.m.vx -> meter.u, units ignored")
+    return System("s", parts, links, Simulation(6.0, 0.02, algorithm))
+
+
+def course(system: System) -> tuple[np.ndarray, Outcome]:
+    seen: list[float] = []
+    outcome = run(system, observers=[lambda _, network: seen.append(network.read("meter.y"))])
+    return np.array(seen), outcome
+
+
+@pytest.mark.parametrize("version", ["", "3:"])
+@pytest.mark.parametrize("algorithm", ["jacobi", "corrector"])
+def test_one_that_forgets_runs_as_one_that_cannot_go_back(
+    c_fmu: Fmus, version: str, algorithm: str
+) -> None:
+    right, _ = course(metered(c_fmu, f"{version}integrator", algorithm))
+    values, outcome = course(metered(c_fmu, f"{version}integrator+state+forgets", algorithm))
+    np.testing.assert_array_equal(values, right)
+    assert isinstance(outcome.certificate, Certificate)
+    (warning,) = (text for text in outcome.warnings if "go back" in text)
+    assert warning.startswith("meter: integrator_state_forgets")
+    assert "steps made again after a return give another y" in warning
+    assert "m4e-fmi validate integrator_state_forgets" in warning
+
+
+def test_one_that_keeps_its_whole_state_is_left_as_it_is(c_fmu: Fmus) -> None:
+    found = prepare(metered(c_fmu, "integrator+state"))
+    assert not any("go back" in text for text in found.warnings)
+    assert all(description.saves_state for description in found.descriptions.values())
+
+
+def test_a_state_that_is_refused_is_told_before_the_run(c_fmu: Fmus) -> None:
+    _, outcome = course(metered(c_fmu, "integrator+claims"))
+    (warning,) = (text for text in outcome.warnings if "go back" in text)
+    assert "its state cannot be saved" in warning
+    assert "fmi2GetFMUstate answered Error" in warning
+
+
+def test_what_needs_a_return_is_refused(c_fmu: Fmus) -> None:
+    system = metered(c_fmu, "integrator+state+forgets")
+    with pytest.raises(RunError, match="which meter cannot"):
+        run(system.changed(coupling_tolerance=1e-3))
