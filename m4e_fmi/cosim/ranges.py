@@ -10,6 +10,9 @@ import numpy as np
 
 from m4e_fmi.fmu.reading import Variable
 
+ROUNDING = 1e-9
+"""Share of its limits, nominal value or value by which an output may be outside by rounding."""
+
 
 @dataclass
 class RangeWatch:
@@ -29,6 +32,9 @@ class RangeWatch:
         self._columns = [k for k, _ in limits]
         self._low = np.array([v.minimum for _, v in limits])
         self._high = np.array([v.maximum for _, v in limits])
+        bounds = np.abs(np.array([self._low, self._high]))
+        self._scale = np.where(np.isfinite(bounds), bounds, 0.0).max(axis=0, initial=0.0)
+        self._scale = np.maximum(self._scale, [v.nominal for _, v in limits])
 
     def __bool__(self) -> bool:
         return bool(self._columns)
@@ -36,7 +42,8 @@ class RangeWatch:
     def look(self, times: np.ndarray, values: np.ndarray) -> None:
         """Rows at `times` [s] (n,), of all variables (n, k); the first outside is kept of each."""
         values = values[:, self._columns]
-        outside = (values < self._low) | (values > self._high)
+        near = ROUNDING * np.maximum(self._scale, np.abs(values))
+        outside = (values < self._low - near) | (values > self._high + near)
         if not outside.any():
             return
         for place in np.flatnonzero(outside.any(axis=0)):

@@ -235,6 +235,7 @@ class SecondCourse:
         """One step; in pieces where FMUs have events within it: to just before them, and over."""
         network, algorithm, end, event = self._network, self._algorithm, now + size, NEVER
         while now < end:
+            network.pause()
             size = end - now
             if event > now:
                 size = min(size, event - 1 - now if event - 1 > now else 1)
@@ -244,7 +245,7 @@ class SecondCourse:
                 if found.reached is None or not isinstance(algorithm, Undoing) or size == 1:
                     raise
                 algorithm.undo()
-                event = max(now + 1, in_nanoseconds(found.reached))
+                event = min(max(now + 1, in_nanoseconds(found.reached)), now + size - 1)
                 continue
             now += size
             if now == event:

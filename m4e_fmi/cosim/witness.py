@@ -365,7 +365,7 @@ class Witness:
 
         0 of what is not judged, if there are any.
         """
-        if not len(kinks) and not stretch.jumps:
+        if not len(kinks) and not stretch.jumps and len(stretch.runs) == 1:
             return self._roughness.largest
         found = fourth_differences(run.values)
         uneven = np.flatnonzero(np.diff(np.diff(run.times))) + 1
@@ -428,6 +428,8 @@ class Witness:
 
     def _outweigh(self, now: int) -> bool:
         """Whether errors of kinks, as followed, matter beside those of smooth steps, or grow."""
+        if not self._told:
+            return True
         spans = self._spans(self.ranges())
         smooth = throughout(self._told, self._start, now)
         if over(self._kinked_since, spans).max() > LITTLE * over(smooth, spans).max():

@@ -10,6 +10,7 @@ import pytest
 
 from m4e_fmi.cosim import Component, FmuFile, Outcome, Simulation, System, prepare, run
 from m4e_fmi.cosim.certificate import Certificate
+from m4e_fmi.cosim.forgetful import _different
 from m4e_fmi.errors import RunError
 
 Fmus = Callable[[str], Path]
@@ -64,3 +65,13 @@ def test_what_needs_a_return_is_refused(c_fmu: Fmus) -> None:
     system = metered(c_fmu, "integrator+state+forgets")
     with pytest.raises(RunError, match="which meter cannot"):
         run(system.changed(coupling_tolerance=1e-3))
+
+
+def test_what_solvers_that_begin_anew_and_clocks_do_is_no_fault() -> None:
+    """A course that went on may be off by a tolerance; those after a return are the same."""
+    on, anew = [[300.0], [300.2]], [[300.0], [300.201]]
+    assert _different(["T"], on, anew, anew) == set()
+    assert _different(["T"], on, anew, [[300.1], [300.4]]) == {"T"}
+    assert _different(["y"], [[1.0], [2.0]], [[3.0], [4.0]], [[3.0], [4.0]]) == {"y"}
+    assert _different(["n"], [[1], [2]], [[1], [2]], [[1], [2]]) == set()
+    assert _different(["n"], [[1], [2]], [[3], [4]], [[5], [6]]) == {"n"}

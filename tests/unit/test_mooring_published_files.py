@@ -221,3 +221,27 @@ def test_the_position_of_a_fairlead_follows_its_body(tmp_path):
     assert math.dist((first.x, first.y, first.z), (second.x, second.y, second.z)) == pytest.approx(
         math.dist((-3.0, 0.5, 1.5), (2.0, -1.0, 0.0))
     )
+
+
+@pytest.mark.parametrize(
+    ("behind", "said"),
+    [
+        ("1 1 # the free buoy, of steel", ""),
+        ("10 20 30 1 1", ""),
+        ("-5 1", "drag area CdA"),
+        ("1 nan", "'nan' is not a number"),
+        ("abc 1", "'abc' is not a number"),
+        ("10 20 30 -1 1", "drag area CdA"),
+    ],
+)
+def test_what_stands_behind_a_points_volume(tmp_path: Path, behind: str, said: str) -> None:
+    path = tmp_path / "lines.txt"
+    row = "5    Connect   -30.0 0 -12   500 2.0 "
+    path.write_text(FILE.replace("@", "0 WaveKin").replace(f"{row}1 1", f"{row}{behind}"))
+    if not said:
+        assert ready_mooring(path, fairleads={}).lines
+        return
+    with pytest.raises(InputError, match=said) as caught:
+        ready_mooring(path, fairleads={})
+    (problem,) = caught.value.problems
+    assert problem.line == path.read_text().splitlines().index(f"{row}{behind}") + 1

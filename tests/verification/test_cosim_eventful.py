@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 import pytest
 import xarray as xr
+from support.c_fmus.kinds import build_kinds
 from support.eventful_systems import Event, EventfulSystem, eventful_system, made
 
-from m4e_fmi.cosim import Certificate, Simulation, run, witness
+from m4e_fmi.cosim import Certificate, Component, FmuFile, Simulation, run, witness
 
 Fmus = Callable[[str], Path]
 
@@ -220,3 +222,21 @@ def test_kinks_of_fmus_that_make_one_size_of_step_only(c_fmu: Fmus) -> None:
     assert true < stated < 10 * true
     assert isinstance(outcome.certificate, Certificate)
     assert "kinks are not followed" in str(outcome.certificate.coverage)
+
+
+def test_changes_in_every_step_leave_an_estimate_or_a_reason(
+    c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """A window without a step of another length tells nothing; kinks are followed all the same."""
+    monkeypatch.setattr(witness, "FIRST", 64)
+    monkeypatch.setattr(witness, "MANY", 4)
+    system = springs(c_fmu, 100.0, 5.0, 0, 300).system
+    kinds = FmuFile(build_kinds(2, ["state"], tmp_path))
+    encoder = (Component("a", kinds, {"period": 0.04}), Component("b", kinds, {"period": 0.0}))
+    system = replace(
+        system,
+        components=(*system.components, *encoder),
+        connections=(*system.connections, "a.y_bool -> b.u_bool"),
+    )
+    outcome = run(system)
+    assert outcome.certificate

@@ -188,8 +188,7 @@ class Frequencies(Section):
 class Radiation(Section):
     """Number of poles of the radiation memory of each group of coupled motions.
 
-    `order: auto` (default) takes the smallest of 4 to 8 that reaches the accuracy; up to 16 where
-    bodies act on one another from afar.
+    `order: auto` (default) takes the smallest of 4 to 16 that reaches the accuracy.
     """
 
     order: Order = None

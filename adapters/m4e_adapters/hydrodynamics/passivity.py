@@ -19,6 +19,7 @@ is best, by least squares over them alone (variable projection).
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -44,7 +45,9 @@ MARGIN = 3e-5
 """Least eigenvalue of (1 + ω²/ω₁²) Re K that is asked for, each motion scaled by its largest B: a
 body in steady motion feels this share of it."""
 ACCEPTED = 1e-6  # likewise, what a fit is content with
-ON_AXIS = 1e-8  # |Re s| over the largest pole below which an eigenvalue of the pencil counts as jω
+ON_AXIS = 1e-6
+"""|Re s| over |s| or the largest pole below which an eigenvalue of the pencil may be some jω: what
+is looked at for nothing costs little."""
 BETWEEN = 12  # points looked at between two singular frequencies
 
 
@@ -89,7 +92,8 @@ def passive_fit(samples: Samples, *, order: int, evaluations: int) -> Fit:
     poles = fitted_poles(samples, order=order)
     poles = np.minimum(poles.real, -LEAST_DECAY * np.abs(poles)) + 1j * poles.imag
     known = Inequalities()  # those of one fit serve the next, whose poles are nearly the same
-    poles = _moved(samples, poles, known, evaluations)
+    with contextlib.suppress(UnprovenError):  # those of vector fitting may do
+        poles = _moved(samples, poles, known, evaluations)
     return _Combinations(samples, poles).best(known, proven=True)
 
 
@@ -167,8 +171,6 @@ class _Combinations:
                 if len(omega):
                     values, vectors = self._eigen(omega, own)
                     worst = _minima(values[:, 0])
-                    if not len(worst):
-                        break
             if not len(worst):
                 nothing = np.zeros(len(own))
                 offset = coefficients[:, -1] if self.samples.offset else nothing
@@ -249,7 +251,8 @@ def singular_frequencies(poles: Complex, combination: np.ndarray, size: int) -> 
     with np.errstate(all="ignore"):
         values = numerator / denominator
     finite = np.isfinite(values) & (np.abs(denominator) > 1e-8 * np.abs(numerator))
-    axis = finite & (np.abs(values.real) < ON_AXIS) & (values.imag > 0)
+    near = ON_AXIS * np.maximum(1.0, np.abs(values.imag))
+    axis = finite & (np.abs(values.real) < near) & (values.imag > 0)
     return np.sort(values.imag[axis]) * fastest
 
 

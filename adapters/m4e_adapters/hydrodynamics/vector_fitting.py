@@ -102,9 +102,11 @@ def _relocated(samples: Samples, poles: Complex) -> Complex:
         values.append(q[:, count:].T @ (weights * stacked(response)))
     system = np.concatenate(rows)
     size = np.linalg.norm(system, axis=0)
+    size = np.where(size > 0, size, 1.0)
     scaled, *_ = np.linalg.lstsq(system / size, np.concatenate(values), rcond=None)
     zeros = np.linalg.eigvals(companion(poles) - np.outer(inputs(poles), scaled / size))
-    stable = -np.abs(zeros.real) - 1e-9 * np.abs(zeros) + 1j * zeros.imag
+    least = 1e-9 * np.maximum(np.abs(zeros), samples.omega.max())
+    stable = -np.abs(zeros.real) - least + 1j * zeros.imag
     real = np.abs(stable.imag) < 1e-9 * np.abs(stable)
     stable[real] = stable[real].real
     return stable[stable.imag >= 0]

@@ -10,7 +10,7 @@ import math
 import re
 
 from m4e_adapters.moordyn.attachments import Attachments
-from m4e_adapters.moordyn.read_file import ReadFile, number, option_name
+from m4e_adapters.moordyn.read_file import ReadFile, has_force, number, option_name
 from m4e_adapters.moordyn.sections import Row
 from m4e_fmi.errors import suggestion
 
@@ -35,6 +35,8 @@ POINT: dict[int, Range] = {
     5: ("mass", 0.0, 1e12),
     6: ("volume", 0.0, 1e9),
 }
+FORCE = ("constant force", -1e12, 1e12)
+DRAG, ADDED_MASS = ("drag area CdA", 0.0, 1e9), ("added mass coefficient CA", 0.0, 1e3)
 LINE: dict[int, Range] = {4: ("unstretched length", 1e-3, 1e6), 5: ("number of segments", 1, 1000)}
 OPTIONS: dict[str, tuple[float, float]] = {
     "dtm": (1e-6, 1e3),
@@ -91,7 +93,9 @@ def check(file: ReadFile) -> None:
             _check_lift(file, row)
     for row in file.rows("points"):
         if row not in short:
-            _check_ranges(file, row, POINT)
+            force = dict.fromkeys((7, 8, 9), FORCE) if has_force(row) else {}
+            last = 7 + len(force)
+            _check_ranges(file, row, {**POINT, **force, last: DRAG, last + 1: ADDED_MASS})
     for row in file.rows("lines"):
         if row not in short:
             _check_line(file, row, names)

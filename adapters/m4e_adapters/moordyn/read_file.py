@@ -10,6 +10,7 @@ from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.files_read import TooLongError, read_text
 
 LARGEST = 10_000_000  # bytes of a file
+FORCED_POINT = 12  # words of a point on which a force acts
 ALIASES = {
     "dt": "dtm",
     "gravity": "g",
@@ -71,6 +72,12 @@ def option_name(row: Row) -> str:
     """The name of an option, the same for all that MoorDyn calls it by."""
     name = row.words[1].lower()
     return ALIASES.get(name, name)
+
+
+def has_force(row: Row) -> bool:
+    """Whether a row of a point has the three columns of a constant force, before drag area and
+    added mass; words behind those are a comment."""
+    return len(row.words) >= FORCED_POINT and all(map(number, row.words[7:FORCED_POINT]))
 
 
 def number(word: str) -> bool:

@@ -16,7 +16,7 @@ from m4e_adapters.moordyn.attachments import BODY, COUPLED, POINT_END, Attachmen
 from m4e_adapters.moordyn.file_checks import check, check_places
 from m4e_adapters.moordyn.line_file import QUIET, RELAXATION, header
 from m4e_adapters.moordyn.mooring import Fairlead, Mooring, internal_step, net_line
-from m4e_adapters.moordyn.read_file import ReadFile, option_name
+from m4e_adapters.moordyn.read_file import ReadFile, has_force, option_name
 from m4e_adapters.moordyn.sections import Row
 from m4e_adapters.moordyn.stability import SCHEMES, Segment, clear_of_seabed, damping_of_ratio
 from m4e_fmi.errors import InputError
@@ -180,9 +180,11 @@ def _net(file: ReadFile, attached: Attachments) -> dict[str, Any]:
     for row in file.rows("points"):
         force = None
         if attached.free(row):
-            values = [float(word) for word in row.words[5:]]
-            load = values[2:5] if len(row.words) >= 12 else [0.0, 0.0, 0.0]
-            weight = gravity * (values[1] * density - values[0])
+            mass, volume = (float(word) for word in row.words[5:7])
+            load = [0.0, 0.0, 0.0]  # what stands behind drag and added mass may be a comment
+            if has_force(row):
+                load = [float(word) for word in row.words[7:10]]
+            weight = gravity * (volume * density - mass)
             force = (load[0], load[1], load[2] + weight)
         points.append({"position": attached.place(row), "force": force})
     types = {row.words[0]: row.words for row in file.rows("line types")}
