@@ -25,8 +25,9 @@ SHARE_OF_DRAFT = 0.01
 """Displacement at the start that is told, over the mean draft."""
 TILT = math.radians(1.0)
 """Angle [rad] at the start that is told."""
-HELD = 1e-12
-"""∂a/∂f [1/kg] below which a joint holds the body: then it carries the weight."""
+HELD = 2.0
+"""Mass to be moved over that of the body, neutral and with added mass, from which on a joint or
+another body holds it: then that carries the weight."""
 
 
 def start_warnings(network: Network, wiring: Wiring) -> tuple[str, ...]:
@@ -74,7 +75,8 @@ def _balance(network: Network, link: Link, body: str, sources: dict[Port, Link])
     if given is None or given.source != Port(water, f"{body}.force_z"):
         return
     mobility = instance.directional_derivative(acceleration, force)
-    if mobility <= HELD:
+    neutral = network.read(f"{water}.{body}.neutral_mass")
+    if mobility * HELD * (neutral + _added_mass(network, water, body)) <= 1.0:
         return
     buoyancy = network.read(f"{water}.{body}{BUOYANCY}")
     load = (
@@ -88,7 +90,6 @@ def _balance(network: Network, link: Link, body: str, sources: dict[Port, Link])
     if stiffness > 0:
         way = (buoyancy - load) / stiffness
         settles = f": it {'rises' if way > 0 else 'sinks'} by {abs(way):.3g} m from there"
-    neutral = network.read(f"{water}.{body}.neutral_mass")
     yield (
         f"{source.component}.{base}: weight and connected forces are {load / 1e3:.5g} kN at the "
         f"start, the still water carries {buoyancy / 1e3:.5g} kN in the pose that the coefficients "
@@ -101,6 +102,15 @@ def _draft(network: Network, component: str, body: str) -> float:
     """Mean draft [m]: displaced volume over waterplane; infinite for a submerged body."""
     stiffness = _stiffness(network, component, body)
     return network.read(f"{component}.{body}{BUOYANCY}") / stiffness if stiffness > 0 else math.inf
+
+
+def _added_mass(network: Network, component: str, body: str) -> float:
+    """That of the body in heave at infinite frequency [kg]; 0 if there is none."""
+    known = network.instances[component].description.variables
+    bodies = [name.removesuffix(BUOYANCY) for name in known if name.endswith(BUOYANCY)]
+    heave = 3 * bodies.index(body) + 2
+    name = f"added_mass[{heave},{heave}]"
+    return network.read(f"{component}.{name}") if name in known else 0.0
 
 
 def _stiffness(network: Network, component: str, body: str) -> float:

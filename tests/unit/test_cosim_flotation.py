@@ -121,3 +121,16 @@ def test_motions_that_are_not_small_are_told_once(fmus: dict[str, Path], tmp_pat
     heave = outcome["hydro.float.heave"].values
     first = int(np.argmax(np.abs(heave) > 1.0))
     assert f"is {heave[first]:.4g} m at t = {outcome.time[first]:.9g} s" in left
+
+
+def test_a_hinge_carries_the_weight(fmus: dict[str, Path], tmp_path: Path) -> None:
+    """A body that stands on a hinge need not be in balance by itself."""
+    text = MODEL.replace(
+        "sea: {type: floating, child: float, initial: {z: -1.0}}",
+        "hinge: {type: revolute, child: float, parent_to_joint: [0, -5], joint_to_child: [0, 4], "
+        "initial: {q: 0.01}}",
+    )
+    (tmp_path / "flap.model.yaml").write_text(text)
+    program = model_program(load_model(tmp_path / "flap.model.yaml"))
+    flap = build_fmu(program, tmp_path / "flap.fmu", native=True)
+    assert floated({**fmus, "buoy": flap}, tmp_path, m="300 t").warnings == ()

@@ -11,6 +11,7 @@ import pytest
 from m4e_fmi.cosim import Component, FmuFile, Outcome, Simulation, System, prepare, run
 from m4e_fmi.cosim.certificate import Certificate
 from m4e_fmi.cosim.forgetful import _different
+from m4e_fmi.cosim.start_values import Value
 from m4e_fmi.errors import RunError
 
 Fmus = Callable[[str], Path]
@@ -69,7 +70,8 @@ def test_what_needs_a_return_is_refused(c_fmu: Fmus) -> None:
 
 def test_what_solvers_that_begin_anew_and_clocks_do_is_no_fault() -> None:
     """A course that went on may be off by a tolerance; those after a return are the same."""
-    on, anew = [[300.0], [300.2]], [[300.0], [300.201]]
+    on: list[list[Value]] = [[300.0], [300.2]]
+    anew: list[list[Value]] = [[300.0], [300.201]]
     assert _different(["T"], on, anew, anew) == set()
     assert _different(["T"], on, anew, [[300.1], [300.4]]) == {"T"}
     assert _different(["y"], [[1.0], [2.0]], [[3.0], [4.0]], [[3.0], [4.0]]) == {"y"}

@@ -262,3 +262,13 @@ def test_the_waterline_is_one_loop_around_the_hull() -> None:
     assert sorted(a for a, _ in edges) == sorted(b for _, b in edges)
     length = sum(np.linalg.norm(panels.vertices[b] - panels.vertices[a]) for a, b in edges)
     assert length == pytest.approx(20.0, rel=1e-12)
+
+
+def test_a_centre_of_gravity_below_the_hull_is_told(tmp_path: Path) -> None:
+    """A mesh in the frame of its body, read as one in world coordinates, may be far too high."""
+    told: list[str] = []
+    written(box(), tmp_path / "hull.gdf")
+    given = {"shape": {"mesh": "hull.gdf"}, "center_of_gravity": [0, -5]}
+    make_hull("float", Body.model_validate(given), tmp_path, progress=told.append)
+    assert "(z = -5 m) is below its hull (lowest point at z = -2 m)" in told[-1]
+    assert "mesh_origin" in told[-1]

@@ -224,6 +224,7 @@ def _record_drag(recorder: Recorder, body: str, drag: Drag, velocity: Vector) ->
             unit,
             f"quadratic drag in {motion}: force -c |v| v",
             start=getattr(drag, motion),
+            minimum=0.0,
             tunable=True,
         )
         force.append(-recorder.parameter(variable) * abs(v) * v)

@@ -7,7 +7,7 @@ frequencies of the integral equation, at which its solution is otherwise wrong b
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -86,17 +86,30 @@ def make_hull(
             f"warning: no lid could be made inside body {name!r}: its coefficients may be wrong "
             "near irregular frequencies; limit frequencies.maximum, or make a finer mesh"
         )
-    low, high = panels.vertices[:, 0].min(), panels.vertices[:, 0].max()
-    x = body.center_of_gravity[0]
-    if not low <= x <= high:
-        remedy = "give the shape a center_x"
-        if body.shape.mesh is not None:
-            remedy = "a mesh is in world coordinates, unless mesh_origin: [x, z] moves it there"
-        progress(
-            f"warning: the centre of gravity of body {name!r} (x = {x:.4g} m) is not above or "
-            f"below its hull (x = {low:.4g} to {high:.4g} m): {remedy}"
-        )
+    for text in _misplaced(name, body, panels):
+        progress(f"warning: {text}")
     return Hull(name, panels, lid, body.center_of_gravity, hydrostatics_of(panels))
+
+
+def _misplaced(name: str, body: Body, panels: Panels) -> Iterator[str]:
+    """A centre of gravity that is where no hull of this extent can have it."""
+    world = body.shape.mesh is not None
+    where = "a mesh is in world coordinates, unless mesh_origin: [x, z] moves it there"
+    x, z = body.center_of_gravity
+    low, high = panels.vertices[:, 0].min(), panels.vertices[:, 0].max()
+    keel = panels.vertices[:, 2].min()
+    if not low <= x <= high:
+        remedy = where if world else "give the shape a center_x"
+        yield (
+            f"the centre of gravity of body {name!r} (x = {x:.4g} m) is not above or below its "
+            f"hull (x = {low:.4g} to {high:.4g} m): {remedy}"
+        )
+    if z < keel:
+        remedy = where if world else "make center_of_gravity and the shape's draft agree"
+        yield (
+            f"the centre of gravity of body {name!r} (z = {z:.4g} m) is below its hull (lowest "
+            f"point at z = {keel:.4g} m): {remedy}"
+        )
 
 
 def _shape_panels(name: str, shape: Shape, count: int, folder: Path) -> Panels:

@@ -39,8 +39,9 @@ POOR, POOR_DAMPING, USELESS = 0.02, 0.03, 0.2  # warned of, refused
 NEAR_BEST = 1.5  # how much larger an error than the best is accepted for fewer states
 DISAGREE = 0.01  # error of A over A∞ from which A∞ is fitted too
 REMEDY = (
-    "raise radiation.order; for bodies far apart, whose waves arrive late, also raise "
-    "frequencies.count or lower frequencies.maximum"
+    "raise radiation.order or leave it out; use more panels where they are coarse for the highest "
+    "waves, or a lower frequencies.maximum; for bodies far apart, whose waves arrive late, raise "
+    "frequencies.count"
 )
 NEGLIGIBLE = 1e-3  # coupling, relative to the geometric mean of the motions' own
 SILENT = 1e-6  # B over ω A∞, largest each, below which a motion has no memory
@@ -83,6 +84,11 @@ class RadiationGroup:
     def demerit(self) -> float:
         """Errors over what is wanted, the largest; 1 or less ends the search."""
         return max(self.error / TARGET, self.damping_error / DAMPING_TARGET)
+
+    @property
+    def is_poor(self) -> bool:
+        """Whether that deserves a warning."""
+        return self.error > POOR or self.damping_error > POOR_DAMPING
 
     def transfer(self, omega: np.ndarray) -> np.ndarray:
         """K(jω), (n, m, m)."""
@@ -131,8 +137,7 @@ def fit_radiation(
         text = _report(group, data)
         if group.error > USELESS:
             raise InputError.single(text, REMEDY)
-        poor = group.error > POOR or group.damping_error > POOR_DAMPING
-        progress(f"warning: {text}: {REMEDY}" if poor else text)
+        progress(f"warning: {text}: {REMEDY}" if group.is_poor else text)
         added_mass_inf[np.ix_(motions, motions)] += group.surplus
         groups.append(group)
     return RadiationMemory(tuple(groups), added_mass_inf)
@@ -286,7 +291,8 @@ def _best(part: _Part, order: int | None, *, offset: bool) -> RadiationGroup | N
             break
     if not fits:
         return None
-    enough = max(1.0, NEAR_BEST * min(fit.demerit for fit in fits))
+    best = min(fits, key=lambda fit: fit.demerit)
+    enough = max(1.0, best.demerit if best.is_poor else NEAR_BEST * best.demerit)
     return next(fit for fit in fits if fit.demerit <= enough)
 
 
