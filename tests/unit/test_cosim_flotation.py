@@ -133,4 +133,5 @@ def test_a_hinge_carries_the_weight(fmus: dict[str, Path], tmp_path: Path) -> No
     (tmp_path / "flap.model.yaml").write_text(text)
     program = model_program(load_model(tmp_path / "flap.model.yaml"))
     flap = build_fmu(program, tmp_path / "flap.fmu", native=True)
-    assert floated({**fmus, "buoy": flap}, tmp_path, m="300 t").warnings == ()
+    told = floated({**fmus, "buoy": flap}, tmp_path, m="300 t").warnings
+    assert not any("still water carries" in text for text in told)
