@@ -23,7 +23,7 @@ from m4e_fmi.cosim.dependence import DECLARED, PROBED, STATED, how_known
 from m4e_fmi.cosim.instance import WARNING, Call, Instance
 from m4e_fmi.cosim.network import Network
 
-RARER = 16
+RARER = 2
 """After n steps, the next look is n over this many steps later."""
 NOISE = 1e-9
 """Share of an output by which rounding and iterations may change one that follows no input."""
