@@ -318,7 +318,6 @@ class Instance:
             self._places[place] = fmu.saver(slot), fmu.restorer(slot)
         return self._places[place]
 
-    @not_lost()
     def save_state(self, place: int = 0) -> None:
         """Keep the FMU's state, instead of the one kept before in the same place."""
         save, _ = self._calls(place)
@@ -326,7 +325,6 @@ class Instance:
         if status > WARNING:
             self.fail(status, "fmi2GetFMUstate")
 
-    @not_lost()
     def restore_state(self, time: float, place: int = 0) -> None:
         """Bring the FMU back to the state kept in a place at `time` [s], also after a failed step.
 

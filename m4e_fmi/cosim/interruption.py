@@ -65,7 +65,7 @@ def stepping(halt: Callable[[], None] | None = None) -> Iterator[Callable[[], No
     usual. `halt` is called every `TICK`, in another thread.
     """
     asking = _ours()
-    with same_folder(), quiet(), _noting(asking) as noted, _ticking(asking, halt):
+    with same_folder(), quiet(), not_lost(), _noting(asking) as noted, _ticking(asking, halt):
 
         def check() -> None:
             if noted:

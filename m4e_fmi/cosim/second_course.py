@@ -71,10 +71,17 @@ class Recorded:
         """
         if times is None:
             jumps = np.flatnonzero(np.diff(self.times) == 1)
-            smooth = np.delete(self.times, np.union1d(jumps, jumps + 1))
-            times = np.intersect1d(smooth, other.times, assume_unique=True)
+            both = _among(self.times, other.times)
+            both[jumps] = both[jumps + 1] = False
+            times = self.times[both]
         mine, theirs = (one.values[np.searchsorted(one.times, times)] for one in (self, other))
         return off(theirs, mine, self.largest)
+
+
+def _among(times: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Which of some times (n,) are among others, both in order."""
+    place = np.searchsorted(others, times)
+    return others[np.minimum(place, len(others) - 1)] == times
 
 
 def off(values: np.ndarray, others: np.ndarray, largest: np.ndarray) -> np.ndarray:
@@ -93,8 +100,11 @@ def doubled(times: np.ndarray, jumps: Sequence[int], *, phase: int | None = None
     after = np.searchsorted(times, jumps)
     edges = np.concatenate([[0], np.column_stack((after - 1, after)).ravel(), [last]])
     begins = edges if phase is None else edges + (edges + phase) % 2
-    parts = (np.arange(a, b, 2) for a, b in zip(begins[:-1], edges[1:], strict=True))
-    kept = np.unique(np.concatenate([edges, *parts]))
+    met = np.zeros(last + 1, dtype=bool)
+    met[edges] = True
+    for begin, end in zip(begins[:-1], edges[1:], strict=True):
+        met[begin:end:2] = True
+    kept = np.flatnonzero(met)
     if len(kept) > 1 and kept[-1] - kept[-2] == 1 and last not in after:
         kept = kept[:-1]  # a single step at the end tells nothing
     return times[kept]
@@ -145,9 +155,8 @@ def refined(times: np.ndarray, jumps: Sequence[int], steps: np.ndarray) -> np.nd
 
 def other_steps(times: np.ndarray, run: np.ndarray) -> int:
     """How long [ns] the steps take that lead along `times`, and that the run has not made."""
-    place = np.searchsorted(run, times)
-    met = run[np.minimum(place, len(run) - 1)] == times
-    same = met[:-1] & met[1:] & (np.diff(place) == 1)
+    met = _among(times, run)
+    same = met[:-1] & met[1:] & (np.diff(np.searchsorted(run, times)) == 1)
     return int(np.diff(times)[~same].sum())
 
 

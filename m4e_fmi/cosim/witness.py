@@ -482,19 +482,20 @@ class Witness:
         """Those of some steps (k,) that are rough by more than a share of the known error."""
         if not len(kinks):
             return kinks
-        least = SMALL * self._known_error() * self._spans(self.ranges())
+        spans = self._spans(self.ranges())
+        least = SMALL * self._known_error(spans) * spans
         return kinks[np.any(_rough(kinks, run.values) > least, axis=1)]
 
-    def _known_error(self) -> float:
-        """The largest error over range that windows and what was followed have told so far."""
+    def _known_error(self, spans: np.ndarray) -> float:
+        """The largest error over its span that windows and what was followed have told so far."""
         if not self._told:
             return 0.0
         largest = np.max([one.largest for one in self._told], axis=0) + self._kinked
-        return float(over(largest, self._spans(self.ranges())).max())
+        return float(over(largest, spans).max())
 
     def _set_gates(self, run: Recorded) -> None:
         spans = self._spans(self.ranges())
-        least = np.maximum(NOISE * run.largest, SMALL * self._known_error() * spans)
+        least = np.maximum(NOISE * run.largest, SMALL * self._known_error(spans) * spans)
         self._roughness.gate[self._sources] = least
 
     def _judged(
@@ -653,7 +654,7 @@ class Witness:
         spans = self._spans(self.ranges())
         self._followed = _Followed(point, since, Told(largest, first, end - first, speaks=True))
         self._met += events(kinks)
-        if (errors[-1] <= DIED * self._known_error() * spans).all():
+        if (errors[-1] <= DIED * self._known_error(spans) * spans).all():
             self._followed = None
         return []
 
