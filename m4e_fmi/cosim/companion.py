@@ -55,11 +55,6 @@ class Recorder:
         gathered = gather(self._block, self._network.values, self._sources)
         return gathered, self._roughness.operation
 
-    @property
-    def open_operations(self) -> tuple[Operation, ...]:
-        """The same: it is always open."""
-        return self.operations
-
     def before(self) -> None:
         """Before a step."""
 
@@ -147,11 +142,6 @@ class Companion:
     @property
     def operations(self) -> tuple[Operation, ...]:
         """Note a step of the run in a row of a block."""
-        return self._run.operations
-
-    @property
-    def open_operations(self) -> tuple[Operation, ...]:
-        """The same: it is always open."""
         return self._run.operations
 
     def before(self) -> None:

@@ -30,16 +30,11 @@ from m4e_fmi.cosim.system import SECOND, Simulation
 class Watcher(Protocol):
     """Looks at every step of a run; where many are made at once, as far as there is `room`.
 
-    Its `operations` are performed after each step, in rows of a block; while it is `open`, its
-    `open_operations`.
+    Its `operations` are performed after each step, in rows of a block.
     """
 
     @property
     def operations(self) -> tuple[Operation, ...]: ...
-    @property
-    def open_operations(self) -> tuple[Operation, ...]: ...
-    @property
-    def open(self) -> bool: ...
     @property
     def room(self) -> int: ...
     def before(self) -> None: ...
@@ -87,7 +82,6 @@ class Course:
         self._telling = telling(network.instances.values())
         self._events = tuple(instance.events for instance in network.instances.values())
         self._note = Schedule(witness.operations if witness else ())
-        self._note_open = Schedule(witness.open_operations if witness else ())
         self._most = 1
         self._running: State | None = None
         self.now = self._row = self._start
@@ -101,16 +95,10 @@ class Course:
         return (self._running.now if self._running else self.now) / SECOND
 
     @cached_property
-    def _unwatched(self) -> Loop | None:
-        return self._looped(self._witness.operations if self._witness else ())
-
-    @cached_property
-    def _watched(self) -> Loop | None:
-        return self._looped(self._witness.open_operations if self._witness else ())
-
-    def _looped(self, watched: tuple[Operation, ...]) -> Loop | None:
+    def _loop(self) -> Loop | None:
         if self._control or self._announces:
             return None
+        watched = self._witness.operations if self._witness else ()
         noted = (*self._energy.operations(self._algorithm.held), *watched)
         rows = self._results.schedule if self._results else None
         every = -(-self._every // self._size)
@@ -127,9 +115,9 @@ class Course:
 
     def halt(self) -> None:
         """End what `advance` does at the next point, called by another thread."""
-        for loop in (self.__dict__.get("_unwatched"), self.__dict__.get("_watched")):
-            if loop:
-                loop.state.halt = 1
+        loop: Loop | None = self.__dict__.get("_loop")
+        if loop:
+            loop.state.halt = 1
         if self._witness:
             self._witness.halt()
 
@@ -165,8 +153,7 @@ class Course:
             self._jump = NEVER
         if self._announces:
             self._jump = min(self._jump, self._announced.next(self.now))
-        watched = self._witness and self._witness.open
-        size, loop = self._wanted(), self._watched if watched else self._unwatched
+        size, loop = self._wanted(), self._loop
         if loop and cast("Scheduled", self._algorithm).repeats(size / SECOND):
             try:
                 self._repeat(loop, size, most)
@@ -237,7 +224,7 @@ class Course:
         self._energy.add(self._algorithm.held, size / SECOND)
         self.steps += 1
         if self._witness:
-            (self._note_open if self._witness.open else self._note).run(self._network.time)
+            self._note.run(self._network.time)
             self._witness.after(1, size, 0, jumped=jumped or bool(changed), within=within)
         last = self.now == self._stop or self.over
         if last or self.now >= self._row + self._every:

@@ -195,11 +195,10 @@ class _UntoldError(Exception):
 class Witness:
     """Follows a run of `network` by an algorithm of this `order`, which `make` makes anew.
 
-    The `operations` are to be performed after each step of the run: those of `open` steps while it
-    is `open`. `lengths` are those of the other course's steps over the run's, TWICE and HALF, to be
-    tried in this order. `spans` gives the range of all outputs of its unit for the range of each
-    source. `coarse` says why
-    there are no steps of a part of the length, if so.
+    The `operations` are to be performed after each step of the run. `lengths` are those of the
+    other course's steps over the run's, TWICE and HALF, to be tried in this order. `spans` gives
+    the range of all outputs of its unit for the range of each source. `coarse` says why there are
+    no steps of a part of the length, if so.
     """
 
     REMEMBERED = (
@@ -226,8 +225,7 @@ class Witness:
         self._falls: float | None = None  # the order of smooth errors as measured, 0 at least
         self._roughness = Roughness(network)
         self._values = np.zeros((BLOCK, len(sources)))
-        self.operations: tuple[Operation, ...] = (self._roughness.operation,)
-        self.open_operations: tuple[Operation, ...] = (
+        self.operations: tuple[Operation, ...] = (
             gather(self._values, network.values, sources),
             self._roughness.operation,
         )
@@ -246,11 +244,6 @@ class Witness:
         self._coverage = Coverage(self._start, self._start)
         self.failure = ""
         """Why nothing can be told, if so."""
-
-    @property
-    def open(self) -> bool:
-        """Whether the present steps are recorded."""
-        return self._stretch is not None and self._stretch.recorded
 
     def before(self) -> None:
         """Before a step of the run: keeps the point where a stretch begins."""
