@@ -35,7 +35,7 @@ class Recorder:
     `kinks` (n,) are the largest fourth differences of the sources in steps that are rough at once.
     """
 
-    room, open = FAR, True
+    room = FAR
 
     def __init__(self, network: Network, sources: np.ndarray) -> None:
         self._network, self._sources = network, sources
@@ -103,7 +103,7 @@ class Companion:
     the range of each source.
     """
 
-    room, open = FAR, True
+    room = FAR
 
     def __init__(
         self,
