@@ -1,0 +1,49 @@
+"""Bodies with ``mass: neutral``: each needs the mass of the water that it displaces.
+
+The FMU of such a body has a parameter ``body.<name>.neutral_mass`` without a value. A hydrodynamics
+component calculates one of that name for each of its bodies, which a connection of the two bodies
+(``buoy.float <-> hydro.float``) carries over.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Container, Iterator, Mapping
+
+from m4e_fmi.cosim.system import System
+from m4e_fmi.errors import Problem
+from m4e_fmi.fmu.reading import Description
+
+WANTED = re.compile(r"body\.(\w+)\.neutral_mass")
+OFFERED = ".neutral_mass"
+
+
+def unset_masses(
+    system: System, descriptions: Mapping[str, Description], driven: Container[str]
+) -> Iterator[Problem]:
+    """Problems with the neutral masses that neither a start value nor a connection sets.
+
+    `driven` are the variables, as ``component.variable``, that connections lead to.
+    """
+    offers = [
+        f"{component}.{variable.name.removesuffix(OFFERED)}"
+        for component, description in descriptions.items()
+        for variable in description.of_causality("calculatedParameter")
+        if variable.name.endswith(OFFERED)
+    ]
+    for component in system.components:
+        for variable in descriptions[component.name].of_causality("parameter"):
+            found = WANTED.fullmatch(variable.name)
+            name = f"{component.name}.{variable.name}"
+            has_value = variable.name in component.start or float(variable.start or 0.0) != 0.0
+            if not found or has_value or name in driven:
+                continue
+            body = f"{component.name}.{found[1]}"
+            message = f"{name} has no value: 'mass: neutral' needs a hydrodynamics body"
+            remedy = (
+                f"connect it: {' or '.join(f'{body} <-> {offer}' for offer in offers)}"
+                if offers
+                else "add a component of kind hydrodynamics, and connect its body"
+            )
+            remedy += f"; or give the mass: start: {{{variable.name}: 120 t}}"
+            yield system.problem(("components", component.name), message, remedy)
