@@ -11,6 +11,7 @@ import numpy as np
 from m4e_adapters.hydrodynamics.bem import solve_hulls
 from m4e_adapters.hydrodynamics.coefficients import MEMORY_REACH, Coefficients, memory_size
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig, Still
+from m4e_adapters.hydrodynamics.doubts import sea_doubts, size_doubts
 from m4e_adapters.hydrodynamics.load import hydrodynamics_program
 from m4e_adapters.hydrodynamics.mesh import Hull, hulls_and_problems, make_hulls
 from m4e_adapters.hydrodynamics.sea import needed_frequency, waves_beyond
@@ -30,6 +31,8 @@ def coefficients_from_config(
     Raises InputError for meshes that do not bound a volume in the water.
     """
     hulls = make_hulls(config, folder, progress=progress)
+    for text in (*sea_doubts(config.waves, config.water), *size_doubts(hulls, config)):
+        progress(f"warning: {text}")
     direction = 0.0 if isinstance(config.waves, Still) else config.waves.direction
     return solve_hulls(
         hulls,
