@@ -87,7 +87,7 @@ def test_weight_and_buoyancy_that_differ_are_told(fmus: dict[str, Path], tmp_pat
             "water carries 981 kN"
         )
         assert "it rises by 0.2 m from there" in told  # 10 t over 1 t/m3 over 50 m2
-        assert "hydro.float.neutral_mass (100000 kg)" in told
+        assert "say 'mass: neutral' in its model: hydro.float.neutral_mass (100000 kg)" in told
 
 
 def test_the_neutral_mass_can_be_connected(fmus: dict[str, Path], tmp_path: Path) -> None:
@@ -155,6 +155,16 @@ def neutral(fmus: dict[str, Path]) -> dict[str, Path]:
     return {**fmus, "buoy": fmu}
 
 
+def loaded(fmus: dict[str, Path], folder: Path, *connections: str) -> Outcome:
+    """The neutral buoy with a force of -98.1 kN."""
+    (folder / "moored.model.yaml").write_text(
+        NEUTRAL + "loads: {lines: {type: body_force, body: float, force: [0, -98.1e3]}}"
+    )
+    program = model_program(load_model(folder / "moored.model.yaml"))
+    moored = build_fmu(program, folder / "moored.fmu", native=True)
+    return floated({**fmus, "buoy": moored}, folder, *connections)
+
+
 def heave(outcome: Outcome) -> np.ndarray:
     return outcome.results()["buoy.body.float.z"].values
 
@@ -183,6 +193,15 @@ def test_a_given_mass_wins_over_the_neutral_one(neutral: dict[str, Path], tmp_pa
     for changed in (lighter, moored):
         (told,) = run(changed, results=tmp_path / "r.nc").warnings
         assert "are 882.9 kN at the start, the still water carries 981 kN" in told
+
+
+def test_a_neutral_mass_leaves_out_other_forces(neutral: dict[str, Path], tmp_path: Path) -> None:
+    """Lines pull down with 98.1 kN, the weight of 10 t: the connection that is told is right."""
+    (told,) = loaded(neutral, tmp_path).warnings
+    assert "are 1079.1 kN at the start, the still water carries 981 kN" in told
+    offset = f"hydro.float.neutral_mass - 10000 -> buoy.{MASS}"
+    assert f"'{offset}' includes them" in told
+    assert loaded(neutral, tmp_path, offset).warnings == ()
 
 
 def test_a_neutral_mass_needs_a_body_in_water(neutral: dict[str, Path], tmp_path: Path) -> None:
