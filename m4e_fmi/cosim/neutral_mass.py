@@ -8,7 +8,7 @@ component calculates one of that name for each of its bodies, which a connection
 from __future__ import annotations
 
 import re
-from collections.abc import Container, Iterator, Mapping
+from collections.abc import Container, Iterator, Mapping, Sequence
 
 from m4e_fmi.cosim.system import System
 from m4e_fmi.errors import Problem
@@ -16,6 +16,8 @@ from m4e_fmi.fmu.reading import Description
 
 WANTED = re.compile(r"body\.(\w+)\.neutral_mass")
 OFFERED = ".neutral_mass"
+MOST = 3
+"""Hydrodynamics bodies that are suggested."""
 
 
 def unset_masses(
@@ -38,12 +40,15 @@ def unset_masses(
             has_value = variable.name in component.start or float(variable.start or 0.0) != 0.0
             if not found or has_value or name in driven:
                 continue
-            body = f"{component.name}.{found[1]}"
             message = f"{name} has no value: 'mass: neutral' needs a hydrodynamics body"
-            remedy = (
-                f"connect it: {' or '.join(f'{body} <-> {offer}' for offer in offers)}"
-                if offers
-                else "add a component of kind hydrodynamics, and connect its body"
-            )
+            remedy = _connections(f"{component.name}.{found[1]}", name, offers)
             remedy += f"; or give the mass: start: {{{variable.name}: 120 t}}"
             yield system.problem(("components", component.name), message, remedy)
+
+
+def _connections(body: str, mass: str, offers: Sequence[str]) -> str:
+    """The connections that give `mass`, of `body`, a value."""
+    if not offers:
+        return "add a component of kind hydrodynamics, and connect its body"
+    bodies = " or ".join(f"'{body} <-> {offer}'" for offer in offers[:MOST])
+    return f"connect it by {bodies}, or only the mass by '{offers[0]}{OFFERED} -> {mass}'"

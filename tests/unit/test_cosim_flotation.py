@@ -183,6 +183,15 @@ def test_a_neutral_mass_comes_with_the_connection_of_the_bodies(
     assert np.array_equal(heave(again), wanted)
 
 
+def test_a_python_fmu_has_its_neutral_mass_before_it_tells_anything(
+    neutral: dict[str, Path], tmp_path: Path
+) -> None:
+    """It computes all its outputs when one is asked for."""
+    program = model_program(load_model(neutral["buoy"].with_suffix(".model.yaml")))
+    buoy = build_fmu(program, tmp_path / "buoy.fmu")
+    assert heave(floated({**neutral, "buoy": buoy}, tmp_path)) == pytest.approx(-1.0, abs=1e-9)
+
+
 def test_a_given_mass_wins_over_the_neutral_one(neutral: dict[str, Path], tmp_path: Path) -> None:
     """As a start value, and by a connection with an offset: moorings carry 10 t."""
     system = floated(neutral, tmp_path).prepared.system
@@ -220,7 +229,8 @@ simulation: {{stop_time: 1, step_size: 0.05}}
     (problem,) = caught.value.problems
     assert (problem.file, problem.line) == (str(path), 3)
     assert f"buoy.{MASS} has no value" in problem.message
-    assert "buoy.float <-> hydro.float" in problem.remedy
+    assert "'buoy.float <-> hydro.float'" in problem.remedy
+    assert f"'hydro.float.neutral_mass -> buoy.{MASS}'" in problem.remedy
     assert f"start: {{{MASS}: 120 t}}" in problem.remedy
     path.write_text(text.replace("  hydro", "  # hydro"))
     with pytest.raises(InputError, match="kind hydrodynamics"):

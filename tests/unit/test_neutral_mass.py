@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from zipfile import ZipFile
 
 import numpy as np
 import pytest
@@ -86,6 +87,17 @@ def test_equations_keep_it_as_a_symbol(buoy: Path) -> None:
 
 def test_it_is_drawn_without_a_value(buoy: Path) -> None:
     assert draw_model(load_model(buoy), buoy.with_name("buoy.png")).is_file()
+
+
+def test_its_fmu_says_that_a_value_is_missing(
+    buoy: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["build", str(buoy), "--build-folder", str(buoy.parent)]) == 0
+    assert f"note: {MASS} has no value" in capsys.readouterr().out
+    with ZipFile(buoy.with_name("buoy.fmu")) as archive:
+        page = archive.read("documentation/index.html").decode()
+        assert "documentation/buoy_ref.csv" not in archive.namelist()
+    assert f"no reference series, because {MASS} has no value" in page
 
 
 @pytest.mark.parametrize(
