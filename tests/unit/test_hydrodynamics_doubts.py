@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from m4e_adapters.hydrodynamics import build
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig, Water
 from m4e_adapters.hydrodynamics.doubts import breaking_height, sea_doubts, size_doubts
 from m4e_adapters.hydrodynamics.mesh import make_hulls
@@ -106,3 +108,23 @@ def test_a_mesh_in_millimetres_is_told(tmp_path: Path) -> None:
     assert "measures 8000 m, hulls have 0.01 to 1000 m" in told
     assert "drawn in mm must be scaled by 0.001" in told
     assert np.isfinite(hulls[0].hydrostatics.volume)
+
+
+def test_a_build_tells_them_before_it_computes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """And how many panels there are, of which the error of the coefficients is."""
+    told: list[str] = []
+    monkeypatch.setattr(build, "solve_hulls", lambda *_, **__: told.append("computed"))
+    steep = config(
+        "spectrum: jonswap, significant_height: 7, peak_period: 8",
+        bodies=BODY.replace("length: 8", "length: 2000"),
+    )
+    build.coefficients_from_config(steep, folder=Path(), progress=told.append)
+    sea_line, size_line, panels_line, last = told
+    assert sea_line.startswith("warning: the sea is too steep")
+    assert size_line.startswith("warning: the hull of body 'float' measures 2000 m")
+    assert re.fullmatch(
+        r"body 'float': \d+ panels, whose error is about 0.6 \(added mass\) and 1.2 "
+        r"\(at infinite frequency\) of the difference to \d+ panels",
+        panels_line,
+    )
+    assert last == "computed"
