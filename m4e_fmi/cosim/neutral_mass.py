@@ -10,9 +10,10 @@ from __future__ import annotations
 import re
 from collections.abc import Container, Iterator, Mapping, Sequence
 
-from m4e_fmi.cosim.system import System
+from m4e_fmi.cosim.start_values import value_of
+from m4e_fmi.cosim.system import Component, System
 from m4e_fmi.errors import Problem
-from m4e_fmi.fmu.reading import Description
+from m4e_fmi.fmu.reading import Description, Variable
 
 WANTED = re.compile(r"body\.(\w+)\.neutral_mass")
 OFFERED = ".neutral_mass"
@@ -37,13 +38,21 @@ def unset_masses(
         for variable in descriptions[component.name].of_causality("parameter"):
             found = WANTED.fullmatch(variable.name)
             name = f"{component.name}.{variable.name}"
-            has_value = variable.name in component.start or float(variable.start or 0.0) != 0.0
-            if not found or has_value or name in driven:
+            if not found or name in driven or _has_value(component, variable):
                 continue
             message = f"{name} has no value: 'mass: neutral' needs a hydrodynamics body"
             remedy = _connections(f"{component.name}.{found[1]}", name, offers)
             remedy += f"; or give the mass: start: {{{variable.name}: 120 t}}"
             yield system.problem(("components", component.name), message, remedy)
+
+
+def _has_value(component: Component, variable: Variable) -> bool:
+    """True of a start value but 0, and of one that cannot be read: that is another problem."""
+    given = component.start.get(variable.name, float(variable.start or 0.0))
+    try:
+        return value_of(variable, given) != 0.0
+    except ValueError:
+        return True
 
 
 def _connections(body: str, mass: str, offers: Sequence[str]) -> str:

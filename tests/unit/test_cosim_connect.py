@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -284,3 +285,9 @@ def test_a_connector_carries_what_is_calculated_into_a_parameter() -> None:
     wiring = wired(both, "buoy.float <-> hydro.float", "hydro.other + 5 -> buoy.body.float.mass")
     (link,) = wiring.initial_links
     assert (str(link.source), link.offset) == ("hydro.other", 5.0)
+
+
+def test_parameters_of_other_types_are_no_masses() -> None:
+    text = replace(BUOY.variables["mass"], name="note", type="String", start="calm")
+    noted = replace(BUOY, variables={**BUOY.variables, "note": text})
+    assert wired({**BOTH, "buoy": noted}, "buoy.body.float <-> hydro.float").links

@@ -232,6 +232,14 @@ simulation: {{stop_time: 1, step_size: 0.05}}
     assert "'buoy.float <-> hydro.float'" in problem.remedy
     assert f"'hydro.float.neutral_mass -> buoy.{MASS}'" in problem.remedy
     assert f"start: {{{MASS}: 120 t}}" in problem.remedy
+    for zero in (0, "0 t"):
+        with pytest.raises(InputError, match=f"buoy.{MASS} has no value"):
+            prepare(System.load(path).changed(start={f"buoy.{MASS}": zero}))
+    with pytest.raises(InputError) as caught:
+        prepare(System.load(path).changed(start={f"buoy.{MASS}": "-3 t"}))
+    assert [p.message for p in caught.value.problems] == [
+        f"start value '-3 t' of buoy.{MASS} is wrong"
+    ]
     path.write_text(text.replace("  hydro", "  # hydro"))
     with pytest.raises(InputError, match="kind hydrodynamics"):
         prepare(path)
