@@ -127,9 +127,9 @@ def equilibrium(
     what it is. Raises RunError if none is found, naming the joint that is furthest from rest,
     InputError for an unknown name.
     """
-    program, _ = program_and_model(system)
+    program, model = program_and_model(system)
     balance = Balance(program)
-    point = balance.at_rest(operating_point(program, at, time=time))
+    point = balance.at_rest(operating_point(program, at, time=time, model=model))
     if not balance.unknowns:
         return point
     return _found(balance, point if nearest else _settled(balance, point))

@@ -134,7 +134,7 @@ class Linearizer:
         inputs: Sequence[str] = (),
         outputs: Sequence[str] | None = None,
     ) -> None:
-        self.program, model = program_and_model(system)
+        self.program, self._model = program_and_model(system)
         pairs = motion(self.program)
         moving = [k for pair in zip(*pairs, strict=True) for k in pair]
         rest = [k for k in range(len(self.program.states)) if k not in set(moving)]
@@ -151,11 +151,12 @@ class Linearizer:
         by = [*names, *(v.name for v in self.inputs)]
         self._slopes = Matrix(jacobian(everything, "outputs", by))
         self._changes: dict[tuple[str, ...], Evaluation] = {}
-        self._mass = None if model is None else Evaluation(mass_matrix_program(model))
+        mass = mass_matrix_program(self._model) if self._model else None
+        self._mass = Evaluation(mass) if mass else None
 
     def at(self, at: At = None, *, time: float | None = None) -> Linearization:
         """The linear equations about a point; RunError where a force has no derivative."""
-        point = operating_point(self.program, at, time=time)
+        point = operating_point(self.program, at, time=time, model=self._model)
         self._lines.check(point)
         n = len(self.states)
         values, slopes = self._values.at(point), self._slopes.at(point)

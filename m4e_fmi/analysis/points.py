@@ -91,13 +91,16 @@ At = OperatingPoint | Mapping[str, float | str] | None
 
 
 def operating_point(
-    program: Program, at: At = None, *, time: float | None = None
+    program: Program, at: At = None, *, time: float | None = None, model: Model | None = None
 ) -> OperatingPoint:
-    """The point of `program` with the values of `at`; InputError names what it does not have."""
+    """The point of `program` with the values of `at`; InputError names what it does not have.
+
+    Of a `model`, it says where in its file a value is missing.
+    """
     if isinstance(at, OperatingPoint):
         time = at.time if time is None else time
         at = at.values
-    program = started(program, at or {})
+    program = started(program, at or {}, lacking=model.lacking if model else {})
     groups = (program.states, program.inputs, program.parameters)
     vectors = [np.array([v.start for v in group]) for group in groups]
     return OperatingPoint(program, *vectors, time=time or 0.0)

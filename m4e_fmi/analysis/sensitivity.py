@@ -85,7 +85,7 @@ class Sensitivities:
     def __init__(
         self, system: System, *, of: Sequence[str] = (), by: Sequence[str], moving: bool = False
     ) -> None:
-        self.program, _ = program_and_model(system)
+        self.program, self._model = program_and_model(system)
         self.by = causes(self.program, by, states=not moving)
         self.moving = moving
         self._balance = Balance(self.program)
@@ -107,7 +107,7 @@ class Sensitivities:
 
     def at(self, at: At = None, *, time: float | None = None) -> Sensitivity:
         """Of `of` by `by` at a point; RunError where a force has no derivative."""
-        point = operating_point(self.program, at, time=time)
+        point = operating_point(self.program, at, time=time, model=self._model)
         self._lines.check(point)
         slopes = self._slopes.at(point)
         n = len(self.by)
@@ -115,7 +115,7 @@ class Sensitivities:
 
     def of_eigenvalues(self, at: At = None, *, time: float | None = None) -> EigenvalueSensitivity:
         """Of the eigenvalues of A at a point; by dA/dp, exact second derivatives."""
-        point = operating_point(self.program, at, time=time)
+        point = operating_point(self.program, at, time=time, model=self._model)
         found = modes(self._linearizer.at(point))
         names = [v.name for v in self.by]
         shift = self._shift(point)

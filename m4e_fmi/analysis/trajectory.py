@@ -54,8 +54,8 @@ def trajectory_sensitivity(
     start values do not change with the parameters. The rest is as for `simulate`. One integration
     for each of `by`. Raises InputError for an unknown name, RunError if the integration fails.
     """
-    program, _ = program_and_model(system)
-    program = started(program, start_values or {})
+    program, model = program_and_model(system)
+    program = started(program, start_values or {}, lacking=model.lacking if model else {})
     sources = causes(program, by, states=True)
     chosen = observed(program, of)
     rates = [name for name in of if name.startswith("der(")]

@@ -99,6 +99,8 @@ def _build_model(options: argparse.Namespace) -> tuple[Path, str]:
     chosen["native"] = bool(options.native)
     chosen["rename"] = _renamings(options.rename)
     model = load_model(options.source)
+    for name in model.lacking:
+        say(f"note: {name} has no value: the FMU runs when it is set")
     program = model_program(model)
     if options.inputs is not None:
         program = model_program(model, inputs=matching(program.inputs, options.inputs, "input"))

@@ -3,7 +3,8 @@
 ``a.group <-> b.group`` connects connectors. A group is the part of a variable's name before its
 last dot; the word written may be the whole group or its last parts, if that is unique. Members
 whose last segments are equal and of which one is an output, the other an input, are connected, both
-ways.
+ways. So is a calculated parameter with a parameter, unless that has a start value or is connected
+by ``->``.
 
 ``a.variable -> b.variable`` connects one variable, or all elements of an array given by its base
 name; `connection` tells how a factor and an offset are written. What leads into a parameter is
@@ -23,6 +24,7 @@ from dataclasses import dataclass, replace
 from m4e_fmi.cosim.bus import BUS, BusSignal, bus_problems, bus_variables, through_buses
 from m4e_fmi.cosim.connection import Connection, parse_connection, unknown_component
 from m4e_fmi.cosim.dependence import dependency_problems
+from m4e_fmi.cosim.neutral_mass import unset_masses
 from m4e_fmi.cosim.start_values import start_problems
 from m4e_fmi.cosim.system import System
 from m4e_fmi.cosim.type_rules import REAL, misfit
@@ -139,7 +141,7 @@ def connect(system: System, descriptions: Mapping[str, Description]) -> Wiring:
     variables.update((name, d.variables) for name, d in descriptions.items())
     for index, text in enumerate(system.connections):
         links += _Connection(system, variables, index, text, problems).links()
-    links = _one_source_each(system, links, problems)
+    links = _one_source_each(system, _without_given(system, variables, links), problems)
     links, signals = through_buses(links, system.buses)
     links = [replace(k, kind=variables[k.source.component][k.source.variable].type) for k in links]
     problems += _through_problems(system, variables, links)
@@ -147,7 +149,9 @@ def connect(system: System, descriptions: Mapping[str, Description]) -> Wiring:
     problems += dependency_problems(system, descriptions)
     problems += _delay_problems(system, descriptions, links)
     problems += _moved_problems(system, descriptions, links)
-    problems += _outside_problems(system, descriptions, {link.target for link in links})
+    driven = {link.target for link in links}
+    problems += _outside_problems(system, descriptions, driven)
+    problems += unset_masses(system, descriptions, {str(port) for port in driven})
     if problems:
         raise InputError(problems)
 
@@ -244,7 +248,24 @@ class _Connection:
         if not pairs:
             remedy = f"{left} has {self._listed(a)}; {right} has {self._listed(b)}"
             self._reject(f"{left} and {right} have no output and input of the same name", remedy)
+            return []
+        pairs += [*self._carried(a, b), *self._carried(b, a)]
         return sorted(pairs, key=lambda pair: pair[1])
+
+    def _carried(self, a: dict[str, Port], b: dict[str, Port]) -> list[tuple[Port, Port]]:
+        """Calculated parameters beside the members `a`, each with a parameter beside `b`."""
+        sources, targets = self._beside(a, "calculatedParameter"), self._beside(b, "parameter")
+        return [(sources[last], targets[last]) for last in sources.keys() & targets.keys()]
+
+    def _beside(self, members: dict[str, Port], causality: str) -> dict[str, Port]:
+        """Variables of a causality in the connector that has these members, by last segment."""
+        port = next(iter(members.values()))
+        group = port.variable.rpartition(".")[0]
+        return {
+            name.rpartition(".")[2]: Port(port.component, name)
+            for name, variable in self._variables_of[port.component].items()
+            if variable.causality == causality and name.rpartition(".")[0] == group
+        }
 
     def _listed(self, members: dict[str, Port]) -> str:
         return ", ".join(f"{n} ({self._variable(p).causality})" for n, p in sorted(members.items()))
@@ -386,6 +407,20 @@ def _extent(elements: Iterable[str]) -> str:
     return (
         "no index" if indices == [""] else f"{len(indices)} elements {indices[0]} to {indices[-1]}"
     )
+
+
+def _without_given(
+    system: System, variables: Mapping[str, Mapping[str, Variable]], links: list[Link]
+) -> list[Link]:
+    """`links` without those of '<->' into parameters that are given in another way."""
+
+    def implied(link: Link) -> bool:
+        target = variables[link.target.component][link.target.variable]
+        return target.causality == "parameter" and "<->" in system.connections[link.connection]
+
+    given = {Port(c.name, name) for c in system.components for name in c.start}
+    given |= {link.target for link in links if not implied(link)}
+    return [link for link in links if not (implied(link) and link.target in given)]
 
 
 def _one_source_each(system: System, links: list[Link], problems: list[Problem]) -> list[Link]:

@@ -93,8 +93,24 @@ def _balance(network: Network, link: Link, body: str, sources: dict[Port, Link])
     yield (
         f"{source.component}.{base}: weight and connected forces are {load / 1e3:.5g} kN at the "
         f"start, the still water carries {buoyancy / 1e3:.5g} kN in the pose that the coefficients "
-        f"are for{settles}; connect {water}.{body}.neutral_mass ({neutral:.6g} kg) with the body's "
-        "mass if it shall float there"
+        f"are for{settles}; if it shall float there, "
+        + _remedy(network, f"{water}.{body}", f"{source.component}.{base}", 1.0 - load / buoyancy)
+    )
+
+
+def _remedy(network: Network, hull: str, body: str, missing: float) -> str:
+    """The mass with which a body is in balance; `missing` is the load's lack, over the buoyancy."""
+    neutral = network.read(f"{hull}.neutral_mass")
+    component, _, base = body.partition(".")
+    wanted = f"{base}.neutral_mass"
+    if wanted not in network.instances[component].description.variables:
+        return (
+            f"say 'mass: neutral' in its model: {hull}.neutral_mass ({neutral:.6g} kg) is its mass"
+        )
+    sign, change = "+-"[missing < 0], abs(missing) * neutral
+    return (
+        f"its neutral mass ({neutral:.6g} kg) leaves out the other forces: "
+        f"'{hull}.neutral_mass {sign} {change:.6g} -> {body}.neutral_mass' includes them"
     )
 
 

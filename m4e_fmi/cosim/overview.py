@@ -84,7 +84,7 @@ def _connections(prepared: Prepared) -> list[str]:
             if late:
                 lines.append(f"      {_named(late, len(own))}{timing.value}")
         if once:
-            lines.append("      carried over once, at initialisation")
+            lines.append(f"      {_named(once, count)}carried over once, at initialisation")
         converted = [link for link in (*own, *once) if not link.is_plain]
         if converted:
             lines.append(f"      converted: {', '.join(map(_conversion, converted))}")

@@ -81,15 +81,36 @@ def analyse(descriptions: Mapping[str, Description], wiring: Wiring) -> Structur
     )
     prompt = [link for link in prompt if link not in unsolved]
     sources = list(dict.fromkeys(link.source for link in everything))
+    graph = instant_graph(prompt, sources, initially)
+    graph.add_edges_from(list(_parameters_first(descriptions, prompt, graph)))
     sweep, delayed = sweep_order(descriptions, wiring.links)
     discrete = {port for k in everything if not k.is_real for port in (k.source, k.target)}
     return Structure(
-        initial=_order(prompt, instant_graph(prompt, sources, initially), discrete),
+        initial=_order(prompt, graph, discrete),
         exchange=_order(wiring.links, exchange_graph(descriptions, wiring), discrete),
         sweep=sweep,
         delayed=delayed,
         ends=tuple(_ends(descriptions, wiring.links)),
     )
+
+
+def _parameters_first(
+    descriptions: Mapping[str, Description], links: Iterable[Link], graph: nx.DiGraph
+) -> Iterator[tuple[Port, Port]]:
+    """Edges by which all outputs of a component wait for the parameters that others calculate.
+
+    Without these its equations may have no solution, as those of a body have without its mass. What
+    is calculated from parameters that are connected, too, keeps the order that it has.
+    """
+
+    def causality(port: Port) -> str:
+        return descriptions[port.component].variables[port.variable].causality
+
+    outputs = [port for port in graph if causality(port) == "output"]
+    for link in links:
+        if causality(link.source) == "calculatedParameter" and not graph.in_degree(link.source):
+            own = (port for port in outputs if port.component == link.target.component)
+            yield from ((link.target, port) for port in own)
 
 
 def loop_links(links: Iterable[Link], graph: nx.DiGraph) -> list[Link]:

@@ -13,9 +13,12 @@ from m4e_fmi.errors import suggestion
 from m4e_fmi.model.dimensions import dimension_findings
 from m4e_fmi.model.elements import (
     GROUND,
+    NEUTRAL,
     AngleReference,
     Joint,
     Parameter,
+    neutral_mass,
+    neutral_symbol,
     parameter_values,
 )
 from m4e_fmi.model.expression import CONSTANTS, FUNCTIONS, Expression, Values, as_expression
@@ -93,7 +96,8 @@ def element_findings(model: Any, names: Names) -> Iterator[Finding]:
     for name, parameter in model.parameters.items():
         yield from _parameter_findings(("parameters", name), parameter)
     for name, body in model.bodies.items():
-        yield from quantities(("bodies", name), body, known)
+        leaving_out = ("mass",) if body.is_neutral else ()
+        yield from quantities(("bodies", name), body, known, leaving_out=leaving_out)
     for name, joint in model.joints.items():
         yield from _joint_findings(("joints", name), joint, names, known)
     for name, point in model.points.items():
@@ -136,7 +140,7 @@ def _name_findings(model: Any) -> Iterator[Finding]:
                 yield Finding((group, name), f"{name!r} cannot be a name", remedy)
     if GROUND in model.bodies:
         yield Finding(("bodies", GROUND), "'ground' is the name of the world", "rename this body")
-    reserved = {TIME, PROGRAM_TIME, *CONSTANTS, *FUNCTIONS}
+    reserved = {TIME, PROGRAM_TIME, *CONSTANTS, *FUNCTIONS, *_neutral_names(model)}
     for group, noun in (("parameters", "parameter"), ("tables", "table")):
         for name in getattr(model, group):
             if name in reserved or EQUATION_SYMBOL.fullmatch(name):
@@ -146,6 +150,13 @@ def _name_findings(model: Any) -> Iterator[Finding]:
         if name in model.parameters:
             message = f"{name!r} is also a parameter"
             yield Finding(("tables", name), message, "rename one of the two")
+
+
+def _neutral_names(model: Any) -> Iterator[str]:
+    """Names that have a meaning where bodies have ``mass: neutral``."""
+    for name, body in model.bodies.items():
+        if body.is_neutral:
+            yield from (NEUTRAL, neutral_symbol(name))
 
 
 def _joint_findings(at: Location, joint: Joint, names: Names, known: Known) -> Iterator[Finding]:
@@ -292,6 +303,20 @@ def doubts(model: Model) -> Iterator[Finding]:
             )
             message = f"negative {at[-1]}, {value:.6g}: the load {effect}"
             yield Finding(at, message, "change the sign if that is not meant")
+
+
+def lacking(model: Model) -> Iterator[tuple[str, Finding]]:
+    """Parameters without a value, each with what to do where the model is used alone."""
+    for name, body in model.bodies.items():
+        if body.is_neutral:
+            parameter = neutral_mass(name)
+            yield parameter, Finding(("bodies", name, "mass"), *without_value(parameter))
+
+
+def without_value(parameter: str) -> tuple[str, str]:
+    """Message and remedy on a parameter that has no value where its model is used alone."""
+    message = f"{parameter} has no value: 'mass: neutral' is set by a hydrodynamics component"
+    return message, f"give a start value (--start-value {parameter} '120 t'), or run the system"
 
 
 def bounded_parameters(model: Any) -> frozenset[str]:

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     import sympy
 
 GROUND = "ground"
+NEUTRAL = "neutral"
+"""Mass of a body that is that of the water it displaces."""
 
 Quantity: TypeAlias = "float | str | Expression | sympy.Expr"
 Vector = tuple[Quantity, Quantity]
@@ -60,6 +62,8 @@ def parameter_values(parameters: Mapping[str, Parameter]) -> Values:
 class Body:
     """A rigid body: mass [kg], inertia about its centre of gravity [kg·m²].
 
+    The mass "neutral" is that of the displaced water: a parameter ``body.<name>.neutral_mass``
+    without a value, which a hydrodynamics component of a system sets.
     With `added_mass` the model gets an added-mass matrix for this body, to be set from outside
     (hydrodynamics); it acts on the world-frame acceleration of the centre of gravity.
     """
@@ -71,6 +75,21 @@ class Body:
 
     scalars: ClassVar = {"mass": "kg", "inertia": "kg.m2"}
     positive: ClassVar = ("mass", "inertia")
+
+    @property
+    def is_neutral(self) -> bool:
+        """True if the mass is that of the displaced water."""
+        return isinstance(self.mass, str) and self.mass.strip() == NEUTRAL
+
+
+def neutral_mass(body: str) -> str:
+    """Name of the parameter that is the mass of a body with ``mass: neutral``."""
+    return f"body.{body}.neutral_mass"
+
+
+def neutral_symbol(body: str) -> str:
+    """Symbol of that parameter in equations."""
+    return f"neutral_mass_{body}"
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from m4e_fmi.document import Location
 from m4e_fmi.errors import suggestion
-from m4e_fmi.model.elements import GROUND
+from m4e_fmi.model.elements import GROUND, NEUTRAL
 from m4e_fmi.model.expression import (
     CONSTANTS,
     FUNCTIONS,
@@ -56,6 +56,10 @@ class Names:
         return cls(*groups)
 
 
+ALONE = (
+    "write 'mass: neutral'; where more depends on this mass, declare a parameter and connect "
+    "<body>.neutral_mass of the hydrodynamics component with it"
+)
 Complaint = tuple[str, str]
 """A message and a remedy."""
 
@@ -71,6 +75,8 @@ class Known:
         """What is wrong with `name`; None if it is known."""
         if name in self.names:
             return None
+        if name.lower() == NEUTRAL:
+            return f"{name!r} is not known in expressions", ALONE
         if name == "t":
             return "'t' is not known here", "only loads may depend on the time"
         if name == "time" and "t" in self.names:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from m4e_fmi.errors import InputError, Problem
@@ -36,7 +37,8 @@ class Model:
     gravity: Quantity = STANDARD_GRAVITY
     description: str = ""
 
-    _warnings = ()  # no field: they follow from the others
+    _warnings = ()  # no fields: they follow from the others
+    _lacking = MappingProxyType({})
 
     def __post_init__(self) -> None:
         from m4e_fmi.model.checks import findings
@@ -51,11 +53,18 @@ class Model:
         """What is allowed and seldom meant, as negative damping."""
         return self._warnings
 
+    @property
+    def lacking(self) -> Mapping[str, Problem]:
+        """Parameters without a value, each with the problem that it is where no value is given."""
+        return self._lacking
+
     def place_warnings(self, place: Callable[[Finding], Problem]) -> Model:
-        """This model; its warnings are where `place` puts them from now on."""
-        from m4e_fmi.model.checks import doubts
+        """This model; its warnings, and what it lacks, are where `place` puts them from now on."""
+        from m4e_fmi.model.checks import doubts, lacking
 
         object.__setattr__(self, "_warnings", tuple(map(place, doubts(self))))
+        problems = {name: place(finding) for name, finding in lacking(self)}
+        object.__setattr__(self, "_lacking", problems)
         return self
 
     def _problem(self, finding: Finding) -> Problem:

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from m4e_fmi.model import Model, Table
-from m4e_fmi.model.elements import GROUND, quantity, vector
+from m4e_fmi.model.elements import GROUND, neutral_mass, quantity, vector
 from m4e_fmi.model.expression import Values
 from m4e_fmi.multibody.kinematics import GROUND_FRAME, Frame, Place, frames
 from m4e_fmi.multibody.loads import Acting, acting
@@ -37,6 +37,8 @@ def at_time(name: str, table: Table, time: Any) -> Any:
 @dataclass(frozen=True)
 class Scalars:
     """The scalars to assemble with: q, u, the time, parameters by name, and what acts from outside.
+
+    Neutral masses are among the parameters, by their names in the program.
 
     `body_wrench[name]` = (F_x, F_z, M_y) at a centre of gravity, `point_force[name]` = (F_x, F_z),
     `effort[joint]`; what is absent is zero. `added_mass` has three rows (x, z, θ) and columns for
@@ -105,8 +107,11 @@ def assemble(model: Model, tree: Topology, scalars: Scalars) -> Assembly:
     masses = []
     for link in tree.links:
         body = model.bodies[link.body]
-        mass, inertia = quantity(body, "mass"), quantity(body, "inertia")
-        masses.append((mass.evaluate(values), inertia.evaluate(values)))
+        if body.is_neutral:
+            mass = values[neutral_mass(link.body)]
+        else:
+            mass = quantity(body, "mass").evaluate(values)
+        masses.append((mass, quantity(body, "inertia").evaluate(values)))
     moving = frames(tree, scalars.q, scalars.u, values)
     state = State(model, tree, scalars.q, scalars.u, moving, points := {})
     for name, point in model.points.items():

@@ -6,13 +6,14 @@ What occurs more than once is computed once. The text stands alone: Python needs
 from __future__ import annotations
 
 import keyword
+import math
 from functools import partial
 from textwrap import fill
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from m4e_fmi.errors import InputError, suggestion
 from m4e_fmi.model import Table
-from m4e_fmi.model.elements import parameter_values
+from m4e_fmi.model.elements import neutral_symbol, parameter_values
 from m4e_fmi.multibody.intermediates import intermediates
 from m4e_fmi.units import parse_unit
 
@@ -84,8 +85,8 @@ def equations_code(equations: Equations, language: Language) -> str:
     """Source of a function of t, q, u and p that gives M and f.
 
     In Python it returns them as arrays, n×n and n; in C it fills them, M row by row. p has the
-    model's parameters, then its added mass. Everything is in SI units. InputError for an unknown
-    language.
+    model's parameters, its neutral masses (not a number unless they are given) and its added mass.
+    Everything is in SI units. InputError for an unknown language.
     """
     if language not in get_args(Language):
         remedy = suggestion(language, get_args(Language), "languages")
@@ -105,6 +106,7 @@ def equations_code(equations: Equations, language: Language) -> str:
     if language == "c":
         return C.format(about=about.replace("*/", "* /"), tables=tables, body=body)
     known = parameter_values(equations.model.parameters)
+    known |= dict.fromkeys(map(neutral_symbol, equations.neutral_bodies), math.nan)
     values = [known.get(symbol.name, 0.0) for symbol in p]
     about = about.replace("\\", "/").replace('"', "'")
     return PYTHON.format(about=about, tables=tables, values=_tuple(values), body=body)
@@ -116,7 +118,8 @@ def _vectors(equations: Equations) -> tuple[list[Any], list[Any], list[Any]]:
 
     model = equations.model
     wet = range(1, 1 + 3 * sum(body.added_mass for body in model.bodies.values()))
-    names = [*model.parameters, *(f"A_{i}_{j}" for i in wet for j in wet)]
+    names = [*model.parameters, *map(neutral_symbol, equations.neutral_bodies)]
+    names += [f"A_{i}_{j}" for i in wet for j in wet]
     p = [sympy.Symbol(name, real=True) for name in names]
     return equations.q.flat(), equations.u.flat(), p
 
@@ -206,5 +209,5 @@ def _table(name: str, table: Table, language: Language) -> str:
 
 def _tuple(values: Any) -> str:
     """A tuple of numbers, on lines of its own if there are many."""
-    text = str(tuple(float(value) for value in values))
+    text = str(tuple(float(value) for value in values)).replace("nan", 'float("nan")')
     return fill(text, 80, subsequent_indent="    ", break_on_hyphens=False, break_long_words=False)

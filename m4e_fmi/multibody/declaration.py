@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Container
 from typing import Any, Protocol
 
@@ -12,6 +13,7 @@ from m4e_fmi.model.elements import (
     GROUND,
     Parameter,
     as_expression,
+    neutral_mass,
     parameter_values,
     quantity,
     vector,
@@ -28,6 +30,15 @@ STATES = {
     "fixed": (),
 }
 DOF_UNITS = ("m", "m", "rad")
+
+
+NEUTRAL_MASS = re.compile(r"(.+\.)?body\.\w+\.neutral_mass")
+"""Parameters whose start value 0 stands for none."""
+
+
+def is_unset(parameter: Variable) -> bool:
+    """True of a neutral mass that nobody has set."""
+    return parameter.start == 0.0 and bool(NEUTRAL_MASS.fullmatch(parameter.name))
 
 
 class Inputs(Protocol):
@@ -58,6 +69,9 @@ def declared(
         name: recorder.parameter(_parameter(name, parameter, bounded=name in bounded))
         for name, parameter in model.parameters.items()
     }
+    for name, body in model.bodies.items():
+        if body.is_neutral:
+            parameters[neutral_mass(name)] = _declared_neutral_mass(recorder, name)
     added_mass = _declared_added_mass(recorder, model, tree)
     acting = declared_inputs(recorder, model, tree, inputs)
     q, u = _declared_states(recorder, model, tree)
@@ -75,6 +89,13 @@ def _parameter(name: str, parameter: Parameter, *, bounded: bool) -> Variable:
         tunable=parameter.tunable,
         minimum=0.0 if bounded else -math.inf,
     )
+
+
+def _declared_neutral_mass(recorder: Recorder, body: str) -> Any:
+    """The mass of a body [kg]; not a number while it is 0, so that nothing runs without a value."""
+    text = f"Mass of body {body}, to be set to that of the water it displaces"
+    mass = recorder.parameter(Variable(neutral_mass(body), "kg", text, minimum=0.0))
+    return mass * (mass / mass)
 
 
 def _declared_added_mass(recorder: Recorder, model: Model, tree: Topology) -> list[list[Any]]:

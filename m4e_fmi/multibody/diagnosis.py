@@ -65,7 +65,7 @@ def _scalars(model: Model, tree: Topology, values: Mapping[str, float], time: fl
         q,
         u,
         time,
-        {name: values.get(name, 0.0) for name in model.parameters},
+        {name: values.get(name, 0.0) for name in (*model.parameters, *model.lacking)},
         body_wrench={
             link.body: numbers(f"body.{link.body}", "force_x", "force_z", "moment_y")
             for link in tree.links

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from m4e_fmi.errors import InputError, suggestion
 from m4e_fmi.model import Model, as_model
+from m4e_fmi.model.elements import neutral_mass, neutral_symbol
 from m4e_fmi.multibody.assembly import Accelerations, Assembly, Scalars, assemble
 from m4e_fmi.multibody.closed_form import forcing, mass_matrix, outwards
 from m4e_fmi.multibody.columns import Columns, column_rates, columns
@@ -36,14 +37,20 @@ class Equations:
     `model` may be the path of a model file.
     Symbols are real: coordinates `Theta_k`, `S_k`, `X_k`, `Z_k`, velocities `ThetaD_k`, … and
     accelerations `ThetaDD_k`, … of body k, the time `t`, the model's parameters, `A_i_j` for added
-    mass. A table is an undefined function of t by its name. `inputs` names inputs of the model's
-    program that act as well, as symbols of that name; InputError if it has no such input.
+    mass, `neutral_mass_<body>` for a mass that is "neutral". A table is an undefined function of t
+    by its name. `inputs` names inputs of the model's program that act as well, as symbols of that
+    name; InputError if it has no such input.
     """
 
     def __init__(self, model: Model | str | Path, inputs: Sequence[str] = ()) -> None:
         self.model = as_model(model)
         self.inputs = tuple(inputs)
         self.topology = topology(self.model)
+
+    @cached_property
+    def neutral_bodies(self) -> list[str]:
+        """Bodies whose mass is that of the displaced water."""
+        return [name for name, body in self.model.bodies.items() if body.is_neutral]
 
     @cached_property
     def q(self) -> sympy.Matrix:
@@ -75,7 +82,8 @@ class Equations:
             q=self.q.flat(),
             u=self.u.flat(),
             time=symbol("t"),
-            parameters={name: symbol(name) for name in self.model.parameters},
+            parameters={name: symbol(name) for name in self.model.parameters}
+            | {neutral_mass(body): symbol(neutral_symbol(body)) for body in self.neutral_bodies},
             **self._acting(),
             added_mass=[[symbol(f"A_{i + 1}_{j + 1}") for j in range(wet)] for i in range(wet)],
             number=exact,

@@ -21,6 +21,7 @@ from m4e_fmi.fmu.arrays import Grouped, grouped, ungrouped
 from m4e_fmi.fmu.options import ICON
 from m4e_fmi.model import Model
 from m4e_fmi.multibody import Equations
+from m4e_fmi.multibody.declaration import is_unset
 from m4e_fmi.program import Program
 from m4e_fmi.report.fmu_page import fmu_page
 from m4e_fmi.report.schematic import model_figure, model_icon
@@ -79,6 +80,9 @@ def _series(
 ) -> tuple[Mapping[str, bytes], list[str]]:
     """Files of the default experiment by name, and what the page says of them."""
     outputs = [v for v in variables if v.first.causality == "output"]
+    unset = [v.name for v in program.parameters if is_unset(v)]
+    if unset:
+        return {}, [f"no reference series, because {', '.join(unset)} has no value"]
     interval = _interval(description, columns=1 + sum(len(v.members) for v in outputs))
     try:
         found = simulate(

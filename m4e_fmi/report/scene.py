@@ -18,6 +18,7 @@ from m4e_fmi.model import Model
 from m4e_fmi.model.elements import as_expression, parameter_values
 from m4e_fmi.model.expression import Values
 from m4e_fmi.multibody import Topology, model_program, topology
+from m4e_fmi.multibody.declaration import is_unset
 from m4e_fmi.program import Program
 from m4e_fmi.program.python_form import load_python
 from m4e_fmi.report import symbols
@@ -160,7 +161,11 @@ def turned(at: Pair, angle: Any) -> np.ndarray:
 
 
 def start_values(program: Program) -> dict[str, float]:
-    """States and outputs at t = 0, by name, at the start values of a Program."""
+    """States and outputs at t = 0, by name, at the start values of a Program.
+
+    Masses that nobody has set are 1 kg: places do not depend on them.
+    """
+    program = program.with_start({v.name: 1.0 for v in program.parameters if is_unset(v)})
     form = load_python(program)
     x, u, p = ([v.start for v in group] for group in (program.states, program.inputs,
                                                        program.parameters))  # fmt: skip

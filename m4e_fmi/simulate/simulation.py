@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 
@@ -21,7 +22,9 @@ from m4e_fmi.errors import (
     unknown_names,
 )
 from m4e_fmi.model import Model, as_model
+from m4e_fmi.model.checks import without_value
 from m4e_fmi.multibody import model_program
+from m4e_fmi.multibody.declaration import is_unset
 from m4e_fmi.program import Program, Variable
 from m4e_fmi.runtime.engine import Watch
 from m4e_fmi.runtime.library import library, library_detail
@@ -133,7 +136,7 @@ def simulate(
         system = as_model(system)
     given = start_values or {}
     program = system if isinstance(system, Program) else model_program(system, inputs=tuple(given))
-    program = started(program, given)
+    program = started(program, given, lacking=system.lacking if isinstance(system, Model) else {})
     began = time.perf_counter()
     audited, works = with_works(program)
     watched, watches = _watched(audited, events)
@@ -254,10 +257,16 @@ def output_times(stop_time: float, interval: float) -> list[float]:
     return [*times[:-1], stop_time]
 
 
-def started(program: Program, values: Mapping[str, float | str]) -> Program:
+def started(
+    program: Program,
+    values: Mapping[str, float | str],
+    *,
+    lacking: Mapping[str, Problem] = MappingProxyType({}),
+) -> Program:
     """`program` with other start values: numbers, or texts with a unit, as ``"5 mm"``.
 
-    InputError names what is unknown, not finite, of another dimension or outside its limits.
+    InputError names what is unknown, not finite, of another dimension, outside its limits, or
+    without a value though it needs one; `lacking` may say of the latter where in a file that is.
     """
     variables = {v.name: v for v in (*program.parameters, *program.inputs, *program.states)}
     complaint = f"{program.name} has no parameter, input or state"
@@ -272,6 +281,12 @@ def started(program: Program, values: Mapping[str, float | str]) -> Program:
         Problem(f"{v.name} = {v.start:g} is outside its range from {v.minimum:g} to {v.maximum:g}")
         for v in (*result.parameters, *result.inputs, *result.states)
         if not v.minimum <= v.start <= v.maximum
+    ]
+    outside += [
+        lacking.get(v.name) or Problem(f"{program.name}: {message}", remedy)
+        for v in result.parameters
+        if is_unset(v)
+        for message, remedy in [without_value(v.name)]
     ]
     if outside:
         raise InputError(outside)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -256,3 +257,37 @@ def test_the_systems_own_inputs_and_outputs_are_checked(c_fmu: Fmus) -> None:
     ):
         assert any(told in message for message in messages)
     assert len(messages) == 5
+
+
+def test_a_connector_carries_what_is_calculated_into_a_parameter() -> None:
+    """Once, beside its inputs and outputs; a connection by '->' is asked before it."""
+    buoy = described(
+        "buoy",
+        ("body.float.x", "output", "m"),
+        ("body.float.mass", "parameter", "kg"),
+        ("mass", "parameter", "kg"),
+    )
+    hydro = described(
+        "hydro",
+        ("float.x", "input", "m"),
+        ("float.mass", "calculatedParameter", "t"),
+        ("float.drag", "parameter", "kg"),
+        ("mass", "calculatedParameter", "kg"),
+        ("other", "calculatedParameter", "kg"),
+    )
+    both = {"buoy": buoy, "hydro": hydro}
+    for connection in ("buoy.float <-> hydro.float", "hydro.float <-> buoy.float"):
+        wiring = wired(both, connection)
+        assert [str(link) for link in wiring.links] == ["buoy.body.float.x -> hydro.float.x"]
+        (link,) = wiring.initial_links
+        assert str(link) == "hydro.float.mass -> buoy.body.float.mass"
+        assert link.factor == 1000.0
+    wiring = wired(both, "buoy.float <-> hydro.float", "hydro.other + 5 -> buoy.body.float.mass")
+    (link,) = wiring.initial_links
+    assert (str(link.source), link.offset) == ("hydro.other", 5.0)
+
+
+def test_parameters_of_other_types_are_no_masses() -> None:
+    text = replace(BUOY.variables["mass"], name="note", type="String", start="calm")
+    noted = replace(BUOY, variables={**BUOY.variables, "note": text})
+    assert wired({**BOTH, "buoy": noted}, "buoy.body.float <-> hydro.float").links

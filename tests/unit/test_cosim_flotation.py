@@ -5,13 +5,15 @@ A buoy of 100 t displacement and 50 m2 of waterplane, in water without waves or 
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from m4e_adapters.hydrodynamics import Coefficients, hydrodynamics_program
-from m4e_fmi.cosim import Component, FmuFile, Outcome, Simulation, System, run
+from m4e_fmi.cosim import Component, FmuFile, Outcome, Simulation, System, prepare, run
+from m4e_fmi.errors import InputError
 from m4e_fmi.fmu import build_fmu
 from m4e_fmi.model import load_model
 from m4e_fmi.multibody import model_program
@@ -27,27 +29,30 @@ joints: {sea: {type: floating, child: float, initial: {z: -1.0}}}
 CONNECTIONS = ("buoy.float <-> hydro.float", "hydro.added_mass -> buoy.added_mass")
 
 
+def calm(bodies: tuple[str, ...]) -> Coefficients:
+    """Bodies that do not feel each other, in water without waves or radiation."""
+    n, omega = len(bodies), np.linspace(0.2, 3.0, 15)
+    added = np.diag([2e4, 6e4, 3e5] * n)
+    return Coefficients(
+        bodies=bodies,
+        centers=np.array([[0.0, -1.0]] * n),
+        omega=omega,
+        added_mass=np.tile(added, (len(omega), 1, 1)),
+        radiation_damping=np.zeros((len(omega), 3 * n, 3 * n)),
+        added_mass_inf=added,
+        excitation=np.zeros((len(omega), 3 * n), dtype=complex),
+        hydrostatic_stiffness=RHO * G * np.diag([0.0, AREA, 200.0] * n),
+        buoyancy=np.array([0.0, DISPLACED * G, 0.0] * n),
+        density=RHO,
+    )
+
+
 @pytest.fixture(scope="module")
 def fmus(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     folder = tmp_path_factory.mktemp("fmus")
     model = folder / "buoy.model.yaml"
     model.write_text(MODEL)
-    omega, added = np.linspace(0.2, 3.0, 15), np.diag([2e4, 6e4, 3e5])
-    water = hydrodynamics_program(
-        Coefficients(
-            bodies=("float",),
-            centers=np.array([[0.0, -1.0]]),
-            omega=omega,
-            added_mass=np.tile(added, (len(omega), 1, 1)),
-            radiation_damping=np.zeros((len(omega), 3, 3)),
-            added_mass_inf=added,
-            excitation=np.zeros((len(omega), 3), dtype=complex),
-            hydrostatic_stiffness=RHO * G * np.diag([0.0, AREA, 200.0]),
-            buoyancy=np.array([0.0, DISPLACED * G, 0.0]),
-            density=RHO,
-        ),
-        name="hydro",
-    )
+    water = hydrodynamics_program(calm(("float",)), name="hydro")
     return {
         "buoy": build_fmu(model_program(load_model(model)), folder / "buoy.fmu", native=True),
         "hydro": build_fmu(water, folder / "hydro.fmu", native=True),
@@ -82,7 +87,7 @@ def test_weight_and_buoyancy_that_differ_are_told(fmus: dict[str, Path], tmp_pat
             "water carries 981 kN"
         )
         assert "it rises by 0.2 m from there" in told  # 10 t over 1 t/m3 over 50 m2
-        assert "hydro.float.neutral_mass (100000 kg)" in told
+        assert "say 'mass: neutral' in its model: hydro.float.neutral_mass (100000 kg)" in told
 
 
 def test_the_neutral_mass_can_be_connected(fmus: dict[str, Path], tmp_path: Path) -> None:
@@ -135,3 +140,149 @@ def test_a_hinge_carries_the_weight(fmus: dict[str, Path], tmp_path: Path) -> No
     flap = build_fmu(program, tmp_path / "flap.fmu", native=True)
     told = floated({**fmus, "buoy": flap}, tmp_path, m="300 t").warnings
     assert not any("still water carries" in text for text in told)
+
+
+NEUTRAL = MODEL.replace("mass: m,", "mass: neutral,").replace("parameters:", "# parameters:")
+MASS = "body.float.neutral_mass"
+
+
+@pytest.fixture(scope="module")
+def neutral(fmus: dict[str, Path]) -> dict[str, Path]:
+    """The buoy with `mass: neutral`."""
+    model = fmus["buoy"].with_name("neutral.model.yaml")
+    model.write_text(NEUTRAL)
+    fmu = build_fmu(model_program(load_model(model)), model.with_name("neutral.fmu"), native=True)
+    return {**fmus, "buoy": fmu}
+
+
+def loaded(fmus: dict[str, Path], folder: Path, *connections: str) -> Outcome:
+    """The neutral buoy with a force of -98.1 kN."""
+    (folder / "moored.model.yaml").write_text(
+        NEUTRAL + "loads: {lines: {type: body_force, body: float, force: [0, -98.1e3]}}"
+    )
+    program = model_program(load_model(folder / "moored.model.yaml"))
+    moored = build_fmu(program, folder / "moored.fmu", native=True)
+    return floated({**fmus, "buoy": moored}, folder, *connections)
+
+
+def heave(outcome: Outcome) -> np.ndarray:
+    return outcome.results()["buoy.body.float.z"].values
+
+
+def test_a_neutral_mass_comes_with_the_connection_of_the_bodies(
+    fmus: dict[str, Path], neutral: dict[str, Path], tmp_path: Path
+) -> None:
+    """To the bits of the mass that is connected by hand; also from an SSP package."""
+    wanted = heave(floated(fmus, tmp_path, "hydro.float.neutral_mass -> buoy.m"))
+    outcome = floated(neutral, tmp_path)
+    assert outcome.warnings == ()
+    assert np.array_equal(heave(outcome), wanted)
+    assert "hydro.float.neutral_mass: carried over once" in str(outcome.prepared)
+    package = outcome.prepared.system.save(tmp_path / "float.ssp", build_directory=tmp_path)
+    again = run(System.load(package), results=tmp_path / "again.nc", build_directory=tmp_path)
+    assert np.array_equal(heave(again), wanted)
+
+
+def test_a_python_fmu_has_its_neutral_mass_before_it_tells_anything(
+    neutral: dict[str, Path], tmp_path: Path
+) -> None:
+    """It computes all its outputs when one is asked for."""
+    program = model_program(load_model(neutral["buoy"].with_suffix(".model.yaml")))
+    buoy = build_fmu(program, tmp_path / "buoy.fmu")
+    assert heave(floated({**neutral, "buoy": buoy}, tmp_path)) == pytest.approx(-1.0, abs=1e-9)
+
+
+def test_a_given_mass_wins_over_the_neutral_one(neutral: dict[str, Path], tmp_path: Path) -> None:
+    """As a start value, and by a connection with an offset: moorings carry 10 t."""
+    system = floated(neutral, tmp_path).prepared.system
+    lighter = system.changed(start={f"buoy.{MASS}": "90 t"})
+    moored = replace(
+        system, connections=(*CONNECTIONS, f"hydro.float.neutral_mass - 1e4 -> buoy.{MASS}")
+    )
+    for changed in (lighter, moored):
+        (told,) = run(changed, results=tmp_path / "r.nc").warnings
+        assert "are 882.9 kN at the start, the still water carries 981 kN" in told
+
+
+def test_a_neutral_mass_leaves_out_other_forces(neutral: dict[str, Path], tmp_path: Path) -> None:
+    """Lines pull down with 98.1 kN, the weight of 10 t: the connection that is told is right."""
+    (told,) = loaded(neutral, tmp_path).warnings
+    assert "are 1079.1 kN at the start, the still water carries 981 kN" in told
+    offset = f"hydro.float.neutral_mass - 10000 -> buoy.{MASS}"
+    assert f"'{offset}' includes them" in told
+    assert loaded(neutral, tmp_path, offset).warnings == ()
+
+
+def test_a_neutral_mass_needs_a_body_in_water(neutral: dict[str, Path], tmp_path: Path) -> None:
+    path = tmp_path / "system.yaml"
+    text = f"""\
+name: alone
+components:
+  buoy: {{fmu: {neutral["buoy"]}}}
+  hydro: {{fmu: {neutral["hydro"]}}}
+connections: []
+simulation: {{stop_time: 1, step_size: 0.05}}
+"""
+    path.write_text(text)
+    with pytest.raises(InputError) as caught:
+        prepare(path)
+    (problem,) = caught.value.problems
+    assert (problem.file, problem.line) == (str(path), 3)
+    assert f"buoy.{MASS} has no value" in problem.message
+    assert "'buoy.float <-> hydro.float'" in problem.remedy
+    assert f"'hydro.float.neutral_mass -> buoy.{MASS}'" in problem.remedy
+    assert f"start: {{{MASS}: 120 t}}" in problem.remedy
+    for zero in (0, "0 t"):
+        with pytest.raises(InputError, match=f"buoy.{MASS} has no value"):
+            prepare(System.load(path).changed(start={f"buoy.{MASS}": zero}))
+    with pytest.raises(InputError) as caught:
+        prepare(System.load(path).changed(start={f"buoy.{MASS}": "-3 t"}))
+    assert [p.message for p in caught.value.problems] == [
+        f"start value '-3 t' of buoy.{MASS} is wrong"
+    ]
+    path.write_text(text.replace("  hydro", "  # hydro"))
+    with pytest.raises(InputError, match="kind hydrodynamics"):
+        prepare(path)
+
+
+def test_a_neutral_mass_takes_one_body_in_water(neutral: dict[str, Path], tmp_path: Path) -> None:
+    two = {**neutral, "water": neutral["hydro"]}
+    with pytest.raises(InputError) as caught:
+        floated(two, tmp_path, "buoy.float <-> water.float")
+    assert any(
+        f"buoy.{MASS} has two sources: hydro.float.neutral_mass and water.float.neutral_mass"
+        in problem.message
+        for problem in caught.value.problems
+    )
+
+
+def test_bodies_of_one_hinge_have_their_own_neutral_masses(tmp_path: Path) -> None:
+    """In one component of two bodies, whichever way the names are."""
+    model = tmp_path / "raft.model.yaml"
+    model.write_text("""\
+name: raft
+bodies:
+  fore: {mass: neutral, inertia: 1e6, added_mass: true}
+  aft: {mass: neutral, inertia: 1e6, added_mass: true}
+joints:
+  sea: {type: floating, child: fore}
+  hinge: {type: revolute, parent: fore, child: aft, parent_to_joint: [5, 0], joint_to_child: [5, 0]}
+""")
+    water = hydrodynamics_program(calm(bodies=("bow", "stern")), name="hydro")
+    raft = build_fmu(model_program(load_model(model)), tmp_path / "raft.fmu", native=True)
+    hydro = build_fmu(water, tmp_path / "hydro.fmu", native=True)
+    system = System(
+        name="raft",
+        components=(Component("raft", FmuFile(raft)), Component("hydro", FmuFile(hydro))),
+        connections=(
+            "hydro.stern <-> raft.aft",
+            "raft.fore <-> hydro.bow",
+            "hydro.added_mass -> raft.added_mass",
+        ),
+        simulation=Simulation(1.0, 0.05),
+    )
+    found = [str(link) for link in prepare(system).wiring.initial_links if "neutral" in str(link)]
+    assert sorted(found) == [
+        "hydro.bow.neutral_mass -> raft.body.fore.neutral_mass",
+        "hydro.stern.neutral_mass -> raft.body.aft.neutral_mass",
+    ]

@@ -11,6 +11,7 @@ import numpy as np
 from m4e_adapters.hydrodynamics.bem import solve_hulls
 from m4e_adapters.hydrodynamics.coefficients import MEMORY_REACH, Coefficients, memory_size
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig, Still
+from m4e_adapters.hydrodynamics.doubts import sea_doubts, size_doubts
 from m4e_adapters.hydrodynamics.load import hydrodynamics_program
 from m4e_adapters.hydrodynamics.mesh import Hull, hulls_and_problems, make_hulls
 from m4e_adapters.hydrodynamics.sea import needed_frequency, waves_beyond
@@ -19,6 +20,7 @@ from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.program import Program
 
 EXTENSION_STEP = 2.0  # of frequencies for waves above those of the memory, in steps of these
+OF_A, OF_A_INF = 0.6, 1.2  # 1/(2^p - 1) for observed orders p = 1.4 and 0.9 in panel size
 SHALLOWEST = 0.2  # wavenumber times depth below which Capytaine has no accurate Green function
 
 
@@ -30,6 +32,10 @@ def coefficients_from_config(
     Raises InputError for meshes that do not bound a volume in the water.
     """
     hulls = make_hulls(config, folder, progress=progress)
+    for text in (*sea_doubts(config.waves, config.water), *size_doubts(hulls, config)):
+        progress(f"warning: {text}")
+    for hull in hulls:
+        progress(_accuracy(hull))
     direction = 0.0 if isinstance(config.waves, Still) else config.waves.direction
     return solve_hulls(
         hulls,
@@ -108,6 +114,15 @@ def table_and_problems(
     step = EXTENSION_STEP * (table[1] - table[0])
     more = math.ceil((needed_frequency(config.waves) - maximum) / step - 1e-9)
     return np.concatenate([table, maximum + step * np.arange(1, more + 1)]), []
+
+
+def _accuracy(hull: Hull) -> str:
+    """How to learn what the panels of a hull leave of an error."""
+    count = len(hull.panels.faces)
+    return (
+        f"body {hull.name!r}: {count} panels, whose error is about {OF_A:g} (added mass) and "
+        f"{OF_A_INF:g} (at infinite frequency) of the difference to {count // 4} panels"
+    )
 
 
 def _silent(_: str) -> None:
