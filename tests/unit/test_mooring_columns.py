@@ -136,9 +136,7 @@ def test_mistakes_of_rods_and_bodies_are_told_at_once_with_those_of_kinds(tmp_pa
         ("1000 rho", "1000 rho\n1e3 rho", "", ""),  # the same value
     ],
 )
-def test_numbers_and_options_that_moordyn_reads_otherwise(
-    tmp_path, before, after, message, remedy
-):
+def test_numbers_and_options_that_moordyn_reads_otherwise(tmp_path, before, after, message, remedy):
     assert FILE.count(before) == 1
     found = problems(tmp_path, FILE.replace(before, after))
     assert len(found) == bool(message)

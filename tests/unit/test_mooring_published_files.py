@@ -178,7 +178,9 @@ def test_a_free_rod_is_left_to_moordyn(tmp_path):
     assert made.net is None
     lines = started(made)
     lines.close()
-    assert any("equilibrium was not found" in text for text in lines.warnings)
+    told, *_ = [text for text in lines.warnings if "equilibrium was not found" in text]
+    assert "give MoorDyn a smaller threshIC (1e-6) and more time (TmaxIC 1000), or" in told
+    assert "1 ICgenDynamic" in told
 
 
 @pytest.mark.parametrize(
