@@ -81,7 +81,7 @@ def test_the_file_is_accepted_and_numbers_of_segments_are_written_out(tmp_path):
         (ROD_TYPE, " 1.4\n", "\n", "7 values are needed here, 6 are given", "version 2"),
         (BODY, "1 Free 3", "1 Fere 3", "there is no type of body 'Fere'", "'Free'"),
         (BODY, "Free 3", "Free 1e9", "coordinate 1e9 cannot be meant", "1e+07"),
-        (BODY, "-4 10", "-4 1e5", "angle 1e5 cannot be meant", "between -360 and 360"),
+        (BODY, "-4 10", "-4 1e5", "angle 1e5 cannot be meant", "360 and 360, in degrees"),
         (BODY, "30 5e3", "30 -5e3", "mass must not be negative, got -5e3", "sign"),
         (BODY, "0|0|-1", "0|-1", "centre of gravity: '0|-1' has 2 values", "give 1 or 3"),
         (BODY, "0|0|-1", "0|x|-1", "centre of gravity: 'x' is not a number", "as a number"),
@@ -150,6 +150,7 @@ def test_numbers_and_options_that_moordyn_reads_otherwise(tmp_path, before, afte
         ("name d m EA BA EI Cd Ca CdAx CaAx\n", "rope 0.1"),
         ("id type a b length n out\n- - - - - - -\n", "1 rope"),
         ("id type x y z r p y m cg i v cda ca\n", "1 Free"),
+        ("id type to xa ya za xb yb zb n out\n", "1 can"),
     ],
 )
 def test_a_lost_heading_is_told_once(tmp_path, lost, row):

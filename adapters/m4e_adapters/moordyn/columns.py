@@ -17,7 +17,7 @@ FORTRAN = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+))[dD]([+-]?\d+)")
 
 @dataclass(frozen=True)
 class Column:
-    """Name of the numbers in a column, and least and largest value [SI units, degrees].
+    """Name of the numbers in a column, and least and largest value, in `units`.
 
     `whole` numbers have no decimals; `counts` are how many values, separated by |, may be given.
     """
@@ -27,9 +27,11 @@ class Column:
     largest: float
     whole: bool = False
     counts: tuple[int, ...] = (1,)
+    units: str = "SI units"
 
 
-PLACE, ANGLE = Column("coordinate", -1e7, 1e7), Column("angle", -360.0, 360.0)
+PLACE = Column("coordinate", -1e7, 1e7)
+ANGLE = Column("angle", -360.0, 360.0, units="degrees")
 FORCE = Column("constant force", -1e12, 1e12)
 MASS, VOLUME = Column("mass", 0.0, 1e12), Column("volume", 0.0, 1e9)
 DIAMETER = Column("diameter", 1e-6, 1e3)
@@ -117,17 +119,13 @@ def no_number(name: str, word: str, remedy: str) -> tuple[str, str]:
 def out_of_range(column: Column, word: str) -> tuple[str, str]:
     """Message and remedy for the number `word` outside of the range of `column`."""
     value, name = float(word), column.name
-    unit = "whole number" if column.whole else "value"
-    limits = f"give a {unit} between {column.least:g} and {column.largest:g}"
-    limits += "" if column.whole else ", in SI units"
+    limits = f"give a value between {column.least:g} and {column.largest:g}, in {column.units}"
+    if column.whole:
+        limits = f"give a whole number between {column.least:g} and {column.largest:g}"
     if value < 0 <= column.least:
-        return (
-            f"{name} must not be negative, got {word}",
-            limits if column.whole else "check its sign",
-        )
+        return f"{name} must not be negative, got {word}", f"check its sign: {limits}"
     if value == 0 < column.least:
-        remedy = limits if column.whole else "give its value in SI units"
-        return f"{name} must be positive, got {word}", remedy
+        return f"{name} must be positive, got {word}", limits
     return f"{name} {word} cannot be meant", limits
 
 

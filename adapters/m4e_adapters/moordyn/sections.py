@@ -79,9 +79,9 @@ def _row(line: str, k: int) -> Row:
 
 
 def _is_data(row: Row) -> bool:
-    """Whether at least half of the words, and three, are numbers."""
+    """Whether three words or more are numbers, and at least half, or else the first one is 1."""
     numbers = sum(map(number, row.words))
-    return numbers >= 3 and 2 * numbers >= len(row.words)
+    return numbers >= 3 and (2 * numbers >= len(row.words) or row.words[0] == "1")
 
 
 def _section(line: str) -> str | None:
