@@ -156,9 +156,16 @@ def test_numbers_and_options_that_moordyn_reads_otherwise(tmp_path, before, afte
 def test_a_lost_heading_is_told_once(tmp_path, lost, row):
     assert lost in FILE
     (problem,) = problems(tmp_path, FILE.replace(lost, ""))
-    assert "two lines above its rows, names and units" in problem.message
+    assert "one of two lines above the rows of" in problem.message
     assert problem.source.startswith(row)
     assert "MoorDyn would leave this row out" in problem.remedy
+
+
+def test_a_lost_heading_is_told_beside_other_mistakes(tmp_path):
+    text = FILE.replace("id type x y z m v cda ca\n", "").replace("can Free", "can Fre")
+    found = problems(tmp_path, text.replace("1 Fixed", "1 Fixde"))
+    assert [problem.line for problem in found] == [18, 21, 21]
+    assert any("above the rows of POINTS, names and units" in problem.message for problem in found)
 
 
 def test_what_stands_behind_a_number_sign_is_no_value(tmp_path):

@@ -202,7 +202,7 @@ lines:
         (
             "",
             "",
-            (-65.0, -60.5),
+            (-100.0, -60.5),
             "f1 starts at z = -60.5 m, 0.5 m below the seabed at -60 m: check the connection, the",
         ),
         (

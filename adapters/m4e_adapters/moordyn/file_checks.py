@@ -27,6 +27,7 @@ def check(file: ReadFile) -> None:
         return
     short = _check_structure(file)
     whole = not file.problems  # else rows may be attached to what was not read
+    _check_headings(file)
     for section in WORDS:
         for row in file.rows(section):
             if row not in short:
@@ -72,20 +73,26 @@ def _check_rod_ends(file: ReadFile, row: Row) -> None:
 
 
 def _check_structure(file: ReadFile) -> set[Row]:
-    """Note missing sections and headings, and wrong numbers; the rows that are too short."""
+    """Note missing sections and wrong numbers; the rows that are too short."""
     for section in ("line types", "points", "lines"):
         if not file.rows(section):
             file.wrong(None, f"the section {section.upper()} is missing or empty", "add it")
-    for row in file.tables.get("no heading", ()):
-        message = "a table has two lines above its rows, names and units: here one is missing"
-        remedy = "write it above this row, as '(-) (-)': MoorDyn would leave this row out instead"
-        file.wrong(row, message, remedy)
     short = {
         row for section in WORDS for row in file.rows(section) if _is_short(file, section, row)
     }
     for section in NUMBERED:
         _check_numbers_of(file, section)
     return short
+
+
+def _check_headings(file: ReadFile) -> None:
+    for row in file.tables.get("no heading", ()):
+        section = next(name for name in WORDS if row in file.rows(name))
+        message = (
+            f"one of two lines above the rows of {section.upper()}, names and units, is missing"
+        )
+        remedy = "write it above this row, as '(-) (-)': MoorDyn would leave this row out instead"
+        file.wrong(row, message, remedy)
 
 
 def _is_short(file: ReadFile, section: str, row: Row) -> bool:

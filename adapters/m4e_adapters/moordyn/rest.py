@@ -14,6 +14,7 @@ HEADER = 9  # bytes of a state file before its length: "MoorDyn" and two of its 
 AWAY = 0.015  # share of a line's equilibrium tension by which it may start elsewhere without a word
 LEFT = 0.01  # share of a line's tension that may be left on a node where no equilibrium is known,
 # of lines of up to COARSE segments: those of more carry less weight
+SUNK = 0.01  # [m] below the seabed, to which its stiffness may let an end sink
 LONGER = 1e-3  # share by which a line may be longer than there is room for without a word
 
 
@@ -92,7 +93,8 @@ def too_long(net, names):
     """A text for each line of `net` that is longer than there is room for between its ends.
 
     There is room for what hangs from both ends straight down to the seabed, or of a line lighter
-    than water rises to the surface, and for the distance between these two places.
+    than water rises to the surface, and for the distance between these two places. Lines with an
+    end below the seabed are left out.
     """
     texts = []
     for name, line in zip(names, net.lines, strict=True):
@@ -102,7 +104,7 @@ def too_long(net, names):
         away = [max(0.0, -z if floats else z - level) for z in (a[2], b[2])]
         across = hypot(a[0] - b[0], a[1] - b[1])
         room = sum(away) + across
-        if line["length"] > (1 + LONGER) * room:
+        if min(a[2], b[2]) >= net.bed - SUNK and line["length"] > (1 + LONGER) * room:
             texts.append(
                 f"{name} is {line['length']:.6g} m long, {line['length'] - room:.4g} m more than "
                 f"there is room for: {away[0]:.4g} m and {away[1]:.4g} m from its ends to the "
