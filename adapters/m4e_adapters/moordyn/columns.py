@@ -87,10 +87,10 @@ def check_columns(file: ReadFile, section: str, row: Row) -> None:
     """Note the words of `row` that are no number, or none that can be meant."""
     columns = _point(row) if section == "points" else TABLES[section]
     for k, column in columns.items():
-        check_values(file, row, row.words[k], column)
+        _check_values(file, row, row.words[k], column)
 
 
-def check_values(file: ReadFile, row: Row, word: str, column: Column) -> None:
+def _check_values(file: ReadFile, row: Row, word: str, column: Column) -> None:
     """Note the first value in `word` that is not one of `column`, or how many there are."""
     values = word.split("|") if len(column.counts) > 1 else [word]
     if len(values) not in column.counts:

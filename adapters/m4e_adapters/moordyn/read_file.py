@@ -49,7 +49,7 @@ class ReadFile:
         return float(row.words[0]) if row and number(row.words[0]) else default
 
     def has_title(self, titles: tuple[str, ...]) -> bool:
-        """Whether a section is opened with one of `titles`, in capitals."""
+        """True if a section is opened with one of `titles`, in capitals."""
         heads = [line.upper() for line in self._lines if "---" in line]
         return any(title in head for head in heads for title in titles)
 

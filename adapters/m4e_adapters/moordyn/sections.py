@@ -70,7 +70,7 @@ def tables(text: str) -> dict[str, tuple[Row, ...]]:
 
 
 def number(word: str) -> bool:
-    """Whether `word` is a finite number that MoorDyn reads whole."""
+    """True for a finite number that MoorDyn reads to its end."""
     return bool(NUMBER.fullmatch(word)) and math.isfinite(float(word))
 
 
@@ -79,7 +79,7 @@ def _row(line: str, k: int) -> Row:
 
 
 def _is_data(row: Row) -> bool:
-    """Whether three words or more are numbers, and at least half, or else the first one is 1."""
+    """True if three words or more are numbers, and half of all, or the first one is 1."""
     numbers = sum(map(number, row.words))
     return numbers >= 3 and (2 * numbers >= len(row.words) or row.words[0] == "1")
 
