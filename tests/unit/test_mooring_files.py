@@ -121,7 +121,7 @@ def test_fairleads_of_a_ready_file_get_the_names_that_are_given(tmp_path):
     (bow,) = mooring(config, folder=tmp_path).fairleads
     assert (bow.x, bow.y, bow.z) == (4.0, 2.0, -5.0)
     source = mooring_kind.make(config, name="lines", folder=tmp_path)
-    layout = json.loads(source.data["mooring.json"])["system"]
+    layout = json.loads(source.data["mooring.json"])
     assert layout["drawn"] == [["bow", 1.0, -3.0]]
     layout["net"]["lines"][0] |= {"length": 860, "segments": 2}
     lines = LineSystem(source.data["lines.txt"].decode().replace("900.00 40", "860 2"), **layout)
@@ -149,8 +149,8 @@ PINNED = "------ BODIES ------\nx\nx\n1 CoupledPinned 0 0 0 0 0 0 1e3 0 1e3 1 0 
 @pytest.mark.parametrize(
     ("before", "after", "message", "remedy"),
     [
-        ("900.00    40 ", "900.00    0 ", "segments must be positive, got 0", "its value"),
-        ("900.00    40 ", "900.00    4.5 ", "4.5 segments", "whole number"),
+        ("900.00    40 ", "900.00    0 ", "segments must be positive, got 0", "and 1000"),
+        ("900.00    40 ", "900.00    4.5 ", "segments: 4.5 is not a whole", "whole number"),
         ("900.00    40 ", "900.00    1e9 ", "segments 1e9 cannot be meant", "and 1000"),
         ("900.00    40 ", "-1.1    40 ", "length must not be negative, got -1.1", "sign"),
         ("1     main      1", "1     mian      1", "no line type 'mian'", "'main'"),
@@ -237,9 +237,9 @@ def test_what_is_not_supported_is_refused(tmp_path, before, after, message, reme
 
 
 def test_the_step_of_a_ready_file_has_one_name(tmp_path):
-    """MoorDyn takes the last of dtM and DT."""
+    """MoorDyn takes the last of dtM and DT: two that differ are refused, elsewhere."""
     path = tmp_path / "lines.txt"
-    path.write_text(CASE1.read_text().replace("0.001    dtM", "0.0005 dtM\n0.001 DT"))
+    path.write_text(CASE1.read_text().replace("0.001    dtM", "1e-3 dtM\n0.001 DT"))
     made = ready_mooring(path, fairleads={})
     steps = [row.words for row in tables(made.text)["options"] if row.words[1] in ("dtM", "DT")]
     assert (made.time_step, steps) == (0.001, [("0.001", "dtM")])

@@ -11,6 +11,8 @@ import pytest
 from m4e_adapters.moordyn import MooringConfig, mooring
 from m4e_adapters.moordyn.line_system import LineSystem, MooringError
 from m4e_adapters.moordyn.placement import misplaced
+from m4e_adapters.moordyn.rest import left_over, too_long
+from m4e_adapters.moordyn.statics import Net
 from m4e_fmi.document import Document
 
 STIFFNESS, LENGTH = 1e9, 100.5
@@ -53,6 +55,9 @@ def system(text: str) -> LineSystem:
         time_step=made.time_step,
         net=made.net,
         at_rest=made.at_rest,
+        names=[f.name for f in made.fairleads],
+        placed=[f.name for f in made.fairleads if f.placed],
+        bed=made.bed,
     )
 
 
@@ -175,6 +180,65 @@ def test_a_line_that_starts_stretched_is_told(strain: float, told: bool):
     lines.start([(0.0, -LENGTH * (1 + strain))], [(0.0, 0.0)])
     lines.close()
     assert [f" {100 * strain:.3g} % beyond" in text for text in lines.warnings] == [True] * told
+
+
+SINGLE = """\
+water: {density: 1025, depth: 60}
+line_types:
+  chain: {diameter: 0.1, mass_per_length: 150, axial_stiffness: 1.0e+8, axial_damping_ratio: 1,
+          drag_coefficient: 1.2, added_mass_coefficient: 1}
+anchors: {left: [-150, -60]}
+fairleads: [f1]
+lines:
+  l1: {type: chain, from: left, to: f1, unstretched_length: 85, segments: 6}
+"""
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "at", "told"),
+    [
+        ("", "", (-100.0, -20.0), ""),
+        ("", "", (-100.0, -60.005), "l1 is 85 m long, 35 m more than there is room for: 0 m and 0"),
+        (
+            "",
+            "",
+            (-100.0, -60.5),
+            "f1 starts at z = -60.5 m, 0.5 m below the seabed at -60 m: check the connection, the",
+        ),
+        (
+            "length: 85",
+            "length: 100",
+            (-100.0, -20.0),
+            "l1 is 100 m long, 10 m more than there is room for: 0 m and 40 m from its ends to the "
+            "seabed at z = -60 m, and 50 m along it; the rest lies in loops: check its length",
+        ),
+        ("length: 85", "length: 163", (0.0, 0.0), "f1 starts at (0, 0), and nothing else gives it"),
+        ("[f1]", "{f1: [0, 0]}", (0.0, 0.0), "beyond its unstretched length"),
+        ("[f1]", "{f1: [-9, 0]}", (0.0, 0.0), "beyond its unstretched length"),
+    ],
+)
+def test_a_start_that_cannot_be_meant_is_told(before, after, at, told):
+    lines = system(SINGLE.replace(before, after))
+    lines.start([at], REST[:1])
+    lines.close()
+    assert len(lines.warnings) == bool(told), lines.warnings
+    assert all(told in text for text in lines.warnings)
+
+
+def test_room_for_a_line_that_floats_is_below_the_surface():
+    points = [{"position": place, "force": None} for place in ((0, 0, -60), (50, 0, -20))]
+    light = {"ends": (0, 1), "segments": 2, "length": 165.0, "weight": 70.0, "buoyancy": 80.0}
+    light |= {"stiffness": 1e6, "bending": 0.0, "diameter": 0.1}
+    (text,) = too_long(Net(points, [light], -60.0, 3e6), ["l"])
+    assert "35 m more than there is room for: 60 m and 20 m from its ends to the surface" in text
+
+
+def test_less_may_be_left_on_the_nodes_of_a_finer_line():
+    # 1 % of the tension at 20 segments; a node of 1000 segments that is not held leaves less
+    assert left_over(["l"], [0.9], [(50.0, 100.0)], [20], "r") == []
+    (text,) = left_over(["l"], [0.9], [(50.0, 100.0)], [1000], "start later")
+    assert "0.9 N are left on a node while it pulls 100 N" in text
+    assert text.endswith(": start later")
 
 
 DRAWN = [("bow", 30.0, -5.0), ("stern", -30.0, -5.0), ("side", 0.0, -15.0)]

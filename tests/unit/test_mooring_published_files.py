@@ -56,9 +56,9 @@ ID     LineType  AttachA  AttachB  UnstrLen     NumSegs   LineOutputs
 FairTen1 FairTen2 Point2px"""  # nothing closes the last section
 
 
-def published(tmp_path: Path, option: str = "0 WaveKin") -> Mooring:
+def published(tmp_path: Path, option: str = "0 WaveKin", step: str = "0.0005 dt") -> Mooring:
     path = tmp_path / "lines.txt"
-    path.write_text(FILE.replace("@", option))
+    path.write_text(FILE.replace("@", option).replace("0.0005   dt", step))
     return ready_mooring(path, fairleads={})
 
 
@@ -127,7 +127,7 @@ def test_what_is_taken_otherwise_is_told_at_the_start(tmp_path, option, note):
 
 
 def test_a_step_for_another_scheme_is_shortened_where_rk4_needs_it(tmp_path):
-    made = published(tmp_path, "midpoint5 tScheme\n0.1 dtM")
+    made = published(tmp_path, "midpoint5 tScheme", "0.1 dtM")
     assert made.time_step < 0.02
     assert made.notes[0] == "the time scheme midpoint5 of the file is replaced by RK4"
     assert f"0.1 dtM of the file would be 0.1 s: steps are of {made.time_step:.3g} s" in made.notes
@@ -178,7 +178,9 @@ def test_a_free_rod_is_left_to_moordyn(tmp_path):
     assert made.net is None
     lines = started(made)
     lines.close()
-    assert any("equilibrium was not found" in text for text in lines.warnings)
+    told, *_ = [text for text in lines.warnings if "equilibrium was not found" in text]
+    assert "give MoorDyn a smaller threshIC (1e-6) and more time (TmaxIC 1000), or" in told
+    assert "1 ICgenDynamic" in told
 
 
 @pytest.mark.parametrize(
@@ -210,7 +212,7 @@ def test_all_that_is_wrong_with_a_file_is_told_at_once(tmp_path):
     with pytest.raises(InputError) as caught:
         ready_mooring(path, fairleads={})
     told = [(problem.line, problem.message) for problem in caught.value.problems]
-    assert [line for line, _ in told] == [7, 7, 31, 32, 33]
+    assert [line for line, _ in told] == [7, 7, 19, 31, 32, 33]
     assert all(problem.remedy and problem.source for problem in caught.value.problems)
 
 

@@ -74,6 +74,28 @@ def test_two_lines_at_a_free_point_share_its_weight():
     assert math.hypot(50, z + 10) == pytest.approx(60, rel=2e-3)
 
 
+def test_fine_lines_at_a_free_point_start_from_coarse_ones():
+    points = [*held((-50, 0, -10), (50, 0, -10)), {"position": (9, 5, -30), "force": (0, 0, -2e3)}]
+    tensions = []
+    for segments in (12, 96):
+        values = {"length": 70.0, "segments": segments}
+        lines = [line(ends=(0, 2), **values), line(ends=(2, 1), **values)]
+        net = Net(points, lines, -200.0, 3e6)
+        assert net.settle()
+        assert net.position[2][:2] == pytest.approx((0, 0), abs=1e-3)
+        tensions.append([math.hypot(*force) for ends in net.end_forces() for force in ends])
+    # second order: (70/12 m)² over the radius of curvature squared, some 100 m, by 24
+    assert tensions[0] == pytest.approx(tensions[1], rel=1e-3)
+    assert points[2]["position"] == (9, 5, -30)
+
+
+def test_a_line_of_many_segments_that_is_not_found_takes_little_time(monkeypatch):
+    monkeypatch.setattr("m4e_adapters.moordyn.statics.ITERATIONS", 2)
+    net = Net(held((0, 0, -150), (100, 0, -5)), [line(segments=1000, length=200)], -150.0, 3e6)
+    assert not net.settle()
+    assert all(map(math.isfinite, net.position[-1]))
+
+
 @pytest.mark.parametrize(
     ("a", "b", "share"),
     [

@@ -29,6 +29,32 @@ LIGHT = Line(
     segments=8,
 )
 
+# of so many segments a line laid out straight seemed to be nearly at rest, and was not found
+FINE = Line(
+    span=20.2,
+    low=-78.4,
+    high=-1.8,
+    depth=78.4,
+    length=87.1,
+    diameter=0.1113,
+    mass=12.23,
+    stiffness=7.5e6,
+    segments=320,
+)
+
+
+@pytest.mark.verifies(
+    "tension of a line of 320 segments at the start",
+    independent="complementary energy",
+    tolerance="1e-4",
+)
+def test_a_line_of_many_segments_starts_at_the_tension_of_its_equilibrium():
+    error, warned = start_error(FINE)
+    # the seabed yields by 20 N/m / (3e6 Pa/m · 0.11 m) = 0.06 mm of 77 m; 1e-6 of the weight of
+    # the line may be left over its nodes
+    assert abs(error) < 1e-4
+    assert not warned
+
 
 @pytest.mark.verifies(
     "tension of random lines at the start", independent="complementary energy", tolerance="2e-3"

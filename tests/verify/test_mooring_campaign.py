@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from support.sea_motion import holds, random_mooring, tensions
 from support.static_lines import random_line, start_error
 
 SEED = 20_261_122
+SEGMENTS = (20, 40, 50, 75, 100, 150, 200, 300, 400, 500, 700, 1000)
 SHORT = 0.45  # of the longest step: those of the reference
 
 
@@ -22,6 +25,18 @@ def test_random_lines_start_at_rest_or_tell():
     assert (errors[~warned] < 0.02).all()
     assert warned.mean() <= 0.05
     assert (errors[warned] > 0.01).all()
+
+
+@pytest.mark.verify
+def test_random_lines_of_many_segments_start_at_rest():
+    rng = np.random.default_rng(SEED)
+    lines = [replace(random_line(rng), segments=int(rng.choice(SEGMENTS))) for _ in range(60)]
+    found = [start_error(line) for line in lines]
+    errors = np.array([abs(error) for error, _ in found])
+    print(f"seed {SEED}: largest error {errors.max():.2g}")
+    # the reference has a rigid seabed, and all of its line in the water
+    assert (errors < 2e-3).all()
+    assert not any(told for _, told in found)
 
 
 @pytest.mark.verify

@@ -12,18 +12,20 @@ import re
 
 import numpy as np
 
-from m4e_adapters.moordyn.read_file import ReadFile, number
+from m4e_adapters.moordyn.read_file import ReadFile
 from m4e_adapters.moordyn.sections import Row
 from m4e_fmi.errors import suggestion
 
 COUPLED = ("FAIRLEAD", "VESSEL", "VES", "COUPLED", "CPLD")
 PINNED = ("VESSELPINNED", "VESPIN", "CPLDPIN", "COUPLEDPINNED")
 FIXED = ("ANCHOR", "FIXED", "FIX")
+HINGED = ("PINNED", "PIN")  # of rods
 FREE = ("POINT", "CONNECT", "CON", "FREE")
 BODY = re.compile(r"BODY(\d+)(PINNED|PIN)?")
 POINT_END = re.compile(r"(?:CON|C|POINT|P)?(\d+)")
 ROD_END = re.compile(r"(?:ROD|R)(\d+)([AB])")
 POSE = slice(2, 8)
+DRAG, LOST = 12, (3, 6)  # word of a body's drag areas; of so many MoorDyn 2.7.2 leaves the first 0
 Place = tuple[float, float, float]
 
 
@@ -102,19 +104,23 @@ class Attachments:
         return found
 
     def _check_body(self, row: Row) -> None:
-        if not all(map(number, row.words[POSE])):
-            message = "position and angles of a body must be numbers"
-            self.file.wrong(row, message, "X, Y, Z in metres, roll, pitch, yaw in degrees")
-        if _is(row.words[1], PINNED):
+        kind = row.words[1]
+        if _is(kind, PINNED):
             self.file.wrong(row, "coupled pinned bodies are not supported", "use 'Coupled'")
+        elif not _is(kind, (*FIXED, *COUPLED, *FREE)):
+            remedy = suggestion(kind, ("Fixed", "Coupled", "Free"), "types")
+            self.file.wrong(row, f"there is no type of body {kind!r}", remedy, kind)
+        areas = row.words[DRAG]
+        if _is(kind, FREE) and len(areas.split("|")) in LOST:
+            message = f"drag area CdA: MoorDyn would take the first of {areas!r} for 0"
+            remedy = "give one value, or two: of displacements and of rotations"
+            self.file.wrong(row, message, remedy, areas)
 
     def _check_rod(self, row: Row, types: list[str]) -> None:
         if row.words[1] not in types:
             message = f"there is no rod type {row.words[1]!r}"
             remedy = suggestion(row.words[1], types, "rod types")
             self.file.wrong(row, message, remedy, row.words[1])
-        if not all(map(number, row.words[3:10])):
-            self.file.wrong(row, "ends and segments of a rod must be numbers", "check columns 4–10")
         kind = row.words[2].upper()
         body = BODY.fullmatch(kind)
         coupled = body and body[1] in self.bodies and _is(self.bodies[body[1]].words[1], COUPLED)
@@ -127,6 +133,10 @@ class Attachments:
             )
         elif body and body[1] not in self.bodies:
             self._no_body(row, row.words[2])
+        elif not body and not _is(kind, (*FIXED, *HINGED, *FREE)):
+            known = ("Fixed", "Pinned", "Free", *(f"Body{k}" for k in self.bodies))
+            remedy = suggestion(row.words[2], known, "types")
+            self.file.wrong(row, f"there is no type of rod {row.words[2]!r}", remedy, row.words[2])
 
     def _check_point(self, row: Row) -> None:
         kind, body = row.words[1], BODY.fullmatch(row.words[1].upper())

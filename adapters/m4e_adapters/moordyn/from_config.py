@@ -19,18 +19,20 @@ def mooring(config: MooringConfig, *, folder: str | Path = ".") -> Mooring:
     """
     if config.file is not None:
         return ready_mooring(Path(folder) / config.file, fairleads=config.fairleads)
-    segments = _segments(config)
+    water, segments = config.water, _segments(config)
+    assert water is not None
     step = internal_step(segments, scheme=config.solver.scheme, wanted=config.solver.time_step)
     return Mooring(
         text=line_file(config, time_step=step),
         fairleads=tuple(
-            Fairlead(name, x, 0.0, z)
+            Fairlead(name, x, 0.0, z, placed=config.fairleads[name] is not None)
             for name, (x, z) in ((n, p or (0.0, 0.0)) for n, p in config.fairleads.items())
         ),
         lines=tuple(config.lines),
         time_step=step,
         net=_net(config),
         at_rest=config.static_equilibrium,
+        bed=-water.depth,
     )
 
 

@@ -22,18 +22,23 @@ import os
 import re
 import sys
 import tempfile
-from math import ceil, hypot, isfinite
+from math import ceil, hypot, inf, isfinite
 from operator import sub
 from pathlib import Path
 
 from .console import console_kept
-from .placement import misplaced
-from .rest import away_from, left_over, net_at, with_nodes
+from .placement import below_seabed, misplaced, unplaced
+from .rest import away_from, left_over, net_at, too_long, with_nodes
 
 START_STEP = 1e-12  # [s] length of the step that evaluates the forces at the start
 LAST_PART = 1e-9  # the part of each step that is left to the evaluation of its end
 PIECE = 4  # internal steps of MoorDyn during which fairleads keep their velocity, at most
 SWITCHED_OFF = "the input switches the static equilibrium off (static_equilibrium, or TmaxIC 0)"
+LATER = "start the run before the time that counts"
+LONGER = (  # of a file with rods or free bodies, where TmaxIC alone changes nothing
+    "give MoorDyn a smaller threshIC (1e-6) and more time (TmaxIC 1000), or its other method "
+    f"(1 ICgenDynamic, with threshIC 1e-4, dtIC 10 and TmaxIC 500); else {LATER}"
+)
 LARGE_STRAIN = 0.2  # a line stretched by more than this deserves a warning
 START_STRAIN = 0.002  # at the start, by this: steel yields there
 INSTALL = "pip install moordyn==2.7.2"
@@ -77,6 +82,10 @@ class LineSystem:
         Points and lines as `rest.net_at` takes them; None if MoorDyn alone knows their equilibrium.
     at_rest
         Whether lines start in their static equilibrium, else as `text` has MoorDyn begin.
+    names, placed
+        The names of the fairleads, and those that have a place of their own.
+    bed
+        z [m] of the seabed, None if it is not known.
     drawn
         Name, x and z [m] of the fairleads in a file that somebody else wrote, in its order.
     notes
@@ -105,6 +114,9 @@ class LineSystem:
         time_step,
         net=None,
         at_rest=True,
+        names=None,
+        placed=None,
+        bed=None,
         drawn=(),
         notes=(),
         place=None,
@@ -112,6 +124,9 @@ class LineSystem:
         self._text = text
         self._y = [float(y) for y in fairleads]
         self._names = list(lines)
+        self._fairleads = names or [f"fairlead_{k + 1}" for k in range(len(self._y))]
+        self._placed = self._fairleads if placed is None else placed
+        self._bed = -inf if bed is None else bed
         self._piece = PIECE * time_step
         self._net = net
         self._at_rest = at_rest
@@ -155,6 +170,9 @@ class LineSystem:
         self._evaluate(rest)
         self.warnings = [
             *self._notes,
+            *unplaced(self._fairleads, position, self._placed),
+            *below_seabed(self._fairleads, position, self._bed),
+            *(too_long(net, self._names) if net is not None else ()),
             *self._unrest(net if found else None),
             *_own_warnings(report, found),
         ]
@@ -319,7 +337,9 @@ class LineSystem:
             max((_end_force(line, k) for k in range(1, last)), default=0.0)
             for line, last in self._ends
         ]
-        return left_over(self._names, forces, tensions)
+        counts = [last for _, last in self._ends]
+        remedy = LONGER if self._net is None else LATER
+        return left_over(self._names, forces, tensions, counts, remedy)
 
     def overstretched(self, remedy="check its length and stiffness, and what holds the body"):
         """A text for each line that is stretched far beyond its length, and was not before."""

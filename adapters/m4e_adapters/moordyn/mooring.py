@@ -15,12 +15,16 @@ SHORTEST = 1e-6  # [s] internal step: a million of them a second
 
 @dataclass(frozen=True)
 class Fairlead:
-    """A point that is moved from outside: its name and where it starts [m], world frame."""
+    """A point that is moved from outside: its name and where it starts [m], world frame.
+
+    `placed` is False for one that has no place unless a connection or a start value gives it one.
+    """
 
     name: str
     x: float
     y: float
     z: float
+    placed: bool = True
 
 
 @dataclass(frozen=True)
@@ -30,8 +34,9 @@ class Mooring:
     `text` is a MoorDyn v2 input file; `fairleads` and `lines` are in its order; `time_step` [s] is
     MoorDyn's internal step. `net` describes points and lines for their static equilibrium (see
     `rest.net_at`; JSON values), None where only MoorDyn can look for it; `at_rest` says whether
-    lines start there. `drawn` are the fairleads where a ready file has them, to be compared with
-    where they start; `notes` say what in a ready file is taken otherwise than it stands there.
+    lines start there. `bed` is z [m] of the seabed. `drawn` are the fairleads where a ready file
+    has them, to be compared with where they start; `notes` say what in a ready file is taken
+    otherwise than it stands there.
     """
 
     text: str
@@ -40,6 +45,7 @@ class Mooring:
     time_step: float
     net: dict[str, Any] | None
     at_rest: bool
+    bed: float
     drawn: tuple[Fairlead, ...] = ()
     notes: tuple[str, ...] = ()
 

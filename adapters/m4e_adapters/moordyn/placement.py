@@ -1,4 +1,4 @@
-"""Fairleads that start elsewhere than the file of their lines has them.
+"""Fairleads that start where they cannot be meant to: below the seabed, or elsewhere than drawn.
 
 Travels inside the FMU: imports the standard library only.
 """
@@ -6,6 +6,29 @@ Travels inside the FMU: imports the standard library only.
 from math import hypot
 
 DIGITS, SHARE = 0.01, 1e-3  # [m], and of the shortest line: to what files round positions
+
+
+def below_seabed(names, position, bed):
+    """A text for each fairlead that starts below the seabed at z = `bed` [m].
+
+    `position` is the (x, z) [m] of each.
+    """
+    return [
+        f"{name} starts at z = {z:.6g} m, {bed - z:.4g} m below the seabed at {bed:g} m: check the "
+        "connection, the initial position of its body, and the depth of the water"
+        for name, (_, z) in zip(names, position, strict=True)
+        if z < bed - DIGITS
+    ]
+
+
+def unplaced(names, position, given):
+    """A text for each fairlead at (0, 0) to which `given` gives no place."""
+    return [
+        f"{name} starts at (0, 0), and nothing else gives it a place: connect it, or, if (0, 0) is "
+        f"meant, write 'fairleads: {{{name}: [0, 0]}}'"
+        for name, place in zip(names, position, strict=True)
+        if name not in given and not any(place)
+    ]
 
 
 def misplaced(drawn, position, *, shortest):

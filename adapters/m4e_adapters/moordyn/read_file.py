@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 
-from m4e_adapters.moordyn.sections import Row, tables
+from m4e_adapters.moordyn.sections import Row, number, tables
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.files_read import TooLongError, read_text
 
@@ -49,6 +48,11 @@ class ReadFile:
         row = self.options.get(key)
         return float(row.words[0]) if row and number(row.words[0]) else default
 
+    def has_title(self, titles: tuple[str, ...]) -> bool:
+        """True if a section is opened with one of `titles`, in capitals."""
+        heads = [line.upper() for line in self._lines if "---" in line]
+        return any(title in head for head in heads for title in titles)
+
     @property
     def depth(self) -> float:
         """Depth [m] of the seabed: WtrDpth, or as MoorDyn has it that of the lowest point."""
@@ -78,14 +82,6 @@ def has_force(row: Row) -> bool:
     """Whether a row of a point has the three columns of a constant force, before drag area and
     added mass; words behind those are a comment."""
     return len(row.words) >= FORCED_POINT and all(map(number, row.words[7:FORCED_POINT]))
-
-
-def number(word: str) -> bool:
-    """Whether `word` is a finite number."""
-    try:
-        return math.isfinite(float(word))
-    except ValueError:
-        return False
 
 
 def _text(path: Path) -> str:

@@ -26,6 +26,7 @@ WATER = {"rho": 1025.0, "g": 9.80665}  # MoorDyn's own
 FRICTION_DAMPING = 200.0  # MoorDyn's own FricDamp
 REPLACED = {"cfl", "writeunits", "dtout", "fileic", "wavekin"}
 """Options that have no effect or are answered otherwise."""
+SEGMENTS = {"rods": 9, "lines": 5}  # column of their number; outputs stand behind
 
 
 def ready_mooring(
@@ -59,6 +60,7 @@ def ready_mooring(
         time_step=step,
         net=net,
         at_rest=file.option("tmaxic", 1.0) > 0,
+        bed=-file.depth,
         drawn=_fairleads(file, attached, dict.fromkeys(fairleads)),
         notes=notes,
     )
@@ -243,8 +245,9 @@ def _row(section: str, row: Row, attached: Attachments) -> str:
     words = list(row.words)
     if section == "bodies" and words[1].upper() in COUPLED:
         words[1] = "Fixed"  # nothing is on it any more; the numbers of the others stay
-    if section == "lines":
-        words[5:] = [str(int(float(words[5]))), "-"]
+    if section in SEGMENTS:  # MoorDyn reads 2e1 as 2
+        k = SEGMENTS[section]
+        words[k:] = [str(int(float(words[k]))), "-"]
     if section == "points" and BODY.fullmatch(words[1].upper()) and attached.moved(row):
         words[1:5] = ["Coupled", *map(repr, attached.place(row))]
     return " ".join(words)

@@ -8,11 +8,14 @@ tension that they settle to.
 import struct
 from math import hypot
 
-from .statics import Net
+from .statics import COARSE, Net
 
 HEADER = 9  # bytes of a state file before its length: "MoorDyn" and two of its version
 AWAY = 0.015  # share of a line's equilibrium tension by which it may start elsewhere without a word
-LEFT = 0.01  # share of a line's tension that may be left on a node where no equilibrium is known
+LEFT = 0.01  # share of a line's tension that may be left on a node where no equilibrium is known,
+# of lines of up to COARSE segments: those of more carry less weight
+SUNK = 0.01  # [m] below the seabed, to which its stiffness may let an end sink
+LONGER = 1e-3  # share by which a line may be longer than there is room for without a word
 
 
 def net_at(described, fairleads):
@@ -71,15 +74,41 @@ def _distance(a, b):
     return abs(a - b)
 
 
-def left_over(names, forces, tensions):
+def left_over(names, forces, tensions, segments, remedy):
     """A text for each line with a node that is far from rest, where no equilibrium is known.
 
-    `forces` are the largest [N] that is left on an inner node of each line.
+    `forces` are the largest [N] that is left on an inner node of each line, `segments` their
+    numbers of segments.
     """
     return [
         f"{name} does not start at rest: its static equilibrium was not found, {force:.3g} N are "
         f"left on a node while it pulls {max(tension):.4g} N at an end, and it moves at first: "
-        "give it more time (TmaxIC), or start the run before the time that counts"
-        for name, force, tension in zip(names, forces, tensions, strict=True)
-        if force > LEFT * max(tension)
+        f"{remedy}"
+        for name, force, tension, count in zip(names, forces, tensions, segments, strict=True)
+        if force > LEFT * max(tension) * min(1.0, COARSE / count)
     ]
+
+
+def too_long(net, names):
+    """A text for each line of `net` that is longer than there is room for between its ends.
+
+    There is room for what hangs from both ends straight down to the seabed, or of a line lighter
+    than water rises to the surface, and for the distance between these two places. Lines with an
+    end below the seabed are left out.
+    """
+    texts = []
+    for name, line in zip(names, net.lines, strict=True):
+        a, b = (net.position[k] for k in line["ends"])
+        floats = line["weight"] < line["buoyancy"]
+        level, where = (0.0, "surface") if floats else (net.bed, "seabed")
+        away = [max(0.0, -z if floats else z - level) for z in (a[2], b[2])]
+        across = hypot(a[0] - b[0], a[1] - b[1])
+        room = sum(away) + across
+        if min(a[2], b[2]) >= net.bed - SUNK and line["length"] > (1 + LONGER) * room:
+            texts.append(
+                f"{name} is {line['length']:.6g} m long, {line['length'] - room:.4g} m more than "
+                f"there is room for: {away[0]:.4g} m and {away[1]:.4g} m from its ends to the "
+                f"{where} at z = {level:g} m, and {across:.4g} m along it; the rest lies in loops: "
+                "check its length and the positions of its ends"
+            )
+    return texts

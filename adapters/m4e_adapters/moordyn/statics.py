@@ -6,18 +6,23 @@ Without bending the forces of `node_forces` have a convex potential, so the equi
 but for slack pieces. Newton's method finds it: with a shift of the diagonal, which slack pieces
 need, and a search along each step for where little of the potential's slope is left. EA and seabed
 are brought in by stages, because a stiff line that starts too short or too long goes there in tiny
-steps. The matrix of a line is banded; free points, to which several lines may go, come last
+steps. Lines of many segments start from the equilibrium of the same lines with fewer, in between
+their nodes. The matrix of a line is banded; free points, to which several lines may go, come last
 (skyline, L D Lᵀ).
 """
 
-from math import inf
+from math import ceil, inf
 from operator import mul
+from sys import float_info
 
 from .node_forces import add_line_forces
 
 STAGES = (1e2, 1e4, 1e6, inf)  # most that EA is of a line's weight, the seabed of weight per length
 ROUGHLY, PRECISION = 1e-3, 1e-6  # largest force left on a node, of a stage and at the end, over the
-# largest tension or the weight of the heaviest line
+# largest tension or the weight of the heaviest line, for lines of up to COARSE segments
+COARSE = 20  # segments; with more of them, less may be left on a node, as 1/segments
+REFINEMENT, DIRECT = 4, 2 * COARSE  # more segments than DIRECT start from a 4th of them
+ROUNDING = 16 * float_info.epsilon  # of a node's place, over its coordinates
 ITERATIONS = 150  # of each stage
 SHIFTS = (1e-9, 1e-3, 1.0)  # least, first and most, over the largest entry of the diagonal
 LONGEST_MOVE = 0.25  # of a node in one iteration, over the length of the longest line
@@ -63,8 +68,37 @@ class Net:
 
     def settle(self):
         """Move free nodes to the equilibrium; whether it was found to `PRECISION`."""
+        coarse = self._coarse()
+        if coarse is not None:
+            known = coarse.settle()
+            self._follow(coarse)
+            if not known:
+                return False
+        stages = STAGES if coarse is None else STAGES[-1:]
         parts = [_Part(self, numbers) for numbers in self._connected()]
-        return all(part.settle() for part in parts if part.order)
+        return all(part.settle(stages) for part in parts if part.order)
+
+    def _coarse(self):
+        """The same points and lines with fewer segments; None if these are few enough."""
+        if max(line["segments"] for line in self.lines) <= DIRECT:
+            return None
+        points = zip(self.position, self.loads, strict=False)  # inner nodes stand behind
+        return Net(
+            [{"position": place, "force": load} for place, load in points],
+            [{**line, "segments": ceil(line["segments"] / REFINEMENT)} for line in self.lines],
+            self.bed,
+            self.bed_stiffness,
+        )
+
+    def _follow(self, coarse):
+        """Go where `coarse` is, with the nodes between its own on the straight."""
+        self.position[: len(self.loads)] = coarse.position[: len(self.loads)]
+        for nodes, others in zip(self.nodes, coarse.nodes, strict=True):
+            for k, node in enumerate(nodes[1:-1], 1):
+                j, part = divmod(k * (len(others) - 1), len(nodes) - 1)
+                part /= len(nodes) - 1
+                ends = zip(coarse.position[others[j]], coarse.position[others[j + 1]], strict=True)
+                self.position[node] = [x + part * (y - x) for x, y in ends]
 
     def end_forces(self):
         """(force of end A, of end B), each (x, y, z) [N], of every line on what holds it."""
@@ -99,13 +133,24 @@ class _Part:
         self.longest = max(line["length"] for line, _ in self.lines)
         self.weight = max(line["length"] * line["weight"] for line, _ in self.lines)
         self.first = self._first_columns()
+        self.share = min(1.0, COARSE / max(line["segments"] for line, _ in self.lines))
         self.soft = inf
 
-    def settle(self):
+    def settle(self, stages):
         found = False
-        for self.soft in STAGES:
+        for self.soft in stages:
             found = self._stage(PRECISION if self.soft == inf else ROUGHLY)
         return found
+
+    def _rounded(self):
+        """The force [N] that rounding of the places of nodes leaves on them."""
+        far = max(abs(x) for k in self.order for x in self.net.position[k])
+        stiffest = max(
+            line["stiffness"] * line["segments"] / line["length"]
+            + line["bending"] * (line["segments"] / line["length"]) ** 3
+            for line, _ in self.lines
+        )
+        return ROUNDING * far * stiffest
 
     def _first_columns(self):
         """Of each row of the matrix the first column that is not zero."""
@@ -120,12 +165,16 @@ class _Part:
         return [first[k] for k in self.order for _ in range(3)]
 
     def _stage(self, precision):
-        shift = SHIFTS[1]
+        shift, before = SHIFTS[1], inf
         for _ in range(ITERATIONS):
             rows = [[0.0] * (i - first + 1) for i, first in enumerate(self.first)]
             force, scale = self._evaluate(rows)
-            if max(map(abs, force)) <= precision * scale:
+            left = max(map(abs, force))
+            if left <= max(self.share * precision * scale, self._rounded()):
                 return True
+            if before / 2 < left <= precision * scale:  # as near as rounding lets it come
+                return True
+            before = left
             top = max(row[-1] for row in rows) or 1.0
             for row in rows:
                 row[-1] += shift * top

@@ -37,17 +37,17 @@ def make(
         f"internal time step {mooring.time_step:.3g} s"
     )
     here, adapter = Path(__file__).parent, Path(moordyn.__file__).parent
-    layout = {
+    system = {
         "names": [fairlead.name for fairlead in mooring.fairleads],
-        "system": {
-            "fairleads": [fairlead.y for fairlead in mooring.fairleads],
-            "lines": list(mooring.lines),
-            "time_step": mooring.time_step,
-            "net": mooring.net,
-            "at_rest": mooring.at_rest,
-            "notes": list(mooring.notes),
-            "drawn": [(fairlead.name, fairlead.x, fairlead.z) for fairlead in mooring.drawn],
-        },
+        "fairleads": [fairlead.y for fairlead in mooring.fairleads],
+        "placed": [fairlead.name for fairlead in mooring.fairleads if fairlead.placed],
+        "drawn": [(fairlead.name, fairlead.x, fairlead.z) for fairlead in mooring.drawn],
+        "lines": list(mooring.lines),
+        "time_step": mooring.time_step,
+        "net": mooring.net,
+        "at_rest": mooring.at_rest,
+        "bed": mooring.bed,
+        "notes": list(mooring.notes),
     }
     return PythonSource(
         description=ModelDescription(
@@ -58,7 +58,7 @@ def make(
             "slave.py": here / "slave.py",
             **{name: adapter / name for name in TRAVELS},
         },
-        data={"lines.txt": mooring.text.encode(), "mooring.json": json.dumps(layout).encode()},
+        data={"lines.txt": mooring.text.encode(), "mooring.json": json.dumps(system).encode()},
     )
 
 

@@ -9,14 +9,14 @@ from .slave_base import M4eSlave  # type: ignore
 
 
 class MooringSlave(M4eSlave):
-    """`mooring.json` names fairleads and lines in MoorDyn's order, `lines.txt` is its input."""
+    """`mooring.json` has what a `LineSystem` takes, `lines.txt` is MoorDyn's input."""
 
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
         text = (self.resources / "lines.txt").read_text(encoding="utf-8")
-        layout = json.loads((self.resources / "mooring.json").read_text(encoding="utf-8"))
-        self._fairleads, self._line_names = layout["names"], layout["system"]["lines"]
-        self._lines = LineSystem(text, place=self.resources, **layout["system"])
+        system = json.loads((self.resources / "mooring.json").read_text(encoding="utf-8"))
+        self._fairleads, self._line_names = system["names"], system["lines"]
+        self._lines = LineSystem(text, place=self.resources, **system)
         self._started_with = None
 
     def _pairs(self, first, second):
