@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 
 from m4e_adapters.moordyn.sections import Row, tables
-from m4e_fmi.errors import InputError, Problem
+from m4e_fmi.errors import InputError, Problem, missing_file
 from m4e_fmi.files_read import TooLongError, read_text
 
 LARGEST = 10_000_000  # bytes of a file
@@ -91,8 +91,9 @@ def number(word: str) -> bool:
 def _text(path: Path) -> str:
     try:
         text = read_text(path, encoding="utf-8-sig", largest=LARGEST)
-    except FileNotFoundError:
-        raise InputError.single("MoorDyn file: no such file", "", str(path)) from None
+    except (FileNotFoundError, NotADirectoryError, IsADirectoryError):
+        message, remedy = missing_file(path, "MoorDyn file")
+        raise InputError.single(message, remedy, keys=("file",)) from None
     except UnicodeDecodeError as error:
         message = f"cannot be read: byte {error.start + 1} is not valid UTF-8"
         remedy = "a MoorDyn input file is text: save it as UTF-8"
