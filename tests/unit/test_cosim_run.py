@@ -205,6 +205,23 @@ def test_a_failing_component_is_named_and_results_kept(
     assert results.attributes["ended"] == f"failed: {message}"
 
 
+@pytest.mark.parametrize(("longest", "creeps"), [(5e-4, False), (2e-5, True)])
+def test_a_run_that_creeps_ends(c_fmu: Fmus, longest: float, creeps: bool) -> None:
+    """The FMU discards steps longer than that: where steps of a thousandth of those of the system
+    are discarded again and again, the run would go on without end."""
+    names = {"pump": "rogue+state", "next": "stage+state"}
+    start = {"pump": {"what": 5.0, "when": longest}}
+    settings = Simulation(0.2, 0.1)
+    parts = system(c_fmu, names, "pump.y -> next.u", start=start, simulation=settings)
+    if not creeps:
+        assert run(parts).steps > 0.1 / longest  # each is made in halves
+        return
+    with pytest.raises(RunError) as caught:
+        run(parts)
+    assert "pump has discarded 64 steps since t = 0 s, of 0.1 s down to " in caught.value.message
+    assert "no step_size helps: look at what pump" in caught.value.remedy
+
+
 def test_an_output_that_is_only_recorded_is_checked_too(c_fmu: Fmus, tmp_path: Path) -> None:
     start = {"pump": {"what": 9.0, "when": 0.5}}
     with pytest.raises(RunError, match=r"pump\.y at t = 0\.5 s is nan"):
