@@ -39,6 +39,7 @@ LARGEST_FILE = 10_000_000
 MOST_VALUES = 200_000
 """Keys and values of one file, each alias counted as often as it stands for something."""
 _MOST_PRUNINGS = 20
+_MOST_TAGS = 6
 _LONGEST_SOURCE = 200
 """Characters of a line that are shown with a problem."""
 _PLAIN_WORDS = {
@@ -308,10 +309,14 @@ class Document:
             tag = context["discriminator"].strip("'")
             known = _most_alike(_types_at(section, relative), item["input"])
             remedy = suggestion(str(context["tag"]), known)
-            return self.problem((*location, tag), f"unknown {tag} {context['tag']!r}", remedy)
+            place = (*location, tag, "@value")
+            return self.problem(place, f"unknown {tag} {context['tag']!r}", remedy)
         if kind == "union_tag_not_found":
             tag = context["discriminator"].strip("'")
-            return self.problem(location, f"missing key {tag!r}", f"add '{tag}: …' here")
+            known = sorted({t for kind in _types_at(section, relative) for t in _tags(kind)})
+            listed = f", one of {', '.join(known)}" if len(known) <= _MOST_TAGS else ""
+            remedy = f"add '{tag}: …' here{listed}"
+            return self.problem(location, f"missing key {tag!r}", remedy)
         if relative and relative[-1] == "[key]" and not isinstance(item["input"], str):
             message = f"{item['input']!r} cannot be a name"
             return self.problem(location, message, "use letters, digits and _, a letter first")

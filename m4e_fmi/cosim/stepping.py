@@ -26,11 +26,10 @@ from m4e_fmi.cosim.schedule import Loop, Schedule
 from m4e_fmi.cosim.step_control import SMALLEST, StepControl
 from m4e_fmi.cosim.system import SECOND, Simulation
 
-
 MOST_DISCARDED = 64
 """Attempts that may be discarded within one step of the simulation's size, if they become SHORT."""
 SHORT = 1e-3
-"""Of the simulation's step: where steps of that size are discarded again and again, a run creeps."""
+"""Share of the simulation's step: a run creeps where such steps are discarded again and again."""
 
 
 class Watcher(Protocol):

@@ -32,8 +32,17 @@ def fmus(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     folder = tmp_path_factory.mktemp("fmus")
     model = folder / "buoy.model.yaml"
     model.write_text(MODEL)
+    return {
+        "buoy": build_fmu(model_program(load_model(model)), folder / "buoy.fmu", native=True),
+        "hydro": water(folder / "hydro.fmu", AREA),
+        "deep": water(folder / "deep.fmu", 0.0),
+    }
+
+
+def water(path: Path, area: float) -> Path:
+    """The FMU of the water around the buoy, for a waterplane [m2]; 0 of a submerged one."""
     omega, added = np.linspace(0.2, 3.0, 15), np.diag([2e4, 6e4, 3e5])
-    water = hydrodynamics_program(
+    program = hydrodynamics_program(
         Coefficients(
             bodies=("float",),
             centers=np.array([[0.0, -1.0]]),
@@ -42,24 +51,28 @@ def fmus(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
             radiation_damping=np.zeros((len(omega), 3, 3)),
             added_mass_inf=added,
             excitation=np.zeros((len(omega), 3), dtype=complex),
-            hydrostatic_stiffness=RHO * G * np.diag([0.0, AREA, 200.0]),
+            hydrostatic_stiffness=RHO * G * np.diag([0.0, area, 200.0]),
             buoyancy=np.array([0.0, DISPLACED * G, 0.0]),
             density=RHO,
         ),
         name="hydro",
     )
-    return {
-        "buoy": build_fmu(model_program(load_model(model)), folder / "buoy.fmu", native=True),
-        "hydro": build_fmu(water, folder / "hydro.fmu", native=True),
-    }
+    return build_fmu(program, path, native=True)
 
 
 def floated(
-    fmus: dict[str, Path], folder: Path, *connections: str, **start: float | str
+    fmus: dict[str, Path],
+    folder: Path,
+    *connections: str,
+    water: str = "hydro",
+    **start: float | str,
 ) -> Outcome:
     system = System(
         name="float",
-        components=tuple(Component(name, FmuFile(path)) for name, path in fmus.items()),
+        components=(
+            Component("buoy", FmuFile(fmus["buoy"])),
+            Component("hydro", FmuFile(fmus[water])),
+        ),
         connections=(*CONNECTIONS, *connections),
         simulation=Simulation(8.0, 0.05),
     )
@@ -104,6 +117,15 @@ def test_another_start_than_the_reference_pose_is_told(
     ]
     (told,) = floated(fmus, tmp_path, theta="5 deg").warnings
     assert "hydro.float.theta starts at 0.08727 rad" in told
+
+
+def test_a_submerged_body_that_starts_elsewhere_is_told_too(
+    fmus: dict[str, Path], tmp_path: Path
+) -> None:
+    """It has no draft: a hundredth of its size, the side of a cube of 100 m3, is told."""
+    assert floated(fmus, tmp_path, water="deep", z=-1.04).warnings == ()
+    (told,) = floated(fmus, tmp_path, water="deep", z=-1.06).warnings
+    assert told.startswith("hydro.float.z starts at -1.06 m, coefficients are for -1 m")
 
 
 def test_motions_that_are_not_small_are_told_once(fmus: dict[str, Path], tmp_path: Path) -> None:

@@ -218,7 +218,9 @@ def test_a_run_that_creeps_ends(c_fmu: Fmus, longest: float, creeps: bool) -> No
         return
     with pytest.raises(RunError) as caught:
         run(parts)
-    assert "pump has discarded 64 steps since t = 0 s, of 0.1 s down to " in caught.value.message
+    assert re.search(
+        r"pump has discarded \d\d steps since t = 0 s, of 0\.1 s down to", caught.value.message
+    )
     assert "no step_size helps: look at what pump" in caught.value.remedy
 
 
@@ -273,8 +275,8 @@ def test_an_end_in_the_first_step_replaces_the_results_of_before(
     picture.write_bytes(b"old")
     assert main(["run", str(path), "--output-file", str(file)]) == 0
     told = capsys.readouterr()
-    assert "warning: the run ended before its first step" in told.out
-    assert "in PythonFMU, do_step must return True" in told.out
+    assert "warning: the run ended before its first step" in told.err
+    assert "in PythonFMU, do_step must return True" in told.err
     assert not told.err
     results = load(file)
     assert results.time.tolist() == [0.0]

@@ -18,7 +18,7 @@ from m4e_adapters.hydrodynamics.capytaine_setup import import_capytaine, kept_wa
 from m4e_adapters.hydrodynamics.clearance import narrowest_gap, overlap
 from m4e_adapters.hydrodynamics.config import Body, HydrodynamicsConfig, Shape
 from m4e_adapters.hydrodynamics.hydrostatics import Hydrostatics, hydrostatics_of
-from m4e_adapters.hydrodynamics.mesh_files import FORMATS, read_mesh
+from m4e_adapters.hydrodynamics.mesh_files import FORMATS, MeshFileError, read_mesh
 from m4e_adapters.hydrodynamics.panels import RELATIVE_TOLERANCE, Panels, grid
 from m4e_adapters.hydrodynamics.shapes import box_panels, cylinder_panels, sphere_panels
 from m4e_fmi.errors import InputError, Problem, missing_file
@@ -181,8 +181,8 @@ def _loaded(path: Path, name: str, keys: Keys = ()) -> Panels:
         raise InputError.single(message, remedy, keys=keys)
     try:
         panels = read_mesh(path)
-    except Exception as error:  # noqa: BLE001  readers of a dozen formats raise what they like
-        message = f"body {name!r}: the mesh cannot be read: {type(error).__name__}: {error}"
+    except (MeshFileError, OSError) as error:
+        message = f"body {name!r}: the mesh cannot be read: {error}"
         raise InputError.single(message, FORMATS, str(path), keys=keys) from None
     if not len(panels.faces):
         message = f"body {name!r}: the mesh has no panels"
