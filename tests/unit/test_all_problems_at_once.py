@@ -158,3 +158,46 @@ def test_expected_descriptions_are_those_of_the_fmus(tmp_path: Path) -> None:
         built = read_description(build_fmu(source, tmp_path / "a.fmu"))
         assert expected.variables == built.variables
         assert expected.input_derivatives == built.input_derivatives
+
+
+MODEL = """\
+name: wrong
+gravty: 9.81
+parameters:
+  m: {value: 2, unit: kgg}
+  k: {value: -1, unit: N/m}
+  L: {value: 1, unit: m}
+bodies:
+  a: {mass: m * 0, inertia: 1}
+  b: {mass: L, inertia: -1}
+  c: {mass: mm, inertia: 1}
+joints:
+  j: {type: revolute, child: a}
+  k: {type: revolute, child: b, parent: a}
+"""
+
+
+def test_elements_tree_and_numbers_of_a_model_in_one_round(tmp_path: Path) -> None:
+    """A key, a unit, a name; a body without a joint; a number; a dimension. Nothing is said of the
+    mass that is made from the parameter whose unit is wrong."""
+    (tmp_path / "a.model.yaml").write_text(MODEL)
+    with pytest.raises(InputError) as caught:
+        load_model(tmp_path / "a.model.yaml")
+    problems = [(p.line, p.message.partition(";")[0]) for p in caught.value.problems]
+    assert problems == [
+        (2, "unknown key 'gravty'"),
+        (4, "unit 'kgg': 'kgg' is not a unit known here"),
+        (9, "mass: L is in m, expected kg"),
+        (9, "must be positive, got -1"),
+        (10, "body 'c' has no joint"),
+        (10, "'mm' is not declared"),
+    ]
+
+
+def test_a_tree_is_not_judged_where_a_joint_is_wrong(tmp_path: Path) -> None:
+    for old, new in (("child: b", "child: bb"), ("type: revolute, child: b", "type: revolut")):
+        text = MODEL.replace(old, new)
+        (tmp_path / "a.model.yaml").write_text(text)
+        with pytest.raises(InputError) as caught:
+            load_model(tmp_path / "a.model.yaml")
+        assert "has no joint" not in str(caught.value)

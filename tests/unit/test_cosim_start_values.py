@@ -83,5 +83,5 @@ def test_numbers_of_other_libraries_are_taken(kind: str, given: Any, taken: floa
     ],
 )
 def test_numbers_of_another_type_are_not_taken(kind: str, given: Any) -> None:
-    with pytest.raises(ValueError, match="it is of type|finite"):
+    with pytest.raises(ValueError, match=r"it is of type|finite"):
         value_of(replace(variable(-math.inf, math.inf), type=kind), given)
