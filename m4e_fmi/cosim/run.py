@@ -265,8 +265,9 @@ def _begun(
                     writer.close(master.ended)
             complete[:] = [_reached(found, settings), whole(file, Path(results), writer)]
         late = (*master.warnings, *(found.results.warnings if found.results else ()))
-        for line in late if warn else ():
-            warn(f"warning: {line}")
+        if warn:
+            for line in late:
+                warn(f"warning: {line}")
         found.outcome = Outcome(
             prepared=system,
             path=as_given(stream_of(results), found.results.path)

@@ -73,8 +73,11 @@ def without_flow(
     Arguments as of `solve_hulls`.
     """
     n, count = 3 * len(hulls), len(omega) + 1
-    table = {name: np.zeros((count, n, n)) for name in ("added_mass", "radiation_damping")}
-    table["excitation"] = np.zeros((count, n), dtype=complex)
+    table: Arrays = {
+        "added_mass": np.zeros((count, n, n)),
+        "radiation_damping": np.zeros((count, n, n)),
+        "excitation": np.zeros((count, n), dtype=complex),
+    }
     return _assembled(hulls, water, omega, wave_direction, table)
 
 

@@ -59,7 +59,8 @@ def narrowest_gap(first: Panels, second: Panels) -> Gap | None:
         sides.append(np.repeat(_sides(one), POINTS**2)[near])
     if not all(map(len, points)):
         return None
-    distance, partner = KDTree(points[1]).query(points[0])
+    found = KDTree(points[1]).query(points[0])
+    distance, partner = np.asarray(found[0]), np.asarray(found[1])
     larger = np.maximum(sides[0], sides[1][partner])
     k = int(np.argmin(distance / larger))
     if distance[k] >= larger[k]:
