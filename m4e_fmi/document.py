@@ -39,6 +39,7 @@ LARGEST_FILE = 10_000_000
 MOST_VALUES = 200_000
 """Keys and values of one file, each alias counted as often as it stands for something."""
 _MOST_PRUNINGS = 20
+_MOST_TAGS = 6
 _LONGEST_SOURCE = 200
 """Characters of a line that are shown with a problem."""
 _PLAIN_WORDS = {
@@ -195,11 +196,49 @@ class Document:
                 data = {**required, **data}
         return None, list(problems)
 
+    def valid_part(
+        self, section: type[SectionType], *, at: Location = (), drop: tuple[str, ...] = ()
+    ) -> SectionType | None:
+        """The part of the document at `at` as a `section` without what is wrong in it.
+
+        An unknown key is left out; a wrong value takes the section that it stands in with it. None
+        if nothing useful is left. No problems are told: those of the rest may follow from what was
+        left out.
+        """
+        data = copy.deepcopy(self._at(at))
+        if not isinstance(data, dict):
+            return None
+        data = {k: v for k, v in data.items() if k not in drop}
+        for _ in range(_MOST_PRUNINGS):
+            try:
+                return section.model_validate(data, context={})
+            except ValidationError as error:
+                wrong = {_wrong_part(data, item) for item in error.errors()}
+                if () in wrong:
+                    return None
+                for location in sorted(wrong, key=str, reverse=True):
+                    _remove(data, location)
+        return None
+
     def _at(self, location: Location) -> Any:
         data: Any = self.data
         for key in location:
             data = data[key]
         return data
+
+    def texts(self, at: Location) -> Iterator[tuple[Location, str]]:
+        """All texts below `at`: the keys that lead to them from there, and what they are."""
+        try:
+            waiting: list[tuple[Location, Any]] = [((), self._at(at))]
+        except (KeyError, IndexError, TypeError):  # the document does not have that part
+            return
+        while waiting:
+            keys, value = waiting.pop()
+            if isinstance(value, str):
+                yield keys, value
+            elif isinstance(value, dict | list):
+                items = value.items() if isinstance(value, dict) else enumerate(value)
+                waiting += (((*keys, key), member) for key, member in items)
 
     def _in_data(self, at: Location, relative: Location) -> Location:
         """`at` + `relative` without the parts that pydantic adds for unions and mapping keys."""
@@ -270,10 +309,14 @@ class Document:
             tag = context["discriminator"].strip("'")
             known = _most_alike(_types_at(section, relative), item["input"])
             remedy = suggestion(str(context["tag"]), known)
-            return self.problem((*location, tag), f"unknown {tag} {context['tag']!r}", remedy)
+            place = (*location, tag, "@value")
+            return self.problem(place, f"unknown {tag} {context['tag']!r}", remedy)
         if kind == "union_tag_not_found":
             tag = context["discriminator"].strip("'")
-            return self.problem(location, f"missing key {tag!r}", f"add '{tag}: …' here")
+            known = sorted({t for kind in _types_at(section, relative) for t in _tags(kind)})
+            listed = f", one of {', '.join(known)}" if len(known) <= _MOST_TAGS else ""
+            remedy = f"add '{tag}: …' here{listed}"
+            return self.problem(location, f"missing key {tag!r}", remedy)
         if relative and relative[-1] == "[key]" and not isinstance(item["input"], str):
             message = f"{item['input']!r} cannot be a name"
             return self.problem(location, message, "use letters, digits and _, a letter first")
@@ -288,6 +331,19 @@ class Document:
             kinds = _types_at(section, relative)
             remedy = _example(str((*at, *relative)[-1]), kinds, item["input"])
         return self.problem((*location, "@value"), _pydantic_text(item), remedy)
+
+
+def _wrong_part(data: Any, item: Any) -> Location:
+    """What is to be left out of `data` for an error of pydantic's; () for all of it."""
+    node, location = data, list[str | int]()
+    for part in item["loc"]:  # without those that pydantic adds for unions and mapping keys
+        items: Any = dict(enumerate(node)) if isinstance(node, list) else node
+        if isinstance(items, dict) and part in items:
+            node = items[part]
+            location.append(part)
+    if item["type"] == "extra_forbidden" or isinstance(node, dict | list):
+        return tuple(location)
+    return tuple(location[:-1] if len(location) > 1 else location)
 
 
 def _remove(data: Any, location: Location) -> None:

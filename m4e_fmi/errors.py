@@ -10,6 +10,7 @@ import difflib
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TypeVar
 
 Value = TypeVar("Value")
@@ -120,6 +121,20 @@ def unknown_names(
         for name in names
         if name not in there
     ]
+
+
+def missing_file(path: Path, what: str = "file") -> tuple[str, str]:
+    """Message and remedy for a file that is not there, or its folder, or that is none.
+
+    `what` is the kind of file, as "mesh file".
+    """
+    folder = path.parent
+    if path.is_dir():
+        return f"is a folder: {path}", f"name a {what}"
+    if not folder.is_dir():
+        return f"no such folder: {folder}", f"it is to hold the {what} {path.name}"
+    names = [other.name for other in folder.glob(f"*{path.suffix}")]
+    return f"no such {what}: {path}", suggestion(path.name, names) if names else ""
 
 
 def suggestion(word: str, known: Iterable[str], noun: str = "") -> str:

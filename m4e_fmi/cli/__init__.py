@@ -8,8 +8,10 @@ share. Nothing heavy is imported before a command runs, so that `--help` answers
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 from collections.abc import Sequence
+from typing import Any
 
 import m4e_fmi
 from m4e_fmi.cli import build, doctor, draw, equations, info, linearize, run, simulate, validate
@@ -21,6 +23,7 @@ from m4e_fmi.signals import Terminated, ending_cleanly
 EXIT_USAGE = 2
 EXIT_SIGNAL = 128
 EXIT_INTERRUPTED = 130
+_NEGATIVE = re.compile(r"-(\d|\.\d|inf|nan)", re.IGNORECASE)
 COMMANDS = (equations, draw, simulate, linearize, build, info, validate, run, doctor)
 
 
@@ -70,8 +73,19 @@ def _with_notes(text: str, error: BaseException) -> str:
     return " ".join(filter(None, (text, "; ".join(getattr(error, "__notes__", ())))))
 
 
+class _Parser(argparse.ArgumentParser):
+    """A parser that takes whatever begins like a negative number for a value.
+
+    Argparse takes -1e7 and -5mm for options; no option here begins so.
+    """
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(**settings)
+        self._negative_number_matcher = _NEGATIVE
+
+
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog="m4e-fmi",
         description="Multibody equations of motion, FMUs of them, and coupled simulation.",
         epilog="Each command has its own --help.",

@@ -5,7 +5,14 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from m4e_fmi.cli.options import MODEL_FILE, add_start_values, load_model, print_files, start_values
+from m4e_fmi.cli.options import (
+    MODEL_FILE,
+    add_start_values,
+    finite,
+    load_model,
+    print_files,
+    start_values,
+)
 
 POINTS = {
     "equilibrium": "equilibrium",
@@ -26,7 +33,7 @@ def add(commands: argparse._SubParsersAction) -> None:
         help="where it settles from the start values (default), the equilibrium that is nearest "
         "to them, stable or not, or these values themselves",
     )
-    command.add_argument("--time", type=float, default=0.0, metavar="S", help="default 0 s")
+    command.add_argument("--time", type=finite, default=0.0, metavar="S", help="default 0 s")
     for flag, text in (
         ("--inputs", "inputs or parameters of B and D; default none"),
         ("--outputs", "outputs or states of C and D; default all states"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import re
 import sys
 from collections.abc import Iterable
@@ -58,6 +59,17 @@ def add_native(command: argparse.ArgumentParser, text: str) -> None:
 def start_values(options: argparse.Namespace) -> dict[str, float | str]:
     """What --start-value gives by name, each as `start` in a system file would have it."""
     return {name: _scalar(text) for name, text in options.start_value}
+
+
+def finite(text: str) -> float:
+    """A finite number, of an option; argparse's error for anything else."""
+    try:
+        number = float(text)
+    except ValueError:
+        number = math.nan
+    if not math.isfinite(number):
+        raise argparse.ArgumentTypeError(f"expected a finite number, got {text!r}")
+    return number
 
 
 def _scalar(text: str) -> float | str:

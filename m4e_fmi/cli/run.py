@@ -104,6 +104,12 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
     count, links = len(system.components), len(prepared.wiring.links)
     print(f"{system.name}: {count} FMUs, {links} connected variables", flush=True)
     times = system.simulation
+    told: list[str] = []
+
+    def warn(line: str) -> None:
+        told.append(line)
+        say_beside(line)
+
     try:
         with progress_bar(times.stop_time, start=times.start_time) as progress:
             outcome = run(
@@ -113,16 +119,16 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
                 check=options.check,
                 variables=options.variables,
                 tell=say,
-                warn=say_beside,
+                warn=warn,
                 beside=[picture],
             )
     except ExportError as error:
-        print(run_summary(error.outcome))
+        print(run_summary(error.outcome, told))
         print_files(filter(None, [error.outcome.path]))
         sys.stdout.flush()
         raise
     assert outcome.path is not None
-    print(run_summary(outcome))
+    print(run_summary(outcome, told))
     print_files(dict.fromkeys([outcome.path, as_given(output, file)]))
     sys.stdout.flush()  # drawing takes a second, within which a signal may end it
     print_files([as_given(output.with_suffix(".png"), plot_run(outcome.path, picture))])

@@ -5,29 +5,27 @@ from __future__ import annotations
 import hashlib
 import sys
 import sysconfig
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from m4e_fmi.code_hash import code_hash
-from m4e_fmi.cosim.system import Component, FmuFile, Kind, ModelFile, System, kind_module, kinds
+from m4e_fmi.cosim.drafts import WARNING, Draft, drafted, takes_long
+from m4e_fmi.cosim.input_checks import checked_inputs
+from m4e_fmi.cosim.system import Component, FmuFile, Kind, ModelFile, System, kinds
 from m4e_fmi.errors import InputError, Problem, RunError
 from m4e_fmi.file_names import file_stem, file_stems
-from m4e_fmi.files_read import depends_on, files_read
+from m4e_fmi.files_read import files_read
 from m4e_fmi.fmu.build_record import BuildRecord, read_record, write_record
-from m4e_fmi.fmu.reading import Description
 from m4e_fmi.writing import remove_leftovers
 
 Tell = Callable[[str], None]
 
 NATIVE = True
 """Whether programs become native FMUs where nobody says how; Python code never does."""
-
-_WARNING = "warning"
-"""How lines of progress begin that matter to everyone who uses what is built."""
 
 
 def fmu_files(
@@ -75,18 +73,19 @@ def ready_fmus(
     tell = tell or _silent
     if native is None:
         native = NATIVE and _library_is_there(tell)
+    fmus = {name: folder / f"{stem}.fmu" for name, stem in stems.items()}
+    drafts = _checked(system, fmus, native=native)
     files: dict[str, ReadyFmu] = {}
-    problems = list(_checked(system, folder, stems, native=native))
-    if problems:
-        raise InputError(dict.fromkeys(problems))
+    problems: list[Problem] = []
     for component in system.components:
         name, source = component.name, component.source
-        fmu = folder / f"{stems[name]}.fmu"
         try:
             files[name] = (
                 ReadyFmu(_found(source, folder))
                 if isinstance(source, FmuFile)
-                else _built(system, name, source, fmu, native=native, tell=tell)
+                else _built(
+                    system, component, fmus[name], drafts.get(name), native=native, tell=tell
+                )
             )
         except InputError as error:
             problems += [system.located(name, problem) for problem in error.problems]
@@ -95,43 +94,41 @@ def ready_fmus(
     return files
 
 
-def _checked(
-    system: System, folder: Path, stems: Mapping[str, str], *, native: bool
-) -> Iterator[Problem]:
-    """What kinds find wrong with the configurations of FMUs to be built, before any is built."""
-    for component in system.components:
-        name, source = component.name, component.source
-        if not isinstance(source, Kind):
-            continue
-        check = getattr(kind_module(source.name), "check", None)
-        made_from = _made_from(system, name, source, native=native)
-        if check is None or _current(folder / f"{stems[name]}.fmu", made_from):
-            continue
-        try:
-            check(source.config, folder=system.folder)
-        except InputError as error:
-            yield from (system.located(name, problem) for problem in error.problems)
+def _checked(system: System, fmus: Mapping[str, Path], *, native: bool) -> dict[str, Draft]:
+    """Drafts of the FMUs that are to be built and quick to make.
+
+    InputError with all problems of the system's inputs, if any FMU is to be built.
+    """
+    ready = {
+        c.name: fmus[c.name]
+        for c in system.components
+        if not isinstance(c.source, FmuFile)
+        and _current(fmus[c.name], _made_from(system, c.name, c.source, native=native))
+    }
+    if all(c.name in ready or isinstance(c.source, FmuFile) for c in system.components):
+        return {}
+    problems, drafts = checked_inputs(system, ready=ready)
+    if problems:
+        raise InputError(problems)
+    return drafts
 
 
 def waiting(system: System, build_directory: str | Path = "build") -> tuple[str, ...]:
     """Components whose FMU is to be built, by a kind that takes long for it.
 
-    InputError with all that their kinds find wrong with their configurations.
+    InputError with all problems of the system's inputs, if any FMU is to be built.
     """
     folder = Path(build_directory) / file_stem(system.name)
     stems = file_stems(component.name for component in system.components)
+    fmus = {name: folder / f"{stem}.fmu" for name, stem in stems.items()}
     native = NATIVE and _library_is_there(_silent)
-    problems = list(_checked(system, folder, stems, native=native))
-    if problems:
-        raise InputError(dict.fromkeys(problems))
+    _checked(system, fmus, native=native)
     return tuple(
         c.name
         for c in system.components
         if isinstance(c.source, Kind)
-        and getattr(kind_module(c.source.name), "TAKES_LONG", False)
-        and not _current(
-            folder / f"{stems[c.name]}.fmu", _made_from(system, c.name, c.source, native=native)
-        )
+        and takes_long(c.source)
+        and not _current(fmus[c.name], _made_from(system, c.name, c.source, native=native))
     )
 
 
@@ -139,15 +136,6 @@ def _current(fmu: Path, made_from: str) -> BuildRecord | None:
     """The record of an FMU that need not be built again."""
     record = read_record(fmu)
     return record if record is not None and record.is_current(made_from) else None
-
-
-def with_units(component: Component, description: Description) -> Description:
-    """What the component's FMU says, with the units that the system adds."""
-    variables = dict(description.variables)
-    for name, unit in component.units.items():
-        if name in variables and variables[name].dimension is None:
-            variables[name] = replace(variables[name], unit=unit.text, dimension=unit)
-    return replace(description, variables=variables)
 
 
 def _found(source: FmuFile, folder: Path) -> Path:
@@ -178,9 +166,17 @@ def _silent(_: str) -> None:
 
 
 def _built(
-    system: System, name: str, source: ModelFile | Kind, fmu: Path, *, native: bool, tell: Tell
+    system: System,
+    component: Component,
+    fmu: Path,
+    draft: Draft | None,
+    *,
+    native: bool,
+    tell: Tell,
 ) -> ReadyFmu:
-    """The FMU of a component, at the path `fmu`."""
+    """The FMU of a component, at the path `fmu`; of its `draft`, if that is made already."""
+    name, source = component.name, component.source
+    assert not isinstance(source, FmuFile)
     made_from = _made_from(system, name, source, native=native)
     record = _current(fmu, made_from)
     if record is not None:
@@ -197,56 +193,20 @@ def _built(
 
     def progress(text: str) -> None:
         tell(f"{name}: {text}")
-        if text.startswith(_WARNING):
+        if text.startswith(WARNING):
             warnings.append(text)
 
+    draft = draft or drafted(system, component, progress)
+    for line in draft.lines:
+        progress(line)
     with files_read() as files:
-        _note_named(system, source)
-        made = _made(system, name, source, progress)
-        options = Options(native=native and isinstance(made, Program))
-        content = write_archive(fmu_archive(made, options), fmu)
-    record = BuildRecord(fmu=content, made_from=made_from, files=files, warnings=tuple(warnings))
+        options = Options(native=native and isinstance(draft.made, Program))
+        content = write_archive(fmu_archive(draft.made, options), fmu)
+    record = BuildRecord(
+        fmu=content, made_from=made_from, files=files | draft.files, warnings=tuple(warnings)
+    )
     write_record(fmu, record)
     return ReadyFmu(fmu, content)
-
-
-def _note_named(system: System, source: ModelFile | Kind) -> None:
-    """Note the files that the configuration of a kind names, however the kind reads them."""
-    if isinstance(source, ModelFile):
-        return
-    for text in _texts(source.config.model_dump(serialize_as_any=True)):
-        try:
-            path = system.folder / text
-            if path.is_file():
-                depends_on(path)
-        except (OSError, ValueError):  # a text that no file can be called by
-            continue
-
-
-def _texts(value: Any) -> Iterator[str | Path]:
-    """All texts and paths in plain data."""
-    if isinstance(value, str | Path):
-        yield value
-    elif isinstance(value, Mapping):
-        for member in value.values():
-            yield from _texts(member)
-    elif isinstance(value, list | tuple | set | frozenset):
-        for member in value:
-            yield from _texts(member)
-
-
-def _made(system: System, name: str, source: ModelFile | Kind, progress: Tell) -> Any:
-    """The Program or PythonSource of a component."""
-    if isinstance(source, ModelFile):
-        from m4e_fmi.model import load_model
-        from m4e_fmi.multibody import model_program
-
-        model = load_model(source.path)
-        for warning in model.warnings:
-            progress(f"{_WARNING}: {warning}")
-        return model_program(model)
-    module = kind_module(source.name)
-    return module.make(source.config, name=name, folder=system.folder, progress=progress)
 
 
 def _made_from(system: System, name: str, source: ModelFile | Kind, *, native: bool) -> str:

@@ -18,7 +18,7 @@ name alone is the connector of all its signals that have no dot.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from m4e_fmi.cosim.bus import BUS, BusSignal, bus_problems, bus_variables, through_buses
@@ -135,25 +135,11 @@ def connect(system: System, descriptions: Mapping[str, Description]) -> Wiring:
 
     InputError with all problems found, each at its connection's place.
     """
-    problems: list[Problem] = list(bus_problems(system))
-    links: list[Link] = []
-    variables = bus_variables(system.buses)
-    variables.update((name, d.variables) for name, d in descriptions.items())
-    for index, text in enumerate(system.connections):
-        links += _Connection(system, variables, index, text, problems).links()
-    links = _one_source_each(system, _without_given(system, variables, links), problems)
-    links, signals = through_buses(links, system.buses)
-    links = [replace(k, kind=variables[k.source.component][k.source.variable].type) for k in links]
-    problems += _through_problems(system, variables, links)
-    problems += start_problems(system, descriptions)
-    problems += dependency_problems(system, descriptions)
-    problems += _delay_problems(system, descriptions, links)
-    problems += _moved_problems(system, descriptions, links)
-    driven = {link.target for link in links}
-    problems += _outside_problems(system, descriptions, driven)
-    problems += unset_masses(system, descriptions, {str(port) for port in driven})
+    problems: list[Problem] = []
+    resolved = _resolved(system, descriptions, dict(enumerate(system.connections)), problems)
     if problems:
         raise InputError(problems)
+    links, signals, variables = resolved
 
     def causality(link: Link) -> str:
         return descriptions[link.target.component].variables[link.target.variable].causality
@@ -168,6 +154,89 @@ def connect(system: System, descriptions: Mapping[str, Description]) -> Wiring:
         unconnected=tuple(port for port in inputs if port not in driven),
         signals=tuple(signals),
     )
+
+
+def connection_problems(
+    system: System, descriptions: Mapping[str, Description], wrong: Collection[str] = ()
+) -> list[Problem]:
+    """All problems of connections, start values, and of the system's inputs and outputs.
+
+    Components without a description, and those named in `wrong`, are not looked at. Of a connection
+    with one of them the other end is looked at alone. Empty connections are passed over.
+    """
+    unknown = {*wrong, *(c.name for c in system.components)} - {*descriptions}
+
+    def is_unknown(text: str) -> bool:
+        return text.partition(".")[0] in unknown
+
+    problems: list[Problem] = []
+    whole: dict[int, str] = {}
+    for index, text in enumerate(system.connections):
+        if not (ends := _ends(text)) or not any(map(is_unknown, ends)):
+            whole[index] = text
+            continue
+        variables = _variables(system, descriptions)
+        for end in ends:
+            if not is_unknown(end):
+                _Connection(system, variables, index, text, problems).look_at(end)
+    part = replace(
+        system,
+        components=tuple(c for c in system.components if c.name in descriptions),
+        inputs={
+            name: tuple(text for text in texts if not is_unknown(text))
+            for name, texts in system.inputs.items()
+        },
+        outputs={name: text for name, text in system.outputs.items() if not is_unknown(text)},
+    )
+    _resolved(part, descriptions, {k: text for k, text in whole.items() if text}, problems)
+    return problems
+
+
+def _ends(text: str) -> tuple[str, ...]:
+    """The two ends of a connection; none of a text that is no connection."""
+    try:
+        written = parse_connection(text)
+    except ValueError:
+        return ()
+    return written.left, written.right
+
+
+def _variables(
+    system: System, descriptions: Mapping[str, Description]
+) -> dict[str, Mapping[str, Variable]]:
+    """The signals of the buses and the variables of the components, by name."""
+    signals = bus_variables(system.buses)
+    return {**signals, **{name: d.variables for name, d in descriptions.items()}}
+
+
+def _resolved(
+    system: System,
+    descriptions: Mapping[str, Description],
+    connections: Mapping[int, str],
+    problems: list[Problem],
+) -> tuple[list[Link], list[BusSignal], Mapping[str, Mapping[str, Variable]]]:
+    """Links of the `connections`, given by index, signals of the buses, and all variables.
+
+    Adds to `problems`.
+    """
+    problems += bus_problems(system)
+    variables = _variables(system, descriptions)
+    links: list[Link] = []
+    for index, text in connections.items():
+        links += _Connection(system, variables, index, text, problems).links()
+    links = _one_source_each(system, _without_given(system, variables, links), problems)
+    links, signals = through_buses(links, system.buses)
+    links = [replace(k, kind=variables[k.source.component][k.source.variable].type) for k in links]
+    problems += _through_problems(system, variables, links)
+    problems += start_problems(system, descriptions)
+    problems += dependency_problems(system, descriptions)
+    problems += _delay_problems(system, descriptions, links)
+    problems += _moved_problems(system, descriptions, links)
+    driven = {link.target for link in links}
+    problems += _outside_problems(system, descriptions, driven)
+    if len(connections) == len(system.connections):
+        problems += unset_masses(system, descriptions, {str(port) for port in driven})
+    return links, signals, variables
 
 
 class _Connection:
@@ -203,6 +272,17 @@ class _Connection:
             return []
         pairs = self._groups(left, right) if written.both_ways else self._variables(left, right)
         return [self._link(a, b, written) for a, b in pairs if self._fits(a, b, written)]
+
+    def look_at(self, end: str) -> None:
+        """Check one end, where the variables of the other are not known."""
+        both_ways = parse_connection(self._text).both_ways
+        port = self._end(end, both_ways)
+        if port is None:
+            return
+        if both_ways:
+            self._members(port)
+        elif not self._elements(port):
+            self._reject_ends(port, port, [port])
 
     def _link(self, source: Port, target: Port, written: Connection) -> Link:
         scale, shift = 1.0, 0.0

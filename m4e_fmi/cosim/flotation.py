@@ -23,6 +23,8 @@ UNBALANCED = 0.01
 """Share of the buoyancy by which the load may differ from it before that is told."""
 SHARE_OF_DRAFT = 0.01
 """Displacement at the start that is told, over the mean draft."""
+WATER = 1e3
+"""Density [kg/m3], near enough for the size of a body by the mass that it displaces."""
 TILT = math.radians(1.0)
 """Angle [rad] at the start that is told."""
 HELD = 2.0
@@ -115,9 +117,14 @@ def _remedy(network: Network, hull: str, body: str, missing: float) -> str:
 
 
 def _draft(network: Network, component: str, body: str) -> float:
-    """Mean draft [m]: displaced volume over waterplane; infinite for a submerged body."""
+    """Mean draft [m]: displaced volume over waterplane.
+
+    Of a submerged body, which has no waterplane, the side of the cube that it displaces.
+    """
     stiffness = _stiffness(network, component, body)
-    return network.read(f"{component}.{body}{BUOYANCY}") / stiffness if stiffness > 0 else math.inf
+    if stiffness > 0:
+        return network.read(f"{component}.{body}{BUOYANCY}") / stiffness
+    return math.cbrt(network.read(f"{component}.{body}.neutral_mass") / WATER)
 
 
 def _added_mass(network: Network, component: str, body: str) -> float:

@@ -73,6 +73,13 @@ class Stability:
         if grown:
             raise RunError(f"unstable: {self._told(grown)}", self._remedy(grown))
 
+    def is_lost(self) -> bool:
+        """True if something has grown without bound that is LARGE already, looked at just now."""
+        if not len(self._nominals):
+            return False
+        self._keep(self._network.time, self._outputs)
+        return self._grown(STOPS, LARGE) is not None
+
     def back(self, time: float, steps: int) -> None:
         """The run has gone back to a time [s], after so many steps."""
         count = int(np.searchsorted(self._times, time))

@@ -30,7 +30,7 @@ from m4e_fmi.cosim.results import Mark, ResultsWriter
 from m4e_fmi.cosim.second_look import SecondLook
 from m4e_fmi.cosim.start_values import Value, start_values
 from m4e_fmi.cosim.step_control import SMALLEST, StepControl
-from m4e_fmi.cosim.stepping import Course
+from m4e_fmi.cosim.stepping import MOST_DISCARDED, Course
 from m4e_fmi.cosim.structure import Structure
 from m4e_fmi.cosim.system import SECOND, System
 from m4e_fmi.cosim.witness import Seen, Witness
@@ -386,6 +386,7 @@ class Master:
             returns=self._shortens,
             singly=singly,
             most_time=PROGRESS_INTERVAL,
+            hopeless=lambda: self._stability.is_lost(),
         )
         self._stability = Stability(self.network, self._system.simulation, self._stated)
         self._journal.clock = lambda: self._course.time
@@ -413,12 +414,16 @@ class Master:
         simulation = self._system.simulation
         if not isinstance(error, DiscardedError) or isinstance(error, EventWithinError):
             return error
-        if error.size > 2 * SMALLEST * simulation.step_size:
+        course, sizes = self._course, f"{simulation.step_size:g} s down to {error.size:.3g} s"
+        if error.size <= 2 * SMALLEST * simulation.step_size:
+            tried = f"every step from there, of {sizes}"
+        elif course.discarded >= MOST_DISCARDED:
+            tried = f"{course.discarded} steps since t = {course.since:.9g} s, of {sizes}"
+        else:
             return error
         first = "the FMU tells why: see to that first"
         return RunError(
-            f"{error.message}; {error.component} has discarded every step from there, of "
-            f"{simulation.step_size:g} s down to {error.size:.3g} s",
+            f"{error.message}; {error.component} has discarded {tried}",
             f"{first}; "
             * error.remedy.startswith(first)
             + f"no step_size helps: look at what {error.component} cannot compute there, and at "

@@ -7,12 +7,13 @@ from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 
-from m4e_fmi.cosim.components import ready_fmus, with_units
+from m4e_fmi.cosim.components import ready_fmus
 from m4e_fmi.cosim.connect import Link, Wiring, connect
 from m4e_fmi.cosim.delays import broken
 from m4e_fmi.cosim.dependence import with_stated
 from m4e_fmi.cosim.forgetful import without_forgetful
 from m4e_fmi.cosim.forgotten import forgotten
+from m4e_fmi.cosim.input_checks import with_units
 from m4e_fmi.cosim.loose_ends import loose_ends
 from m4e_fmi.cosim.overview import overview
 from m4e_fmi.cosim.pacing import Rates, pace, refined, rounded

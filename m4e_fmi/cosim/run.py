@@ -105,8 +105,8 @@ def run(
     `.parquet`, written beside it at the end. `variables` choose what it holds, as ``buoy.*``; all
     scalar Real outputs if empty. Each of `observers` is called as
     ``observer(time, network)`` at the start and after every step, `progress` as
-    ``progress(time)`` about ten times a second, `warn` with a line for each connection that seems
-    to be left out, and for each kind of warning or error that an FMU logs, when it first does. With
+    ``progress(time)`` about ten times a second, `warn` with a line for each warning of the outcome,
+    and for each kind of warning or error that an FMU logs, when it first does. With
     `check`, the system runs once more at half the step (and an eighth of the coupling tolerance),
     and the outcome has `checked`. RunError names component, variable and time; the results up to
     there are then on disk, as they are after KeyboardInterrupt, and after SIGTERM, which raises
@@ -264,7 +264,10 @@ def _begun(
                 if master.ended:
                     writer.close(master.ended)
             complete[:] = [_reached(found, settings), whole(file, Path(results), writer)]
-        beyond = found.results.warnings if found.results else ()
+        late = (*master.warnings, *(found.results.warnings if found.results else ()))
+        if warn:
+            for line in late:
+                warn(f"warning: {line}")
         found.outcome = Outcome(
             prepared=system,
             path=as_given(stream_of(results), found.results.path)
@@ -278,7 +281,7 @@ def _begun(
             rejected=master.rejected,
             certificate=master.certificate() if certify else "",
             messages=master.messages,
-            warnings=(*missing, *floats, *master.warnings, *beyond),
+            warnings=(*missing, *floats, *late),
         )
         if found.results and results is not None:
             try:

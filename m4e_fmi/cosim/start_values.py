@@ -5,6 +5,10 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Mapping
+from numbers import Integral, Real
+from typing import Any
+
+import numpy as np
 
 from m4e_fmi.cosim.system import Component, System
 from m4e_fmi.errors import Problem, suggestion
@@ -67,7 +71,11 @@ def is_settable(variable: Variable) -> bool:
 
 
 def value_of(variable: Variable, given: Value | Quantity) -> Value:
-    """A given value in the variable's type and unit; ValueError(remedy) if it has none."""
+    """A given value in the variable's type and unit; ValueError(remedy) if it has none.
+
+    Numbers may be of any kind, as NumPy's.
+    """
+    given = _plain(given)
     if variable.type == "Real" and isinstance(given, str):
         given = parse_quantity(given)
     if isinstance(given, Quantity):
@@ -85,6 +93,20 @@ def value_of(variable: Variable, given: Value | Quantity) -> Value:
     _check_range(variable, given)
     _check_limits(variable, given)
     return given
+
+
+def _plain(given: Any) -> Any:
+    """A number or a truth value of any library as Python's own; anything else as it is."""
+    if isinstance(given, np.bool_):
+        return bool(given)
+    if isinstance(given, Integral) and not isinstance(given, bool):
+        return int(given)
+    if not isinstance(given, Real) or isinstance(given, bool):
+        return given
+    try:
+        return float(given)
+    except OverflowError:
+        return math.inf
 
 
 def _check_range(variable: Variable, given: Value) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import Protocol, cast
 
@@ -25,6 +25,11 @@ from m4e_fmi.cosim.results import ResultsWriter
 from m4e_fmi.cosim.schedule import Loop, Schedule
 from m4e_fmi.cosim.step_control import SMALLEST, StepControl
 from m4e_fmi.cosim.system import SECOND, Simulation
+
+MOST_DISCARDED = 64
+"""Attempts that may be discarded within one step of the simulation's size, if they become SHORT."""
+SHORT = 1e-3
+"""Share of the simulation's step: a run creeps where such steps are discarded again and again."""
 
 
 class Watcher(Protocol):
@@ -50,10 +55,12 @@ class Course:
     Steps of a `Scheduled` algorithm are made many at once, as long as `most_time` [s of wall time]
     allows; with `singly` one by one. They are adaptive with a `control`. Where all FMUs can go back
     (`returns`), a step that one of them discards is made again, shorter; `shortened` counts them.
+    That ends where `hopeless` tells so, or where MOST_DISCARDED are not enough: `discarded` counts
+    those since the time `since` [s], at which the last step of full size ended.
     `switches` are the steps within which values changed that are not Real.
     """
 
-    REMEMBERED = ("now", "_row", "steps", "shortened", "_jump", "switches")
+    REMEMBERED = ("now", "_row", "steps", "shortened", "_jump", "switches", "discarded", "_full")
 
     def __init__(
         self,
@@ -68,10 +75,12 @@ class Course:
         returns: bool = False,
         singly: bool = False,
         most_time: float,
+        hopeless: Callable[[], bool] = lambda: False,
     ) -> None:
         self._network, self._algorithm, self._energy = network, algorithm, energy
         self._results, self._witness, self._control = results, witness, control
         self._returns, self._singly, self._most_time = returns, singly, most_time
+        self._hopeless = hopeless
         self._start = round(simulation.start_time * SECOND)
         self._stop = round(simulation.stop_time * SECOND)
         self._size = round(simulation.step_size * SECOND)
@@ -85,7 +94,8 @@ class Course:
         self._most = 1
         self._running: State | None = None
         self.now = self._row = self._start
-        self.steps = self.shortened = 0
+        self._full = self._start
+        self.steps = self.shortened = self.discarded = 0
         self.switches = Switches()
         self._jump = NEVER
 
@@ -93,6 +103,11 @@ class Course:
     def time(self) -> float:
         """Simulated time [s] up to which whole steps are made, also while many are being made."""
         return (self._running.now if self._running else self.now) / SECOND
+
+    @property
+    def since(self) -> float:
+        """The time [s] from which on steps are `discarded`."""
+        return self._full / SECOND
 
     @cached_property
     def _loop(self) -> Loop | None:
@@ -303,6 +318,8 @@ class Course:
             raise discarded
         self._algorithm.undo()
         self.shortened += 1
+        if not isinstance(discarded, EventWithinError | EndWithinError):
+            self._count_discarded(size, discarded)
         if event and discarded.reached is not None:
             self._jump = max(self.now + 1, in_nanoseconds(discarded.reached))
             return self._until_jump(size - 1)
@@ -310,3 +327,13 @@ class Course:
         if isinstance(discarded, EndWithinError) and discarded.reached is not None:
             reached = in_nanoseconds(discarded.reached) - self.now
         return reached if smallest <= reached < size else max(smallest, size // 2)
+
+    def _count_discarded(self, size: int, discarded: DiscardedError) -> None:
+        """Count a discarded step of `size` [ns]; raise it if the run only creeps on from here."""
+        full = self.now - (self.now - self._start) % self._size
+        if full != self._full:
+            self._full, self.discarded = full, 0
+        self.discarded += 1
+        creeps = self.discarded >= MOST_DISCARDED and size <= SHORT * self._size
+        if creeps or self._hopeless():
+            raise discarded

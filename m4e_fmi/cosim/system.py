@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from importlib.metadata import entry_points
@@ -260,12 +260,27 @@ class System:
         return Problem(f"{self.name}: {message}", remedy)
 
     def located(self, component: str, problem: Problem) -> Problem:
-        """A problem with the configuration of a component, placed where its `keys` lead."""
-        if not problem.keys or self.document is None:
+        """A problem with the configuration of a component, placed where its `keys` lead.
+
+        A problem with a file as a whole, as one that is missing, is placed where the file is named.
+        """
+        if self.document is None:
             return problem
-        at = ("components", component, *problem.keys)
+        at: Location = ("components", component)
+        keys = problem.keys
+        if not keys and problem.file and not problem.line:
+            keys = next(self._named(at, Path(problem.file)), ())
+        if not keys:
+            return problem
         message = f"{problem.message} ({problem.file})" if problem.file else problem.message
-        return self.document.problem(at, message, problem.remedy)
+        return self.document.problem((*at, *keys), message, problem.remedy)
+
+    def _named(self, at: Location, file: Path) -> Iterator[Location]:
+        """Where below `at` the document names a file, relative to its folder."""
+        assert self.document is not None
+        for keys, text in self.document.texts(at):
+            if self.folder / text == file:
+                yield (*keys, "@value")
 
     def __repr__(self) -> str:
         times = self.simulation

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -24,8 +25,8 @@ from m4e_fmi.cosim.system import (
     simulation_problems,
     step_problems,
 )
-from m4e_fmi.document import Document, Location, Number, Section
-from m4e_fmi.errors import InputError, Problem, suggestion
+from m4e_fmi.document import Document, Location, Number, Section, SectionType
+from m4e_fmi.errors import InputError, Problem, missing_file, suggestion
 from m4e_fmi.file_kinds import SYSTEM, check_keys
 
 _NAME = re.compile(r"[A-Za-z_]\w*$")
@@ -34,15 +35,23 @@ BusName = Annotated[str, StringConstraints(pattern=_NAME.pattern)]
 SignalName = Annotated[str, StringConstraints(pattern=r"^[A-Za-z_]\w*(\.[A-Za-z_]\w*)*$")]
 
 
-class _SystemSection(Section):
+class _PortsSection(Section):
+    """The system's own variables, and buses."""
+
+    inputs: dict[str, tuple[str, ...]] = Field(default_factory=dict)
+    outputs: dict[str, str] = Field(default_factory=dict)
+    buses: dict[BusName, dict[SignalName, str]] = Field(default_factory=dict)
+
+
+class _SystemSection(_PortsSection):
     name: str
     description: str = ""
     components: dict[str, dict[str, Any]]
     connections: tuple[str, ...] = ()
-    inputs: dict[str, tuple[str, ...]] = Field(default_factory=dict)
-    outputs: dict[str, str] = Field(default_factory=dict)
-    buses: dict[BusName, dict[SignalName, str]] = Field(default_factory=dict)
     simulation: SimulationSection
+
+
+_OTHERS = tuple(_SystemSection.model_fields.keys() - _PortsSection.model_fields.keys())
 
 
 class _ComponentSection(Section):
@@ -70,13 +79,14 @@ def read_system(document: Document) -> System:
         section = document.validate(_SystemSection)
     except InputError as error:
         problems += error.problems
-    components = _read_components(document, problems)
+    components, wrong = _read_components(document, problems)
     simulation = _read_simulation(document, problems)
     problems += _connection_problems(document)
     if simulation is not None:
         found = step_problems(components, simulation)
         problems += [document.problem(*problem) for problem in found]
     if problems or section is None or simulation is None:
+        problems += _further_problems(document, components, wrong)
         raise InputError(dict.fromkeys(problems))
     return System(
         name=section.name,
@@ -90,6 +100,34 @@ def read_system(document: Document) -> System:
         folder=document.path.parent,
         document=document,
     )
+
+
+def _further_problems(
+    document: Document, components: list[Component], wrong: Mapping[str, Component | None]
+) -> list[Problem]:
+    """Problems of files, models and connections, beside those of the system's file itself.
+
+    A sound system is checked so before its FMUs are built, and not each time when it is read.
+    """
+    from m4e_fmi.cosim.input_checks import checked_inputs
+
+    section = document.valid_part(_PortsSection, drop=_OTHERS) or _PortsSection()
+    unread = dict.fromkeys(map(str, _mapping(document, "buses").keys() - section.buses.keys()))
+    names = [*(c.name for c in components), *wrong, *section.buses, *unread]
+    written = document.data.get("connections")
+    texts = written if isinstance(written, list) else []
+    system = System(
+        name=str(document.data.get("name")),
+        components=tuple(replace(component, step_size=None) for component in components),
+        connections=tuple(_connection_text(text, names) for text in texts),
+        simulation=Simulation(1.0, 1.0),  # of no account here
+        inputs=section.inputs,
+        outputs=section.outputs,
+        buses=section.buses,
+        folder=document.path.parent,
+        document=document,
+    )
+    return checked_inputs(system, wrong={**wrong, **unread})[0]
 
 
 class _ParameterSection(Section):
@@ -152,41 +190,81 @@ def _mapping(document: Document, key: str) -> dict[str, Any]:
     return written if isinstance(written, dict) else {}
 
 
-def _read_components(document: Document, problems: list[Problem]) -> list[Component]:
-    components = []
+def _connection_text(written: Any, names: Collection[str]) -> str:
+    """A connection as the system has it; empty for one that is wrong by its text alone."""
+    text = " ".join(written.split()) if isinstance(written, str) else ""
+    try:
+        connection = parse_connection(text)
+    except ValueError:
+        return ""
+    ends = (connection.left, connection.right)
+    return "" if any(unknown_component(end, names) for end in ends) else text
+
+
+def _read_components(
+    document: Document, problems: list[Problem]
+) -> tuple[list[Component], dict[str, Component | None]]:
+    """The components that are right; the others by name, with what is right of them."""
+    components: list[Component] = []
+    wrong: dict[str, Component | None] = {}
     for name, keys in _mapping(document, "components").items():
         if not isinstance(keys, dict):
+            wrong[str(name)] = None
             continue
-        try:
-            components.append(_read_component(document, str(name), keys))
-        except InputError as error:
-            problems += error.problems
-    return components
+        found: list[Problem] = []
+        component = _read_component(document, str(name), keys, found)
+        if found:
+            problems += found
+            wrong[str(name)] = component
+        elif component is not None:
+            components.append(component)
+    return components, wrong
 
 
-def _read_component(document: Document, name: str, keys: dict[str, Any]) -> Component:
+def _read_component(
+    document: Document, name: str, keys: dict[str, Any], problems: list[Problem]
+) -> Component | None:
+    """The component, as far as it is right; adds to `problems`."""
     at: Location = ("components", name)
     if not _NAME.match(name):
         remedy = "use letters, digits and _, not starting with a digit"
-        raise InputError([document.problem(at, f"component name {name!r}", remedy)])
+        problems.append(document.problem(at, f"component name {name!r}", remedy))
     given = [key for key in ("model", "kind", "fmu") if key in keys]
     if len(given) != 1:
         what = f"has {' and '.join(given)}" if given else "has none of 'model', 'kind' and 'fmu'"
         remedy = "give one: 'model: x.model.yaml', 'kind: name' or 'fmu: x.fmu'"
-        raise InputError([document.problem(at, f"component {name!r} {what}", remedy)])
+        problems.append(document.problem(at, f"component {name!r} {what}", remedy))
+        return None
     if given[0] == "kind":
         others = tuple(key for key in keys if key not in COMMON)
-        own = document.validate(_ComponentSection, at=at, drop=others)
-        kind = _read_kind(document, at, keys["kind"])
-        return _component(name, kind, own)
-    section = document.validate(_FileSection, at=at)
-    path = document.path.parent / str(section.model or section.fmu)
+        own = _part(document, _ComponentSection, at, others, problems)
+        kind = _read_kind(document, at, keys["kind"], problems)
+        return kind and _component(name, kind, own or _ComponentSection())
+    section = _part(document, _FileSection, at, (), problems)
+    written = keys[given[0]]
+    if not isinstance(written, str):
+        return None
+    path = document.path.parent / written
     if not path.is_file():
-        near = [p.name for p in path.parent.glob("*")] if path.parent.is_dir() else []
-        message = f"no such file: {path}"
-        raise InputError([document.problem((*at, given[0]), message, suggestion(path.name, near))])
+        problems.append(document.problem((*at, given[0]), *missing_file(path)))
+        return None
     source = ModelFile(path) if given[0] == "model" else FmuFile(path)
-    return _component(name, source, section)
+    return _component(name, source, section or _FileSection())
+
+
+def _part(
+    document: Document,
+    section: type[SectionType],
+    at: Location,
+    drop: tuple[str, ...],
+    problems: list[Problem],
+) -> SectionType | None:
+    """The part of the document at `at`, as far as it is right; adds to `problems`."""
+    try:
+        return document.validate(section, at=at, drop=drop)
+    except InputError as error:
+        problems += error.problems
+    return document.valid_part(section, at=at, drop=drop)
 
 
 def _component(
@@ -201,16 +279,20 @@ def _component(
     )
 
 
-def _read_kind(document: Document, at: Location, kind: Any) -> Kind:
+def _read_kind(document: Document, at: Location, kind: Any, problems: list[Problem]) -> Kind | None:
+    """The kind with its configuration, as far as it is right; adds to `problems`."""
     known = kinds()
     if not isinstance(kind, str) or kind not in known:
         remedy = suggestion(str(kind), known, "kinds")
         message = f"unknown kind {str(kind)!r}: no installed package brings it (docs/adapters.md)"
-        raise InputError([document.problem((*at, "kind"), message, remedy)])
+        problems.append(document.problem((*at, "kind"), message, remedy))
+        return None
     try:
         module = kind_module(kind)
     except ImportError as error:
         message = f"kind {kind!r} is installed but cannot be imported: {error}"
         remedy = "install what is missing; `m4e-fmi doctor` tells what that is"
-        raise InputError([document.problem((*at, "kind"), message, remedy)]) from error
-    return Kind(kind, document.validate(module.Config, at=at, drop=("kind", *COMMON)))
+        problems.append(document.problem((*at, "kind"), message, remedy))
+        return None
+    config = _part(document, module.Config, at, ("kind", *COMMON), problems)
+    return None if config is None else Kind(kind, config)

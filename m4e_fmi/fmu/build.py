@@ -89,7 +89,7 @@ def fmu_files(source: Program | PythonSource, options: Options) -> dict[str, byt
         raise InputError.single(message, "model_program makes that of a model, or of a model file")
     if not isinstance(source, Program):
         _check_python_source(source, options)
-        description = _asked(source.description, options)
+        description = asked(source.description, options)
         return python_fmu_files(replace(source, description=description), options)
     program = shown(source, options)
     description = described(program, options)
@@ -106,7 +106,7 @@ def shown(program: Program, options: Options) -> Program:
 
 def described(program: Program, options: Options) -> ModelDescription:
     """What an FMU says of a program that is as `shown`."""
-    return _asked(describe(renamed(program, options.rename)), options)
+    return asked(describe(renamed(program, options.rename)), options)
 
 
 def _check_python_source(source: PythonSource, options: Options) -> None:
@@ -117,8 +117,11 @@ def _check_python_source(source: PythonSource, options: Options) -> None:
             raise InputError.single(message, f"build it without {name}")
 
 
-def _asked(description: ModelDescription, options: Options) -> ModelDescription:
-    """`description` with the default experiment that is asked for, and the variable for errors."""
+def asked(description: ModelDescription, options: Options) -> ModelDescription:
+    """`description` with the default experiment that is asked for, and the variable for errors.
+
+    InputError for a variable of that name, and a step longer than the experiment.
+    """
     if any(v.name == LAST_ERROR for v in description.variables):
         message = f"{description.name}: every FMU has a variable {LAST_ERROR!r} of its own"
         raise InputError.single(message, "give yours another name")

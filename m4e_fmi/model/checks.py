@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Collection, Iterable, Iterator
 from numbers import Real
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, get_args
 
 from m4e_fmi.document import Location
@@ -52,6 +53,8 @@ INITIAL = {
 }
 
 
+TREE = ("child", "parent")
+"""Keys of a joint that make the tree of bodies."""
 UNITS = "write it like N.s/m or kg.m2"
 OTHER_JOINTS = {
     "revolute": ("hinge", "pin", "pivot", "rotational", "rotation", "rotary"),
@@ -81,8 +84,35 @@ def findings(model: Model) -> list[Finding]:
 def whole_findings(model: Any) -> Iterator[Finding]:
     """What is wrong with the tree and with the numbers, given that every element is right."""
     yield from _tree_findings(model)
-    yield from _value_findings(model)
-    yield from dimension_findings(model, _all_quantities(model))
+    quantities = list(_all_quantities(model))
+    yield from _value_findings(model, quantities)
+    yield from dimension_findings(model, iter(quantities))
+
+
+def further_findings(
+    model: Any, found: Collection[Finding], *, complete: bool
+) -> Iterator[Finding]:
+    """What is wrong with the tree and the numbers, and does not follow from what is `found`.
+
+    `model` is a namespace of the groups of a Model. The tree is looked at if all bodies and joints
+    are there (`complete`) and their names are right. Numbers that are wrong, and those made from
+    parameters that are wrong, are passed over.
+    """
+    wrong = {f.location for f in found}
+    if complete and not any(at[0] == "joints" and at[-1] in TREE for at in wrong):
+        yield from _tree_findings(model)
+    names = {at[1] for at in wrong if at[0] in ("parameters", "tables") and len(at) > 1}
+    groups = ("parameters", "tables")
+    right = {g: {n: p for n, p in getattr(model, g).items() if n not in names} for g in groups}
+    model = SimpleNamespace(**{**vars(model), **right})
+    quantities = [
+        (at, quantity)
+        for at, quantity in _all_quantities(model)
+        if not any(at[: len(part)] == part for part in wrong)
+        and names.isdisjoint(as_expression(quantity).names())
+    ]
+    yield from _value_findings(model, quantities)
+    yield from dimension_findings(model, iter(quantities))
 
 
 def element_findings(model: Any, names: Names) -> Iterator[Finding]:
@@ -243,11 +273,11 @@ def _reached(model: Any) -> set[str]:
     return reached
 
 
-def _value_findings(model: Any) -> Iterator[Finding]:
-    """What the start values of the parameters do not allow."""
+def _value_findings(model: Any, quantities: Iterable[tuple[Location, Any]]) -> Iterator[Finding]:
+    """What the start values of the parameters do not allow the `quantities` of the model."""
     values = parameter_values(model.parameters)
     computed: dict[Location, float] = {}
-    for at, quantity in _all_quantities(model):
+    for at, quantity in quantities:
         expression = as_expression(quantity)
         if not expression.names() <= values.keys():  # depends on time or motion
             yield from _constant_findings(at, expression)

@@ -18,6 +18,7 @@ from m4e_fmi.model.checks import (
     Finding,
     Names,
     element_findings,
+    further_findings,
     joint_type_elsewhere,
     whole_findings,
 )
@@ -177,6 +178,9 @@ def model_of(document: Document) -> Model:
         found = list(element_findings(namespace, names))
         if not found and not problems:
             found = list(whole_findings(namespace))
+        else:
+            complete = all(_is_whole(document, groups, group) for group in ("bodies", "joints"))
+            found += list(further_findings(namespace, found, complete=complete))
         if not found and not problems:
             model = Model(
                 name=section.name,
@@ -187,6 +191,12 @@ def model_of(document: Document) -> Model:
             return model.place_warnings(lambda f: document.problem(f.location, f.message, f.remedy))
         problems += [document.problem(f.location, f.message, f.remedy) for f in found]
     raise InputError(problems)
+
+
+def _is_whole(document: Document, groups: dict[str, Any], group: str) -> bool:
+    """True if all elements of a group that are written can be used."""
+    written = document.data.get(group) or {}
+    return isinstance(written, dict) and set(map(str, written)) == set(groups[group])
 
 
 def _elements(section: ModelSection) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from functools import cache
 from typing import TYPE_CHECKING
 
@@ -14,7 +14,7 @@ from m4e_fmi.results import Results
 from m4e_fmi.units import BASE_UNITS, parse_unit
 
 if TYPE_CHECKING:
-    from m4e_fmi.cosim import BondEnergy, Outcome
+    from m4e_fmi.cosim import BondEnergy, FmuMessage, Outcome
     from m4e_fmi.simulate import Simulation
 
 
@@ -26,8 +26,12 @@ LARGE = 0.1
 """Coupling error over the range with which a run tells nothing but that it is wrong."""
 
 
-def run_summary(outcome: Outcome) -> str:
-    """Power, extremes, steps, time and energy balance of a run that wrote results."""
+def run_summary(outcome: Outcome, told: Collection[str] = ()) -> str:
+    """Power, extremes, steps, time and energy balance of a run that wrote results.
+
+    Warnings and messages of FMUs that were `told` already, as `warn` of `run` got them, are left
+    out.
+    """
     loaded = outcome.results()
     settings = outcome.prepared.system.simulation
     span = float(loaded.time[-1] - loaded.time[0])
@@ -36,8 +40,8 @@ def run_summary(outcome: Outcome) -> str:
         f"simulated {span:g} s in {outcome.wall_time:.1f} s ({factor:.1f} × real time): "
         f"{outcome.steps} steps of {_sizes(outcome)}, {settings.algorithm}",
         *(f"  {note}" for note in outcome.notes),
-        *(f"  warning: {warning}" for warning in outcome.warnings),
-        *_messages(outcome),
+        *(f"  {line}" for line in map("warning: {}".format, outcome.warnings) if line not in told),
+        *_messages([message for message in outcome.messages if str(message) not in told]),
         *_certified(outcome),
         *_extremes(loaded, _rows(loaded, outcome.steps)),
         *_switches(loaded, _rows(loaded, outcome.steps)),
@@ -67,12 +71,12 @@ def _bonds(energy: Sequence[BondEnergy], span: float) -> list[str]:
     return lines
 
 
-def _messages(outcome: Outcome) -> list[str]:
+def _messages(messages: Sequence[FmuMessage]) -> list[str]:
     """Warnings and errors of FMUs; of many, the first and how many more there are."""
-    if not outcome.messages:
+    if not messages:
         return []
-    lines = [f"  {message}" for message in outcome.messages[:MOST_MESSAGES]]
-    more = len(outcome.messages) - len(lines)
+    lines = [f"  {message}" for message in messages[:MOST_MESSAGES]]
+    more = len(messages) - len(lines)
     if more:
         lines.append(f"  {more} more are in the results (attribute 'messages')")
     return ["messages of FMUs:", *lines]

@@ -590,3 +590,18 @@ def test_build_with_options_that_are_wrong(here, capsys, options, message):
 def test_options_of_a_model_with_a_system(capsys):
     text = refused(capsys, "build", BUOY, "--no-documentation")
     assert "--no-documentation is for the FMU of a model" in text
+
+
+@pytest.mark.parametrize("value", ["-1e7", "-.5", "-1E-3", "-2e+3", "-5 t", "-inf"])
+def test_negative_numbers_are_values_and_no_options(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, value: str
+) -> None:
+    """Those with an exponent, too; every one of them is refused by what it is, as a mass."""
+    text = refused(capsys, "simulate", PENDULUM, "--start-value", "m", value)
+    assert "m = -" in text
+    assert "expected 2 arguments" not in text
+    for option in ("--stop-time", "--tolerance"):
+        assert "must be positive" in refused(capsys, "simulate", PENDULUM, option, "-1e-7")
+    system = tmp_path / "none.yaml"
+    assert "no such file" in refused(capsys, "run", system, "--step-size", "-1e-7")
+    assert main(["linearize", str(PENDULUM), "--at", "start", "--time", "-1e-7"]) == 0

@@ -29,8 +29,8 @@ joints: {sea: {type: floating, child: float, initial: {z: -1.0}}}
 CONNECTIONS = ("buoy.float <-> hydro.float", "hydro.added_mass -> buoy.added_mass")
 
 
-def calm(bodies: tuple[str, ...]) -> Coefficients:
-    """Bodies that do not feel each other, in water without waves or radiation."""
+def calm(bodies: tuple[str, ...], area: float = AREA) -> Coefficients:
+    """Bodies that do not feel each other, each with a waterplane [m2], in calm water."""
     n, omega = len(bodies), np.linspace(0.2, 3.0, 15)
     added = np.diag([2e4, 6e4, 3e5] * n)
     return Coefficients(
@@ -41,7 +41,7 @@ def calm(bodies: tuple[str, ...]) -> Coefficients:
         radiation_damping=np.zeros((len(omega), 3 * n, 3 * n)),
         added_mass_inf=added,
         excitation=np.zeros((len(omega), 3 * n), dtype=complex),
-        hydrostatic_stiffness=RHO * G * np.diag([0.0, AREA, 200.0] * n),
+        hydrostatic_stiffness=RHO * G * np.diag([0.0, area, 200.0] * n),
         buoyancy=np.array([0.0, DISPLACED * G, 0.0] * n),
         density=RHO,
     )
@@ -52,19 +52,31 @@ def fmus(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     folder = tmp_path_factory.mktemp("fmus")
     model = folder / "buoy.model.yaml"
     model.write_text(MODEL)
-    water = hydrodynamics_program(calm(("float",)), name="hydro")
     return {
         "buoy": build_fmu(model_program(load_model(model)), folder / "buoy.fmu", native=True),
-        "hydro": build_fmu(water, folder / "hydro.fmu", native=True),
+        "hydro": water(folder / "hydro.fmu", calm(("float",))),
+        "deep": water(folder / "deep.fmu", calm(("float",), area=0.0)),
     }
 
 
+def water(path: Path, coefficients: Coefficients) -> Path:
+    """The FMU of the water around bodies."""
+    return build_fmu(hydrodynamics_program(coefficients, name="hydro"), path, native=True)
+
+
 def floated(
-    fmus: dict[str, Path], folder: Path, *connections: str, **start: float | str
+    fmus: dict[str, Path],
+    folder: Path,
+    *connections: str,
+    water: str = "hydro",
+    **start: float | str,
 ) -> Outcome:
     system = System(
         name="float",
-        components=tuple(Component(name, FmuFile(path)) for name, path in fmus.items()),
+        components=(
+            Component("buoy", FmuFile(fmus["buoy"])),
+            Component("hydro", FmuFile(fmus[water])),
+        ),
         connections=(*CONNECTIONS, *connections),
         simulation=Simulation(8.0, 0.05),
     )
@@ -80,8 +92,8 @@ def test_a_body_in_balance_is_not_told_of(fmus: dict[str, Path], tmp_path: Path)
 
 def test_weight_and_buoyancy_that_differ_are_told(fmus: dict[str, Path], tmp_path: Path) -> None:
     """Added mass moves with the body, and is no weight; the start may be anywhere."""
-    for start in ({}, {"z": -0.99}):
-        (told,) = floated(fmus, tmp_path, m="90 t", **start).warnings
+    for z in (-1.0, -0.99):
+        (told,) = floated(fmus, tmp_path, m="90 t", z=z).warnings
         assert told.startswith(
             "buoy.body.float: weight and connected forces are 882.9 kN at the start, the still "
             "water carries 981 kN"
@@ -109,6 +121,15 @@ def test_another_start_than_the_reference_pose_is_told(
     ]
     (told,) = floated(fmus, tmp_path, theta="5 deg").warnings
     assert "hydro.float.theta starts at 0.08727 rad" in told
+
+
+def test_a_submerged_body_that_starts_elsewhere_is_told_too(
+    fmus: dict[str, Path], tmp_path: Path
+) -> None:
+    """It has no draft: a hundredth of its size, the side of a cube of 100 m3, is told."""
+    assert floated(fmus, tmp_path, water="deep", z=-1.04).warnings == ()
+    (told,) = floated(fmus, tmp_path, water="deep", z=-1.06).warnings
+    assert told.startswith("hydro.float.z starts at -1.06 m, coefficients are for -1 m")
 
 
 def test_motions_that_are_not_small_are_told_once(fmus: dict[str, Path], tmp_path: Path) -> None:

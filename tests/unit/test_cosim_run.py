@@ -205,6 +205,25 @@ def test_a_failing_component_is_named_and_results_kept(
     assert results.attributes["ended"] == f"failed: {message}"
 
 
+@pytest.mark.parametrize(("longest", "creeps"), [(5e-4, False), (2e-5, True)])
+def test_a_run_that_creeps_ends(c_fmu: Fmus, longest: float, creeps: bool) -> None:
+    """The FMU discards steps longer than that: where steps of a thousandth of those of the system
+    are discarded again and again, the run would go on without end."""
+    names = {"pump": "rogue+state", "next": "stage+state"}
+    start = {"pump": {"what": 5.0, "when": longest}}
+    settings = Simulation(0.2, 0.1)
+    parts = system(c_fmu, names, "pump.y -> next.u", start=start, simulation=settings)
+    if not creeps:
+        assert run(parts).steps > 0.1 / longest  # each is made in halves
+        return
+    with pytest.raises(RunError) as caught:
+        run(parts)
+    assert re.search(
+        r"pump has discarded \d\d steps since t = 0 s, of 0\.1 s down to", caught.value.message
+    )
+    assert "no step_size helps: look at what pump" in caught.value.remedy
+
+
 def test_an_output_that_is_only_recorded_is_checked_too(c_fmu: Fmus, tmp_path: Path) -> None:
     start = {"pump": {"what": 9.0, "when": 0.5}}
     with pytest.raises(RunError, match=r"pump\.y at t = 0\.5 s is nan"):
@@ -256,9 +275,10 @@ def test_an_end_in_the_first_step_replaces_the_results_of_before(
     picture.write_bytes(b"old")
     assert main(["run", str(path), "--output-file", str(file)]) == 0
     told = capsys.readouterr()
-    assert "warning: the run ended before its first step" in told.out
-    assert "in PythonFMU, do_step must return True" in told.out
-    assert not told.err
+    assert "warning: the run ended before its first step" in told.err
+    assert "in PythonFMU, do_step must return True" in told.err
+    assert told.err.count("warning: ") == 1
+    assert "warning" not in told.out
     results = load(file)
     assert results.time.tolist() == [0.0]
     assert results["fuse.y"].values.tolist() == [3.0]

@@ -1,7 +1,11 @@
 """Start values in the range that an FMU declares."""
 
 import math
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
 
+import numpy as np
 import pytest
 
 from m4e_fmi.cosim.start_values import value_of
@@ -49,3 +53,35 @@ def test_values_outside_are_an_error_with_both_numbers(
     with pytest.raises(ValueError, match="the FMU's range is") as caught:
         value_of(variable(low, high), given)
     assert str(caught.value) == told
+
+
+@pytest.mark.parametrize(
+    ("kind", "given", "taken"),
+    [
+        ("Real", np.float32(0.5), 0.5),
+        ("Real", np.int64(9), 9),
+        ("Real", Fraction(1, 2), 0.5),
+        ("Integer", np.int32(9), 9),
+        ("Boolean", np.bool_(True), True),
+    ],
+)
+def test_numbers_of_other_libraries_are_taken(kind: str, given: Any, taken: float) -> None:
+    found = value_of(replace(variable(-math.inf, math.inf), type=kind), given)
+    assert found == taken
+    assert type(found) is type(taken)
+
+
+@pytest.mark.parametrize(
+    ("kind", "given"),
+    [
+        ("Integer", np.float64(9)),
+        ("Integer", np.bool_(True)),
+        ("Real", np.bool_(True)),
+        ("Real", np.float32("nan")),
+        ("Real", Fraction(10**400)),
+        ("Boolean", np.int64(1)),
+    ],
+)
+def test_numbers_of_another_type_are_not_taken(kind: str, given: Any) -> None:
+    with pytest.raises(ValueError, match=r"it is of type|finite"):
+        value_of(replace(variable(-math.inf, math.inf), type=kind), given)

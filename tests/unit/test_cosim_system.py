@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import sys
 from pathlib import Path
 from types import ModuleType
@@ -11,6 +12,8 @@ import pytest
 from m4e_fmi.cosim import FmuFile, Kind, Simulation, System, system, system_file
 from m4e_fmi.document import Section
 from m4e_fmi.errors import InputError
+from m4e_fmi.fmu import build_fmu
+from m4e_fmi.program import Program, Recorder, Variable
 
 GOOD = """\
 name: pair
@@ -28,19 +31,43 @@ class CoilConfig(Section):
     stiffness: float
 
 
+def mass() -> Program:
+    r = Recorder("mass", "a mass of 1 kg")
+    force = r.input(Variable("body.m.force_x", "N", "force"))
+    r.state(Variable("body.m.x", "m", "position"))
+    v = r.state(Variable("body.m.vx", "m/s", "velocity", derivative_of="body.m.x"))
+    r.rate("body.m.x", v)
+    r.rate("body.m.vx", force)
+    return r.program()
+
+
+def coil(config: CoilConfig, *, name: str, **_: object) -> Program:
+    r = Recorder(name, "a spring")
+    x = r.input(Variable("end.x", "m", "position"))
+    v = r.input(Variable("end.vx", "m/s", "velocity"))
+    damping = r.parameter(Variable("damping", "N.s/m", "damping"))
+    r.output(Variable("end.force_x", "N", "force"), -config.stiffness * x - damping * v)
+    return r.program()
+
+
+@pytest.fixture(scope="module")
+def fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return build_fmu(mass(), tmp_path_factory.mktemp("fmu") / "mass.fmu")
+
+
 @pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def folder(tmp_path: Path, fmu: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder with a file mass.fmu, and a kind 'coil' that takes a stiffness."""
-    (tmp_path / "mass.fmu").touch()
-    coil = ModuleType("coil_kind")
-    coil.__dict__["Config"] = CoilConfig
-    monkeypatch.setitem(sys.modules, "coil_kind", coil)
+    shutil.copy(fmu, tmp_path)
+    module = ModuleType("coil_kind")
+    module.__dict__.update(Config=CoilConfig, make=coil)
+    monkeypatch.setitem(sys.modules, "coil_kind", module)
 
     class Point:
         value = "coil_kind"
 
-    for module in (system, system_file):
-        monkeypatch.setattr(module, "kinds", lambda: {"coil": Point()})
+    for place in (system, system_file):
+        monkeypatch.setattr(place, "kinds", lambda: {"coil": Point()})
     return tmp_path
 
 

@@ -92,8 +92,8 @@ def test_right_document() -> None:
         (
             "name: a\nparts: {p: {kind: sprign, stiffness: 1}}\n",
             2,
-            13,
-            "kind",
+            19,
+            "sprign",
             "unknown kind 'sprign'",
             "did you mean 'spring'?",
         ),
@@ -103,7 +103,7 @@ def test_right_document() -> None:
             3,
             "p",
             "missing key 'kind'",
-            "add 'kind: …' here",
+            "add 'kind: …' here, one of rope, spring",
         ),
         (
             "name: a\nparts: {p: {kind: rope}}\n",

@@ -123,3 +123,10 @@ def test_frequencies_that_do_not_do(given: str, message: str) -> None:
 def test_a_body_in_the_sea_bed_is_told() -> None:
     with pytest.raises(InputError, match=r"the sea bed is at z = -2 m"):
         frequencies(GOOD.replace("depth: 50", "depth: 2"))
+
+
+def test_an_unknown_spectrum_is_marked_itself() -> None:
+    with pytest.raises(InputError) as caught:
+        validated(GOOD.replace("jonswap", "jonswop"))
+    (problem,) = caught.value.problems
+    assert problem.source[problem.column - 1 :][: problem.width] == "jonswop"

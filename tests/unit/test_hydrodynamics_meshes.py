@@ -7,11 +7,19 @@ import numpy as np
 import pytest
 
 from m4e_adapters.hydrodynamics.build import frequency_table
-from m4e_adapters.hydrodynamics.config import Body, Box, HydrodynamicsConfig
+from m4e_adapters.hydrodynamics.clearance import narrowest_gap, overlap
+from m4e_adapters.hydrodynamics.config import Body, Box, Cylinder, HydrodynamicsConfig
 from m4e_adapters.hydrodynamics.hydrostatics import hydrostatics_of
-from m4e_adapters.hydrodynamics.mesh import checked, make_hull, make_hulls, make_lid, waterline
+from m4e_adapters.hydrodynamics.mesh import (
+    checked,
+    hulls_and_problems,
+    make_hull,
+    make_hulls,
+    make_lid,
+    waterline,
+)
 from m4e_adapters.hydrodynamics.panels import Panels, grid, joined
-from m4e_adapters.hydrodynamics.shapes import box_panels
+from m4e_adapters.hydrodynamics.shapes import box_panels, cylinder_panels
 from m4e_fmi.cosim import prepare
 from m4e_fmi.errors import InputError
 
@@ -272,3 +280,76 @@ def test_a_centre_of_gravity_below_the_hull_is_told(tmp_path: Path) -> None:
     make_hull("float", Body.model_validate(given), tmp_path, progress=told.append)
     assert "(z = -5 m) is below its hull (lowest point at z = -2 m)" in told[-1]
     assert "mesh_origin" in told[-1]
+
+
+def boxes(apart: float, folder: Path = Path(), **more: object) -> list[str]:
+    """Problems and warnings of two boxes, 6 m long, whose middles are so far [m] apart."""
+    size = {"length": 6.0, "width": 4.0, "draft": 2.0}
+    bodies = {
+        name: {"shape": {"box": {**size, "center_x": x}}, "center_of_gravity": [x, -1], **more}
+        for name, x in (("a", 0.0), ("b", apart))
+    }
+    told: list[str] = []
+    config = HydrodynamicsConfig.model_validate({"bodies": bodies})
+    _, problems = hulls_and_problems(config, folder, progress=told.append)
+    assert all(p.keys == ("bodies", "b", "shape", "box") and p.remedy for p in problems)
+    return [p.message for p in problems] + told
+
+
+def test_bodies_that_overlap_or_nearly_touch_are_refused_before_any_flow_is_computed() -> None:
+    """Panels of 1.2 m: in gaps of 0.2 m they make damping that is negative by several times its
+    largest value; from half a side on, a warning tells that they are inaccurate."""
+    assert boxes(20.0, panels=100) == []
+    assert boxes(8.0, panels=100) == []
+    for apart in (0.0, 1.0, 5.9):
+        (text,) = boxes(apart, panels=100)
+        assert text.startswith("bodies 'a' and 'b' overlap near x = ")
+    for apart, width in ((6.0, "0"), (6.2, "0.2")):
+        (text,) = boxes(apart, panels=100)
+        assert f"gap between bodies 'a' and 'b' is about {width} m wide near x = 3" in text
+    (text,) = boxes(6.5, panels=100)
+    assert text.startswith("warning: the gap between bodies 'a' and 'b' is about 0.5 m wide")
+    assert boxes(6.5, panels=1000) == []
+
+
+def test_a_body_in_the_opening_of_another_does_not_overlap() -> None:
+    """A spar in a ring: closed by its mirror image, the ring is not filled."""
+    angle = np.linspace(0.0, 2 * np.pi, 33)
+    rim = [(6.0, 0.0), (6.0, -1.0), (6.0, -2.0), (5.0, -2.0), (4.0, -2.0), (4.0, -1.0), (4.0, 0.0)]
+    points = [[[r * np.cos(a), r * np.sin(a), z] for r, z in rim] for a in angle[::-1]]
+    ring = grid(np.array(points)).merged()
+    assert hydrostatics_of(ring).volume > 0
+
+    def spar(radius: float) -> Panels:
+        return cylinder_panels(Cylinder(radius=radius, draft=10.0), 400)
+
+    assert overlap(spar(2.0), ring) is None
+    assert narrowest_gap(spar(2.0), ring) is None
+    gap = narrowest_gap(spar(3.7), ring)
+    assert gap is not None
+    assert gap.width == pytest.approx(0.3, abs=0.1)
+    assert overlap(spar(5.0), ring) is not None
+    assert overlap(ring, spar(7.0)) is not None
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "reason"),
+    [
+        ("a.gdf", "t\n1 9.81\n0 0\n2\n" + "0 0 0\n" * 7, "24 coordinates, of which 21 are there"),
+        ("a.gdf", "t\n1 9.81\n0 0\n1\n0 0 x\n", "line 5: 'x' is not a finite number"),
+        ("a.gdf", "t\n1 9.81\n", "line 4 does not begin with the number of panels"),
+        ("a.obj", "v 0 0 0\nf 1 2 9\n", "the format .obj is not known"),
+        ("a.pnl", "nonsense", "it is damaged, or not of the format .pnl"),
+    ],
+)
+def test_a_broken_file_is_told_in_words(
+    name: str, content: str, reason: str, tmp_path: Path
+) -> None:
+    (tmp_path / name).write_text(content)
+    body = Body.model_validate({"shape": {"mesh": name}, "center_of_gravity": [0, -1]})
+    with pytest.raises(InputError) as caught:
+        make_hull("float", body, tmp_path)
+    (problem,) = caught.value.problems
+    assert problem.message.startswith("body 'float': the mesh cannot be read: ")
+    assert problem.message.endswith(reason)
+    assert problem.remedy.startswith("formats: gdf (WAMIT)")

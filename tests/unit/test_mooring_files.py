@@ -135,7 +135,7 @@ def test_fairleads_of_a_ready_file_get_the_names_that_are_given(tmp_path):
     with pytest.raises(InputError, match="1 coupled points, but 2 names"):
         mooring(config, folder=tmp_path)
     config = Document.parse("file: missing.txt\n").validate(MooringConfig)
-    with pytest.raises(InputError, match="no such file"):
+    with pytest.raises(InputError, match="no such MoorDyn file"):
         mooring(config, folder=tmp_path)
 
 

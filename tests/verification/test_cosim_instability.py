@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -191,3 +192,18 @@ def test_what_becomes_large_by_its_nature(make: Callable[[Fmus], System], c_fmu:
     outcome: Outcome = run(make(c_fmu))
     assert outcome.steps > 1000
     assert outcome.warnings == ()
+
+
+def test_a_step_that_is_discarded_after_growth_ends_the_run(c_fmu: Fmus) -> None:
+    """Shorter ones are not tried: e^(20 t) is 5e8 at 1 s."""
+    settings = Simulation(2.0, 0.01, "corrector")
+    growing = pair(c_fmu, settings, stiffness=-400.0, damping=0.0)
+    pump = part(c_fmu, "rogue+state", "pump", what=2.0, when=1.0)
+    parts = tuple(
+        replace(c, source=FmuFile(c_fmu(f"{m}+state")))
+        for c, m in zip(growing.components, ("mass", "spring"), strict=True)
+    )
+    error = failure(replace(growing, components=(*parts, pump)))
+    assert re.match(r"unstable: a\.body\.m\.\w+ .* grew from .*; then pump ", error.message)
+    assert "the pump ran dry" in error.message
+    assert "down to" not in error.message

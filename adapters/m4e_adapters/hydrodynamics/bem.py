@@ -65,6 +65,22 @@ def solve_hulls(
     return _assembled(hulls, water, omega, wave_direction, table)
 
 
+def without_flow(
+    hulls: Sequence[Hull], *, water: Water, omega: np.ndarray, wave_direction: float = 0.0
+) -> Coefficients:
+    """Coefficients with the hydrostatics alone, computed at once; those of the flow are 0.
+
+    Arguments as of `solve_hulls`.
+    """
+    n, count = 3 * len(hulls), len(omega) + 1
+    table: Arrays = {
+        "added_mass": np.zeros((count, n, n)),
+        "radiation_damping": np.zeros((count, n, n)),
+        "excitation": np.zeros((count, n), dtype=complex),
+    }
+    return _assembled(hulls, water, omega, wave_direction, table)
+
+
 def _cached(keys: Sequence[str], progress: Progress) -> Iterator[Arrays | None]:
     """Content of the cache under each key; None where nothing is that can be used."""
     count = 0

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from m4e_adapters.hydrodynamics.bem import solve_hulls
+from m4e_adapters.hydrodynamics.bem import solve_hulls, without_flow
 from m4e_adapters.hydrodynamics.coefficients import MEMORY_REACH, Coefficients, memory_size
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig, Still
 from m4e_adapters.hydrodynamics.doubts import sea_doubts, size_doubts
@@ -36,14 +36,18 @@ def coefficients_from_config(
         progress(f"warning: {text}")
     for hull in hulls:
         progress(_accuracy(hull))
-    direction = 0.0 if isinstance(config.waves, Still) else config.waves.direction
     return solve_hulls(
         hulls,
         water=config.water,
         omega=frequency_table(config, hulls),
-        wave_direction=direction,
+        wave_direction=_direction(config),
         progress=progress,
     )
+
+
+def _direction(config: HydrodynamicsConfig) -> float:
+    """0 or 180 deg."""
+    return 0.0 if isinstance(config.waves, Still) else config.waves.direction
 
 
 def program_from_config(
@@ -54,8 +58,19 @@ def program_from_config(
     progress: Callable[[str], object] = print,
 ) -> Program:
     """The configured load as a Program (see `load`)."""
+    coefficients = coefficients_from_config(config, folder=folder, progress=progress)
+    return _program(config, coefficients, name=name, progress=progress)
+
+
+def _program(
+    config: HydrodynamicsConfig,
+    coefficients: Coefficients,
+    *,
+    name: str,
+    progress: Callable[[str], object],
+) -> Program:
     return hydrodynamics_program(
-        coefficients_from_config(config, folder=folder, progress=progress),
+        coefficients,
         name=name,
         waves=config.waves,
         drag={body: section.drag for body, section in config.bodies.items()},
@@ -76,13 +91,21 @@ def frequency_table(config: HydrodynamicsConfig, hulls: Sequence[Hull]) -> np.nd
     return table
 
 
-def check_config(config: HydrodynamicsConfig, *, folder: Path) -> None:
-    """InputError with all that is wrong with a configuration and its meshes; computes no flow."""
+def check_config(config: HydrodynamicsConfig, *, folder: Path) -> Program:
+    """InputError with all that is wrong with a configuration and its meshes; computes no flow.
+
+    Returns a program with the variables of that of the configuration, but for the states of the
+    memory; there is no flow in it.
+    """
     hulls, problems = hulls_and_problems(config, folder, progress=_silent)
+    omega = np.empty(0)
     if hulls:
-        problems += table_and_problems(config, hulls)[1]
+        omega, wrong = table_and_problems(config, hulls)
+        problems += wrong
     if problems:
         raise InputError(problems)
+    still = without_flow(hulls, water=config.water, omega=omega, wave_direction=_direction(config))
+    return _program(config, still, name="hydrodynamics", progress=_silent)
 
 
 def table_and_problems(

@@ -12,11 +12,9 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, model_validator
 
 from m4e_fmi.document import Section, rejected
-from m4e_fmi.errors import suggestion
 
 NAME = r"^[A-Za-z_][A-Za-z0-9_]*$"
 SHAPES = ("cylinder", "sphere", "box", "mesh")
-SPECTRA = ("jonswap", "pierson_moskowitz", "regular", "still")
 PEAK_ENHANCEMENT = (1.0, 10.0)
 DEEP = "deep"
 AUTO = "auto"
@@ -247,20 +245,7 @@ class Still(Section):
     spectrum: Literal["still"] = "still"
 
 
-def _known_spectrum(value: Any) -> Any:
-    if isinstance(value, dict):
-        name = value.get("spectrum")
-        if name is None:
-            raise rejected("missing key 'spectrum'", f"write one of {', '.join(SPECTRA)}")
-        if name not in SPECTRA:
-            raise rejected(f"unknown spectrum {name!r}", suggestion(str(name), SPECTRA, "spectra"))
-    return value
-
-
-Waves = Annotated[
-    Annotated[Jonswap | PiersonMoskowitz | Regular | Still, Discriminator("spectrum")],
-    BeforeValidator(_known_spectrum),
-]
+Waves = Annotated[Jonswap | PiersonMoskowitz | Regular | Still, Discriminator("spectrum")]
 
 
 class HydrodynamicsConfig(Section):

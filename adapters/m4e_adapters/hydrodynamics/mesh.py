@@ -7,23 +7,26 @@ frequencies of the integral equation, at which its solution is otherwise wrong b
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
 
 from m4e_adapters.hydrodynamics.capytaine_setup import import_capytaine, kept_warnings
+from m4e_adapters.hydrodynamics.clearance import narrowest_gap, overlap
 from m4e_adapters.hydrodynamics.config import Body, HydrodynamicsConfig, Shape
 from m4e_adapters.hydrodynamics.hydrostatics import Hydrostatics, hydrostatics_of
-from m4e_adapters.hydrodynamics.mesh_files import FORMATS, read_mesh
+from m4e_adapters.hydrodynamics.mesh_files import FORMATS, MeshFileError, read_mesh
 from m4e_adapters.hydrodynamics.panels import RELATIVE_TOLERANCE, Panels, grid
 from m4e_adapters.hydrodynamics.shapes import box_panels, cylinder_panels, sphere_panels
-from m4e_fmi.errors import InputError, Problem
+from m4e_fmi.errors import InputError, Problem, missing_file
 
 Keys = tuple[str | int, ...]
 """The way to a value in a HydrodynamicsConfig."""
 LID_TRIALS = (1.0, 0.8, 0.6, 1.3)  # panel sizes tried, relative to the hull's
+NARROW = 0.25  # gap over the side of a panel below which the flow in it is of no use
 
 
 @dataclass(frozen=True)
@@ -69,7 +72,43 @@ def hulls_and_problems(
                     keys=("bodies", name, "shape", body.shape.kind),
                 )
             )
+    for first, second in combinations(hulls, 2):
+        keys = ("bodies", second.name, "shape", config.bodies[second.name].shape.kind)
+        if found := _too_near(first, second, progress):
+            problems.append(Problem(*found, keys=keys))
     return hulls, problems
+
+
+def _too_near(
+    first: Hull, second: Hull, progress: Callable[[str], object]
+) -> tuple[str, str] | None:
+    """Message and remedy of bodies that overlap, or nearly touch; of other narrow gaps a warning.
+
+    Panels see a gap as a wall where it is much narrower than they are: their damping is then
+    negative, by several times its largest value in gaps of a fifth of a side.
+    """
+    names = f"bodies {first.name!r} and {second.name!r}"
+    point = overlap(first.panels, second.panels)
+    if point is not None:
+        remedy = "move one of them (center_x, or mesh_origin of a mesh), or make one body of both"
+        return f"{names} overlap {_place(point)}", remedy
+    gap = narrowest_gap(first.panels, second.panels)
+    if gap is None:
+        return None
+    text = (
+        f"the gap between {names} is about {gap.width:.3g} m wide {_place(gap.middle)}, where "
+        f"panels have sides of {gap.side:.3g} m"
+    )
+    remedy = "use more panels (a finer mesh), or a wider gap"
+    if gap.width < NARROW * gap.side:
+        return text, remedy
+    progress(f"warning: {text}: coefficients are inaccurate there; {remedy}")
+    return None
+
+
+def _place(point: Sequence[float]) -> str:
+    x, y, z = point
+    return f"near x = {x:.4g}, y = {y:.4g}, z = {z:.4g} m"
 
 
 def make_hull(
@@ -134,13 +173,16 @@ def _shape_panels(name: str, shape: Shape, count: int, folder: Path) -> Panels:
 def _loaded(path: Path, name: str, keys: Keys = ()) -> Panels:
     """The panels of a mesh file as they are drawn."""
     if not path.is_file():
-        message = f"body {name!r}: no such mesh file: {path}"
-        remedy = "the name is relative to the system file's folder"
+        message, remedy = missing_file(path, "mesh file")
+        message = f"body {name!r}: {message}"
+        remedy = "; ".join(
+            filter(None, ("the name is relative to the system file's folder", remedy))
+        )
         raise InputError.single(message, remedy, keys=keys)
     try:
         panels = read_mesh(path)
-    except Exception as error:  # noqa: BLE001  readers of a dozen formats raise what they like
-        message = f"body {name!r}: the mesh cannot be read: {type(error).__name__}: {error}"
+    except (MeshFileError, OSError) as error:
+        message = f"body {name!r}: the mesh cannot be read: {error}"
         raise InputError.single(message, FORMATS, str(path), keys=keys) from None
     if not len(panels.faces):
         message = f"body {name!r}: the mesh has no panels"
@@ -175,8 +217,7 @@ def checked(panels: Panels, name: str) -> Panels:
         return InputError.single(f"body {name!r}: {message}", remedy)
 
     def place(edge: tuple[int, int]) -> str:
-        x, y, z = panels.vertices[list(edge)].mean(axis=0)
-        return f"near x = {x:.4g}, y = {y:.4g}, z = {z:.4g} m"
+        return _place(panels.vertices[list(edge)].mean(axis=0))
 
     edges = panels.edges()
     height = panels.vertices[:, 2]

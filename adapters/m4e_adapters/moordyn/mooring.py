@@ -75,12 +75,11 @@ def net_line(
     }
 
 
-def internal_step(
-    segments: dict[str, Segment], *, scheme: str, wanted: float | None, file: str = ""
-) -> float:
-    """The internal time step [s]: the `wanted` one if it is stable, else InputError.
+def internal_step(segments: dict[str, Segment], *, scheme: str, wanted: float | None) -> float:
+    """The internal time step [s]: the `wanted` one if it is stable.
 
-    `segments` holds one segment of every line that has moving nodes, by the line's name.
+    `segments` holds one segment of every line that has moving nodes, by the line's name. InputError
+    for a step that is unstable, or too short; its keys are those of a mooring section.
     """
     if not segments:
         return wanted or FREE_STEP
@@ -89,7 +88,7 @@ def internal_step(
     if limits[worst] < SHORTEST:
         message = f"{worst} would need internal steps of {limits[worst]:.3g} s"
         advice = "check lengths, masses, stiffness and damping, in SI units; use fewer segments"
-        raise InputError([Problem(message, advice, file)])
+        raise InputError([Problem(message, advice, keys=("lines", worst))])
     if wanted is None:
         return min(FREE_STEP, MARGIN * limits[worst])
     if wanted > limits[worst]:
@@ -101,7 +100,7 @@ def internal_step(
         advice = "leave the step out to have a stable one chosen, or use fewer segments"
         if scheme == "RK2":
             advice += ", or scheme RK4"
-        raise InputError([Problem(message, advice, file)])
+        raise InputError([Problem(message, advice, keys=("solver", "time_step"))])
     return wanted
 
 

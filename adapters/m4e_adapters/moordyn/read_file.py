@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from m4e_adapters.moordyn.sections import Row, number, tables
-from m4e_fmi.errors import InputError, Problem
+from m4e_fmi.errors import InputError, Problem, missing_file
 from m4e_fmi.files_read import TooLongError, read_text
 
 LARGEST = 10_000_000  # bytes of a file
@@ -87,8 +87,9 @@ def has_force(row: Row) -> bool:
 def _text(path: Path) -> str:
     try:
         text = read_text(path, encoding="utf-8-sig", largest=LARGEST)
-    except FileNotFoundError:
-        raise InputError.single("MoorDyn file: no such file", "", str(path)) from None
+    except (FileNotFoundError, NotADirectoryError, IsADirectoryError):
+        message, remedy = missing_file(path, "MoorDyn file")
+        raise InputError.single(message, remedy, keys=("file",)) from None
     except UnicodeDecodeError as error:
         message = f"cannot be read: byte {error.start + 1} is not valid UTF-8"
         remedy = "a MoorDyn input file is text: save it as UTF-8"

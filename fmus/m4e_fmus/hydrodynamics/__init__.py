@@ -13,9 +13,12 @@ Config = HydrodynamicsConfig
 TAKES_LONG = True
 
 
-def check(config: HydrodynamicsConfig, *, folder: Path) -> None:
-    """InputError with all that is wrong with a configuration and its mesh files, in a second."""
-    check_config(config, folder=folder)
+def check(config: HydrodynamicsConfig, *, folder: Path) -> Program:
+    """The variables of the FMU, in a program without potential flow, within a second.
+
+    InputError with all that is wrong with the configuration and its mesh files.
+    """
+    return check_config(config, folder=folder)
 
 
 def make(

@@ -14,8 +14,8 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from m4e_fmi.cosim.components import with_units
 from m4e_fmi.cosim.connection import Connection, parse_connection
+from m4e_fmi.cosim.input_checks import with_units
 from m4e_fmi.cosim.ssp.buses import restored
 from m4e_fmi.cosim.ssp.elements import Node, Signal, read_tree
 from m4e_fmi.cosim.ssp.fmus import add_units, check_connectors, flat_names, read_fmus
