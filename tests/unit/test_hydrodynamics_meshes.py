@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 
 from m4e_adapters.hydrodynamics.build import frequency_table
-from m4e_adapters.hydrodynamics.config import Body, Box, HydrodynamicsConfig
+from m4e_adapters.hydrodynamics.config import Body, Box, Cylinder, HydrodynamicsConfig
 from m4e_adapters.hydrodynamics.hydrostatics import hydrostatics_of
 from m4e_adapters.hydrodynamics.mesh import checked, make_hull, make_hulls, make_lid, waterline
+from m4e_adapters.hydrodynamics.overlap import panels_inside
 from m4e_adapters.hydrodynamics.panels import Panels, grid, joined
-from m4e_adapters.hydrodynamics.shapes import box_panels
+from m4e_adapters.hydrodynamics.shapes import box_panels, cylinder_panels
 from m4e_fmi.cosim import prepare
 from m4e_fmi.errors import InputError
 
@@ -139,6 +140,65 @@ def test_a_missing_or_unreadable_file(tmp_path: Path) -> None:
     (tmp_path / "none.gdf").write_text("nonsense")
     with pytest.raises(InputError, match="cannot be read"):
         make_hull("float", body, tmp_path)
+
+
+def two_hulls(second: dict) -> int:
+    """Number of hulls of a box of 6 by 4 by 2 m at x = 0 and another body."""
+    first = {"box": {"length": 6.0, "width": 4.0, "draft": 2.0}}
+    bodies = {
+        name: {"shape": shape, "center_of_gravity": [0, -1], "panels": 150}
+        for name, shape in (("first", first), ("second", second))
+    }
+    config = HydrodynamicsConfig.model_validate({"bodies": bodies})
+    return len(make_hulls(config, Path(), progress=lambda _: None))
+
+
+@pytest.mark.parametrize(
+    "second",
+    [
+        {"box": {"length": 6.0, "width": 4.0, "draft": 2.0}},
+        {"box": {"length": 6.0, "width": 4.0, "draft": 2.0, "center_x": 5.0}},
+        {"sphere": {"radius": 0.5, "center_z": -1.0}},
+        {"cylinder": {"radius": 20.0, "draft": 5.0}},
+    ],
+    ids=["the same place", "side by side", "one within the other", "the other way round"],
+)
+def test_bodies_that_overlap_are_refused(second: dict) -> None:
+    with pytest.raises(InputError, match="bodies 'first' and 'second' overlap") as caught:
+        two_hulls(second)
+    assert "center_x" in caught.value.problems[0].remedy
+
+
+@pytest.mark.parametrize(
+    "second",
+    [
+        {"box": {"length": 6.0, "width": 4.0, "draft": 2.0, "center_x": 6.0}},
+        {"sphere": {"radius": 1.0, "center_z": -3.5}},
+    ],
+    ids=["touching", "below"],
+)
+def test_bodies_that_touch_or_lie_below_one_another_do_not_overlap(second: dict) -> None:
+    assert two_hulls(second) == 2
+
+
+def test_a_body_in_the_moonpool_of_another_does_not_overlap_it() -> None:
+    """A ring from 3 to 5 m, of three walls, about a cylinder of 1 m."""
+    angles = np.linspace(0.0, 2 * np.pi, 25)
+    around = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+
+    def wall(*profile: tuple[float, float]) -> Panels:
+        points = [[(r * c, r * s, z) for c, s in around] for r, z in profile]
+        return grid(np.array(points))
+
+    ring = joined(wall((5, 0), (5, -2)), wall((5, -2), (3, -2)), wall((3, -2), (3, 0)))
+    volume = hydrostatics_of(ring).volume
+    assert abs(volume) == pytest.approx(np.pi * (25 - 9) * 2, rel=0.02)
+    ring = ring if volume > 0 else Panels(ring.vertices, ring.faces[:, ::-1])
+    inner = cylinder_panels(Cylinder(radius=1.0, draft=4.0), 100)
+    assert not len(panels_inside(inner, ring))
+    assert not len(panels_inside(ring, inner))
+    within = Panels(inner.vertices + np.array([4.0, 0.0, 0.0]), inner.faces)
+    assert len(panels_inside(within, ring))
 
 
 def stl(panels: Panels, *, binary: bool) -> bytes:

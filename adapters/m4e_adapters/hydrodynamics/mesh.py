@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from m4e_adapters.hydrodynamics.capytaine_setup import import_capytaine, kept_wa
 from m4e_adapters.hydrodynamics.config import Body, HydrodynamicsConfig, Shape
 from m4e_adapters.hydrodynamics.hydrostatics import Hydrostatics, hydrostatics_of
 from m4e_adapters.hydrodynamics.mesh_files import FORMATS, read_mesh
+from m4e_adapters.hydrodynamics.overlap import panels_inside
 from m4e_adapters.hydrodynamics.panels import RELATIVE_TOLERANCE, Panels, grid
 from m4e_adapters.hydrodynamics.shapes import box_panels, cylinder_panels, sphere_panels
 from m4e_fmi.errors import InputError, Problem
@@ -67,6 +69,19 @@ def hulls_and_problems(
                     f"z = {-config.water.depth:.4g} m",
                     "give more water.depth, or less draft",
                     keys=("bodies", name, "shape", body.shape.kind),
+                )
+            )
+    for first, second in combinations(hulls, 2):
+        inside = [*panels_inside(first.panels, second.panels)]
+        inside += [*panels_inside(second.panels, first.panels)]
+        if inside:
+            x, y, z = inside[0]
+            problems.append(
+                Problem(
+                    f"bodies {first.name!r} and {second.name!r} overlap, near x = {x:.4g}, "
+                    f"y = {y:.4g}, z = {z:.4g} m",
+                    "move one of them: center_x of a built-in shape, mesh_origin of a mesh file",
+                    keys=("bodies", second.name, "shape"),
                 )
             )
     return hulls, problems
