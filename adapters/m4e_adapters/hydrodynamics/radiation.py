@@ -48,9 +48,12 @@ REMEDY = (
     "frequencies.count"
 )
 NEGLIGIBLE = 1e-3  # coupling, relative to the geometric mean of the motions' own
-SILENT = 1e-6  # B over ω A∞, largest each, below which a motion has no memory
+SILENT = 1e-6  # largest B over ω A∞ below which a motion has no memory
+FELT = 1e-4  # likewise, B over ω times the displaced water's inertia: a damping ratio below 5e-5
 TAIL = 0.05  # of the largest B
 WEAK = 5e-3  # B over its largest below which its errors do not count for more
+STILL_LARGE = 0.5  # likewise, at the end of the data, from which a missing tail is told
+NEARLY = 0.95  # of a motion's memory limit: data up to there are complete
 COARSEST = 0.5  # of a motion's memory limit that counts as resolved, however coarse the panels
 RELEVANT = 0.01  # likewise, from which the damping's relative error is judged
 
@@ -94,6 +97,7 @@ class RadiationGroup:
     misfit : errors where the panels resolve the waves.
     misfit_of_all : errors at all frequencies that were fitted.
     resolved : (m,) frequencies [rad/s] up to which `misfit` tells the error of the damping.
+    ends : (m,) the last frequencies [rad/s] that were fitted.
     doubtful : angular frequencies [rad/s] that were left out as outliers.
     """
 
@@ -104,6 +108,7 @@ class RadiationGroup:
     misfit: Misfit
     misfit_of_all: Misfit
     resolved: np.ndarray
+    ends: np.ndarray
     doubtful: tuple[float, ...] = ()
 
     @property
@@ -166,8 +171,10 @@ def fit_radiation(
         if group.error > USELESS:
             raise InputError.single(text, REMEDY)
         progress(f"warning: {text}: {REMEDY}" if group.misfit.is_poor else text)
+        _tell_of_early_ends(group, data, progress)
         added_mass_inf[np.ix_(motions, motions)] += group.surplus
         groups.append(group)
+    soundness.check_added_mass_inf(data, added_mass_inf)
     return RadiationMemory(tuple(groups), added_mass_inf)
 
 
@@ -231,8 +238,10 @@ def _coupled(data: Coefficients, signal: np.ndarray) -> list[tuple[int, ...]]:
     damping = data.radiation_damping * both
     surplus = (data.added_mass - data.added_mass_inf) * both
     inertia = np.abs(data.added_mass_inf.diagonal())
-    own = damping.diagonal(axis1=1, axis2=2).max(axis=0)
-    radiates = own > SILENT * inertia * data.omega[used.any(axis=1)].max()
+    diagonal = damping.diagonal(axis1=1, axis2=2)
+    own = diagonal.max(axis=0)
+    least = np.maximum(SILENT * inertia, FELT * soundness.displaced_inertia(data))
+    radiates = (diagonal / data.omega[:, None]).max(axis=0) > least
     linked = signal & np.outer(radiates, radiates)
     shares = [
         np.abs(values).max(axis=0) / np.sqrt(np.where(linked, np.outer(size, size), 1.0))
@@ -261,7 +270,8 @@ class _Part:
         self.motions = motions
         self.rows, self.columns = np.triu_indices(len(motions))
         self.limits, self.resolved = reach.limits[own], reach.resolved[own]
-        fitted = reach.fitted[own]
+        fitted = np.minimum(reach.fitted[own], data.omega[-1])
+        self.ends = fitted
         used = sound & (data.omega <= fitted.max())
         self.omega = data.omega[used]
         real = signal[place]
@@ -317,6 +327,7 @@ class _Part:
             misfit=self._misfit(damping_error, mass_error, self.resolved),
             misfit_of_all=self._misfit(damping_error, mass_error, self.limits),
             resolved=self.resolved,
+            ends=self.ends,
             doubtful=self.doubtful,
         )
 
@@ -397,6 +408,25 @@ def _best(part: _Part, order: int | None, *, offset: bool) -> RadiationGroup | N
     best = min((fit.misfit_of_all for fit in fits), key=lambda misfit: misfit.demerit)
     enough = max(1.0, best.demerit if best.is_poor else NEAR_BEST * best.demerit)
     return next(fit for fit in fits if fit.misfit_of_all.demerit <= enough)
+
+
+def _tell_of_early_ends(
+    group: RadiationGroup, data: Coefficients, progress: Callable[[str], object]
+) -> None:
+    """Warn of data that end where a motion's damping is still large."""
+    told = []
+    for end, motion in zip(group.ends.tolist(), group.motions, strict=True):
+        own = data.radiation_damping[data.omega <= end, motion, motion]
+        share = float(own[-1] / own.max())
+        if share > STILL_LARGE and end < NEARLY * data.memory_limits[motion]:
+            told.append(f"{data.motions[motion]} at {end:.3g} rad/s ({100 * share:.2g} %)")
+    if told:
+        progress(
+            "warning: the data of the radiation memory end where the damping is still more than "
+            f"half its largest value: {', '.join(told)}; beyond, it follows from added mass and "
+            "causality and may be off by tens of percent: raise frequencies.maximum; use more "
+            "panels where they are coarse for the highest waves"
+        )
 
 
 def _report(group: RadiationGroup, data: Coefficients) -> str:

@@ -67,6 +67,34 @@ def symmetric(
     return replace(coefficients, **made)
 
 
+def displaced_inertia(coefficients: Coefficients) -> np.ndarray:
+    """Mass m and m V^(2/3) of the water each motion's body displaces, (n,) [kg, kg, kg.m2]."""
+    mass = np.abs(coefficients.buoyancy[1::3]) / coefficients.gravity
+    square = np.cbrt(mass / coefficients.density) ** 2
+    return np.stack([mass, mass, mass * square], axis=1).ravel()
+
+
+def check_added_mass_inf(coefficients: Coefficients, added_mass_inf: np.ndarray) -> None:
+    """InputError if A∞ (n, n), symmetric, gives some motion a negative mass by more than rounding.
+
+    Each motion is scaled by its own A∞, and not by less than NEGATIVE of the displaced water's.
+    """
+    least = NEGATIVE * displaced_inertia(coefficients)
+    size = np.sqrt(np.maximum(np.abs(added_mass_inf.diagonal()), least))
+    size = np.where(size > 0, size, 1.0)
+    values, vectors = np.linalg.eigh(added_mass_inf / np.outer(size, size))
+    if values[0] >= -NEGATIVE:
+        return
+    share = np.abs(vectors[:, 0])
+    motions = [coefficients.motions[i] for i in np.flatnonzero(share > 0.3 * share.max())]
+    raise InputError.single(
+        f"the added mass at infinite frequency of {', '.join(motions)} is negative, by "
+        f"{-100 * values[0]:.2g} % of the motions' own",
+        "look at the panels: bodies that touch, thin walls, a finer mesh; of coefficients from "
+        "elsewhere, look at signs and units",
+    )
+
+
 def meaningful(coefficients: Coefficients) -> np.ndarray:
     """Which pairs of motions (n, n) of data as computed are more than noise.
 
