@@ -99,6 +99,7 @@ class RadiationGroup:
     resolved : (m,) frequencies [rad/s] up to which `misfit` tells the error of the damping.
     ends : (m,) the last frequencies [rad/s] that were fitted.
     doubtful : angular frequencies [rad/s] that were left out as outliers.
+    scattered : whether data above `resolved` were left out because they scatter.
     """
 
     motions: tuple[int, ...]
@@ -110,6 +111,7 @@ class RadiationGroup:
     resolved: np.ndarray
     ends: np.ndarray
     doubtful: tuple[float, ...] = ()
+    scattered: bool = False
 
     @property
     def error(self) -> float:
@@ -170,7 +172,8 @@ def fit_radiation(
         text = _report(group, data)
         if group.error > USELESS:
             raise InputError.single(text, REMEDY)
-        progress(f"warning: {text}: {REMEDY}" if group.misfit.is_poor else text)
+        told = group.misfit.is_poor or group.scattered
+        progress(f"warning: {text}: {REMEDY}" if told else text)
         _tell_of_early_ends(group, data, progress)
         added_mass_inf[np.ix_(motions, motions)] += group.surplus
         groups.append(group)
@@ -218,6 +221,15 @@ class _Reach:
         """Without the data that the panels do not resolve."""
         fitted = np.where(self.resolved < self.limits, self.resolved, self.fitted)
         return replace(self, fitted=fitted)
+
+    def smooth(self, data: Coefficients, motions: tuple[int, ...]) -> _Reach:
+        """Without high frequencies at which the data of one of these motions scatter."""
+        own, end = data.retardation, np.inf
+        for k in motions:
+            below = data.omega <= self.fitted[k]
+            end = min(end, soundness.smooth_to(data.omega[below], own[below, k, k]))
+        resolved = np.minimum(self.resolved, np.maximum(end, COARSEST * self.limits))
+        return replace(self, resolved=resolved).shorter()
 
 
 def _tail(data: Coefficients, motion: int, limit: float) -> float:
@@ -366,13 +378,22 @@ def _group(
     reach: _Reach,
     order: int | None,
 ) -> RadiationGroup:
-    """The best fit of a group: of all data, or if that is poor, of those that panels resolve."""
+    """The best fit of a group: of all data, or if that is poor, of those that panels resolve.
+
+    If that is poor, too, of those that do not scatter, as long as the fit to these is not poor.
+    """
     found = _fitted(_Part(data, motions, signal, sound, reach), order)
     shorter, own = reach.shorter(), list(motions)
     if (found is None or found.misfit.is_poor) and (shorter.fitted < reach.fitted)[own].any():
         other = _fitted(_Part(data, motions, signal, sound, shorter), order)
         if found is None or (other is not None and other.misfit.demerit < found.misfit.demerit):
             found = other
+    if found is None or found.misfit.is_poor:
+        smooth = reach.smooth(data, motions)
+        if (smooth.fitted < shorter.fitted)[own].any():
+            other = _fitted(_Part(data, motions, signal, sound, smooth), order)
+            if other is not None and not other.misfit.is_poor:
+                found = replace(other, scattered=True)
     if found is None:
         raise InputError.single(
             "no passive radiation memory was found", "use another radiation.order"
@@ -438,7 +459,9 @@ def _report(group: RadiationGroup, data: Coefficients) -> str:
         f"{at:.3g} rad/s)"
     )
     ends = np.minimum(data.memory_limits[list(group.motions)], data.omega[-1])
-    if (group.resolved < ends).any():
+    if group.scattered:
+        text += f" up to {group.resolved.min():.3g} rad/s; data above scatter and are left out"
+    elif (group.resolved < ends).any():
         text += f" where the panels resolve the waves, up to {group.resolved.min():.3g} rad/s"
     if group.doubtful:
         left_out = ", ".join(f"{w:.3g}" for w in group.doubtful)
