@@ -15,7 +15,7 @@ Those of A are relative to A∞: A is part of an inertia, however small the memo
 off the common line, irregular ones above all, are left out.
 
 Of each motion the frequencies up to its `Coefficients.memory_limits` are used, and further, as far
-as the panels resolve the waves, while B is more than TAIL of its largest. Beyond, values are small,
+as the panels resolve the waves, while B is more than `reach.TAIL` of its largest. Beyond, values are small,
 and what panels spoil first breaks the causality that ties B to A. Where the fit is poor, the
 frequencies that the panels do not resolve are left out altogether, and the tail follows from A∞ and
 causality; that is kept if it is better where the panels do resolve the waves.
@@ -33,6 +33,7 @@ import numpy as np
 from m4e_adapters.hydrodynamics import soundness
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.passivity import Fit, UnprovenError, passive_fit
+from m4e_adapters.hydrodynamics.reach import Reach
 from m4e_adapters.hydrodynamics.vector_fitting import Complex, Samples, evaluate
 from m4e_fmi.errors import InputError
 
@@ -50,11 +51,9 @@ REMEDY = (
 NEGLIGIBLE = 1e-3  # coupling, relative to the geometric mean of the motions' own
 SILENT = 1e-6  # largest B over ω A∞ below which a motion has no memory
 FELT = 1e-4  # likewise, B over ω times the displaced water's inertia: a damping ratio below 5e-5
-TAIL = 0.05  # of the largest B
 WEAK = 5e-3  # B over its largest below which its errors do not count for more
 STILL_LARGE = 0.5  # likewise, at the end of the data, from which a missing tail is told
 NEARLY = 0.95  # of a motion's memory limit: data up to there are complete
-COARSEST = 0.5  # of a motion's memory limit that counts as resolved, however coarse the panels
 RELEVANT = 0.01  # likewise, from which the damping's relative error is judged
 
 
@@ -160,7 +159,7 @@ def fit_radiation(
     data make energy.
     """
     signal = soundness.meaningful(coefficients)
-    reach = _Reach.of(coefficients)
+    reach = Reach.of(coefficients)
     below = coefficients.omega[:, None] <= reach.resolved
     _check_count(coefficients, below)
     sound = soundness.dissipative(coefficients, below, progress)
@@ -191,54 +190,6 @@ def _check_count(data: Coefficients, below: np.ndarray) -> None:
             f"{soundness.FEWEST} or more",
             "give more frequencies, from a low one on",
         )
-
-
-@dataclass(frozen=True)
-class _Reach:
-    """Frequencies [rad/s] of each motion, (n,).
-
-    Attributes
-    ----------
-    limits : up to which the data matter.
-    resolved : up to which, of these, the panels resolve the waves.
-    fitted : up to which the data are fitted.
-    """
-
-    limits: np.ndarray
-    resolved: np.ndarray
-    fitted: np.ndarray
-
-    @classmethod
-    def of(cls, data: Coefficients) -> _Reach:
-        """All data that matter, and the tails beyond that the panels resolve."""
-        limits = data.memory_limits
-        resolved = np.maximum(data.resolved_limits, COARSEST * limits)
-        ends = [_tail(data, k, limit) for k, limit in enumerate(limits.tolist())]
-        fitted = np.maximum(limits, np.minimum(ends, resolved))
-        return cls(limits, np.minimum(limits, resolved), fitted)
-
-    def shorter(self) -> _Reach:
-        """Without the data that the panels do not resolve."""
-        fitted = np.where(self.resolved < self.limits, self.resolved, self.fitted)
-        return replace(self, fitted=fitted)
-
-    def smooth(self, data: Coefficients, motions: tuple[int, ...]) -> _Reach:
-        """Without high frequencies at which the data of one of these motions scatter."""
-        own, end = data.retardation, np.inf
-        for k in motions:
-            below = data.omega <= self.fitted[k]
-            end = min(end, soundness.smooth_to(data.omega[below], own[below, k, k]))
-        resolved = np.minimum(self.resolved, np.maximum(end, COARSEST * self.limits))
-        return replace(self, resolved=resolved).shorter()
-
-
-def _tail(data: Coefficients, motion: int, limit: float) -> float:
-    """Where [rad/s] a motion's B falls to TAIL of its largest below `limit`."""
-    own = data.radiation_damping[:, motion, motion]
-    below = np.where(data.omega <= limit, own, -np.inf)
-    peak = int(np.argmax(below))
-    small = np.flatnonzero(own[peak:] <= TAIL * below[peak])
-    return float(data.omega[peak + small[0]] if len(small) else data.omega[-1])
 
 
 def _coupled(data: Coefficients, signal: np.ndarray) -> list[tuple[int, ...]]:
@@ -276,7 +227,7 @@ class _Part:
         motions: tuple[int, ...],
         signal: np.ndarray,
         sound: np.ndarray,
-        reach: _Reach,
+        reach: Reach,
     ) -> None:
         place, own = np.ix_(motions, motions), list(motions)
         self.motions = motions
@@ -375,7 +326,7 @@ def _group(
     motions: tuple[int, ...],
     signal: np.ndarray,
     sound: np.ndarray,
-    reach: _Reach,
+    reach: Reach,
     order: int | None,
 ) -> RadiationGroup:
     """The best fit of a group: of all data, or if that is poor, of those that panels resolve.
