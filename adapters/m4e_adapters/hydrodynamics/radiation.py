@@ -15,10 +15,10 @@ Those of A are relative to A∞: A is part of an inertia, however small the memo
 off the common line, irregular ones above all, are left out.
 
 Of each motion the frequencies up to its `Coefficients.memory_limits` are used, and further, as far
-as the panels resolve the waves, while B is more than `reach.TAIL` of its largest. Beyond, values are small,
-and what panels spoil first breaks the causality that ties B to A. Where the fit is poor, the
-frequencies that the panels do not resolve are left out altogether, and the tail follows from A∞ and
-causality; that is kept if it is better where the panels do resolve the waves.
+as the panels resolve the waves, while B is more than `reach.TAIL` of its largest. Beyond, values
+are small, and what panels spoil first breaks the causality that ties B to A. Where the fit is poor,
+the frequencies that the panels do not resolve, or at which data scatter, are left out altogether,
+and the tail follows from A∞ and causality; that is kept if it is better where the data are good.
 
 Where A(ω) is not what A∞ and B say it should be, A∞ is the one that fits best.
 """
