@@ -71,12 +71,12 @@ def floated(
     water: str = "hydro",
     **start: float | str,
 ) -> Outcome:
+    """A run of the buoy in this water, beside the waters of other names."""
+    paths = {name: path for name, path in fmus.items() if name != "deep"}
+    paths["hydro"] = fmus[water]
     system = System(
         name="float",
-        components=(
-            Component("buoy", FmuFile(fmus["buoy"])),
-            Component("hydro", FmuFile(fmus[water])),
-        ),
+        components=tuple(Component(name, FmuFile(path)) for name, path in paths.items()),
         connections=(*CONNECTIONS, *connections),
         simulation=Simulation(8.0, 0.05),
     )

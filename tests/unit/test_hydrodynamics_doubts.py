@@ -86,7 +86,7 @@ def test_hulls_of_absurd_size_are_told() -> None:
     )
     (told,) = sizes("spectrum: regular, height: 0.01, period: 1", box(200))
     assert "measures 200 m, the waves are 1.561 m long" in told
-    tiny = "tiny: {shape: {sphere: {radius: 0.05}}, center_of_gravity: [0, 0]}"
+    tiny = "tiny: {shape: {sphere: {radius: 0.05, center_x: 200}}, center_of_gravity: [200, 0]}"
     (told,) = sizes(still, f"{box(150)}\n  {tiny}")
     assert "'float' measures 150 m, that of 'tiny' 0.1001 m" in told
 

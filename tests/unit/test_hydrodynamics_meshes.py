@@ -149,6 +149,33 @@ def test_a_missing_or_unreadable_file(tmp_path: Path) -> None:
         make_hull("float", body, tmp_path)
 
 
+def two_hulls(second: dict) -> int:
+    """Number of hulls of a box of 6 by 4 by 2 m at x = 0 and another body."""
+    first = {"box": {"length": 6.0, "width": 4.0, "draft": 2.0}}
+    bodies = {
+        name: {"shape": shape, "center_of_gravity": [0, -1], "panels": 150}
+        for name, shape in (("first", first), ("second", second))
+    }
+    config = HydrodynamicsConfig.model_validate({"bodies": bodies})
+    return len(make_hulls(config, Path(), progress=lambda _: None))
+
+
+@pytest.mark.parametrize(
+    "second",
+    [
+        {"box": {"length": 6.0, "width": 4.0, "draft": 2.0}},
+        {"box": {"length": 6.0, "width": 4.0, "draft": 2.0, "center_x": 5.0}},
+        {"sphere": {"radius": 0.5, "center_z": -1.0}},
+        {"cylinder": {"radius": 20.0, "draft": 5.0}},
+    ],
+    ids=["the same place", "side by side", "one within the other", "the other way round"],
+)
+def test_bodies_that_overlap_are_refused(second: dict) -> None:
+    with pytest.raises(InputError, match="bodies 'first' and 'second' overlap") as caught:
+        two_hulls(second)
+    assert "center_x" in caught.value.problems[0].remedy
+
+
 def stl(panels: Panels, *, binary: bool) -> bytes:
     """`panels` as an STL file; the binary one begins with "solid", as those of some tools do."""
     triangles = panels.triangles

@@ -19,6 +19,7 @@ from support.published_coefficients import (
     transfer,
 )
 
+from m4e_adapters.hydrodynamics import soundness
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.passivity import singular_frequencies
 from m4e_adapters.hydrodynamics.radiation import RadiationMemory, fit_radiation
@@ -148,6 +149,130 @@ def test_damping_that_is_negative_at_many_frequencies_is_refused() -> None:
     with pytest.raises(InputError, match=r"ball heave is negative at 1\.05, 1\.1") as caught:
         fit_radiation(replace(data, radiation_damping=spoilt))
     assert "finer mesh" in caught.value.problems[0].remedy
+
+
+def test_an_added_mass_inf_that_is_negative_is_refused() -> None:
+    """As of a table with another sign convention; the fit of A∞ cannot mend the couplings."""
+    data = rm3()
+    coupled = data.added_mass_inf.copy()
+    coupled[1, 4] = coupled[4, 1] = 1.3 * np.sqrt(coupled[1, 1] * coupled[4, 4])
+    still = replace(
+        data,
+        added_mass=np.broadcast_to(coupled, data.added_mass.shape),
+        radiation_damping=np.zeros_like(data.radiation_damping),
+        added_mass_inf=coupled,
+    )
+    with pytest.raises(InputError, match="float heave, spar heave is negative, by 30 %"):
+        fit_radiation(still)
+
+
+def shortened(data: Coefficients, kept: np.ndarray) -> Coefficients:
+    """`data` at some frequencies only."""
+    names = ("omega", "added_mass", "radiation_damping", "excitation")
+    return replace(data, **{name: getattr(data, name)[kept] for name in names})
+
+
+def test_data_that_end_early_are_told() -> None:
+    """The damping of the sphere is largest at 1.2 rad/s and half of that at 2.1 rad/s."""
+    data = sphere()
+    for end, expected in ((1.5, True), (2.3, False)):
+        told: list[str] = []
+        fit_radiation(shortened(data, data.omega <= end), progress=told.append)
+        warnings = [text for text in told if "still more than half" in text]
+        assert bool(warnings) == expected
+        assert not expected or "ball heave at 1.5 rad/s (9" in warnings[0]
+
+
+@pytest.mark.parametrize("kept", [slice(0, 1), slice(0, 5), slice(80, None)])
+def test_too_few_frequencies_are_refused(kept: slice) -> None:
+    data = sphere()
+    with pytest.raises(InputError, match="a radiation memory needs 8 or more"):
+        fit_radiation(shortened(data, np.arange(len(data.omega))[kept]))
+
+
+def test_no_real_data_at_a_steep_peak_are_left_out() -> None:
+    """A flap in deep water: its damping doubles from one frequency of the table to the next."""
+    omega = np.arange(1, 41) * 0.0927
+    s = 1j * omega
+    peak, plateau = s / ((s + 0.15) ** 2 + 1.3**2), 0.1 * s / ((s + 1.0) ** 2 + 1.5**2)
+    known = np.ones((1, 40), dtype=bool)
+    values = (peak + plateau)[None, :] / np.abs(peak).max()
+    assert soundness.on_the_line(omega, values, known).all()
+    for spoilt in ([20], [30], [20, 21]):
+        wrong = values.copy()
+        wrong[0, spoilt] += 0.2
+        trusted = soundness.on_the_line(omega, wrong, known)
+        assert np.flatnonzero(~trusted).tolist() == spoilt
+
+
+def spoilt_beyond(end: float) -> Coefficients:
+    """The flap's damping with a wave of 30 % beyond a frequency [rad/s], as of coarse panels."""
+    data = flap()
+    data = shortened(data, np.arange(len(data.omega)) % 5 == 0)
+    more = data.omega > end
+    damping = data.radiation_damping.copy()
+    damping[more] *= 1 + 0.3 * np.sin(9 * (data.omega[more] - end))[:, None, None]
+    return replace(data, radiation_damping=damping)
+
+
+def test_data_that_panels_do_not_resolve_do_not_spoil_the_fit() -> None:
+    """Beyond 2.6 rad/s; below it is as good as with good data, at the flap's resonance, too."""
+    spoilt = spoilt_beyond(2.6)
+    turn = np.array([FLAP_ARM, 0.0, 1.0])
+    errors = []
+    for data in (spoilt, replace(spoilt, resolved=(2.6,))):
+        told: list[str] = []
+        memory = fit_radiation(data, order=10, progress=told.append)
+        band = (data.omega >= 0.25) & (data.omega <= 2.6)
+        found = np.einsum("i,wij,j->w", turn, np.real(transfer(memory, data.omega[band])), turn)
+        exact = np.einsum("i,wij,j->w", turn, data.radiation_damping[band], turn)
+        errors.append(np.abs(found / exact - 1).max())
+    assert errors[0] > 0.05
+    assert errors[1] < 0.01
+    assert "where the panels resolve the waves, up to 2.6 rad/s" in told[0]
+    assert "warning" not in told[0]
+
+
+def test_high_frequencies_that_scatter_are_left_out_and_told() -> None:
+    """Noise of 30 % above 1.9 rad/s; causality knows the damping there better than the data:
+    good data that end there give it within 4 %."""
+    data = sphere()
+    damping = data.radiation_damping.copy()
+    high = data.omega > 1.9
+    damping[high] *= 1 + 0.3 * np.random.default_rng(0).normal(size=(high.sum(), 1, 1))
+    told: list[str] = []
+    spoilt = replace(data, radiation_damping=damping)
+    memory = fit_radiation(spoilt, order=6, progress=told.append)
+    band = (data.omega >= 0.2) & (data.omega <= 2.9)
+    found = np.real(transfer(memory, data.omega[band]))[:, 1, 1]
+    assert np.abs(found / data.radiation_damping[band, 1, 1] - 1).max() < 0.05
+    assert told[0].startswith("warning: radiation of ball heave")
+    assert "data above scatter and are left out" in told[0]
+
+
+def test_pitch_of_a_ball_about_its_centre_has_no_memory() -> None:
+    """It is of panels only, no memory of any body, and refuses nothing."""
+    data = sphere()
+    noise = np.diag([0.0, 0.0, 5e-5 * data.buoyancy[1] / 9.81 * 41.6])
+    growing = np.linspace(0.0, 1.0, len(data.omega))[:, None, None]
+    made = replace(
+        data,
+        radiation_damping=data.radiation_damping + growing * noise,
+        added_mass=data.added_mass + noise,
+        added_mass_inf=data.added_mass_inf + noise,
+    )
+    told: list[str] = []
+    memory = fit_radiation(made, order=4, progress=told.append)
+    assert [group.motions for group in memory.groups] == [(1,)]
+    assert not any("ball pitch" in text for text in told)
+
+
+def test_a_small_body_does_not_extend_the_memory_of_a_large_one() -> None:
+    data = rm3()
+    small, large = data.memory_limits[3], data.memory_limits[0]
+    assert small == pytest.approx(np.sqrt(4.5 * 9.81 / np.sqrt(277_019 / (9810 * np.pi))), rel=1e-9)
+    assert large == pytest.approx(np.sqrt(4.5 * 9.81 / np.cbrt(1.5 * 725.834 / np.pi)), rel=1e-9)
+    assert data.memory_limit == small
 
 
 def test_an_added_mass_that_disagrees_is_fitted_and_told() -> None:

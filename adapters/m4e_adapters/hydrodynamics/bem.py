@@ -136,17 +136,27 @@ def _content(hulls: Sequence[Hull], water: Water, wave_direction: float) -> dict
     return content
 
 
+def resolved_frequency(hull: Hull, water: Water) -> float:
+    """Angular frequency [rad/s] of the shortest waves that all panels of a hull resolve."""
+    shortest = PANELS_PER_WAVELENGTH * hull.panels.radius
+    return float(
+        angular_frequency(2 * math.pi / shortest, depth=water.depth, gravity=water.gravity)
+    )
+
+
 def _warn_of_coarse_panels(
     hulls: Sequence[Hull], water: Water, highest: float, progress: Progress
 ) -> None:
     for hull in hulls:
-        shortest = PANELS_PER_WAVELENGTH * hull.panels.radius
-        limit = angular_frequency(2 * math.pi / shortest, depth=water.depth, gravity=water.gravity)
+        limit = resolved_frequency(hull, water)
         if highest > limit:
+            count = len(hull.panels.faces) * (highest / limit) ** 4  # a wave is as long as 1/omega2
+            count = float(f"{count:.2g}")
             progress(
                 f"warning: the panels of body {hull.name!r} (radius up to {hull.panels.radius:.3g}"
                 f" m) are coarse for waves above {limit:.3g} rad/s, the highest is "
-                f"{highest:.3g}: use more panels or a lower frequencies.maximum"
+                f"{highest:.3g}: use more panels (about {count:.0f}) or a lower "
+                "frequencies.maximum"
             )
 
 
@@ -157,7 +167,7 @@ def _assembled(
     wave_direction: float,
     arrays: dict[str, np.ndarray],
 ) -> Coefficients:
-    """Coefficients with hydrostatics; A and B made symmetric, which they are but for panels."""
+    """Coefficients as computed, with hydrostatics."""
     n = 3 * len(hulls)
     stiffness, buoyancy = np.zeros((n, n)), np.zeros(n)
     for k, hull in enumerate(hulls):
@@ -165,17 +175,13 @@ def _assembled(
         arguments = (hull.center, water.density, water.gravity)
         stiffness[own, own] = hull.hydrostatics.stiffness(*arguments)
         buoyancy[own] = hull.hydrostatics.buoyancy(*arguments)
-    symmetric = {
-        name: 0.5 * (arrays[name] + arrays[name].transpose(0, 2, 1))
-        for name in ("added_mass", "radiation_damping")
-    }
     result = Coefficients(
         bodies=tuple(hull.name for hull in hulls),
         centers=np.array([hull.center for hull in hulls]),
         omega=np.asarray(omega),
-        added_mass=symmetric["added_mass"][:-1],
-        radiation_damping=symmetric["radiation_damping"][:-1],
-        added_mass_inf=symmetric["added_mass"][-1],
+        added_mass=arrays["added_mass"][:-1],
+        radiation_damping=arrays["radiation_damping"][:-1],
+        added_mass_inf=arrays["added_mass"][-1],
         excitation=arrays["excitation"][:-1],
         hydrostatic_stiffness=stiffness,
         buoyancy=buoyancy,
@@ -186,4 +192,5 @@ def _assembled(
         density=water.density,
         depth=water.depth,
         gravity=water.gravity,
+        resolved=tuple(resolved_frequency(hull, water) for hull in hulls),
     )

@@ -7,6 +7,8 @@ amplitude a has the elevation Re[a e^{−iωt}] at x = 0 and makes the force Re[
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -43,6 +45,8 @@ class Coefficients:
     buoyancy : (n,) force of the still water in the reference pose [N, N, N.m].
     wave_direction : 0 or 180 [deg]: towards +X or −X.
     density [kg/m3], depth [m] (inf: deep), gravity [m/s2].
+    resolved : (N,) angular frequencies [rad/s] up to which the panels of each body resolve the
+        waves; empty: all frequencies.
     """
 
     bodies: tuple[str, ...]
@@ -58,6 +62,7 @@ class Coefficients:
     density: float = 1025.0
     depth: float = np.inf
     gravity: float = 9.81
+    resolved: Sequence[float] = ()
 
     def __post_init__(self) -> None:
         n, count = 3 * len(self.bodies), len(self.omega)
@@ -78,6 +83,8 @@ class Coefficients:
                 raise ValueError(f"{name} has values that are not finite")
         if np.any(np.diff(self.omega, prepend=0.0) <= 0):
             raise ValueError("omega must be positive and increasing")
+        if len(self.resolved) not in (0, len(self.bodies)):
+            raise ValueError(f"resolved has {len(self.resolved)} values, expected one per body")
 
     @property
     def motions(self) -> tuple[str, ...]:
@@ -91,17 +98,27 @@ class Coefficients:
         return self.radiation_damping + 1j * self.omega[:, None, None] * surplus
 
     @property
-    def memory_limit(self) -> float:
-        """The frequency [rad/s] up to which radiation matters: k a = 4.5 in deep water.
+    def memory_limits(self) -> np.ndarray:
+        """The frequencies [rad/s] up to which each motion's radiation matters, (n,).
 
-        a is a body's size as `memory_size` tells it; the smallest body decides.
+        k a = 4.5 in deep water, a is the size of the motion's body as `memory_size` tells it.
         """
         stiffness = self.hydrostatic_stiffness.diagonal()[1::3] / (self.density * self.gravity)
         volumes = self.buoyancy[1::3] / (self.density * self.gravity)
         sizes = [memory_size(v, s) for v, s in zip(volumes, stiffness, strict=True)]
-        return (
-            float(np.sqrt(MEMORY_REACH * self.gravity / min(sizes))) if min(sizes) > 0 else np.inf
-        )
+        reach = MEMORY_REACH * self.gravity
+        return np.repeat([math.sqrt(reach / a) if a > 0 else math.inf for a in sizes], 3)
+
+    @property
+    def memory_limit(self) -> float:
+        """The largest of `memory_limits` [rad/s]: the smallest body decides."""
+        return float(self.memory_limits.max())
+
+    @property
+    def resolved_limits(self) -> np.ndarray:
+        """`resolved` of each motion [rad/s], (n,)."""
+        none = [math.inf] * len(self.bodies)
+        return np.repeat(np.asarray(self.resolved if len(self.resolved) else none), 3)
 
     def excitation_at(self, omega: np.ndarray) -> np.ndarray:
         """Excitation (k, n) at other frequencies.
