@@ -4,7 +4,7 @@ The verbs and what they need are here, imported when they are first used:
 
     model = m4e_fmi.load_model("buoy.model.yaml")
     motion = m4e_fmi.simulate(model, stop_time=60.0)
-    outcome = m4e_fmi.run(m4e_fmi.System.load("system.yaml"), results="buoy.nc")
+    outcome = m4e_fmi.run(m4e_fmi.load_system("system.yaml"), results="buoy.nc")
 
 Layers, each importing only what stands before it:
 `errors`, `shown`, `series`, `units`, `document`, `results`, `program` → `model` → `multibody` →
@@ -23,12 +23,12 @@ if TYPE_CHECKING:
         sensitivity,
         trajectory_sensitivity,
     )
-    from m4e_fmi.cosim import System, prepare, run, start
+    from m4e_fmi.cosim import System, load_system, prepare, run, save_system, start
     from m4e_fmi.errors import InputError, M4eError, RunError, UnknownNameError
     from m4e_fmi.fmu import build_fmu, read_description, validate_fmu
     from m4e_fmi.model import Model, load_model
     from m4e_fmi.multibody import Equations, model_program
-    from m4e_fmi.results import load
+    from m4e_fmi.results.results_file import load
     from m4e_fmi.simulate import simulate
 
 __version__ = "0.1.0"
@@ -47,11 +47,13 @@ __all__ = [
     "linearize",
     "load",
     "load_model",
+    "load_system",
     "model_program",
     "modes",
     "prepare",
     "read_description",
     "run",
+    "save_system",
     "sensitivity",
     "simulate",
     "start",
@@ -68,12 +70,12 @@ _NAMES = {
         "sensitivity",
         "trajectory_sensitivity",
     ),
-    "cosim": ("System", "prepare", "run", "start"),
+    "cosim": ("System", "load_system", "prepare", "run", "save_system", "start"),
     "errors": ("InputError", "M4eError", "RunError", "UnknownNameError"),
     "fmu": ("build_fmu", "read_description", "validate_fmu"),
     "model": ("Model", "load_model"),
     "multibody": ("Equations", "model_program"),
-    "results": ("load",),
+    "results.results_file": ("load",),
     "simulate": ("simulate",),
 }
 _PLACES = {name: place for place, names in _NAMES.items() for name in names}

@@ -8,7 +8,7 @@ from typing import Any
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from m4e_fmi.document import Section
+from m4e_fmi.files.document import Section
 
 WORDS = {"number": "number", "integer": "whole number", "string": "text", "boolean": "true, false"}
 

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator
 
-from m4e_fmi.document import rejected
+from m4e_fmi.files.document import rejected
 from m4e_fmi.units import parse_unit
 
 

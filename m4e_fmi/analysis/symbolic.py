@@ -10,7 +10,7 @@ from m4e_fmi.analysis.linearization import Mechanical
 from m4e_fmi.errors import InputError, suggestion
 from m4e_fmi.model import Model
 from m4e_fmi.multibody import Equations
-from m4e_fmi.multibody.declaration import state_names
+from m4e_fmi.multibody.model_program.declaration import state_names
 from m4e_fmi.shown import listing
 
 if TYPE_CHECKING:

@@ -76,9 +76,9 @@ def _run(options: argparse.Namespace) -> None:
         return
     if options.ssp:
         raise InputError.single("--ssp packs a system, not the FMU of a model")
-    from m4e_fmi.files_read import files_read
-    from m4e_fmi.fmu.build_record import BuildRecord, write_record
-    from m4e_fmi.writing import remove_leftovers
+    from m4e_fmi.files.files_read import files_read
+    from m4e_fmi.files.writing import remove_leftovers
+    from m4e_fmi.fmu.export.build_record import BuildRecord, write_record
 
     remove_leftovers(options.build_folder)
     with files_read() as files:
@@ -89,10 +89,10 @@ def _run(options: argparse.Namespace) -> None:
 
 def _build_model(options: argparse.Namespace) -> tuple[Path, str]:
     """The FMU of a model, and the SHA-256 of its content."""
-    from m4e_fmi.file_names import file_stem
+    from m4e_fmi.files.file_names import file_stem
     from m4e_fmi.fmu import Options, matching
-    from m4e_fmi.fmu.archive import write_archive
-    from m4e_fmi.fmu.build import fmu_files
+    from m4e_fmi.fmu.export.archive import write_archive
+    from m4e_fmi.fmu.export.build import fmu_files
     from m4e_fmi.multibody import model_program
 
     chosen: dict[str, Any] = {name: getattr(options, name) for name in ARGUMENTS}
@@ -116,7 +116,7 @@ def _build_model(options: argparse.Namespace) -> tuple[Path, str]:
 
 def _build_system(options: argparse.Namespace) -> None:
     from m4e_fmi.cosim import fmu_files
-    from m4e_fmi.file_names import file_stem
+    from m4e_fmi.files.file_names import file_stem
 
     defaults = {**ARGUMENTS, "inputs": None, "no_documentation": False}
     given = [name for name, default in defaults.items() if getattr(options, name) != default]
@@ -128,8 +128,10 @@ def _build_system(options: argparse.Namespace) -> None:
     for name, path in files.items():
         print(f"{name}: {path}")
     if options.ssp:
+        from m4e_fmi.cosim import save_system
+
         package = options.build_folder / f"{file_stem(system.name)}.ssp"
-        print_files([system.save(package, build_directory=options.build_folder)])
+        print_files([save_system(system, package, build_directory=options.build_folder)])
 
 
 def _renamings(texts: Sequence[str]) -> dict[str, str]:

@@ -21,7 +21,7 @@ def add(commands: argparse._SubParsersAction) -> None:
 
 
 def _run(options: argparse.Namespace) -> None:
-    from m4e_fmi.file_names import file_stem
+    from m4e_fmi.files.file_names import file_stem
     from m4e_fmi.report import draw_model
 
     model = load_model(options.model)

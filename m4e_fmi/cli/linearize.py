@@ -51,8 +51,8 @@ def _run(options: argparse.Namespace) -> None:
     import json
 
     from m4e_fmi.analysis import equilibrium, linearize, modes
+    from m4e_fmi.files.writing import written
     from m4e_fmi.report import linear_json, linear_text
-    from m4e_fmi.writing import written
 
     model, at = load_model(options.model), start_values(options)
     if options.at != "start":

@@ -83,8 +83,8 @@ def _scalar(text: str) -> float | str:
 
 def output_file(options: argparse.Namespace, name: str) -> Path:
     """Where results go; InputError, before any work, if they cannot be written in that form."""
-    from m4e_fmi.file_names import file_stem
-    from m4e_fmi.results import check_export
+    from m4e_fmi.files.file_names import file_stem
+    from m4e_fmi.results.results_file import check_export
 
     path = options.output_file or Path(BUILD_FOLDER) / f"{file_stem(name)}.nc"
     check_export(path)
@@ -93,11 +93,11 @@ def output_file(options: argparse.Namespace, name: str) -> Path:
 
 def is_system(path: Path) -> bool:
     """Whether a file describes a system rather than a model: a package, or YAML that has parts."""
-    from m4e_fmi.cosim.system import PACKAGE
-    from m4e_fmi.document import Document
-    from m4e_fmi.file_kinds import SYSTEM, kind_of
+    from m4e_fmi.cosim.ssp.package import SUFFIX
+    from m4e_fmi.files.document import Document
+    from m4e_fmi.files.file_kinds import SYSTEM, kind_of
 
-    return path.suffix.lower() == PACKAGE or kind_of(Document.load(path).data) == SYSTEM
+    return path.suffix.lower() == SUFFIX or kind_of(Document.load(path).data) == SYSTEM
 
 
 def load_model(path: Path) -> Model:
@@ -112,9 +112,9 @@ def load_model(path: Path) -> Model:
 
 def load_system(path: Path) -> System:
     """The system in a file, after telling what reading it has changed or left out."""
-    from m4e_fmi.cosim import System
+    from m4e_fmi import cosim
 
-    system = System.load(path)
+    system = cosim.load_system(path)
     for note in system.notes:
         print(f"{path}: {note}", file=sys.stderr)
     return system

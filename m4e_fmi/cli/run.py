@@ -63,7 +63,7 @@ def add(commands: argparse._SubParsersAction) -> None:
 
 def _time(text: str) -> float:
     """A time in seconds, of a text that may have a unit."""
-    from m4e_fmi.cosim.rates import TIMES, time_of
+    from m4e_fmi.cosim.system.component_step import TIMES, time_of
 
     try:
         return float(time_of(text))
@@ -73,8 +73,8 @@ def _time(text: str) -> float:
 
 def _run(options: argparse.Namespace) -> None:
     from m4e_fmi.cosim import read_parameters
-    from m4e_fmi.locks import claimed
-    from m4e_fmi.results import stream_of
+    from m4e_fmi.files.locks import claimed
+    from m4e_fmi.results.results_file import stream_of
 
     system = load_system(options.system)
     if options.parameters:
@@ -95,7 +95,7 @@ def _run(options: argparse.Namespace) -> None:
 def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
     from m4e_fmi.cosim import ExportError, prepare, run
     from m4e_fmi.report import plot_run, progress_bar, run_summary, say_beside
-    from m4e_fmi.results import as_given
+    from m4e_fmi.results.results_file import as_given
 
     file, picture = output.absolute(), output.with_suffix(".png").absolute()
     prepared = prepare(

@@ -67,8 +67,8 @@ def add(commands: argparse._SubParsersAction) -> None:
 
 
 def _run(options: argparse.Namespace) -> None:
-    from m4e_fmi.locks import claimed
-    from m4e_fmi.results import stream_of
+    from m4e_fmi.files.locks import claimed
+    from m4e_fmi.results.results_file import stream_of
 
     model = load_model(options.model)
     output = output_file(options, model.name)

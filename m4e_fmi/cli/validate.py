@@ -60,8 +60,8 @@ def _run(options: argparse.Namespace) -> int:
 
 def _check_kind(path: Path) -> None:
     """InputError for a model, a system and other files that are no FMU."""
-    from m4e_fmi.document import Document
-    from m4e_fmi.file_kinds import FMU, check_keys, check_suffix
+    from m4e_fmi.files.document import Document
+    from m4e_fmi.files.file_kinds import FMU, check_keys, check_suffix
 
     check_suffix(path, FMU)
     if path.suffix.lower() in (".yaml", ".yml", ".json"):

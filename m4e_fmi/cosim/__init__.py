@@ -8,20 +8,23 @@ is made; `corrector` is the default). Imports m4e_fmi.errors, document, units an
 to build components, m4e_fmi.fmu.
 """
 
-from m4e_fmi.cosim.certificate import Certificate, CouplingError
-from m4e_fmi.cosim.components import fmu_files
-from m4e_fmi.cosim.connect import Bond, Link, Port, Wiring
-from m4e_fmi.cosim.energy import BondEnergy
-from m4e_fmi.cosim.execution import CommunicationPoint, Execution
-from m4e_fmi.cosim.journal import FmuMessage
-from m4e_fmi.cosim.master import State
-from m4e_fmi.cosim.network import Network
-from m4e_fmi.cosim.preparation import Prepared, prepare
-from m4e_fmi.cosim.run import ExportError, Outcome, run, start
-from m4e_fmi.cosim.system import Component, FmuFile, Kind, ModelFile, Simulation, System
+from m4e_fmi.cosim.connections.connect import Bond, Link, Port, Wiring
+from m4e_fmi.cosim.connections.prepared import Prepared
+from m4e_fmi.cosim.connections.timing import Timing
+from m4e_fmi.cosim.error_estimate.report import Certificate, CouplingError
+from m4e_fmi.cosim.exchange.fmu_log import FmuMessage
+from m4e_fmi.cosim.exchange.network import Network
+from m4e_fmi.cosim.load import load_system
+from m4e_fmi.cosim.master.master import State
+from m4e_fmi.cosim.master.run import ExportError, Outcome, run, start
+from m4e_fmi.cosim.master.stepwise import CommunicationPoint, Execution
+from m4e_fmi.cosim.preparation.components import fmu_files
+from m4e_fmi.cosim.preparation.prepare import prepare
+from m4e_fmi.cosim.save import save_system
+from m4e_fmi.cosim.system.system import Component, FmuFile, Kind, ModelFile, Simulation, System
 from m4e_fmi.cosim.system_file import read_parameters
-from m4e_fmi.cosim.timing import Timing
-from m4e_fmi.results import Results, Series, load
+from m4e_fmi.cosim.time_loop.energy import BondEnergy
+from m4e_fmi.results.results_file import Results, Series, load
 
 __all__ = [
     "Bond",
@@ -50,8 +53,10 @@ __all__ = [
     "Wiring",
     "fmu_files",
     "load",
+    "load_system",
     "prepare",
     "read_parameters",
     "run",
+    "save_system",
     "start",
 ]

@@ -10,9 +10,9 @@ from typing import Annotated, Any
 
 from pydantic import Field, StringConstraints
 
-from m4e_fmi.cosim.connection import parse_connection, unknown_component
-from m4e_fmi.cosim.origins import ParameterSet
-from m4e_fmi.cosim.system import (
+from m4e_fmi.cosim.system.connection_text import parse_connection, unknown_component
+from m4e_fmi.cosim.system.origins import ParameterSet
+from m4e_fmi.cosim.system.system import (
     Component,
     FmuFile,
     Kind,
@@ -25,9 +25,9 @@ from m4e_fmi.cosim.system import (
     simulation_problems,
     step_problems,
 )
-from m4e_fmi.document import Document, Location, Number, Section, SectionType
 from m4e_fmi.errors import InputError, Problem, missing_file, suggestion
-from m4e_fmi.file_kinds import SYSTEM, check_keys
+from m4e_fmi.files.document import Document, Location, Number, Section, SectionType
+from m4e_fmi.files.file_kinds import SYSTEM, check_keys
 
 _NAME = re.compile(r"[A-Za-z_]\w*$")
 
@@ -109,7 +109,7 @@ def _further_problems(
 
     A sound system is checked so before its FMUs are built, and not each time when it is read.
     """
-    from m4e_fmi.cosim.input_checks import checked_inputs
+    from m4e_fmi.cosim.preparation.input_checks import checked_inputs
 
     section = document.valid_part(_PortsSection, drop=_OTHERS) or _PortsSection()
     unread = dict.fromkeys(map(str, _mapping(document, "buses").keys() - section.buses.keys()))

@@ -6,13 +6,13 @@
 `units`, `errors`. Start with `description`, then `build`; or with `reading`, then `validation`.
 """
 
-from m4e_fmi.fmu.build import build_fmu, described, shown
-from m4e_fmi.fmu.contents import fmu_contents
-from m4e_fmi.fmu.description import FmuVariable, ModelDescription, PythonSource
-from m4e_fmi.fmu.from_program import describe
-from m4e_fmi.fmu.options import Options
-from m4e_fmi.fmu.reading import Description, read_description
-from m4e_fmi.fmu.selection import matching, renamed
+from m4e_fmi.fmu.export.build import build_fmu, described, shown
+from m4e_fmi.fmu.export.description.description import FmuVariable, ModelDescription, PythonSource
+from m4e_fmi.fmu.export.from_program import describe
+from m4e_fmi.fmu.export.options import Options
+from m4e_fmi.fmu.export.selection import matching, renamed
+from m4e_fmi.fmu.importer.contents import fmu_contents
+from m4e_fmi.fmu.importer.reading import Description, read_description
 from m4e_fmi.fmu.validation import Finding, Group, Report, validate_fmu
 
 __all__ = [

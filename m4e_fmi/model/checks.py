@@ -9,8 +9,8 @@ from numbers import Real
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, get_args
 
-from m4e_fmi.document import Location
 from m4e_fmi.errors import suggestion
+from m4e_fmi.files.document import Location
 from m4e_fmi.model.dimensions import dimension_findings
 from m4e_fmi.model.elements import (
     GROUND,

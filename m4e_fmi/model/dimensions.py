@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping
 from fractions import Fraction
 from typing import Any
 
-from m4e_fmi.document import Location
+from m4e_fmi.files.document import Location
 from m4e_fmi.model.expression import CONSTANTS, Expression, as_expression
 from m4e_fmi.model.findings import Finding
 from m4e_fmi.units import BASE_UNITS, parse_unit

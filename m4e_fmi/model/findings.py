@@ -7,8 +7,8 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any
 
-from m4e_fmi.document import Location
 from m4e_fmi.errors import suggestion
+from m4e_fmi.files.document import Location
 from m4e_fmi.model.elements import GROUND, NEUTRAL
 from m4e_fmi.model.expression import (
     CONSTANTS,

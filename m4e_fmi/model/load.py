@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from m4e_fmi.document import Document
 from m4e_fmi.errors import InputError
-from m4e_fmi.file_kinds import MODEL, check_keys
+from m4e_fmi.files.document import Document
+from m4e_fmi.files.file_kinds import MODEL, check_keys
 from m4e_fmi.model.m4e import are_lists, model_of_lists
 from m4e_fmi.model.model import Model
 from m4e_fmi.model.yaml import model_of

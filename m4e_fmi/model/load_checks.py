@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any, get_args
 
-from m4e_fmi.document import Location
 from m4e_fmi.errors import suggestion
+from m4e_fmi.files.document import Location
 from m4e_fmi.model.elements import GROUND
 from m4e_fmi.model.findings import (
     TIME,

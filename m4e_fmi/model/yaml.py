@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, StrictFloat, ValidationInfo, create_model
 
-from m4e_fmi.columns import read_columns
-from m4e_fmi.document import Document, Location, Section, rejected
 from m4e_fmi.errors import InputError, Problem
+from m4e_fmi.files.csv_columns import read_columns
+from m4e_fmi.files.document import Document, Location, Section, rejected
 from m4e_fmi.model.checks import (
     Finding,
     Names,

@@ -6,9 +6,9 @@ One source runs over SymPy symbols (`Equations`, to read) and over a tape (`mode
 `model` and `program`. Start with `topology`, then `kinematics`, then `assembly`.
 """
 
-from m4e_fmi.multibody.equations import Equations
-from m4e_fmi.multibody.mass import mass_matrix_program
-from m4e_fmi.multibody.recording import model_program
+from m4e_fmi.multibody.model_program.mass import mass_matrix_program
+from m4e_fmi.multibody.model_program.recording import model_program
+from m4e_fmi.multibody.symbolic.equations import Equations
 from m4e_fmi.multibody.topology import Topology, topology
 
 __all__ = ["Equations", "Topology", "mass_matrix_program", "model_program", "topology"]

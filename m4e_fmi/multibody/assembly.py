@@ -21,7 +21,7 @@ from m4e_fmi.model.expression import Values
 from m4e_fmi.multibody.kinematics import GROUND_FRAME, Frame, Place, frames
 from m4e_fmi.multibody.loads import Acting, acting
 from m4e_fmi.multibody.motion import Lookup, Motion, State
-from m4e_fmi.multibody.planar import Pair, moment
+from m4e_fmi.multibody.space import Pair, moment
 from m4e_fmi.multibody.topology import Topology
 
 Wrench = tuple[Any, Any, Any]

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from m4e_fmi.multibody.assembly import Accelerations, Assembly
-from m4e_fmi.multibody.columns import Columns, columns
 from m4e_fmi.multibody.kinematics import ZERO, Frame
-from m4e_fmi.multibody.planar import Pair, added, dot, moment, scaled, subtracted, swung, tilde
+from m4e_fmi.multibody.space import Pair, added, dot, moment, scaled, subtracted, swung, tilde
+from m4e_fmi.multibody.velocity_transformation import Columns, columns
 from m4e_fmi.program.tape import Scalar
 
 Rows = list[dict[int, Any]]

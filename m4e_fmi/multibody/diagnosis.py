@@ -11,7 +11,7 @@ import numpy as np
 from m4e_fmi.model import GROUND, Model
 from m4e_fmi.multibody.assembly import Assembly, Scalars, assemble, wet_links
 from m4e_fmi.multibody.closed_form import mass_matrix
-from m4e_fmi.multibody.declaration import state_names
+from m4e_fmi.multibody.model_program.declaration import state_names
 from m4e_fmi.multibody.topology import Link, Topology, topology
 
 LARGEST = 1e150

@@ -18,7 +18,7 @@ from typing import Any
 
 from m4e_fmi.model.elements import vector
 from m4e_fmi.model.expression import Values
-from m4e_fmi.multibody.planar import Pair, Rotation, added, scaled, subtracted, swung, tilde
+from m4e_fmi.multibody.space import Pair, Rotation, added, scaled, subtracted, swung, tilde
 from m4e_fmi.multibody.topology import Link, Topology
 from m4e_fmi.program import sqrt
 

@@ -31,7 +31,7 @@ from m4e_fmi.model.elements import parameter_values, quantity, vector
 from m4e_fmi.model.expression import Expression
 from m4e_fmi.model.loads import Load
 from m4e_fmi.multibody.motion import Motion
-from m4e_fmi.multibody.planar import Pair, added, dot, norm, scaled, subtracted
+from m4e_fmi.multibody.space import Pair, added, dot, norm, scaled, subtracted
 from m4e_fmi.program import maximum, minimum, tanh
 
 

@@ -17,7 +17,7 @@ from typing import Any
 
 from m4e_fmi.model.elements import vector
 from m4e_fmi.multibody.assembly import Accelerations, Assembly
-from m4e_fmi.multibody.planar import Pair, moment, scaled, subtracted
+from m4e_fmi.multibody.space import Pair, moment, scaled, subtracted
 
 
 @dataclass(frozen=True)

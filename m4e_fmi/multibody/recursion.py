@@ -23,7 +23,7 @@ from typing import Any
 
 from m4e_fmi.multibody.assembly import Accelerations, Assembly, Matrix
 from m4e_fmi.multibody.kinematics import Frame
-from m4e_fmi.multibody.planar import Pair, added, dot, moment, scaled, subtracted, swung, tilde
+from m4e_fmi.multibody.space import Pair, added, dot, moment, scaled, subtracted, swung, tilde
 
 X, Z, TURN = 0, 1, 2
 

@@ -20,7 +20,6 @@ from typing import Any
 
 from m4e_fmi.multibody.assembly import Accelerations, Assembly
 from m4e_fmi.multibody.kinematics import ZERO
-from m4e_fmi.multibody.planar import Pair, added, dot, moment, scaled, subtracted, swung
 from m4e_fmi.multibody.recursion import (
     TURN,
     Factors,
@@ -32,6 +31,7 @@ from m4e_fmi.multibody.recursion import (
     own_loads,
     solve,
 )
+from m4e_fmi.multibody.space import Pair, added, dot, moment, scaled, subtracted, swung
 from m4e_fmi.program import Scalar
 
 NUMBERS = 19

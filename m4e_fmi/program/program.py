@@ -14,10 +14,10 @@ from pathlib import Path
 from typing import Protocol
 
 from m4e_fmi.errors import InputError, UnknownNameError
-from m4e_fmi.files_read import read_bytes
+from m4e_fmi.files.files_read import read_bytes
+from m4e_fmi.files.writing import written
 from m4e_fmi.program.tape import Scalar, Tape
 from m4e_fmi.shown import listing
-from m4e_fmi.writing import written
 
 TIME = "time"
 

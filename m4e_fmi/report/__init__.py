@@ -5,20 +5,20 @@ Drawings and animations start from a `scene`, a model in numbers at any pose; `s
 give its outlines, `style` the colours.
 """
 
-from m4e_fmi.report.animation import animate, check_animation_path
-from m4e_fmi.report.figures import plot_run, plot_simulation
+from m4e_fmi.report.drawing.animation import animate, check_animation_path
+from m4e_fmi.report.drawing.figures import plot_run, plot_simulation
+from m4e_fmi.report.drawing.motion import plot_modes, plot_phase
+from m4e_fmi.report.drawing.pictures import check_picture_path
+from m4e_fmi.report.drawing.schematic import draw_model, model_figure
+from m4e_fmi.report.drawing.system_graph import draw_system, system_figure
 from m4e_fmi.report.files import write_simulation
-from m4e_fmi.report.fmu_documentation import fmu_documentation
-from m4e_fmi.report.fmu_text import fmu_text
-from m4e_fmi.report.linear_text import linear_json, linear_text
-from m4e_fmi.report.motion import plot_modes, plot_phase
-from m4e_fmi.report.pictures import check_picture_path
+from m4e_fmi.report.page.fmu_documentation import fmu_documentation
 from m4e_fmi.report.progress import progress_bar, say_beside
-from m4e_fmi.report.schematic import draw_model, model_figure
-from m4e_fmi.report.summaries import run_summary, simulation_summary
-from m4e_fmi.report.system_graph import draw_system, system_figure
-from m4e_fmi.report.tables import model_tables
-from m4e_fmi.report.validation_text import validation_text
+from m4e_fmi.report.text.fmu_text import fmu_text
+from m4e_fmi.report.text.linear_text import linear_json, linear_text
+from m4e_fmi.report.text.summaries import run_summary, simulation_summary
+from m4e_fmi.report.text.tables import model_tables
+from m4e_fmi.report.text.validation_text import validation_text
 
 __all__ = [
     "animate",

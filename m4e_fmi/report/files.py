@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from m4e_fmi.file_names import file_stem
-from m4e_fmi.locks import claimed
-from m4e_fmi.results import check_export, export, stream_of, write_netcdf
-from m4e_fmi.row_header import Column, Section
+from m4e_fmi.files.file_names import file_stem
+from m4e_fmi.files.locks import claimed
+from m4e_fmi.results.results_file import check_export, export, stream_of, write_netcdf
+from m4e_fmi.results.row_header import Column, Section
 
 if TYPE_CHECKING:
     from m4e_fmi.simulate import Simulation

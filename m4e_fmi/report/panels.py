@@ -10,8 +10,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from m4e_fmi.report.digits import scale_of
-from m4e_fmi.report.style import BODY_COLOURS
-from m4e_fmi.results import Series
+from m4e_fmi.report.drawing.style import BODY_COLOURS
+from m4e_fmi.results.results_file import Series
 
 MOST_LINES = len(BODY_COLOURS)
 SAME = 0.005  # of a panel's height: a line's width, so that one hides the other

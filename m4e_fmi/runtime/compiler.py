@@ -19,7 +19,7 @@ from contextlib import suppress
 from pathlib import Path
 
 SOURCES = Path(__file__).with_name("src")
-SHELL_SOURCES = Path(__file__).parents[1] / "fmu" / "native" / "src"
+SHELL_SOURCES = Path(__file__).parents[1] / "fmu" / "export" / "native" / "src"
 SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 # one rounding per operation, whatever the processor: the same bits everywhere
 FLAGS = (
@@ -124,7 +124,7 @@ def cached_shared(
     The name in the cache carries a hash of all that it is made from, the compiler among it.
     Processes may compile the same at one time. Raises CompilationError.
     """
-    from m4e_fmi.writing import part_prefix, remove_leftovers
+    from m4e_fmi.files.writing import part_prefix, remove_leftovers
 
     command = compiler() or [""]
     parts = [" ".join([*command, *FLAGS, *flags]), _program_file(command[0]), platform.machine()]

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from m4e_fmi.errors import RunError
-from m4e_fmi.growth import largest_growth
 from m4e_fmi.program import Program
+from m4e_fmi.results.growth import largest_growth
 
 HUGE = 1e20
 """No state of a working system is so large, in SI units."""

@@ -24,11 +24,11 @@ from m4e_fmi.errors import (
 from m4e_fmi.model import Model, as_model
 from m4e_fmi.model.checks import without_value
 from m4e_fmi.multibody import model_program
-from m4e_fmi.multibody.declaration import is_unset
+from m4e_fmi.multibody.model_program.declaration import is_unset
 from m4e_fmi.program import Program, Variable
+from m4e_fmi.results.series import Series
 from m4e_fmi.runtime.engine import Watch
 from m4e_fmi.runtime.library import library, library_detail
-from m4e_fmi.series import Series
 from m4e_fmi.shown import listing, short, span
 from m4e_fmi.simulate.audit import EnergyAudit, energy_audit, with_works
 from m4e_fmi.simulate.solvers import (

@@ -24,9 +24,9 @@ from typing import Any
 
 from benchmark.masters import PEERS
 from m4e_fmi.cosim import Component, FmuFile, Prepared, Simulation, System, prepare
-from m4e_fmi.cosim.certificate import Certificate
-from m4e_fmi.cosim.master import Master
-from m4e_fmi.cosim.results import ResultsWriter
+from m4e_fmi.cosim.error_estimate.report import Certificate
+from m4e_fmi.cosim.master.master import Master
+from m4e_fmi.cosim.results.writer import ResultsWriter
 
 H = 0.01
 RUNS = 15

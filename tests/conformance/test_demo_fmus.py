@@ -22,11 +22,12 @@ from m4e_fmi.cosim import (
     System,
     fmu_files,
     load,
+    load_system,
     run,
 )
-from m4e_fmi.cosim.connect import connect
-from m4e_fmi.cosim.forgotten import forgotten
-from m4e_fmi.cosim.loose_ends import loose_ends
+from m4e_fmi.cosim.connections.connect import connect
+from m4e_fmi.cosim.connections.loose_ends import loose_ends
+from m4e_fmi.cosim.connections.unconnected_parameters import forgotten
 from m4e_fmi.fmu import read_description, validate_fmu
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "moored_buoy" / "system.yaml"
@@ -42,7 +43,7 @@ SEEN = (
 
 @pytest.fixture(scope="module")
 def system() -> System:
-    return System.load(EXAMPLE)
+    return load_system(EXAMPLE)
 
 
 @pytest.fixture(scope="module")

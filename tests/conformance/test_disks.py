@@ -14,9 +14,9 @@ from pathlib import Path
 import pytest
 
 from m4e_fmi.cli import main
-from m4e_fmi.cosim import System, prepare, run
+from m4e_fmi.cosim import load_system, prepare, run
 from m4e_fmi.errors import RunError
-from m4e_fmi.results import load
+from m4e_fmi.results.results_file import load
 
 PENDULUM = Path(__file__).parents[2] / "examples/double_pendulum/double_pendulum.model.yaml"
 SYSTEM = """\
@@ -118,7 +118,7 @@ def test_a_disk_that_takes_nothing(
 def test_a_disk_that_takes_nothing_is_found_before_the_first_step(disk, project: Path) -> None:
     bad, seen = project / "bad", []
     bad.mkdir()
-    ready = prepare(System.load("system.yaml"))
+    ready = prepare(load_system("system.yaml"))
     with disk(bad) as remedy, pytest.raises(RunError, match=remedy):
         run(ready, results=bad / "r.nc", observers=[lambda time, _: seen.append(time)])
     assert seen == []
@@ -150,7 +150,7 @@ def test_a_disk_that_fills_up_during_a_run(
     place = project / "disk"
     place.mkdir()
     words = ["run", "system.yaml", "--output-file", "disk/r.nc", "--stop-time", "4000"]
-    ready = prepare(System.load("system.yaml").changed(stop_time=4000))
+    ready = prepare(load_system("system.yaml").changed(stop_time=4000))
     whole = run(ready, results="whole.nc").results()
     with disk(place):
         assert main(words) == 1

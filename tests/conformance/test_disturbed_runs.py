@@ -25,9 +25,9 @@ from support.disturbed import (
 )
 
 from m4e_fmi.cli import main
-from m4e_fmi.cosim import System, run
+from m4e_fmi.cosim import load_system, run
 from m4e_fmi.errors import RunError
-from m4e_fmi.results import Results, load
+from m4e_fmi.results.results_file import Results, load
 
 Fmus = Callable[[str], Path]
 SLOW = 1e6, 0.01
@@ -38,7 +38,7 @@ SLOW = 1e6, 0.01
 def whole(c_fmu: Fmus, tmp_path_factory: pytest.TempPathFactory) -> Results:
     """Results of the undisturbed run."""
     folder = tmp_path_factory.mktemp("whole")
-    return run(System.load(write_system(c_fmu, folder)), results=folder / "r.nc").results()
+    return run(load_system(write_system(c_fmu, folder)), results=folder / "r.nc").results()
 
 
 @pytest.mark.parametrize(
@@ -123,9 +123,9 @@ def test_a_run_without_a_step_leaves_the_results_that_are_there(
     c_fmu: Fmus, tmp_path: Path
 ) -> None:
     system = write_system(c_fmu, tmp_path, times=(1.0, 0.1))
-    first = run(System.load(system), results=tmp_path / "r.csv").results()
+    first = run(load_system(system), results=tmp_path / "r.csv").results()
     text = (tmp_path / "r.csv").read_text()
-    broken = System.load(system).changed(start={"vandal0.what": 4.0})
+    broken = load_system(system).changed(start={"vandal0.what": 4.0})
     with pytest.raises(RunError, match=r"made no step: .*r\.csv is as it was"):
         run(broken, results=tmp_path / "r.csv")
     assert (tmp_path / "r.csv").read_text() == text

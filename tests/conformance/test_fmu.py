@@ -26,7 +26,7 @@ from support.fmu_instance import DISCARD, Instance
 
 from m4e_fmi.errors import InputError
 from m4e_fmi.fmu import FmuVariable, ModelDescription, PythonSource, build_fmu, describe
-from m4e_fmi.fmu.from_program import python_slave
+from m4e_fmi.fmu.export.from_program import python_slave
 from m4e_fmi.model import Body, Joint, Model, Parameter, Point
 from m4e_fmi.multibody import model_program
 from m4e_fmi.program import Program, Recorder, Variable, exp, sin, sqrt
@@ -394,7 +394,7 @@ class TestRuns:
         self, name: str, method: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         """As above, where the FMU has to do with Python alone."""
-        monkeypatch.setattr("m4e_fmi.fmu.from_program.library_path", lambda: None)
+        monkeypatch.setattr("m4e_fmi.fmu.export.from_program.library_path", lambda: None)
         program = PROGRAMS[name]().with_start({"b": 2.0} if name == "fragile" else {})
         form = load_python(program)
         p = [v.start for v in program.parameters]

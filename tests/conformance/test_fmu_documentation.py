@@ -27,7 +27,7 @@ from m4e_fmi.fmu import Options, build_fmu
 from m4e_fmi.model import Body, Joint, Model, load_model
 from m4e_fmi.multibody import model_program
 from m4e_fmi.report import fmu_documentation
-from m4e_fmi.report.schematic import model_figure
+from m4e_fmi.report.drawing.schematic import model_figure
 
 PENDULUM = Path(__file__).parents[2] / "examples/double_pendulum/double_pendulum.model.yaml"
 RENAME = {"joint.elbow.*": "knee.*", "m": "mass"}

@@ -12,7 +12,7 @@ from fmpy.validation import validate_fmu
 
 from m4e_adapters.moordyn.line_system import LineSystem
 from m4e_fmi.cosim import Component, FmuFile, Simulation, System, run
-from m4e_fmi.document import Document
+from m4e_fmi.files.document import Document
 from m4e_fmi.fmu import build_fmu
 from m4e_fmus import linear_pto, mooring
 

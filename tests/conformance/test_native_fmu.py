@@ -27,7 +27,7 @@ from m4e_fmi.cosim import Component, FmuFile, Simulation, System, run
 from m4e_fmi.cosim import load as load_results
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.fmu import build_fmu
-from m4e_fmi.fmu.selection import with_outputs
+from m4e_fmi.fmu.export.selection import with_outputs
 from m4e_fmi.model import load_model
 from m4e_fmi.multibody import model_program
 from m4e_fmi.program import Program, Recorder, Variable

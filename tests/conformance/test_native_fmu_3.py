@@ -25,8 +25,8 @@ from support.plane import plane
 
 from m4e_fmi.errors import InputError
 from m4e_fmi.fmu import build_fmu
-from m4e_fmi.fmu.selection import with_outputs
-from m4e_fmi.fmu.terminals import TERMINALS
+from m4e_fmi.fmu.export.description.terminals import TERMINALS
+from m4e_fmi.fmu.export.selection import with_outputs
 from m4e_fmi.model import load_model
 from m4e_fmi.multibody import model_program
 from m4e_fmi.program import Program, Recorder, Variable

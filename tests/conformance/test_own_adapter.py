@@ -20,7 +20,8 @@ import pytest
 from doc_tools.run_page import run_page
 
 from m4e_fmi import code_hash, doctor
-from m4e_fmi.cosim import System, components, prepare, run
+from m4e_fmi.cosim import load_system, prepare, run
+from m4e_fmi.cosim.preparation import components
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.fmu import PythonSource, build_fmu, validate_fmu
 from m4e_fmi.program.python_form import load_python
@@ -96,7 +97,7 @@ def test_the_page_shows_what_comes_out(tmp_path: Path) -> None:
 
 @pytest.mark.usefixtures("site")
 def test_its_only_connection_is_missed_when_left_out(tmp_path: Path) -> None:
-    system = System.load(EXAMPLE / "system.yaml")
+    system = load_system(EXAMPLE / "system.yaml")
     assert prepare(system, build_directory=tmp_path).warnings == ()
     (line,) = prepare(replace(system, connections=()), build_directory=tmp_path).warnings
     assert line == "float, hydraulics: no component is connected with another"
@@ -108,7 +109,7 @@ def test_mistakes_in_the_file_are_told_before_it_is_called(tmp_path: Path) -> No
     (tmp_path / "system.yaml").write_text(text.replace("rod: rod", "rot: rod"))
     shutil.copy(EXAMPLE / "float.model.yaml", tmp_path)
     with pytest.raises(InputError) as caught:
-        System.load(tmp_path / "system.yaml")
+        load_system(tmp_path / "system.yaml")
     told = str(caught.value)
     assert "missing key 'rod'" in told
     assert "unknown key 'rot'" in told
@@ -117,7 +118,7 @@ def test_mistakes_in_the_file_are_told_before_it_is_called(tmp_path: Path) -> No
 
 @pytest.mark.usefixtures("site")
 def test_an_exception_ends_the_run_and_the_page_quotes_it(tmp_path: Path) -> None:
-    system = System.load(EXAMPLE / "system_scipy.yaml").changed(start={"hydraulics.oil": 0.3})
+    system = load_system(EXAMPLE / "system_scipy.yaml").changed(start={"hydraulics.oil": 0.3})
     with pytest.raises(RunError) as caught:
         run(system, build_directory=tmp_path)
     assert caught.value.message in PAGE.read_text(encoding="utf-8")
@@ -128,7 +129,7 @@ def test_it_is_built_again_when_any_of_its_files_changes(site: Path, tmp_path: P
         told: list[str] = []
         code_hash.code_hash.cache_clear()
         code_hash.package_hash.cache_clear()
-        components.fmu_files(System.load(EXAMPLE / "system.yaml"), tmp_path, tell=told.append)
+        components.fmu_files(load_system(EXAMPLE / "system.yaml"), tmp_path, tell=told.append)
         return {line.partition(":")[0] for line in told}
 
     assert built() == {"float", "hydraulics"}

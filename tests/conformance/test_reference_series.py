@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from fmpy.validation import validate_fmu
 
-from m4e_fmi.document import Document
+from m4e_fmi.files.document import Document
 from m4e_fmi.fmu import build_fmu
 from m4e_fmi.program import Program
 

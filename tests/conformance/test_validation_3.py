@@ -19,7 +19,7 @@ from support.plane import plane
 
 from m4e_fmi.cli import main
 from m4e_fmi.fmu import build_fmu, fmu_contents, validate_fmu
-from m4e_fmi.fmu.terminals import TERMINALS
+from m4e_fmi.fmu.export.description.terminals import TERMINALS
 from m4e_fmi.fmu.validation import GROUPS
 from m4e_fmi.multibody import model_program
 

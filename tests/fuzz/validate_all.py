@@ -14,8 +14,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from m4e_fmi.cosim import Kind, System
-from m4e_fmi.cosim.system import kind_module
+from m4e_fmi.cosim import Kind, load_system
+from m4e_fmi.cosim.system.system import kind_module
 from m4e_fmi.fmu import PythonSource, build_fmu, validate_fmu
 from m4e_fmi.model import load_model
 from m4e_fmi.multibody import model_program
@@ -39,7 +39,7 @@ def sources() -> Iterator[tuple[str, Program | PythonSource]]:
     for path in sorted(EXAMPLES.rglob("system.yaml")):
         if path.parent.name == OWN_PACKAGE:
             continue
-        system = System.load(path)
+        system = load_system(path)
         for component in system.components:
             kind = component.source
             if isinstance(kind, Kind):

@@ -20,8 +20,8 @@ from support.planar_trees import random_tree
 from m4e_fmi.errors import InputError
 from m4e_fmi.model import Model, load_model
 from m4e_fmi.multibody import Equations, mass_matrix_program, model_program
-from m4e_fmi.multibody.code import Language
-from m4e_fmi.multibody.intermediates import intermediates
+from m4e_fmi.multibody.symbolic.code import Language
+from m4e_fmi.multibody.symbolic.intermediates import intermediates
 from m4e_fmi.runtime.engine import Engine
 
 FOLDER = Path(__file__).with_name("equations")

@@ -17,8 +17,8 @@ from hypothesis import strategies as st
 from support import paper_listings
 from support.chrono_files import chrono_model
 
-from m4e_fmi.document import Document
 from m4e_fmi.errors import InputError
+from m4e_fmi.files.document import Document
 from m4e_fmi.model import Model
 from m4e_fmi.model.chrono import model_of_chrono
 from m4e_fmi.model.m4e import model_of_lists

@@ -31,9 +31,9 @@ from m4e_fmi.model.elements import JointType
 from m4e_fmi.multibody import Topology, closed_form, model_program, topology
 from m4e_fmi.multibody.assembly import Assembly, Scalars, assemble
 from m4e_fmi.multibody.closed_form import ClosedForm
-from m4e_fmi.multibody.columns import column_rates, columns
-from m4e_fmi.multibody.recording import recorded
+from m4e_fmi.multibody.model_program.recording import recorded
 from m4e_fmi.multibody.sensitivity import Recursion
+from m4e_fmi.multibody.velocity_transformation import column_rates, columns
 
 GRAVITY = 9.81
 INFINITESIMAL = 1e-100  # its square vanishes: derivatives are exact to rounding

@@ -14,8 +14,8 @@ from pathlib import Path
 import pytest
 from support.flap_file import TEXT, WAVE
 
-from m4e_fmi.document import Document
 from m4e_fmi.errors import InputError
+from m4e_fmi.files.document import Document
 from m4e_fmi.model.yaml import model_of
 from m4e_fmi.multibody import model_program
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from m4e_fmi.fmu.reading import Description, Variable
+from m4e_fmi.fmu.importer.reading import Description, Variable
 from m4e_fmi.units import Unit, parse_unit
 
 

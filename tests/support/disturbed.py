@@ -21,7 +21,8 @@ from typing import Any
 
 import numpy as np
 
-from m4e_fmi.results import Results, load
+from m4e_fmi.cosim import load_system
+from m4e_fmi.results.results_file import Results, load
 
 FAST = 200.0, 0.002
 """Stop time and step [s] of a run that takes half a second: 100,001 rows."""
@@ -115,9 +116,9 @@ def check_left(path: Path, whole: Results, old: bytes, *, least: int = 0) -> int
 
 
 def _main(system: str, results: str, text: str) -> None:
-    from m4e_fmi import row_file
-    from m4e_fmi.cosim import System, run
-    from m4e_fmi.cosim import results as writing
+    from m4e_fmi.cosim import run
+    from m4e_fmi.cosim.results import writer as writing
+    from m4e_fmi.results import row_file
 
     plan = json.loads(text)
     writing.FLUSH = plan["flush"]
@@ -142,7 +143,7 @@ def _main(system: str, results: str, text: str) -> None:
     row_file.READ = 2**20
     setattr(row_file.RowFile, "_put", put)  # noqa: B010
     setattr(row_file.RowFile, "blocks", some)  # noqa: B010
-    run(System.load(system), results=results)
+    run(load_system(system), results=results)
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ from typing import Any
 import fmpy
 from fmpy import fmi2
 
-from m4e_fmi.fmu.messages import Messages
+from m4e_fmi.fmu.importer.messages import Messages
 
 DISCARD = 2
 

@@ -25,6 +25,7 @@ from support.chrono_files import chrono_model
 from support.flap_file import TEXT, WAVE
 
 from m4e_fmi.cli import main
+from m4e_fmi.cosim import load_system
 from m4e_fmi.errors import InputError, M4eError, RunError
 
 ROOT = Path(__file__).parents[2]
@@ -305,16 +306,14 @@ def _watched(seconds: float) -> Iterator[None]:
 
 
 def _load_system(path: Path) -> None:
-    from m4e_fmi.cosim import System
 
-    System.load(path)
+    load_system(path)
 
 
 def _make(path: Path) -> None:
-    from m4e_fmi.cosim import System
-    from m4e_fmi.cosim.system import Kind, kind_module
+    from m4e_fmi.cosim.system.system import Kind, kind_module
 
-    system = System.load(path)
+    system = load_system(path)
     for part in system.components:
         if isinstance(part.source, Kind):
             module = kind_module(part.source.name)
@@ -330,13 +329,13 @@ def _parameters(path: Path) -> None:
 
 
 def _describe(path: Path) -> None:
-    from m4e_fmi.fmu.reading import read_description
+    from m4e_fmi.fmu.importer.reading import read_description
 
     read_description(path)
 
 
 def _mesh(path: Path) -> None:
-    from m4e_adapters.hydrodynamics.mesh import _loaded
+    from m4e_adapters.hydrodynamics.geometry.mesh import _loaded
 
     _loaded(path, "hull")
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
-from m4e_adapters.hydrodynamics.radiation import RadiationMemory
+from m4e_adapters.hydrodynamics.memory.radiation import RadiationMemory
 
 DATA = Path(__file__).parents[1] / "data" / "hydrodynamics"
 RHO, G = 1000.0, 9.81

@@ -13,7 +13,7 @@ from m4e_adapters.moordyn import Mooring, MooringConfig, mooring
 from m4e_adapters.moordyn.line_system import LineSystem, MooringError
 from m4e_adapters.moordyn.mooring import FREE_STEP
 from m4e_adapters.moordyn.stability import MARGIN
-from m4e_fmi.document import Document
+from m4e_fmi.files.document import Document
 
 STEP = 0.05  # [s] of the coupling
 WAVES = 8

@@ -16,7 +16,7 @@ from scipy.optimize import minimize, root
 
 from m4e_adapters.moordyn import MooringConfig, mooring
 from m4e_adapters.moordyn.line_system import LineSystem
-from m4e_fmi.document import Document
+from m4e_fmi.files.document import Document
 
 DENSITY, GRAVITY = 1025.0, 9.80665
 

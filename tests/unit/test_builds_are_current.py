@@ -25,16 +25,17 @@ from m4e_fmi.cosim import (
     Kind,
     Simulation,
     System,
-    components,
+    load_system,
     prepare,
     read_parameters,
     run,
     start,
 )
-from m4e_fmi.cosim import system as system_module
+from m4e_fmi.cosim.preparation import components
+from m4e_fmi.cosim.system import system as system_module
 from m4e_fmi.errors import InputError, RunError
-from m4e_fmi.files_read import files_read
-from m4e_fmi.fmu.build_record import read_record
+from m4e_fmi.files.files_read import files_read
+from m4e_fmi.fmu.export.build_record import read_record
 
 PULLED = """\
 name: pulled
@@ -198,7 +199,7 @@ class Project:
     def run(self) -> tuple[bool, float]:
         """True if the FMU was built, and the last value of the output."""
         told: list[str] = []
-        system = System.load(self.folder / "system.yaml")
+        system = load_system(self.folder / "system.yaml")
         outcome = run(
             system,
             results=self.folder / "r.nc",
@@ -272,7 +273,7 @@ def test_every_file_that_a_build_opens_is_in_its_record(tmp_path: Path) -> None:
     for name, case in CASES.items():
         folder = tmp_path / name
         Project(folder, case)
-        system = System.load(folder / "system.yaml")
+        system = load_system(folder / "system.yaml")
         opened.append(set())
         (fmu,) = components.fmu_files(system, tmp_path / "build" / name).values()
         record = read_record(fmu)
@@ -289,7 +290,7 @@ def test_a_parameter_set_is_read_each_time(table: Project) -> None:
     case = CASES["table of a model"]
     text = PULLED.replace("mass: 2.0", "mass: m") + "parameters: {m: {value: 2, unit: kg}}\n"
     project = Project(table.folder, replace(case, files=case.files | {"pulled.model.yaml": text}))
-    system = System.load(project.folder / "system.yaml")
+    system = load_system(project.folder / "system.yaml")
 
     def result(mass: float) -> float:
         file = project.write("set.yaml", f"values: {{a.m: {mass}}}")
@@ -336,7 +337,7 @@ def brought(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callabl
 
 KIND_CODE = """\
 from typing import Any
-from m4e_fmi.document import Section
+from m4e_fmi.files.document import Section
 from m4e_fmi.program import Recorder, Variable
 import gauge_tools
 
@@ -418,7 +419,7 @@ def test_versions_of_libraries_count(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_two_names_that_differ_in_capitals_are_two_files(tmp_path: Path) -> None:
     section = {"kind": "table", "file": "level.csv", "signals": {"level": "m"}}
     project = Project(tmp_path, Case(section, {"level.csv": TABLE}, "", "", "a.level"))
-    system = System.load(project.folder / "system.yaml")
+    system = load_system(project.folder / "system.yaml")
     (part,) = system.components
     system = replace(system, components=(part, replace(part, name="A")))
     files = components.fmu_files(system, tmp_path / "build")
@@ -496,7 +497,7 @@ def test_a_disk_that_is_full_before_the_record_is_written(
 
 
 def test_files_of_readings_that_differ_are_never_current(tmp_path: Path) -> None:
-    from m4e_fmi.files_read import are_unchanged, depends_on, read_bytes
+    from m4e_fmi.files.files_read import are_unchanged, depends_on, read_bytes
 
     path = tmp_path / "x"
     path.write_text("one")
@@ -521,7 +522,7 @@ def test_a_mesh_in_several_files_is_refused(
     import capytaine
 
     from m4e_adapters.hydrodynamics.config import Body
-    from m4e_adapters.hydrodynamics.mesh import make_hull
+    from m4e_adapters.hydrodynamics.geometry.mesh import make_hull
 
     monkeypatch.setattr(
         capytaine, "load_mesh", lambda path: Path(path).with_name("points.h5").read_bytes()

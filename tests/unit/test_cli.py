@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 from fmpy.validation import validate_fmu
 
-from m4e_fmi import results
 from m4e_fmi.cli import main
 from m4e_fmi.fmu import read_description
+from m4e_fmi.results import results_file as results
 from m4e_fmi.signals import Terminated
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -146,14 +146,14 @@ TAKES_MODELS = ("draw", "simulate", "equations", "linearize")
         ("validate", PENDULUM.name, "a model, not an FMU", "`m4e-fmi build` builds its FMU, which"),
         ("validate", "system.yaml", "a system, not an FMU", "`m4e-fmi build` builds its FMUs"),
         ("validate", "x.ssp", "a package of a system, not an FMU", "`m4e-fmi info` shows"),
-        ("validate", "x.nc", "a file of results, not an FMU", "m4e_fmi.results.load"),
+        ("validate", "x.nc", "a file of results, not an FMU", "m4e_fmi.load"),
         *(
             (c, "x.fmu", "an FMU, not a YAML file", "`m4e-fmi validate` checks")
             for c in (*TAKES_MODELS, "build", "run")
         ),
         *((c, "x.ssp", "a package of a system, not a", "`m4e-fmi run` runs") for c in TAKES_MODELS),
         *(
-            (c, "x.nc", "a file of results, not a YAML file", "m4e_fmi.results.load")
+            (c, "x.nc", "a file of results, not a YAML file", "m4e_fmi.load")
             for c in (*TAKES_MODELS, "build", "run", "info")
         ),
     ],

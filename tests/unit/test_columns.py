@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from m4e_fmi.columns import read_columns
 from m4e_fmi.errors import InputError
+from m4e_fmi.files.csv_columns import read_columns
 
 
 @pytest.mark.parametrize(

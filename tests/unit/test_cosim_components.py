@@ -14,22 +14,14 @@ import numpy as np
 import pytest
 from pydantic import Field
 
-from m4e_fmi.cosim import (
-    Component,
-    Kind,
-    ModelFile,
-    Simulation,
-    System,
-    components,
-    prepare,
-    run,
-)
-from m4e_fmi.cosim import system as system_module
-from m4e_fmi.document import Section
+from m4e_fmi.cosim import Component, Kind, ModelFile, Simulation, System, prepare, run
+from m4e_fmi.cosim.preparation import components
+from m4e_fmi.cosim.system import system as system_module
 from m4e_fmi.errors import RunError
-from m4e_fmi.files_read import read_bytes, read_text
-from m4e_fmi.fmu import native as native_module
+from m4e_fmi.files.document import Section
+from m4e_fmi.files.files_read import read_bytes, read_text
 from m4e_fmi.fmu import read_description
+from m4e_fmi.fmu.export import native as native_module
 from m4e_fmi.program import Program, Recorder, Variable
 from m4e_fmi.runtime import compiler
 

@@ -9,11 +9,11 @@ from pathlib import Path
 import pytest
 from support.described import described
 
-from m4e_fmi.cosim import Component, FmuFile, Port, Simulation, System, prepare
-from m4e_fmi.cosim.connect import Wiring, connect
-from m4e_fmi.cosim.forgotten import forgotten
+from m4e_fmi.cosim import Component, FmuFile, Port, Simulation, System, load_system, prepare
+from m4e_fmi.cosim.connections.connect import Wiring, connect
+from m4e_fmi.cosim.connections.unconnected_parameters import forgotten
 from m4e_fmi.errors import InputError
-from m4e_fmi.fmu.reading import Description
+from m4e_fmi.fmu.importer.reading import Description
 
 Fmus = Callable[[str], Path]
 
@@ -222,7 +222,7 @@ simulation: {{stop_time: 1, step_size: 0.1}}
 """
     )
     with pytest.raises(InputError) as caught:
-        prepare(System.load(path))
+        prepare(load_system(path))
     told = str(caught.value)
     assert "system.yaml:8:5: body.body.m.ax is in m/s2, spring.end.x expects mm" in told
     assert "system.yaml:7:5" in told

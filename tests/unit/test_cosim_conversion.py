@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from m4e_fmi.cosim import Component, FmuFile, Network, Outcome, Simulation, System, run
-from m4e_fmi.cosim.newton import TOLERANCE
+from m4e_fmi.cosim.exchange.newton import TOLERANCE
 
 Fmus = Callable[[str], Path]
 

@@ -17,8 +17,19 @@ import numpy as np
 import pytest
 import yaml
 
-from m4e_fmi.cosim import Component, FmuFile, Outcome, Simulation, System, Timing, prepare, run
-from m4e_fmi.cosim.certificate import Certificate
+from m4e_fmi.cosim import (
+    Component,
+    FmuFile,
+    Outcome,
+    Simulation,
+    System,
+    Timing,
+    load_system,
+    prepare,
+    run,
+    save_system,
+)
+from m4e_fmi.cosim.error_estimate.report import Certificate
 from m4e_fmi.errors import InputError, RunError
 
 Fmus = Callable[[str], Path]
@@ -150,7 +161,7 @@ def test_an_fmu_of_one_instance_is_not_probed(c_fmu: Fmus) -> None:
 def test_components_of_one_file_are_probed_once(
     c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from m4e_fmi.cosim import trial
+    from m4e_fmi.cosim.preparation import trial_instances as trial
 
     made: list[str] = []
     binary = trial.Binary
@@ -264,19 +275,19 @@ def written(folder: Path, fmu: Path, a: str) -> Path:
 
 
 def test_dependencies_stand_in_the_system_file(c_fmu: Fmus, tmp_path: Path) -> None:
-    system = System.load(written(tmp_path, c_fmu("blind_stage"), "{y: []}"))
+    system = load_system(written(tmp_path, c_fmu("blind_stage"), "{y: []}"))
     found = prepare(system)
     assert not found.structure.loops
     assert found.descriptions["a"].dependencies["y"] == frozenset()
     assert not any("probed" in note for note in found.notes)
-    one = prepare(System.load(written(tmp_path, c_fmu("stage"), "{y: []}")))
+    one = prepare(load_system(written(tmp_path, c_fmu("stage"), "{y: []}")))
     assert not one.structure.loops  # what the file says, wins
 
 
 def test_wrong_names_of_dependencies_are_told_together(c_fmu: Fmus, tmp_path: Path) -> None:
     path = written(tmp_path, c_fmu("blind_stage"), "{yy: [u], y: [uu, gain]}")
     with pytest.raises(InputError) as caught:
-        prepare(System.load(path))
+        prepare(load_system(path))
     text = str(caught.value)
     assert "system.yaml:3:" in text
     assert "'a' has no output 'yy'" in text
@@ -416,8 +427,10 @@ def test_values_of_all_types_are_probed(
 
 
 def test_an_ssp_package_of_another_tool_with_a_ring_runs(c_fmu: Fmus, tmp_path: Path) -> None:
-    ours = oscillating(c_fmu, "blind_integrator", "gauss_seidel").save(
-        tmp_path / "ours.ssp", build_directory=tmp_path
+    ours = save_system(
+        oscillating(c_fmu, "blind_integrator", "gauss_seidel"),
+        tmp_path / "ours.ssp",
+        build_directory=tmp_path,
     )
     theirs = tmp_path / "theirs.ssp"
     with zipfile.ZipFile(ours) as old, zipfile.ZipFile(theirs, "w") as new:
@@ -427,7 +440,7 @@ def test_an_ssp_package_of_another_tool_with_a_ring_runs(c_fmu: Fmus, tmp_path: 
                 content = re.sub(rb"(?s)<ssd:Annotations>.*?</ssd:Annotations>", b"", content)
                 assert b"m4e" not in content.replace(b'generationTool="m4e_fmi"', b"")
             new.writestr(name, content)
-    error, stated, _ = compared(System.load(theirs), "a.y", np.cos)
+    error, stated, _ = compared(load_system(theirs), "a.y", np.cos)
     assert error / 3 < stated < 3 * error
 
 
@@ -436,7 +449,7 @@ def test_dependencies_and_delays_survive_in_an_ssp_package(c_fmu: Fmus, tmp_path
     a = Component("a", first.components[0].source, dependencies={"y": ["u"]})
     links = (RING[0], f"{RING[1]}, delayed")
     system = System("s", (a, first.components[1]), links, first.simulation)
-    again = System.load(system.save(tmp_path / "s.ssp", build_directory=tmp_path))
+    again = load_system(save_system(system, tmp_path / "s.ssp", build_directory=tmp_path))
     assert again.connections == links
     assert json.loads(json.dumps(_needs(again.components))) == {"a": {"y": ["u"]}, "b": {}}
     assert [k.delayed for k in prepare(again).wiring.links] == [False, True]

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from m4e_fmi.cosim import Bond, BondEnergy, Link, Network, Port
-from m4e_fmi.cosim.connect import Axis
-from m4e_fmi.cosim.energy import EnergyBalance
+from m4e_fmi.cosim.connections.connect import Axis
+from m4e_fmi.cosim.time_loop.energy import EnergyBalance
 
 A, OMEGA, STIFFNESS, DAMPING = 0.7, 1.3, 2e5, 3e4
 PERIOD = 2 * np.pi / OMEGA

@@ -160,7 +160,7 @@ def test_results_are_of_the_last_course(
     c_fmu: Fmus, tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch, *, flush: bool
 ) -> None:
     if flush:  # each row reaches the disk
-        monkeypatch.setattr("m4e_fmi.cosim.results.FLUSH", 0.0)
+        monkeypatch.setattr("m4e_fmi.cosim.results.writer.FLUSH", 0.0)
     with start(oscillator(c_fmu), results=tmp_path / name) as run:
         for _ in range(5):
             run.step()

@@ -12,7 +12,17 @@ import numpy as np
 import pytest
 
 from m4e_adapters.hydrodynamics import Coefficients, hydrodynamics_program
-from m4e_fmi.cosim import Component, FmuFile, Outcome, Simulation, System, prepare, run
+from m4e_fmi.cosim import (
+    Component,
+    FmuFile,
+    Outcome,
+    Simulation,
+    System,
+    load_system,
+    prepare,
+    run,
+    save_system,
+)
 from m4e_fmi.errors import InputError
 from m4e_fmi.fmu import build_fmu
 from m4e_fmi.model import load_model
@@ -199,8 +209,8 @@ def test_a_neutral_mass_comes_with_the_connection_of_the_bodies(
     assert outcome.warnings == ()
     assert np.array_equal(heave(outcome), wanted)
     assert "hydro.float.neutral_mass: carried over once" in str(outcome.prepared)
-    package = outcome.prepared.system.save(tmp_path / "float.ssp", build_directory=tmp_path)
-    again = run(System.load(package), results=tmp_path / "again.nc", build_directory=tmp_path)
+    package = save_system(outcome.prepared.system, tmp_path / "float.ssp", build_directory=tmp_path)
+    again = run(load_system(package), results=tmp_path / "again.nc", build_directory=tmp_path)
     assert np.array_equal(heave(again), wanted)
 
 
@@ -255,9 +265,9 @@ simulation: {{stop_time: 1, step_size: 0.05}}
     assert f"start: {{{MASS}: 120 t}}" in problem.remedy
     for zero in (0, "0 t"):
         with pytest.raises(InputError, match=f"buoy.{MASS} has no value"):
-            prepare(System.load(path).changed(start={f"buoy.{MASS}": zero}))
+            prepare(load_system(path).changed(start={f"buoy.{MASS}": zero}))
     with pytest.raises(InputError) as caught:
-        prepare(System.load(path).changed(start={f"buoy.{MASS}": "-3 t"}))
+        prepare(load_system(path).changed(start={f"buoy.{MASS}": "-3 t"}))
     assert [p.message for p in caught.value.problems] == [
         f"start value '-3 t' of buoy.{MASS} is wrong"
     ]

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from m4e_fmi.cosim import Component, FmuFile, Outcome, Simulation, System, prepare, run
-from m4e_fmi.cosim.certificate import Certificate
-from m4e_fmi.cosim.forgetful import _different
-from m4e_fmi.cosim.start_values import Value
+from m4e_fmi.cosim.error_estimate.report import Certificate
+from m4e_fmi.cosim.preparation.state_trials import _different
+from m4e_fmi.cosim.system.start_values import Value
 from m4e_fmi.errors import RunError
 
 Fmus = Callable[[str], Path]

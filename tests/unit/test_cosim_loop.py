@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from m4e_fmi.cosim import Component, FmuFile, Network, Outcome, Simulation, System, load, run
-from m4e_fmi.cosim.binary import binaries
-from m4e_fmi.cosim.schedule import PythonExecutor, Schedule
+from m4e_fmi.cosim.exchange.binary import binaries
+from m4e_fmi.cosim.exchange.step_loop import PythonExecutor, Schedule
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu import read_description
 
@@ -70,7 +70,7 @@ def made(fmus: Fmus, name: str, simulation: Simulation, options: str = "") -> Sy
 
 
 def by_python(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("m4e_fmi.cosim.schedule.library", lambda: None)
+    monkeypatch.setattr("m4e_fmi.cosim.exchange.step_loop.library", lambda: None)
     assert isinstance(Schedule(()).executor, PythonExecutor)
 
 

@@ -9,9 +9,9 @@ import pytest
 from support.described import described
 
 from m4e_fmi.cosim import Component, FmuFile, Simulation, System
-from m4e_fmi.cosim.connect import connect
-from m4e_fmi.cosim.loose_ends import loose_ends
-from m4e_fmi.fmu.reading import Description
+from m4e_fmi.cosim.connections.connect import connect
+from m4e_fmi.cosim.connections.loose_ends import loose_ends
+from m4e_fmi.fmu.importer.reading import Description
 
 CART = described(
     "cart",

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from m4e_fmi.cosim.newton import ROUGH, NotConvergedError, QuasiNewton
+from m4e_fmi.cosim.exchange.newton import ROUGH, NotConvergedError, QuasiNewton
 
 Function = Callable[[np.ndarray], np.ndarray]
 

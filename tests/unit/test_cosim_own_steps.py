@@ -22,12 +22,14 @@ from m4e_fmi.cosim import (
     System,
     Timing,
     load,
+    load_system,
     prepare,
     run,
+    save_system,
 )
 from m4e_fmi.cosim.algorithms.course import PARABOLA, Way
-from m4e_fmi.cosim.rates import Rate, common_step, rate, seconds
-from m4e_fmi.cosim.system import TICK
+from m4e_fmi.cosim.system.component_step import Rate, common_step, rate, seconds
+from m4e_fmi.cosim.system.system import TICK
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.fmu import read_description
 
@@ -162,19 +164,19 @@ def test_a_step_that_does_not_fit_is_told_with_its_place(c_fmu: Fmus, tmp_path: 
         "simulation: {stop_time: 1, step_size: 0.05, algorithm: jakobi}\n"
     )
     with pytest.raises(InputError) as caught:
-        System.load(path)
+        load_system(path)
     told = [str(problem) for problem in caught.value.problems]
     assert "unknown algorithm 'jakobi'" in told[0]
     path.write_text(path.read_text().replace("jakobi", "jacobi"))
     with pytest.raises(InputError) as caught:
-        System.load(path)
+        load_system(path)
     first, second = caught.value.problems
     assert f"{path}:3:" in str(first)
     assert "component 'a': step_size 0.033 s goes 1.51515 times" in first.message
     assert f"{path}:4:" in str(second)
     assert "step_size '5 m' is not a valid duration" in second.message
     path.write_text(path.read_text().replace("33 ms", "10 ms").replace("5 m}", "1/3 ms}"))
-    system = System.load(path.rename(tmp_path / "good.yaml")).changed(step_size=0.01)
+    system = load_system(path.rename(tmp_path / "good.yaml")).changed(step_size=0.01)
     assert [part.step_size for part in system.components] == ["10 ms", "1/3 ms"]
     with pytest.raises(InputError, match=r"component 'b': step_size 0.000333333 s goes 30.03"):
         system.changed(step_size=0.01001)
@@ -196,7 +198,9 @@ def test_own_steps_are_told(c_fmu: Fmus, tmp_path: Path) -> None:
 
 def test_ssp_keeps_own_steps(c_fmu: Fmus, tmp_path: Path) -> None:
     for own in (0.01, "1/60 s", None):
-        back = System.load(pair(c_fmu, own).save(tmp_path / "s.ssp", build_directory=tmp_path))
+        back = load_system(
+            save_system(pair(c_fmu, own), tmp_path / "s.ssp", build_directory=tmp_path)
+        )
         assert back.notes == ()
         assert [part.step_size for part in back.components] == [None, own]
 

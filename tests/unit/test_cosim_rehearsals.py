@@ -9,11 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from m4e_fmi.cosim import Component, FmuFile, Simulation, System, prepare, run, start, witness
-from m4e_fmi.cosim.coverage import Coverage
-from m4e_fmi.cosim.master import Master
-from m4e_fmi.cosim.second_course import Recorded, SecondCourse
-from m4e_fmi.cosim.witness import Witness
+from m4e_fmi.cosim import Component, FmuFile, Simulation, System, prepare, run, start
+from m4e_fmi.cosim.error_estimate import step_doubling as witness
+from m4e_fmi.cosim.error_estimate.coverage import Coverage
+from m4e_fmi.cosim.error_estimate.repeated_steps import Recorded, SecondCourse
+from m4e_fmi.cosim.error_estimate.step_doubling import Witness
+from m4e_fmi.cosim.master.master import Master
 
 Fmus = Callable[[str], Path]
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from m4e_fmi.cosim.native_loop import NativeExecutor
-from m4e_fmi.cosim.operations import Monitor
-from m4e_fmi.cosim.python_loop import PythonExecutor
+from m4e_fmi.cosim.exchange.native_executor import NativeExecutor
+from m4e_fmi.cosim.exchange.operations import Monitor
+from m4e_fmi.cosim.exchange.python_executor import PythonExecutor
 from m4e_fmi.runtime.library import library
 
 STEP = 0.05

@@ -25,20 +25,22 @@ from m4e_fmi.cosim import (
     Simulation,
     System,
     load,
+    load_system,
     prepare,
     read_parameters,
     run,
+    save_system,
     start,
 )
-from m4e_fmi.cosim.certificate import Trace
-from m4e_fmi.cosim.master import Observer
-from m4e_fmi.cosim.results import LEAST_ROWS
+from m4e_fmi.cosim.error_estimate.report import Trace
+from m4e_fmi.cosim.master.master import Observer
+from m4e_fmi.cosim.results.writer import LEAST_ROWS
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.fmu import build_fmu
-from m4e_fmi.fmu.unpack import Unpacked
+from m4e_fmi.fmu.importer.unpack import Unpacked
 from m4e_fmi.model import load_model
 from m4e_fmi.program import Recorder, Variable
-from m4e_fmi.report.summaries import run_summary
+from m4e_fmi.report.text.summaries import run_summary
 from m4e_fmi.signals import Terminated
 
 Fmus = Callable[[str], Path]
@@ -271,7 +273,7 @@ def test_an_end_in_the_first_step_replaces_the_results_of_before(
     file, picture = tmp_path / "r.nc", tmp_path / "r.png"
     fuse = system(c_fmu, {"fuse": "ending"}, start={"fuse": {"when": 0.5, "y": 3.0}})
     assert len(run(fuse, results=file).results().time) == 6
-    path = fuse.changed(start={"fuse.when": 0.0}).save(tmp_path / "s.ssp")
+    path = save_system(fuse.changed(start={"fuse.when": 0.0}), tmp_path / "s.ssp")
     picture.write_bytes(b"old")
     assert main(["run", str(path), "--output-file", str(file)]) == 0
     told = capsys.readouterr()
@@ -298,7 +300,7 @@ def test_a_stepped_run_without_a_step_has_its_own_results(c_fmu: Fmus, tmp_path:
 def test_results_that_fill_their_blocks_are_complete(
     c_fmu: Fmus, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("m4e_fmi.cosim.results.MOST_ROWS", LEAST_ROWS)
+    monkeypatch.setattr("m4e_fmi.cosim.results.writer.MOST_ROWS", LEAST_ROWS)
     steps = 2 * LEAST_ROWS - 1
     settings = Simulation(steps / 10, 0.1)
     outcome = run(system(c_fmu, {"a": "rogue"}, simulation=settings), results=tmp_path / "r.nc")
@@ -317,7 +319,7 @@ def test_results_that_stay_of_the_classic_form_have_all_attributes(
     def full(*_: object) -> None:
         raise RunError("no room")
 
-    monkeypatch.setattr("m4e_fmi.cosim.results.write_netcdf", full)
+    monkeypatch.setattr("m4e_fmi.cosim.results.writer.write_netcdf", full)
     outcome = run(given, results=tmp_path / "r.nc")
     assert "of netCDF's classic form" in outcome.notes[-1]
     found = outcome.results().attributes
@@ -437,7 +439,7 @@ def test_numbers_that_are_not_finite_are_refused_where_they_are_given(
 
 
 def test_progress_tells_simulated_time(c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("m4e_fmi.cosim.master.PROGRESS_INTERVAL", 0.0)
+    monkeypatch.setattr("m4e_fmi.cosim.master.master.PROGRESS_INTERVAL", 0.0)
     told: list[float] = []
     run(oscillator(c_fmu, Simulation(1, 0.1)), progress=told.append)
     assert told == [k / 10 for k in range(1, 11)]
@@ -508,13 +510,13 @@ def test_signals_stop_at_a_communication_point_unless_ignored(
 KEPT = "results until t = 1 s are in r.csv (11 rows)"
 NOT_YET = "the results are complete in r.nc (11 rows); r.csv is not written"
 ENDS = {  # what is called at the end of a run, and what is said if SIGTERM comes just before it
-    "cosim.results:ResultsWriter.close": KEPT,
-    "cosim.results:ResultsWriter._flush": KEPT,
-    "cosim.run:closing_attributes": KEPT,
-    "cosim.results:write_netcdf": KEPT,
-    "cosim.run:Outcome": NOT_YET,
-    "cosim.recording:export": NOT_YET,
-    "temporary:_leave": "the results are complete in r.csv (11 rows)",
+    "cosim.results.writer:ResultsWriter.close": KEPT,
+    "cosim.results.writer:ResultsWriter._flush": KEPT,
+    "cosim.master.run:closing_attributes": KEPT,
+    "cosim.results.writer:write_netcdf": KEPT,
+    "cosim.master.run:Outcome": NOT_YET,
+    "cosim.master.recording:export": NOT_YET,
+    "files.temporary:_leave": "the results are complete in r.csv (11 rows)",
 }
 
 
@@ -552,7 +554,7 @@ def test_what_was_made_of_old_results_goes_with_them(
 ) -> None:
     """With the first step, and not before; other files of the same name stay."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("m4e_fmi.cosim.results.FLUSH", 0.0)
+    monkeypatch.setattr("m4e_fmi.cosim.results.writer.FLUSH", 0.0)
     names = ("r.nc", "r.csv", "r.png", "r.parquet")
     seen: list[set[str]] = []
 
@@ -578,7 +580,7 @@ def test_a_folder_that_is_renamed_during_the_run(
     c_fmu: Fmus, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """All of the results are in one place, and it is said where."""
-    monkeypatch.setattr("m4e_fmi.cosim.results.FLUSH", 0.0)
+    monkeypatch.setattr("m4e_fmi.cosim.results.writer.FLUSH", 0.0)
     folder, other = tmp_path / "folder", tmp_path / "other"
     folder.mkdir()
     monkeypatch.chdir(folder)
@@ -665,8 +667,8 @@ def test_a_run_without_columns_says_so(tmp_path: Path) -> None:
 
 
 def test_a_system_may_be_given_by_its_path(c_fmu: Fmus, tmp_path: Path) -> None:
-    package = oscillator(c_fmu, Simulation(1, 0.1)).save(tmp_path / "s.ssp")
-    expected = run(System.load(package)).steps
+    package = save_system(oscillator(c_fmu, Simulation(1, 0.1)), tmp_path / "s.ssp")
+    expected = run(load_system(package)).steps
     build = tmp_path / "b"
     assert run(package, build_directory=build).steps == expected
     with start(str(package), build_directory=build) as stepped:

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from m4e_fmi.cosim.start_values import value_of
-from m4e_fmi.fmu.reading import Variable
+from m4e_fmi.cosim.system.start_values import value_of
+from m4e_fmi.fmu.importer.reading import Variable
 from m4e_fmi.units import parse_unit
 
 

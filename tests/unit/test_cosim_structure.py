@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from m4e_fmi.cosim import Component, FmuFile, Prepared, Simulation, System, Timing, prepare
-from m4e_fmi.cosim.structure import Transfer
+from m4e_fmi.cosim.connections.structure import Transfer
 
 Fmus = Callable[[str], Path]
 

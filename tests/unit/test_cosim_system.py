@@ -9,9 +9,10 @@ from types import ModuleType
 
 import pytest
 
-from m4e_fmi.cosim import FmuFile, Kind, Simulation, System, system, system_file
-from m4e_fmi.document import Section
+from m4e_fmi.cosim import FmuFile, Kind, Simulation, load_system, system_file
+from m4e_fmi.cosim.system import system
 from m4e_fmi.errors import InputError
+from m4e_fmi.files.document import Section
 from m4e_fmi.fmu import build_fmu
 from m4e_fmi.program import Program, Recorder, Variable
 
@@ -84,13 +85,13 @@ def test_a_word_is_no_number(tmp_path: Path) -> None:
         "simulation: {stop_time: true, step_size: 0.1}\n"
     )
     with pytest.raises(InputError) as caught:
-        System.load(path)
+        load_system(path)
     told = [str(problem) for problem in caught.value.problems]
     assert any("expected a number, got true" in text for text in told)
 
 
 def test_a_good_file_is_understood(folder: Path) -> None:
-    read = System.load(written(folder, GOOD))
+    read = load_system(written(folder, GOOD))
     assert read.name == "pair"
     body, spring = read.components
     assert body.source == FmuFile(folder / "mass.fmu")
@@ -143,7 +144,7 @@ def test_one_mistake_one_message_at_its_place(
 ) -> None:
     assert old in GOOD
     with pytest.raises(InputError) as caught:
-        System.load(written(folder, GOOD.replace(old, new)))
+        load_system(written(folder, GOOD.replace(old, new)))
     first = caught.value.problems[0]
     assert f"system.yaml:{place}: " in str(first)
     assert message in first.message
@@ -153,7 +154,7 @@ def test_one_mistake_one_message_at_its_place(
 def test_times_may_have_units(folder: Path) -> None:
     times = "start_time: -500 ms, stop_time: 1/6 min, step_size: 100 ms, output_interval: 0.5 s"
     text = GOOD.replace("stop_time: 10, step_size: 0.1, output_interval: 0.5", times)
-    settings = System.load(written(folder, text)).simulation
+    settings = load_system(written(folder, text)).simulation
     assert settings == Simulation(10.0, 0.1, output_interval=0.5, start_time=-0.5)
 
 
@@ -161,7 +162,7 @@ def test_all_problems_are_told_at_once(folder: Path) -> None:
     text = GOOD.replace("mass.fmu", "mas.fmu").replace("stiffness: 4.0", "stif: 1")
     text = text.replace("step_size: 0.1", "step_size: 0").replace("connections:", "conections:")
     with pytest.raises(InputError) as caught:
-        System.load(written(folder, text))
+        load_system(written(folder, text))
     messages = [problem.message for problem in caught.value.problems]
     assert any("no such file" in m for m in messages)
     assert any("unknown key 'stif'" in m for m in messages)
@@ -171,7 +172,7 @@ def test_all_problems_are_told_at_once(folder: Path) -> None:
 def test_a_wrong_start_value_is_one_problem(folder: Path) -> None:
     """Though it may be of four types, of which it is none."""
     with pytest.raises(InputError) as caught:
-        System.load(written(folder, GOOD.replace("body.m.x: 1.0", "body.m.x: [1, 2]")))
+        load_system(written(folder, GOOD.replace("body.m.x: 1.0", "body.m.x: [1, 2]")))
     (problem,) = caught.value.problems
     expected = "expected true or false, a whole number, a number or text, got a list"
     assert problem.message == f"start.body.m.x: {expected}"
@@ -183,7 +184,7 @@ def test_parts_that_do_not_depend_on_one_another_are_told_together(folder: Path)
     text = text.replace("stop_time: 10", "stop_tme: 3, stop_time: 10, tolerance: 5")
     text = text.replace("=> a.b", "=> a.b\n  - boddy.m <-> spring.end")
     with pytest.raises(InputError) as caught:
-        System.load(written(folder, text))
+        load_system(written(folder, text))
     messages = [problem.message for problem in caught.value.problems]
     for message in (
         "unknown kind 'coli'",

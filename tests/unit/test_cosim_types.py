@@ -10,7 +10,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from m4e_fmi.cosim import Component, FmuFile, Network, Simulation, System, prepare, run, start
+from m4e_fmi.cosim import (
+    Component,
+    FmuFile,
+    Network,
+    Simulation,
+    System,
+    load_system,
+    prepare,
+    run,
+    start,
+)
 from m4e_fmi.errors import InputError, RunError
 
 Fmus = Callable[[str], Path]
@@ -40,7 +50,7 @@ def watched(system: System, names: Sequence[str]) -> list[list[Any]]:
 
 
 def by_python(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("m4e_fmi.cosim.schedule.library", lambda: None)
+    monkeypatch.setattr("m4e_fmi.cosim.exchange.step_loop.library", lambda: None)
 
 
 def periods(time: float, period: float) -> int:
@@ -206,7 +216,7 @@ def test_types_that_do_not_fit_are_told_by_line(c_fmu: Fmus, tmp_path: Path) -> 
     path = tmp_path / "bad.system.yaml"
     path.write_text("\n".join(lines), encoding="utf-8")
     with pytest.raises(InputError) as caught:
-        prepare(System.load(path))
+        prepare(load_system(path))
     told = {(p.line, expected in p.message) for p, expected in zip(
         caught.value.problems, BAD.values(), strict=True)}  # fmt: skip
     assert told == {(7 + k, True) for k in range(len(BAD))}

@@ -163,7 +163,7 @@ def test_single_elements_and_single_precision_are_connected(
     c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch, by_python: bool
 ) -> None:
     if by_python:
-        monkeypatch.setattr("m4e_fmi.cosim.schedule.library", lambda: None)
+        monkeypatch.setattr("m4e_fmi.cosim.exchange.step_loop.library", lambda: None)
     stage = Component("stage", FmuFile(c_fmu("stage")), {"gain": 0.0})  # y is the time
     gallery = Component("g", FmuFile(c_fmu("3:gallery")), {"gain": 3.0, "u[1]": 9.0})
     connections = tuple(

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from m4e_fmi.cosim.second_course import events, first_events
-from m4e_fmi.cosim.windows import Told, pieces, throughout
+from m4e_fmi.cosim.error_estimate.repeated_steps import events, first_events
+from m4e_fmi.cosim.error_estimate.windows import Told, pieces, throughout
 
 
 def told(errors: list[float], begin: int, span: int, *, speaks: bool = True) -> Told:

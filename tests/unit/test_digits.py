@@ -7,7 +7,7 @@ import pytest
 
 from m4e_fmi.report.digits import aligned, quantity
 from m4e_fmi.report.panels import by_unit, panels
-from m4e_fmi.series import Series
+from m4e_fmi.results.series import Series
 
 
 @pytest.mark.parametrize(

@@ -8,8 +8,8 @@ from typing import Annotated, Any, Literal
 import pytest
 from pydantic import Field, field_validator
 
-from m4e_fmi.document import Document, Section, rejected
 from m4e_fmi.errors import InputError, Problem, suggestion
+from m4e_fmi.files.document import Document, Section, rejected
 
 
 class Spring(Section):

@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from m4e_fmi.fmu.arrays import Grouped, Place, grouped, places
-from m4e_fmi.fmu.description import FmuVariable, ModelDescription
+from m4e_fmi.fmu.export.description.arrays import Grouped, Place, grouped, places
+from m4e_fmi.fmu.export.description.description import FmuVariable, ModelDescription
 
 
 def output(name: str, **more: Any) -> FmuVariable:

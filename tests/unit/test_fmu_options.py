@@ -8,10 +8,10 @@ import pytest
 from support.driven import driven
 
 from m4e_fmi.errors import InputError
-from m4e_fmi.fmu.from_program import with_rates
-from m4e_fmi.fmu.options import Options
-from m4e_fmi.fmu.program_files import model_file
-from m4e_fmi.fmu.selection import renamed, with_outputs
+from m4e_fmi.fmu.export.from_program import with_rates
+from m4e_fmi.fmu.export.options import Options
+from m4e_fmi.fmu.export.program_files import model_file
+from m4e_fmi.fmu.export.selection import renamed, with_outputs
 from m4e_fmi.program import Program, rate_entries
 from m4e_fmi.program.binary_form import decode
 from m4e_fmi.runtime.engine import Engine

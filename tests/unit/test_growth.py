@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from m4e_fmi.growth import growth, largest_growth
+from m4e_fmi.results.growth import growth, largest_growth
 
 T = np.linspace(0.0, 10.0, 1001)
 DOUBLING = np.array([2.0**k - 1 for k in range(1, 20)])

@@ -13,10 +13,10 @@ import pytest
 
 from m4e_adapters.hydrodynamics import bem, cache
 from m4e_adapters.hydrodynamics.config import Box, Water
-from m4e_adapters.hydrodynamics.hydrostatics import hydrostatics_of
-from m4e_adapters.hydrodynamics.mesh import Hull
-from m4e_adapters.hydrodynamics.panels import Panels
-from m4e_adapters.hydrodynamics.shapes import box_panels
+from m4e_adapters.hydrodynamics.geometry.hydrostatics import hydrostatics_of
+from m4e_adapters.hydrodynamics.geometry.mesh import Hull
+from m4e_adapters.hydrodynamics.geometry.panels import Panels
+from m4e_adapters.hydrodynamics.geometry.shapes import box_panels
 
 ARRAYS = {"added_mass": np.arange(6.0).reshape(2, 3), "warnings": np.array(["one"], dtype=str)}
 FROM_CACHE = "potential flow: coefficients taken from the cache"
@@ -173,8 +173,8 @@ def test_what_a_killed_process_left_is_removed(
 ) -> None:
     folder.mkdir()
     (folder / ".part-00000000-1-x.coefficients").write_bytes(b"half")
-    monkeypatch.setattr("m4e_fmi.writing._HOST", "00000000")
-    monkeypatch.setattr("m4e_fmi.writing.os.kill", _no_such_process)
+    monkeypatch.setattr("m4e_fmi.files.writing._HOST", "00000000")
+    monkeypatch.setattr("m4e_fmi.files.writing.os.kill", _no_such_process)
     solved()
     assert len(list(folder.iterdir())) == 2
 

@@ -6,9 +6,9 @@ import pytest
 
 from m4e_adapters.hydrodynamics.build import frequency_table
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig
-from m4e_adapters.hydrodynamics.mesh import make_hulls
-from m4e_fmi.document import Document
+from m4e_adapters.hydrodynamics.geometry.mesh import make_hulls
 from m4e_fmi.errors import InputError
+from m4e_fmi.files.document import Document
 
 GOOD = """\
 water: {density: 1025, depth: 50}

@@ -12,8 +12,8 @@ import pytest
 from m4e_adapters.hydrodynamics import build
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig, Water
 from m4e_adapters.hydrodynamics.doubts import breaking_height, sea_doubts, size_doubts
-from m4e_adapters.hydrodynamics.mesh import make_hulls
-from m4e_fmi.document import Document
+from m4e_adapters.hydrodynamics.geometry.mesh import make_hulls
+from m4e_fmi.files.document import Document
 
 BODY = "float: {shape: {box: {length: 8, width: 6, draft: 3}}, center_of_gravity: [0, -1]}"
 

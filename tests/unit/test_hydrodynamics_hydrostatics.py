@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from m4e_adapters.hydrodynamics.config import Body
-from m4e_adapters.hydrodynamics.mesh import make_hull
+from m4e_adapters.hydrodynamics.geometry.mesh import make_hull
 
 RHO, G = 1025.0, 9.81
 ROUNDING = 1e-10

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from m4e_adapters.hydrodynamics.build import frequency_table
-from m4e_adapters.hydrodynamics.clearance import narrowest_gap, overlap
 from m4e_adapters.hydrodynamics.config import Body, Box, Cylinder, HydrodynamicsConfig
-from m4e_adapters.hydrodynamics.hydrostatics import hydrostatics_of
-from m4e_adapters.hydrodynamics.mesh import (
+from m4e_adapters.hydrodynamics.geometry.clearance import narrowest_gap, overlap
+from m4e_adapters.hydrodynamics.geometry.hydrostatics import hydrostatics_of
+from m4e_adapters.hydrodynamics.geometry.mesh import (
     checked,
     hulls_and_problems,
     make_hull,
@@ -18,8 +18,8 @@ from m4e_adapters.hydrodynamics.mesh import (
     make_lid,
     waterline,
 )
-from m4e_adapters.hydrodynamics.panels import Panels, grid, joined
-from m4e_adapters.hydrodynamics.shapes import box_panels, cylinder_panels
+from m4e_adapters.hydrodynamics.geometry.panels import Panels, grid, joined
+from m4e_adapters.hydrodynamics.geometry.shapes import box_panels, cylinder_panels
 from m4e_fmi.cosim import prepare
 from m4e_fmi.errors import InputError
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from m4e_adapters.control import LinearPtoConfig, linear_pto
-from m4e_fmi.document import Document
 from m4e_fmi.errors import InputError
+from m4e_fmi.files.document import Document
 from m4e_fmi.program import Program
 from m4e_fmi.program.python_form import load_python
 from m4e_fmus.linear_pto import Config, make

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from support.planar_trees import random_tree
 
-from m4e_fmi.cosim import System, run
+from m4e_fmi.cosim import load_system, run
 from m4e_fmi.fmu import build_fmu, read_description
 from m4e_fmi.model import (
     Body,
@@ -164,7 +164,7 @@ def test_they_are_in_coupled_results_and_summaries(tmp_path: Path) -> None:
         encoding="utf-8",
     )
     alone = simulate(path, stop_time=2.0)
-    outcome = run(System.load(file), results=tmp_path / "s.nc", build_directory=tmp_path / "build")
+    outcome = run(load_system(file), results=tmp_path / "s.nc", build_directory=tmp_path / "build")
     loaded = outcome.results()
     for name in ("load.pto.power", "load.spring.tension", "load.spring.extension"):
         # the same method at the same tolerance, 1e-8, restarted at each step
@@ -173,7 +173,7 @@ def test_they_are_in_coupled_results_and_summaries(tmp_path: Path) -> None:
     told = run_summary(outcome)
     assert f"mean power {mean:.3f} W over 2 s (buoy.load.pto.power)\n" in told
     assert "from rows" not in told
-    fewer = System.load(file).changed(output_interval=0.5)
+    fewer = load_system(file).changed(output_interval=0.5)
     outcome = run(fewer, results=tmp_path / "s.nc", build_directory=tmp_path / "build")
     told = run_summary(outcome)
     assert re.search(r"mean power .*\(buoy.load.pto.power\), from rows every 0.5 s\n", told)

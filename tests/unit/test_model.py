@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from m4e_fmi.document import Document
 from m4e_fmi.errors import InputError, Problem
+from m4e_fmi.files.document import Document
 from m4e_fmi.model import (
     Body,
     BodyForce,

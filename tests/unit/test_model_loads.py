@@ -12,8 +12,8 @@ from support.programs import Evaluated
 
 from m4e_fmi.cli import main
 from m4e_fmi.cosim import Component, ModelFile, Simulation, System, fmu_files
-from m4e_fmi.document import Document
 from m4e_fmi.errors import InputError, Problem
+from m4e_fmi.files.document import Document
 from m4e_fmi.model import (
     Body,
     BodyDrag,

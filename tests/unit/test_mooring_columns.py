@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from m4e_adapters.moordyn import ready_mooring
-from m4e_adapters.moordyn.sections import tables
+from m4e_adapters.moordyn.ready_files.sections import tables
 from m4e_fmi.errors import InputError, Problem
 
 FILE = """\

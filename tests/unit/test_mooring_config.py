@@ -4,8 +4,8 @@ import pytest
 
 from m4e_adapters.moordyn import MooringConfig, mooring
 from m4e_adapters.moordyn.stability import Segment, stable_step
-from m4e_fmi.document import Document
 from m4e_fmi.errors import InputError, Problem
+from m4e_fmi.files.document import Document
 
 GOOD = """\
 water: {density: 1025, depth: 200}

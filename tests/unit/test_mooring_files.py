@@ -9,9 +9,9 @@ import pytest
 
 from m4e_adapters.moordyn import MooringConfig, mooring, ready_mooring
 from m4e_adapters.moordyn.line_system import LineSystem
-from m4e_adapters.moordyn.sections import tables
-from m4e_fmi.document import Document
+from m4e_adapters.moordyn.ready_files.sections import tables
 from m4e_fmi.errors import InputError
+from m4e_fmi.files.document import Document
 from m4e_fmus import mooring as mooring_kind
 
 CASE1 = Path(__file__).parents[1] / "data" / "moordyn" / "moorpy_case1.dat"

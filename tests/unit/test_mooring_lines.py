@@ -13,7 +13,7 @@ from m4e_adapters.moordyn.line_system import LineSystem, MooringError
 from m4e_adapters.moordyn.placement import misplaced
 from m4e_adapters.moordyn.rest import left_over, too_long
 from m4e_adapters.moordyn.statics import Net
-from m4e_fmi.document import Document
+from m4e_fmi.files.document import Document
 
 STIFFNESS, LENGTH = 1e9, 100.5
 

@@ -11,7 +11,7 @@ import pytest
 
 from m4e_adapters.moordyn import Mooring, ready_mooring
 from m4e_adapters.moordyn.line_system import LineSystem
-from m4e_adapters.moordyn.sections import tables
+from m4e_adapters.moordyn.ready_files.sections import tables
 from m4e_fmi.cli import main
 from m4e_fmi.errors import InputError
 

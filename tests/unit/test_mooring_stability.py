@@ -10,8 +10,8 @@ from support.sea_motion import holds, random_mooring, tensions
 
 from m4e_adapters.moordyn import MooringConfig, mooring
 from m4e_adapters.moordyn.stability import SPEED, Segment, decay_rate, oscillations, stable_step
-from m4e_fmi.document import Document
 from m4e_fmi.errors import InputError
+from m4e_fmi.files.document import Document
 
 NODES = 9
 

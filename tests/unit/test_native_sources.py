@@ -10,9 +10,9 @@ import pytest
 from support.driven import driven
 from support.plane import plane
 
-from m4e_fmi.fmu.from_program import describe, with_rates
-from m4e_fmi.fmu.native_fmu import SETTINGS, native_fmu_files
-from m4e_fmi.fmu.options import Options
+from m4e_fmi.fmu.export.from_program import describe, with_rates
+from m4e_fmi.fmu.export.native_fmu import SETTINGS, native_fmu_files
+from m4e_fmi.fmu.export.options import Options
 from m4e_fmi.program import Program
 from m4e_fmi.runtime.compiler import (
     FLAGS,

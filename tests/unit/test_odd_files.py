@@ -18,15 +18,16 @@ from support.odd_files import DEFECT, FMI_3
 
 from m4e_fmi.cli import main
 from m4e_fmi.cli.output import cleaned
-from m4e_fmi.columns import read_columns
-from m4e_fmi.cosim import System, fmu_files
+from m4e_fmi.cosim import fmu_files, load_system
 from m4e_fmi.cosim.ssp import unpack_member
-from m4e_fmi.document import MOST_VALUES, Document
 from m4e_fmi.errors import InputError, RunError
-from m4e_fmi.file_names import LONGEST, file_stem, file_stems
-from m4e_fmi.fmu import Options, opening, validate_fmu
-from m4e_fmi.fmu.opening import check_archive, has_doctype
-from m4e_fmi.fmu.unpack import Unpacked
+from m4e_fmi.files.csv_columns import read_columns
+from m4e_fmi.files.document import MOST_VALUES, Document
+from m4e_fmi.files.file_names import LONGEST, file_stem, file_stems
+from m4e_fmi.fmu import Options, validate_fmu
+from m4e_fmi.fmu.importer import opening
+from m4e_fmi.fmu.importer.opening import check_archive, has_doctype
+from m4e_fmi.fmu.importer.unpack import Unpacked
 from m4e_fmi.model import load_model, model_from_lists
 from m4e_fmi.multibody import model_program
 from m4e_fmi.report import fmu_documentation
@@ -96,7 +97,7 @@ def test_a_kind_that_is_no_word(kind: str, tmp_path: Path):
         f"name: a\ncomponents: {{b: {{kind: {kind}}}}}\nsimulation: {{stop_time: 1, step_size: 1}}"
     )
     with pytest.raises(InputError, match="unknown kind"):
-        System.load(path)
+        load_system(path)
 
 
 # ---- numbers ----
@@ -189,7 +190,7 @@ def test_components_that_differ_in_capitals_have_files_of_their_own(tmp_path: Pa
         f"name: s\ncomponents: {{a: {{model: {path.name}}}, A: {{model: {path.name}}}}}\n"
         "simulation: {stop_time: 1, step_size: 0.1}\n"
     )
-    files = fmu_files(System.load(system), tmp_path / "build")
+    files = fmu_files(load_system(system), tmp_path / "build")
     assert len({str(file).casefold() for file in files.values()}) == 2
 
 

@@ -17,8 +17,8 @@ from support.libraries import (
     universal_parts,
 )
 
-from m4e_fmi.fmu.native import shell_binaries
-from m4e_fmi.fmu.native.universal import universal
+from m4e_fmi.fmu.export.native import shell_binaries
+from m4e_fmi.fmu.export.native.universal import universal
 from m4e_fmi.runtime import platforms
 from m4e_fmi.runtime.platforms import PLATFORMS, packaged, this_platform
 

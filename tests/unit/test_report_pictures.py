@@ -21,22 +21,21 @@ from m4e_fmi.multibody import model_program
 from m4e_fmi.report import (
     animate,
     draw_model,
-    figures,
     model_figure,
     plot_modes,
     plot_phase,
     plot_run,
     plot_simulation,
-    symbols,
     system_figure,
     write_simulation,
 )
-from m4e_fmi.report.film import film
-from m4e_fmi.report.motion import LARGEST_TURN, SWING, _moved
+from m4e_fmi.report.drawing import figures, symbols
+from m4e_fmi.report.drawing.film import film
+from m4e_fmi.report.drawing.motion import LARGEST_TURN, SWING, _moved
+from m4e_fmi.report.drawing.parts import placed, ranks, tie_lines
+from m4e_fmi.report.drawing.scene import Anchor, scene
 from m4e_fmi.report.panels import MOST_LINES, by_unit, coinciding, fitting, moving, panels
-from m4e_fmi.report.parts import placed, ranks, tie_lines
-from m4e_fmi.report.scene import Anchor, scene
-from m4e_fmi.results import Series
+from m4e_fmi.results.results_file import Series
 from m4e_fmi.simulate import Simulation, simulate
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

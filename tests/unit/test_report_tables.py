@@ -9,7 +9,7 @@ from support.paper_listings import double_pendulum
 
 from m4e_fmi.cli import main
 from m4e_fmi.model import Model, load_model, model_from_lists
-from m4e_fmi.report.tables import model_listings, model_tables
+from m4e_fmi.report.text.tables import model_listings, model_tables
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 FLAP = EXAMPLES / "paper_cases" / "flap.model.yaml"

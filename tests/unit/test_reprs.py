@@ -19,14 +19,14 @@ from support.planar_trees import random_tree
 
 import m4e_fmi
 from m4e_fmi import analysis, cosim, fmu, model, multibody, program
-from m4e_fmi.document import Section
 from m4e_fmi.errors import InputError, UnknownNameError
-from m4e_fmi.fmu.from_program import python_slave
-from m4e_fmi.fmu.options import Options
+from m4e_fmi.files.document import Section
+from m4e_fmi.fmu.export.from_program import python_slave
+from m4e_fmi.fmu.export.options import Options
 from m4e_fmi.model import Body, Joint, Model, load_model
 from m4e_fmi.model.loads import LOAD_TYPES
 from m4e_fmi.program import Program, Recorder, Tape, Variable
-from m4e_fmi.series import Series
+from m4e_fmi.results.series import Series
 from m4e_fmi.simulate import Watch, simulate
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -57,7 +57,7 @@ def of_the_coupling(folder: Path) -> Iterator[Any]:
     """Objects of a run with two coupled FMUs."""
     (folder / "block.model.yaml").write_text(MODEL, encoding="utf-8")
     (folder / "s.system.yaml").write_text(SYSTEM, encoding="utf-8")
-    system = cosim.System.load(folder / "s.system.yaml")
+    system = cosim.load_system(folder / "s.system.yaml")
     prepared = cosim.prepare(system, build_directory=folder / "build")
     yield from (system, prepared, *cosim.Timing)
     yield from (cosim.Bond("b", ()), cosim.BondEnergy("b", 1.0, 1.0, 1.0))
@@ -180,7 +180,7 @@ def wrong_names(folder: Path) -> Iterator[Any]:
     text = "name: s\ncomponents: {one: {model: block.model.yaml}}\nconnections: []\n"
     text += "simulation: {stop_time: 0.1, step_size: 0.02}\n"
     (folder / "s.system.yaml").write_text(text, encoding="utf-8")
-    with cosim.start(cosim.System.load(folder / "s.system.yaml"), results=folder / "s.nc",
+    with cosim.start(cosim.load_system(folder / "s.system.yaml"), results=folder / "s.nc",
                      build_directory=folder / "build") as execution:  # fmt: skip
         yield from ((execution, "one.body.blok.x"), (execution.point, "one.body.blok.x"))
         with pytest.raises(KeyError, match=r"did you mean 'one\.body\.block\.x'"):

@@ -10,14 +10,23 @@ import numpy as np
 import pytest
 
 from m4e_fmi.cli import main
-from m4e_fmi.cosim import Component, FmuFile, Simulation, System, run, start
+from m4e_fmi.cosim import (
+    Component,
+    FmuFile,
+    Simulation,
+    System,
+    load_system,
+    run,
+    save_system,
+    start,
+)
 from m4e_fmi.errors import InputError
-from m4e_fmi.recorded import Recorded
 from m4e_fmi.report import plot_run
-from m4e_fmi.report.figures import _fill
+from m4e_fmi.report.drawing.figures import _fill
 from m4e_fmi.report.panels import by_unit
-from m4e_fmi.results import Results, load, write_netcdf
-from m4e_fmi.row_header import Column, Section
+from m4e_fmi.results.recorded import Recorded
+from m4e_fmi.results.results_file import Results, load, write_netcdf
+from m4e_fmi.results.row_header import Column, Section
 
 Fmus = Callable[[str], Path]
 N = [0, 0, 0, 1, 1, 1, 2, 2, 2, 3, 3]
@@ -102,7 +111,7 @@ def test_the_c_loop_and_python_record_the_same(
     system: System, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     first = run(system, results=tmp_path / "c.nc").results().series
-    monkeypatch.setattr("m4e_fmi.cosim.schedule.library", lambda: None)
+    monkeypatch.setattr("m4e_fmi.cosim.exchange.step_loop.library", lambda: None)
     other = run(system, results=tmp_path / "p.nc").results().series
     assert first.keys() == other.keys()
     for name, one in first.items():
@@ -135,8 +144,8 @@ def test_pictures_show_them_as_steps(system: System, tmp_path: Path) -> None:
 
 
 def test_packages_keep_them(system: System, tmp_path: Path) -> None:
-    package = system.save(tmp_path / "s.ssp")
-    again = System.load(package)
+    package = save_system(system, tmp_path / "s.ssp")
+    again = load_system(package)
     assert again.connections == system.connections
     check(run(again, results=tmp_path / "r.nc").results())
 
@@ -144,7 +153,7 @@ def test_packages_keep_them(system: System, tmp_path: Path) -> None:
 def test_run_and_info_tell_of_them(
     system: System, c_fmu: Fmus, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    package = str(system.save(tmp_path / "s.ssp"))
+    package = str(save_system(system, tmp_path / "s.ssp"))
     assert main(["run", package, "--output-file", str(tmp_path / "r.nc")]) == 0
     told = capsys.readouterr().out
     assert "Boolean: 3 changes, true at the end" in told

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from m4e_fmi.cosim import Component, FmuFile, Simulation, System, prepare
-from m4e_fmi.cosim.master import Master
-from m4e_fmi.cosim.results import LEAST_ROWS, ResultsWriter
+from m4e_fmi.cosim.master.master import Master
+from m4e_fmi.cosim.results.writer import LEAST_ROWS, ResultsWriter
 
 Fmus = Callable[[str], Path]
 
@@ -20,7 +20,7 @@ def test_recent_rows_are_of_the_present_course(
     c_fmu: Fmus, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, back: int
 ) -> None:
     """The run goes back to its row `back` when a block of rows is full, and half of the next."""
-    monkeypatch.setattr("m4e_fmi.cosim.results.MOST_ROWS", LEAST_ROWS)
+    monkeypatch.setattr("m4e_fmi.cosim.results.writer.MOST_ROWS", LEAST_ROWS)
     system = System("s", (Component("a", FmuFile(c_fmu("mass"))),), (), Simulation(1.0, 0.01))
     p = prepare(system)
     with (

@@ -11,10 +11,10 @@ import pytest
 from netCDF4 import Dataset
 
 from m4e_fmi.errors import InputError
-from m4e_fmi.recorded import Recorded
-from m4e_fmi.results import FORMAT, FORMAT_NUMBER, load, write_netcdf
-from m4e_fmi.row_file import RowFile
-from m4e_fmi.row_header import NOT_ENDED, Column, Section
+from m4e_fmi.results.recorded import Recorded
+from m4e_fmi.results.results_file import FORMAT, FORMAT_NUMBER, load, write_netcdf
+from m4e_fmi.results.row_file import RowFile
+from m4e_fmi.results.row_header import NOT_ENDED, Column, Section
 
 NUMBER = Recorded("Integer", "i4")
 SECTIONS = (

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from m4e_fmi.cli import main
-from m4e_fmi.results import load
+from m4e_fmi.results.results_file import load
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 PENDULUM = str(EXAMPLES / "double_pendulum" / "double_pendulum.model.yaml")
@@ -36,7 +36,7 @@ def test_csv_is_written_beside_netcdf(tmp_path: Path, capsys: pytest.CaptureFixt
 def test_a_form_that_cannot_be_written_is_told_before_the_work(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture
 ) -> None:
-    monkeypatch.setattr("m4e_fmi.results.find_spec", lambda _: None)
+    monkeypatch.setattr("m4e_fmi.results.results_file.find_spec", lambda _: None)
     assert simulated("--output-file", str(tmp_path / "swing.parquet")) == 2
     assert "Parquet needs the package pyarrow" in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []

@@ -17,7 +17,7 @@ from support.packages import (
     parameter_set,
 )
 
-from m4e_fmi.cosim import System, prepare, run
+from m4e_fmi.cosim import System, load_system, prepare, run
 from m4e_fmi.errors import InputError
 from m4e_fmi.units import Quantity
 
@@ -49,7 +49,7 @@ def inner(name: str, content: str, *connectors: str) -> str:
 
 
 def read(path: Path, ssd: str, files: Files) -> System:
-    return System.load(package(path / "s.ssp", ssd, files))
+    return load_system(package(path / "s.ssp", ssd, files))
 
 
 def problems(path: Path, ssd: str, files: Files) -> list[str]:
@@ -352,18 +352,18 @@ def test_files_that_are_no_ssd_are_refused(tmp_path: Path, ssd: str, message: st
 
 def test_archives_that_should_not_be_read_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no such file"):
-        System.load(tmp_path / "none.ssp")
+        load_system(tmp_path / "none.ssp")
     path = tmp_path / "s.ssp"
     path.write_bytes(b"PK")
     with pytest.raises(InputError, match="not a readable ZIP archive"):
-        System.load(path)
+        load_system(path)
     with zipfile.ZipFile(path, "w") as archive:
         archive.writestr("inside/SystemStructure.ssd", "")
     with pytest.raises(InputError, match=r"there is no SystemStructure\.ssd at the top"):
-        System.load(path)
+        load_system(path)
     package(path, description(PAIR), {"../s.fmu": "x"})
     with pytest.raises(InputError, match="leads out of its folder"):
-        System.load(path)
+        load_system(path)
     package(path, description(PAIR), {"big": "0" * 50_000_000})
     with pytest.raises(InputError, match="would unpack to 50 MB"):
-        System.load(path)
+        load_system(path)

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from m4e_fmi.cosim import Component, Kind, ModelFile, Simulation, System, prepare, run
-from m4e_fmi.document import Document
 from m4e_fmi.errors import InputError
+from m4e_fmi.files.document import Document
 from m4e_fmi.program import Program
 from m4e_fmi.program.python_form import load_python
 from m4e_fmi.report import run_summary

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from m4e_fmi.cosim import Component, Kind, Simulation, System, prepare, run
-from m4e_fmi.document import Document
 from m4e_fmi.errors import InputError, RunError
+from m4e_fmi.files.document import Document
 from m4e_fmi.program import Program
 from m4e_fmi.program.python_form import load_python
-from m4e_fmi.report.summaries import run_summary
+from m4e_fmi.report.text.summaries import run_summary
 from m4e_fmus.table import Config, make
 
 TIMES = [0.0, 1.0, 1.0, 3.0]

@@ -11,17 +11,17 @@ from types import SimpleNamespace
 
 import pytest
 
-from m4e_fmi import writing
 from m4e_fmi.errors import RunError
-from m4e_fmi.fmu.archive import write_archive
-from m4e_fmi.fmu.build_record import BuildRecord, read_record, write_record
+from m4e_fmi.files import writing
+from m4e_fmi.files.writing import part_prefix, remove_leftovers, written
+from m4e_fmi.fmu.export.archive import write_archive
+from m4e_fmi.fmu.export.build_record import BuildRecord, read_record, write_record
 from m4e_fmi.runtime.compiler import cached_shared
-from m4e_fmi.writing import part_prefix, remove_leftovers, written
 
 KILLED = """
 import os, sys, tempfile
 from pathlib import Path
-from m4e_fmi.writing import part_prefix, written
+from m4e_fmi.files.writing import part_prefix, written
 tempfile.mkdtemp(prefix=part_prefix(), dir=sys.argv[1])
 with written(Path(sys.argv[1], "a.fmu")) as part:
     part.write_bytes(b"half")

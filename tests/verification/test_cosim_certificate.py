@@ -23,8 +23,8 @@ from m4e_fmi.cosim import (
     run,
     start,
 )
-from m4e_fmi.cosim.certificate import LITTLE
-from m4e_fmi.cosim.master import Master
+from m4e_fmi.cosim.error_estimate.report import LITTLE
+from m4e_fmi.cosim.master.master import Master
 from m4e_fmi.errors import RunError
 
 Fmus = Callable[[str], Path]

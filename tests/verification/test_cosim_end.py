@@ -22,7 +22,7 @@ from m4e_fmi.cosim import (
     run,
     start,
 )
-from m4e_fmi.results import Results
+from m4e_fmi.results.results_file import Results
 
 Fmus = Callable[[str], Path]
 ALGORITHMS = ["jacobi", "gauss_seidel", "corrector", "implicit"]
@@ -66,7 +66,7 @@ def test_the_run_ends_there(
 ) -> None:
     """At a communication point: all rows are those of a run that was to end there."""
     if by_python:
-        monkeypatch.setattr("m4e_fmi.cosim.schedule.library", lambda: None)
+        monkeypatch.setattr("m4e_fmi.cosim.exchange.step_loop.library", lambda: None)
     settings: dict[str, Any] = {"algorithm": algorithm, "output_interval": interval}
     outcome, found = results(pair(c_fmu, "+state", 1.0, **settings), tmp_path / "r.nc")
     _, other = results(pair(c_fmu, "+state", 9.0, stop_time=1.0, **settings), tmp_path / "o.nc")

@@ -13,7 +13,8 @@ import xarray as xr
 from support.c_fmus.kinds import build_kinds
 from support.eventful_systems import Event, EventfulSystem, eventful_system, made
 
-from m4e_fmi.cosim import Certificate, Component, FmuFile, Simulation, run, witness
+from m4e_fmi.cosim import Certificate, Component, FmuFile, Simulation, run
+from m4e_fmi.cosim.error_estimate import step_doubling as witness
 
 Fmus = Callable[[str], Path]
 

@@ -97,7 +97,7 @@ def test_all_stop_at_impacts(
     tolerance: float | None,
 ) -> None:
     if by_python:
-        monkeypatch.setattr("m4e_fmi.cosim.schedule.library", lambda: None)
+        monkeypatch.setattr("m4e_fmi.cosim.exchange.step_loop.library", lambda: None)
     points, outcome = bounce(c_fmu, "3:ball+events+state", announces=announces, tolerance=tolerance)
     times, hits = points[:, 0], points[:, 3]
     at = [times[np.argmax(hits == k)] for k in range(1, 6)]
@@ -149,7 +149,7 @@ def test_a_ball_that_cannot_go_back_goes_on(
     c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch, algorithm: str, by_python: bool
 ) -> None:
     if by_python:
-        monkeypatch.setattr("m4e_fmi.cosim.schedule.library", lambda: None)
+        monkeypatch.setattr("m4e_fmi.cosim.exchange.step_loop.library", lambda: None)
     parts = {"integrator": "integrator", "stop": 1.2, "algorithm": algorithm}
     points, outcome = bounce(c_fmu, "3:ball+events", **parts)
     inside, _ = bounce(c_fmu, "3:ball", **parts)
@@ -217,7 +217,7 @@ def test_a_connected_discrete_input_is_set_in_event_mode_where_it_changes(
     c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch, by_python: bool
 ) -> None:
     if by_python:
-        monkeypatch.setattr("m4e_fmi.cosim.schedule.library", lambda: None)
+        monkeypatch.setattr("m4e_fmi.cosim.exchange.step_loop.library", lambda: None)
     ball = Component("ball", FmuFile(c_fmu("3:ball+events")), {"h": 100.0, "last": 1.0})
     stage = Component("stage", FmuFile(c_fmu("stage")), {"gain": 0.0})
     settings = Simulation(0.5, 0.125, "jacobi")

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from m4e_fmi.cosim import Component, FmuFile, Outcome, Simulation, System, load, run, start
-from m4e_fmi.cosim.instability import Stability
+from m4e_fmi.cosim.monitoring.instability import Stability
 from m4e_fmi.errors import RunError
 
 Fmus = Callable[[str], Path]

@@ -73,7 +73,7 @@ def test_results_are_those_of_fmus_that_lose_nothing(
     by_python: bool,
 ) -> None:
     if by_python:
-        monkeypatch.setattr("m4e_fmi.cosim.schedule.library", lambda: None)
+        monkeypatch.setattr("m4e_fmi.cosim.exchange.step_loop.library", lambda: None)
     state = "" if version == "1:" else "+state"
     plain, losing = (
         recorded(spiral(c_fmu, f"{state}{o}", version, algorithm=algorithm), tmp_path / "r.nc")

@@ -21,7 +21,7 @@ WATCHED = ("a.body.m.x", "a.body.m.vx", "b.x", "b.vx")
 
 
 def without_the_library(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("m4e_fmi.cosim.schedule.library", lambda: None)
+    monkeypatch.setattr("m4e_fmi.cosim.exchange.step_loop.library", lambda: None)
 
 
 def oscillator(

@@ -14,7 +14,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.signal import find_peaks
 
-from m4e_fmi.cosim import System, run
+from m4e_fmi.cosim import load_system, run
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "flexible_pendulum" / "system.yaml"
 MASS, STIFFNESS, LENGTH, GRAVITY = 1e5, 1e9 / 100.5, 100.5, 9.80665
@@ -26,7 +26,7 @@ VERTICAL_POTENTIAL = 0.5 * STIFFNESS * (MASS * GRAVITY / STIFFNESS) ** 2  # J
 
 def coupled(folder: Path, **settings: Any) -> tuple[np.ndarray, np.ndarray]:
     """Times (n,) [s] and x, z, vx, vz (4, n) of the mass; `settings` are those of the run."""
-    system = System.load(EXAMPLE).changed(**settings)
+    system = load_system(EXAMPLE).changed(**settings)
     outcome = run(system, results=folder / "run.nc", build_directory=folder)
     results = outcome.results()
     motion = [results[f"body.body.mass.{name}"].values for name in ("x", "z", "vx", "vz")]

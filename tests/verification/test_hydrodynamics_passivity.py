@@ -19,10 +19,10 @@ from support.published_coefficients import (
     transfer,
 )
 
-from m4e_adapters.hydrodynamics import soundness
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
-from m4e_adapters.hydrodynamics.passivity import singular_frequencies
-from m4e_adapters.hydrodynamics.radiation import RadiationMemory, fit_radiation
+from m4e_adapters.hydrodynamics.memory import soundness
+from m4e_adapters.hydrodynamics.memory.passivity import singular_frequencies
+from m4e_adapters.hydrodynamics.memory.radiation import RadiationMemory, fit_radiation
 from m4e_fmi.errors import InputError
 
 SOURCES: dict[str, Callable[[], Coefficients]] = {"sphere": sphere, "flap": flap, "rm3": rm3}

@@ -11,9 +11,9 @@ from m4e_adapters.hydrodynamics import cache
 from m4e_adapters.hydrodynamics.bem import solve_hulls
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.config import Body, Water
-from m4e_adapters.hydrodynamics.hydrostatics import hydrostatics_of
-from m4e_adapters.hydrodynamics.mesh import Hull, make_hull
-from m4e_adapters.hydrodynamics.panels import Panels
+from m4e_adapters.hydrodynamics.geometry.hydrostatics import hydrostatics_of
+from m4e_adapters.hydrodynamics.geometry.mesh import Hull, make_hull
+from m4e_adapters.hydrodynamics.geometry.panels import Panels
 
 DATA = Path(__file__).parents[1] / "data" / "hydrodynamics"
 RADIUS, RHO, G = 5.0, 1000.0, 9.81

@@ -8,8 +8,8 @@ from support.published_coefficients import sphere as sphere_by_wamit
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.config import Drag, Radiation
 from m4e_adapters.hydrodynamics.load import hydrodynamics_program
-from m4e_adapters.hydrodynamics.passivity import MARGIN
-from m4e_adapters.hydrodynamics.radiation import fit_radiation
+from m4e_adapters.hydrodynamics.memory.passivity import MARGIN
+from m4e_adapters.hydrodynamics.memory.radiation import fit_radiation
 from m4e_fmi.errors import InputError
 from m4e_fmi.program import Program
 from m4e_fmi.program.python_form import load_python

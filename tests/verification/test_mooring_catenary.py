@@ -11,7 +11,7 @@ from scipy.optimize import root
 
 from m4e_adapters.moordyn import MooringConfig, mooring
 from m4e_adapters.moordyn.line_system import LineSystem
-from m4e_fmi.document import Document
+from m4e_fmi.files.document import Document
 
 STIFFNESS, MASS, DIAMETER, DENSITY, GRAVITY = 1e9, 150.0, 0.1, 1025.0, 9.80665
 WEIGHT = (MASS - DENSITY * math.pi * DIAMETER**2 / 4) * GRAVITY

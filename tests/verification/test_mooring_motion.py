@@ -13,7 +13,7 @@ import pytest
 
 from m4e_adapters.moordyn import MooringConfig, mooring
 from m4e_adapters.moordyn.line_system import LineSystem
-from m4e_fmi.document import Document
+from m4e_fmi.files.document import Document
 
 TEXT = """\
 water: {density: 1025, depth: 300}

@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 
 from m4e_adapters.moordyn import MooringConfig, mooring
 from m4e_adapters.moordyn.line_system import LineSystem
-from m4e_fmi.document import Document
+from m4e_fmi.files.document import Document
 
 MASS, STIFFNESS, LENGTH, GRAVITY = 1e5, 1e9, 100.5, 9.80665
 SPRING = STIFFNESS / LENGTH

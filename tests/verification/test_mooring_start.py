@@ -14,7 +14,7 @@ from support.static_lines import Line, random_line, start_error, tension
 
 from m4e_adapters.moordyn import MooringConfig, mooring, ready_mooring
 from m4e_adapters.moordyn.line_system import LineSystem
-from m4e_fmi.document import Document
+from m4e_fmi.files.document import Document
 
 # MoorDyn's stationary solver leaves it at 2.2 kN
 LIGHT = Line(

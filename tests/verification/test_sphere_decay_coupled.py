@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 from scipy.signal import find_peaks
 
-from m4e_fmi.cosim import System, run
-from m4e_fmi.cosim.certificate import Certificate
+from m4e_fmi.cosim import load_system, run
+from m4e_fmi.cosim.error_estimate.report import Certificate
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "sphere_decay" / "system.yaml"
 SERIES = Path(__file__).parents[1] / "data" / "hydrodynamics" / "oes10_sphere_decay_1m.csv"
@@ -31,7 +31,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def decay(folder: Path) -> tuple[np.ndarray, np.ndarray]:
     """Times [s] and displacement above equilibrium [m]."""
-    outcome = run(System.load(EXAMPLE), results=folder / "decay.nc", build_directory=folder)
+    outcome = run(load_system(EXAMPLE), results=folder / "decay.nc", build_directory=folder)
     results = outcome.results()
     return results.time, results["body.body.sphere.z"].values - EQUILIBRIUM
 
@@ -65,7 +65,7 @@ def test_period(decay):
 def test_the_implicit_algorithm_couples_it_too(decay, folder: Path, step: float) -> None:
     """Motion that symmetry forbids stays zero, and has no say in whether a step is solved."""
     times, heave = decay
-    system = System.load(EXAMPLE).changed(algorithm="implicit", step_size=step)
+    system = load_system(EXAMPLE).changed(algorithm="implicit", step_size=step)
     outcome = run(system, results=folder / "implicit.nc", build_directory=folder)
     results = outcome.results()
     found = results["body.body.sphere.z"].values - EQUILIBRIUM

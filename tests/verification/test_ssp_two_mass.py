@@ -20,7 +20,7 @@ from support.packages import (
     parameter_set,
 )
 
-from m4e_fmi.cosim import Network, System, run
+from m4e_fmi.cosim import Network, load_system, run
 
 Fmus = Callable[[str], Path]
 
@@ -69,7 +69,7 @@ def values(path: Path, length: float = 1.0) -> list[float]:
             found.extend(length * network.read(f"a.body.m.{name}") for name in ("x", "vx"))
             found.extend(network.read(f"b.{name}") for name in ("x", "vx"))
 
-    system = System.load(path)
+    system = load_system(path)
     assert system.simulation.stop_time == TIME
     run(system.changed(step_size=0.1, algorithm="corrector"), observers=[observe],
         build_directory=path.parent / "build")  # fmt: skip

@@ -17,9 +17,9 @@ import numpy as np
 import pytest
 
 from m4e_adapters.hydrodynamics import cache
-from m4e_fmi.cosim import System, fmu_files, prepare, run
+from m4e_fmi.cosim import fmu_files, load_system, prepare, run
 from m4e_fmi.errors import M4eError, RunError
-from m4e_fmi.fmu.build_record import read_record
+from m4e_fmi.fmu.export.build_record import read_record
 from m4e_fmi.runtime.compiler import cached_shared
 
 pytestmark = [
@@ -64,7 +64,7 @@ def change(folder: Path, level: float) -> None:
 
 def results(folder: Path, build: Path, name: str) -> tuple[float, float]:
     """Level and position at 1 s: the position is half the force."""
-    system = prepare(System.load(folder / "system.yaml"), build_directory=build)
+    system = prepare(load_system(folder / "system.yaml"), build_directory=build)
     found = run(system, results=build / f"{name}.nc").results()
     return float(found["level.y"].values[-1]), float(found["mass.body.m.x"].values[-1])
 
@@ -104,8 +104,8 @@ def check_whole(folder: Path) -> int:
 def test_builds_that_are_killed(tmp_path: Path) -> None:
     chance = random.Random(seed := 1)
     folder, build = project(tmp_path / "p"), tmp_path / "b"
-    fmu_files(System.load(folder / "system.yaml"), build)
-    system = System.load(folder / "system.yaml")
+    fmu_files(load_system(folder / "system.yaml"), build)
+    system = load_system(folder / "system.yaml")
 
     def work() -> None:
         level = 0.0

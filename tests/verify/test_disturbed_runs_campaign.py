@@ -25,8 +25,8 @@ from support.disturbed import (
     write_system,
 )
 
-from m4e_fmi.cosim import System, run
-from m4e_fmi.results import Results, load
+from m4e_fmi.cosim import load_system, run
+from m4e_fmi.results.results_file import Results, load
 
 pytestmark = pytest.mark.verify
 Fmus = Callable[[str], Path]
@@ -39,7 +39,7 @@ def whole(c_fmu: Fmus, tmp_path_factory: pytest.TempPathFactory) -> Results:
     """Results of the undisturbed run."""
     folder = tmp_path_factory.mktemp("whole")
     print("seed", SEED)
-    return run(System.load(write_system(c_fmu, folder)), results=folder / "r.nc").results()
+    return run(load_system(write_system(c_fmu, folder)), results=folder / "r.nc").results()
 
 
 def generator(number: int) -> random.Random:
@@ -63,7 +63,7 @@ def test_killed(number: int, c_fmu: Fmus, tmp_path: Path, whole: Results) -> Non
     killed(system, path, plan)
     count = check_left(path, whole, OLD, least=len(whole.time) if "block" in plan else 0)
     print(plan, count, "rows")
-    again = System.load(system).changed(stop_time=0.1, step_size=0.002)
+    again = load_system(system).changed(stop_time=0.1, step_size=0.002)
     run(again, results=path)
     assert {p.name for p in tmp_path.glob(".*r.nc*")} == set()
 

@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from m4e_fmi.cosim import Network, Outcome, System, run
-from m4e_fmi.cosim.certificate import Certificate
+from m4e_fmi.cosim import Network, Outcome, System, load_system, run
+from m4e_fmi.cosim.error_estimate.report import Certificate
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 CASES = {
@@ -67,7 +67,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def system(case: str) -> System:
     name, _, without = case.partition(" without ")
-    found = System.load(EXAMPLES / name)
+    found = load_system(EXAMPLES / name)
     if without:
         found = replace(
             found,

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from m4e_fmi.cosim import System, prepare
+from m4e_fmi.cosim import load_system, prepare
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -15,7 +15,7 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 @pytest.mark.verify
 @pytest.mark.parametrize("name", ["flexible_pendulum", "moored_buoy", "sphere_decay"])
 def test_each_is_told(name: str, tmp_path: Path) -> None:
-    system = System.load(EXAMPLES / name / "system.yaml")
+    system = load_system(EXAMPLES / name / "system.yaml")
     prepared = prepare(system, build_directory=tmp_path)
     assert prepared.warnings == ()
     links = (*prepared.wiring.links, *prepared.wiring.initial_links)

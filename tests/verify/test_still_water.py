@@ -12,7 +12,7 @@ from support.published_coefficients import linear_system, transfer
 
 from m4e_adapters.hydrodynamics import HydrodynamicsConfig, coefficients_from_config, fit_radiation
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
-from m4e_fmi.cosim import Certificate, System, load, run
+from m4e_fmi.cosim import Certificate, load, load_system, run
 
 pytestmark = pytest.mark.verify
 PANELS = 250
@@ -124,7 +124,7 @@ def test_three_hours_of_still_water(name: str, frequency: float, tmp_path: Path)
     text = MODEL.format(mass=mass, spring=spring, z=float(center[1]), start=start)
     (tmp_path / "hull.model.yaml").write_text(text)
     (tmp_path / "system.yaml").write_text(SYSTEM.format(shape=shape, center=center))
-    outcome = run(System.load(tmp_path / "system.yaml"), results=tmp_path / "r.nc")
+    outcome = run(load_system(tmp_path / "system.yaml"), results=tmp_path / "r.nc")
     results = load(tmp_path / "r.nc")
     away = np.abs(results["hull.joint.heave.q"].values - center[1])
     assert isinstance(outcome.certificate, Certificate)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 from pydantic import Field, StringConstraints, model_validator
 
-from m4e_fmi.document import Section, rejected
+from m4e_fmi.files.document import Section, rejected
 from m4e_fmi.program import Program, Recorder, Scalar, Variable, sqrt
 
 Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]

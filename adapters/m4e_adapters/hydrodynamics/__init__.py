@@ -16,9 +16,9 @@ from m4e_adapters.hydrodynamics.build import (
 )
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig
+from m4e_adapters.hydrodynamics.geometry.mesh import Hull, make_hull, make_hulls
 from m4e_adapters.hydrodynamics.load import hydrodynamics_program
-from m4e_adapters.hydrodynamics.mesh import Hull, make_hull, make_hulls
-from m4e_adapters.hydrodynamics.radiation import RadiationGroup, fit_radiation
+from m4e_adapters.hydrodynamics.memory.radiation import RadiationGroup, fit_radiation
 from m4e_adapters.hydrodynamics.requirements import requirements
 
 __all__ = [

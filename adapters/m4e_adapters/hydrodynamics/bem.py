@@ -18,7 +18,7 @@ from m4e_adapters.hydrodynamics import cache
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.config import Water
 from m4e_adapters.hydrodynamics.flow_solver import METHOD, FlowSolver
-from m4e_adapters.hydrodynamics.mesh import Hull
+from m4e_adapters.hydrodynamics.geometry.mesh import Hull
 from m4e_adapters.hydrodynamics.waves import angular_frequency
 from m4e_fmi.code_hash import package_hash
 from m4e_fmi.errors import RunError

@@ -12,8 +12,8 @@ from m4e_adapters.hydrodynamics.bem import solve_hulls, without_flow
 from m4e_adapters.hydrodynamics.coefficients import MEMORY_REACH, Coefficients, memory_size
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig, Still
 from m4e_adapters.hydrodynamics.doubts import sea_doubts, size_doubts
+from m4e_adapters.hydrodynamics.geometry.mesh import Hull, hulls_and_problems, make_hulls
 from m4e_adapters.hydrodynamics.load import hydrodynamics_program
-from m4e_adapters.hydrodynamics.mesh import Hull, hulls_and_problems, make_hulls
 from m4e_adapters.hydrodynamics.sea import needed_frequency, waves_beyond
 from m4e_adapters.hydrodynamics.waves import angular_frequency
 from m4e_fmi.errors import InputError, Problem

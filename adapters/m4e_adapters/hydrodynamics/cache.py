@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from m4e_fmi.writing import remove_leftovers, written
+from m4e_fmi.files.writing import remove_leftovers, written
 
 ENVIRONMENT = "M4E_FMI_CACHE"
 _HASH = hashlib.sha256().digest_size

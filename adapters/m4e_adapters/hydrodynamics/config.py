@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, model_validator
 
-from m4e_fmi.document import Section, rejected
+from m4e_fmi.files.document import Section, rejected
 
 NAME = r"^[A-Za-z_][A-Za-z0-9_]*$"
 SHAPES = ("cylinder", "sphere", "box", "mesh")

@@ -15,7 +15,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig, Regular, Still, Water, Waves
-from m4e_adapters.hydrodynamics.mesh import Hull
+from m4e_adapters.hydrodynamics.geometry.mesh import Hull
 from m4e_adapters.hydrodynamics.waves import wavenumber
 
 STEEPEST, OF_DEPTH = 0.142, 0.78  # heights that break, over wavelength and over depth

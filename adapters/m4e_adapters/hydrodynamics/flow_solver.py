@@ -19,8 +19,8 @@ from m4e_adapters.hydrodynamics.capytaine_setup import (
     kept_warnings,
 )
 from m4e_adapters.hydrodynamics.config import Water
-from m4e_adapters.hydrodynamics.mesh import Hull
-from m4e_adapters.hydrodynamics.panels import Panels
+from m4e_adapters.hydrodynamics.geometry.mesh import Hull
+from m4e_adapters.hydrodynamics.geometry.panels import Panels
 from m4e_fmi.errors import RunError
 
 METHOD = "direct"

@@ -9,7 +9,7 @@ from m4e_adapters.moordyn.config import MooringConfig
 from m4e_adapters.moordyn.from_config import mooring
 from m4e_adapters.moordyn.line_file import line_file
 from m4e_adapters.moordyn.mooring import Fairlead, Mooring
-from m4e_adapters.moordyn.ready_file import ready_mooring
+from m4e_adapters.moordyn.ready_files.ready_file import ready_mooring
 
 __all__ = [
     "Fairlead",

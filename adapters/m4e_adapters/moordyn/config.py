@@ -12,8 +12,8 @@ from pydantic_core import InitErrorDetails, ValidationError
 
 from m4e_adapters.moordyn.mooring import SHORTEST
 from m4e_adapters.moordyn.stability import damping_of_ratio
-from m4e_fmi.document import Section, rejected
 from m4e_fmi.errors import suggestion
+from m4e_fmi.files.document import Section, rejected
 
 Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
 Positive = Annotated[float, Field(gt=0, le=1e15, allow_inf_nan=False)]

@@ -8,7 +8,7 @@ from typing import Any
 from m4e_adapters.moordyn.config import MooringConfig, Seabed
 from m4e_adapters.moordyn.line_file import line_file
 from m4e_adapters.moordyn.mooring import Fairlead, Mooring, internal_step, net_line
-from m4e_adapters.moordyn.ready_file import ready_mooring
+from m4e_adapters.moordyn.ready_files.ready_file import ready_mooring
 from m4e_adapters.moordyn.stability import Segment, clear_of_seabed
 
 

@@ -4,7 +4,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from m4e_fmi.document import Section
+from m4e_fmi.files.document import Section
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field, StringConstraints, model_validator
 
-from m4e_fmi.document import Section, rejected
+from m4e_fmi.files.document import Section, rejected
 from m4e_fmus.units import KnownUnit
 
 TOTAL = "sum"

@@ -14,8 +14,8 @@ from pydantic import (
     model_validator,
 )
 
-from m4e_fmi.columns import MOST_PROBLEMS
-from m4e_fmi.document import Section, rejected
+from m4e_fmi.files.csv_columns import MOST_PROBLEMS
+from m4e_fmi.files.document import Section, rejected
 from m4e_fmus.units import KnownUnit
 
 NEXT_EVENT_TIME = "next_event_time"

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from m4e_fmi.columns import Asked, read_columns, shortened
 from m4e_fmi.errors import InputError
+from m4e_fmi.files.csv_columns import Asked, read_columns, shortened
 from m4e_fmus.table.config import ORDER, Config, disorder
 
 

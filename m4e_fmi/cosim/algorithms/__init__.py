@@ -6,7 +6,7 @@ network's `size`; the network's `advance` follows. `held` tells what it held at 
 meanwhile, `followed` how far these went along with their sources. What it knows of the past is in
 the network's `values` and `last`, so that it needs no more than those to go on from another point.
 One that does the same in every step is `Scheduled`, and the C library makes its steps. To add one:
-a file here, an entry in `ALGORITHMS`, its name in `m4e_fmi.cosim.system.ALGORITHMS`.
+a file here, an entry in `ALGORITHMS`, its name in `m4e_fmi.cosim.system.system.ALGORITHMS`.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from m4e_fmi.cosim.algorithms.doubling import Doubling
 from m4e_fmi.cosim.algorithms.gauss_seidel import GaussSeidel
 from m4e_fmi.cosim.algorithms.implicit import Implicit
 from m4e_fmi.cosim.algorithms.jacobi import Jacobi
-from m4e_fmi.cosim.connect import Link
-from m4e_fmi.cosim.dependence import STEPPED, how_known
-from m4e_fmi.cosim.network import Network
+from m4e_fmi.cosim.connections.connect import Link
+from m4e_fmi.cosim.connections.dependence import STEPPED, how_known
+from m4e_fmi.cosim.exchange.network import Network
 
 
 class Algorithm(Protocol):

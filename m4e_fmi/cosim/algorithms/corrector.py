@@ -40,9 +40,9 @@ from m4e_fmi.cosim.algorithms.gauss_seidel import GaussSeidel
 from m4e_fmi.cosim.algorithms.interface import Interface
 from m4e_fmi.cosim.algorithms.part import Part
 from m4e_fmi.cosim.algorithms.scheduled import Scheduled
-from m4e_fmi.cosim.network import Network
-from m4e_fmi.cosim.operations import Operation, gather
-from m4e_fmi.cosim.schedule import Schedule
+from m4e_fmi.cosim.exchange.network import Network
+from m4e_fmi.cosim.exchange.operations import Operation, gather
+from m4e_fmi.cosim.exchange.step_loop import Schedule
 
 
 def corrector(network: Network) -> Corrector | GaussSeidel:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from m4e_fmi.cosim.network import Network
+from m4e_fmi.cosim.exchange.network import Network
 
 if TYPE_CHECKING:
     from m4e_fmi.cosim.algorithms import Algorithm

@@ -45,9 +45,9 @@ import numpy as np
 
 from m4e_fmi.cosim.algorithms.prediction import MOST_TERMS, Signal, Terms
 from m4e_fmi.cosim.algorithms.scheduled import Scheduled
-from m4e_fmi.cosim.connect import Link, Port
-from m4e_fmi.cosim.network import Network
-from m4e_fmi.cosim.operations import Combine, Get, Operation, gather, setting
+from m4e_fmi.cosim.connections.connect import Link, Port
+from m4e_fmi.cosim.exchange.network import Network
+from m4e_fmi.cosim.exchange.operations import Combine, Get, Operation, gather, setting
 
 
 class GaussSeidel(Scheduled):

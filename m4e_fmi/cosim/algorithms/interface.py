@@ -12,8 +12,8 @@ import numpy as np
 
 from m4e_fmi.cosim.algorithms.course import Way
 from m4e_fmi.cosim.algorithms.part import Courses, Part, Sampled
-from m4e_fmi.cosim.network import Network
-from m4e_fmi.cosim.operations import Combine, Operation, gather
+from m4e_fmi.cosim.exchange.network import Network
+from m4e_fmi.cosim.exchange.operations import Combine, Operation, gather
 
 
 class Interface:

@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from m4e_fmi.cosim.algorithms.scheduled import Scheduled
-from m4e_fmi.cosim.network import Network
-from m4e_fmi.cosim.operations import Operation, gather
+from m4e_fmi.cosim.exchange.network import Network
+from m4e_fmi.cosim.exchange.operations import Operation, gather
 
 
 class Jacobi(Scheduled):

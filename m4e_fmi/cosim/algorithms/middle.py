@@ -10,8 +10,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from m4e_fmi.cosim.network import Network
-from m4e_fmi.cosim.operations import Combine, Operation, gather
+from m4e_fmi.cosim.exchange.network import Network
+from m4e_fmi.cosim.exchange.operations import Combine, Operation, gather
 
 
 def weights(shares: Sequence[float]) -> np.ndarray:

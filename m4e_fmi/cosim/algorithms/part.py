@@ -24,8 +24,8 @@ import numpy as np
 
 from m4e_fmi.cosim.algorithms.course import Way
 from m4e_fmi.cosim.algorithms.middle import FromEnds, FromPoints
-from m4e_fmi.cosim.network import Network
-from m4e_fmi.cosim.operations import (
+from m4e_fmi.cosim.exchange.network import Network
+from m4e_fmi.cosim.exchange.operations import (
     Combine,
     DoStep,
     Get,

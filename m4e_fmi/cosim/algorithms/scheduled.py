@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from m4e_fmi.cosim.events import has_events, telling
-from m4e_fmi.cosim.network import Network
-from m4e_fmi.cosim.operations import Operation
-from m4e_fmi.cosim.schedule import Loop, Schedule
+from m4e_fmi.cosim.exchange.events import has_events, telling
+from m4e_fmi.cosim.exchange.network import Network
+from m4e_fmi.cosim.exchange.operations import Operation
+from m4e_fmi.cosim.exchange.step_loop import Loop, Schedule
 
 if TYPE_CHECKING:
     from m4e_fmi.cosim.algorithms import Algorithm

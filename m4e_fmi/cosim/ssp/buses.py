@@ -11,13 +11,13 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
-from m4e_fmi.cosim.connect import SAME_UNIT, Link, Wiring, connect, conversion
-from m4e_fmi.cosim.connection import Connection, parse_connection
-from m4e_fmi.cosim.preparation import Prepared
+from m4e_fmi.cosim.connections.connect import SAME_UNIT, Link, Wiring, connect, conversion
+from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.ssp.package import Package
-from m4e_fmi.cosim.system import System
+from m4e_fmi.cosim.system.connection_text import Connection, parse_connection
+from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import InputError
-from m4e_fmi.fmu.reading import Description
+from m4e_fmi.fmu.importer.reading import Description
 
 
 def annotated(system: System) -> dict[str, Any]:

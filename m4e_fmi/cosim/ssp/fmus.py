@@ -10,8 +10,8 @@ from m4e_fmi.cosim.ssp.elements import Node, Path, Signal
 from m4e_fmi.cosim.ssp.package import Package, unpack_member
 from m4e_fmi.cosim.ssp.units import Definition
 from m4e_fmi.errors import InputError, suggestion
-from m4e_fmi.fmu.reading import Description, read_description
-from m4e_fmi.temporary import TemporaryFolder
+from m4e_fmi.files.temporary import TemporaryFolder
+from m4e_fmi.fmu.importer.reading import Description, read_description
 from m4e_fmi.units import Unit
 
 

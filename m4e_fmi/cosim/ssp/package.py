@@ -16,10 +16,12 @@ from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no
 
 from m4e_fmi.cosim.ssp.names import SCHEMAS, SSD_FILE
 from m4e_fmi.errors import InputError, Problem, suggestion
-from m4e_fmi.file_names import file_stem
-from m4e_fmi.fmu.opening import check_entries, has_doctype
-from m4e_fmi.writing import written
+from m4e_fmi.files.file_names import file_stem
+from m4e_fmi.files.writing import written
+from m4e_fmi.fmu.importer.opening import check_entries, has_doctype
 
+SUFFIX = ".ssp"
+"""Suffix of an SSP package; any other file with a system is YAML."""
 Element = Any
 """An lxml element."""
 MAX_XML = 50_000_000

@@ -24,7 +24,7 @@ from m4e_fmi.cosim.ssp.names import (
 from m4e_fmi.cosim.ssp.package import Element, Package, check, parse
 from m4e_fmi.cosim.ssp.units import Definition, quantity, read_units, unit_named
 from m4e_fmi.errors import InputError
-from m4e_fmi.fmu.reading import Variable
+from m4e_fmi.fmu.importer.reading import Variable
 from m4e_fmi.units import Quantity
 
 Value = float | int | bool | str | Quantity

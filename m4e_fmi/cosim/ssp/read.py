@@ -14,8 +14,6 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from m4e_fmi.cosim.connection import Connection, parse_connection
-from m4e_fmi.cosim.input_checks import with_units
 from m4e_fmi.cosim.ssp.buses import restored
 from m4e_fmi.cosim.ssp.elements import Node, Signal, read_tree
 from m4e_fmi.cosim.ssp.fmus import add_units, check_connectors, flat_names, read_fmus
@@ -24,9 +22,11 @@ from m4e_fmi.cosim.ssp.package import Element, Package
 from m4e_fmi.cosim.ssp.parameters import Value, bound_parameters, targets
 from m4e_fmi.cosim.ssp.signals import Flow, follow, read_edges
 from m4e_fmi.cosim.ssp.units import Definition, read_units
-from m4e_fmi.cosim.system import Component, FmuFile, Simulation, SimulationSection, System
+from m4e_fmi.cosim.system.component_units import with_units
+from m4e_fmi.cosim.system.connection_text import Connection, parse_connection
+from m4e_fmi.cosim.system.system import Component, FmuFile, Simulation, SimulationSection, System
 from m4e_fmi.errors import InputError
-from m4e_fmi.fmu.reading import Description
+from m4e_fmi.fmu.importer.reading import Description
 
 STOP_TIME, STEPS = 1.0, 500
 """Where a package names none: the stop time [s], and the number of steps."""

@@ -17,9 +17,8 @@ from typing import Any
 
 from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no types
 
-from m4e_fmi.cosim.connect import Link, Port
-from m4e_fmi.cosim.connection import Connection, parse_connection
-from m4e_fmi.cosim.preparation import Prepared
+from m4e_fmi.cosim.connections.connect import Link, Port
+from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.ssp.buses import annotated, flattened
 from m4e_fmi.cosim.ssp.names import (
     OSP,
@@ -34,11 +33,12 @@ from m4e_fmi.cosim.ssp.names import (
 )
 from m4e_fmi.cosim.ssp.package import Element
 from m4e_fmi.cosim.ssp.units import Definition, write_units
-from m4e_fmi.cosim.start_values import start_values
-from m4e_fmi.cosim.system import Component
-from m4e_fmi.fmu.opening import opened
-from m4e_fmi.fmu.reading import Variable
-from m4e_fmi.writing import written
+from m4e_fmi.cosim.system.connection_text import Connection, parse_connection
+from m4e_fmi.cosim.system.start_values import start_values
+from m4e_fmi.cosim.system.system import Component
+from m4e_fmi.files.writing import written
+from m4e_fmi.fmu.importer.opening import opened
+from m4e_fmi.fmu.importer.reading import Variable
 
 EPOCH = (1980, 1, 1, 0, 0, 0)
 """Time stamp in the archive: the same system gives the same bytes."""

@@ -17,8 +17,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from m4e_fmi.fmu.validation.call_journal import last_call
 from m4e_fmi.fmu.validation.findings import Finding, Group, Severity
-from m4e_fmi.fmu.validation.journal import last_call
 from m4e_fmi.fmu.validation.worker import (
     FACTS,
     FOLLOWS,

@@ -16,9 +16,9 @@ from typing import Any, ClassVar
 import numpy as np
 from fmpy import fmi2, fmi3
 
-from m4e_fmi.fmu.messages import STATUS, Messages
-from m4e_fmi.fmu.validation.journal import Journal
-from m4e_fmi.fmu.validation.subject import Subject
+from m4e_fmi.fmu.importer.messages import STATUS, Messages
+from m4e_fmi.fmu.validation.call_journal import Journal
+from m4e_fmi.fmu.validation.fmu_under_test import Subject
 
 OK, WARNING, DISCARD, ERROR, FATAL = range(5)
 LAST_SUCCESSFUL_TIME = 2

@@ -13,8 +13,8 @@ from typing import Any, ClassVar
 import numpy as np
 from fmpy import fmi3
 
-from m4e_fmi.fmu.elements import locate
-from m4e_fmi.fmu.messages import Messages
+from m4e_fmi.fmu.importer.elements import locate
+from m4e_fmi.fmu.importer.messages import Messages
 from m4e_fmi.fmu.validation.probe import OK, REALS, TOLERANCE, WARNING, Probe, RefusedError
 
 

@@ -11,13 +11,13 @@ from collections.abc import Callable, Collection
 from pathlib import Path
 
 from m4e_fmi.errors import InputError, RunError
-from m4e_fmi.fmu.opening import check_archive
-from m4e_fmi.fmu.unpack import Unpacked
-from m4e_fmi.fmu.validation.archive import description_findings
+from m4e_fmi.files.temporary import TemporaryFolder
+from m4e_fmi.fmu.importer.opening import check_archive
+from m4e_fmi.fmu.importer.unpack import Unpacked
+from m4e_fmi.fmu.validation.description.archive import description_findings
 from m4e_fmi.fmu.validation.findings import Failure, Group, Report
 from m4e_fmi.fmu.validation.host import RESULTS
 from m4e_fmi.fmu.validation.worker import MODULES
-from m4e_fmi.temporary import TemporaryFolder
 
 GROUPS = ("description", *MODULES)
 CALL_LIMIT = 20.0

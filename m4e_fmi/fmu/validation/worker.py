@@ -13,26 +13,26 @@ from dataclasses import asdict
 from importlib import import_module
 from pathlib import Path
 
-from m4e_fmi.fmu.validation.bench import Bench, Facts
+from m4e_fmi.fmu.validation.call_journal import Journal
+from m4e_fmi.fmu.validation.checks.capabilities import refused
+from m4e_fmi.fmu.validation.context import Bench, Facts
 from m4e_fmi.fmu.validation.findings import Failure, Finding
-from m4e_fmi.fmu.validation.journal import Journal
+from m4e_fmi.fmu.validation.fmu_under_test import Subject
 from m4e_fmi.fmu.validation.probe import Library, RefusedError
-from m4e_fmi.fmu.validation.starting import refused
-from m4e_fmi.fmu.validation.subject import Subject
 
-PACKAGE = "m4e_fmi.fmu.validation"
+PACKAGE = "m4e_fmi.fmu.validation.checks"
 FACTS = "facts.json"
 MODULES = {
-    "start": "starting",
+    "start": "capabilities",
     "values": "values",
     "dependencies": "dependencies",
     "derivatives": "derivatives",
     "directional": "directional",
     "state": "states",
-    "state_elsewhere": "elsewhere",
+    "state_elsewhere": "state_transfer",
     "instances": "instances",
     "solution": "solutions",
-    "phases": "phases",
+    "phases": "state_machine",
     "parameters": "parameters",
 }
 """Group → module with its `check`, in the order in which they are run."""

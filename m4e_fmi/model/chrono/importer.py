@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from m4e_fmi.document import Document, Location, SectionType
 from m4e_fmi.errors import InputError, Problem, suggestion
-from m4e_fmi.files_read import depends_on
+from m4e_fmi.files.document import Document, Location, SectionType
+from m4e_fmi.files.files_read import depends_on
 from m4e_fmi.model.chrono.bodies import SMALL, Mechanism
 from m4e_fmi.model.chrono.loads import Loads
 from m4e_fmi.model.chrono.names import GROUPS, Places, entries, identifier

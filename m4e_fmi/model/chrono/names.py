@@ -6,8 +6,8 @@ import re
 from collections.abc import Container
 from typing import Any
 
-from m4e_fmi.document import Document, Location
 from m4e_fmi.errors import Problem
+from m4e_fmi.files.document import Document, Location
 from m4e_fmi.model.elements import GROUND
 
 GROUPS = ("bodies", "joints", "tsdas", "rsdas", "motors", "body_loads")

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
-from m4e_fmi.document import Location
+from m4e_fmi.files.document import Location
 from m4e_fmi.model.elements import GROUND, Point
 from m4e_fmi.model.expression import ExpressionError, as_expression
 from m4e_fmi.model.loads import (

@@ -13,8 +13,8 @@ from collections.abc import Mapping
 from types import SimpleNamespace
 from typing import Any
 
-from m4e_fmi.document import Document, Location
 from m4e_fmi.errors import InputError, Problem, suggestion
+from m4e_fmi.files.document import Document, Location
 from m4e_fmi.model.checks import element_findings, whole_findings
 from m4e_fmi.model.elements import Parameter
 from m4e_fmi.model.findings import Finding, Names

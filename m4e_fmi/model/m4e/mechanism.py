@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from functools import cached_property
 from typing import Any
 
-from m4e_fmi.document import Location
+from m4e_fmi.files.document import Location
 from m4e_fmi.model.elements import GROUND, Body, Joint, JointType, Parameter
 from m4e_fmi.model.loads import BodyForce, Load
 from m4e_fmi.model.m4e.values import (

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from numbers import Integral, Real
 from typing import Any
 
-from m4e_fmi.document import Location
+from m4e_fmi.files.document import Location
 from m4e_fmi.model.expression import Expression, ExpressionError, as_expression
 from m4e_fmi.model.findings import Finding
 

@@ -1,0 +1,1 @@
+"""Hulls: shapes, meshes, panels, hydrostatics."""

@@ -1,0 +1,125 @@
+"""Room between the wetted surfaces of two bodies: whether they overlap, and how wide the gap is.
+
+NumPy and SciPy's nearest neighbours only. A hull is closed by its mirror image in the still-water
+level. A point is inside of it if the hull is seen from there in all directions: the solid angles of
+its panels then add up to 4π, else to 0 (van Oosterom and Strackee, 1983).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from m4e_adapters.hydrodynamics.geometry.panels import Panels
+
+INWARDS = 1e-3  # of a panel's side, by which points lie behind it: bodies that touch do not overlap
+POINTS = 5  # in each direction of a panel, between which gaps are measured
+MOST_ANGLES = 1_000_000  # solid angles of one pair of bodies
+
+
+@dataclass(frozen=True)
+class Gap:
+    """The narrowest part of a gap: its width [m], its middle [m], the larger panel's side [m].
+
+    The width is between points on the panels, and too large by up to a tenth of a side.
+    """
+
+    width: float
+    middle: tuple[float, float, float]
+    side: float
+
+
+def overlap(first: Panels, second: Panels) -> tuple[float, float, float] | None:
+    """A point [m] on one surface that is inside the other; None if they do not overlap."""
+    for one, other in ((first, second), (second, first)):
+        points = _behind(one)
+        points = points[_within(points, other.vertices, 0.0)]
+        inside = _inside(points, other)
+        if inside.any():
+            x, y, z = points[int(np.argmax(inside))]
+            return float(x), float(y), float(z)
+    return None
+
+
+def narrowest_gap(first: Panels, second: Panels) -> Gap | None:
+    """The narrowest part of the gap between two surfaces; None if no part is below a panel's side.
+
+    Surfaces that overlap have no gap.
+    """
+    from scipy.spatial import KDTree
+
+    reach = max(float(_sides(panels).max()) for panels in (first, second))
+    points, sides = [], []
+    for one, other in ((first, second), (second, first)):
+        on_panels = _points(one)
+        near = _within(on_panels, other.vertices, reach)
+        points.append(on_panels[near])
+        sides.append(np.repeat(_sides(one), POINTS**2)[near])
+    if not all(map(len, points)):
+        return None
+    found = KDTree(points[1]).query(points[0])
+    distance, partner = np.asarray(found[0]), np.asarray(found[1])
+    larger = np.maximum(sides[0], sides[1][partner])
+    k = int(np.argmin(distance / larger))
+    if distance[k] >= larger[k]:
+        return None
+    x, y, z = 0.5 * (points[0][k] + points[1][partner[k]])
+    return Gap(float(distance[k]), (float(x), float(y), float(z)), float(larger[k]))
+
+
+def _normals(panels: Panels) -> np.ndarray:
+    """Normals of the panels, (nf, 3), as long as their areas [m2]."""
+    corners = panels.corners
+    return 0.5 * np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+
+
+def _sides(panels: Panels) -> np.ndarray:
+    """Sides [m] of the squares that are as large as the panels, (nf,)."""
+    return np.sqrt(np.linalg.norm(_normals(panels), axis=1))
+
+
+def _behind(panels: Panels) -> np.ndarray:
+    """A point just behind the middle of each panel, (nf, 3)."""
+    normals, sides = _normals(panels), _sides(panels)
+    units = normals / np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
+    return panels.centers - INWARDS * sides[:, None] * units
+
+
+def _points(panels: Panels) -> np.ndarray:
+    """Points on the panels, (nf · POINTS², 3)."""
+    u = np.linspace(0.0, 1.0, POINTS)
+    a, b = (w.ravel() for w in np.meshgrid(u, u))
+    weights = np.stack([(1 - a) * (1 - b), a * (1 - b), a * b, (1 - a) * b], axis=1)
+    return np.einsum("pc,ncx->npx", weights, panels.corners).reshape(-1, 3)
+
+
+def _within(points: np.ndarray, vertices: np.ndarray, reach: float) -> np.ndarray:
+    """Which points (n, 3) are in the box around `vertices`, or within `reach` [m] of it; (n,)."""
+    low, high = vertices.min(axis=0) - reach, vertices.max(axis=0) + reach
+    return np.all((points >= low) & (points <= high), axis=1)
+
+
+def _inside(points: np.ndarray, panels: Panels) -> np.ndarray:
+    """Which points (n, 3) below the water are inside a hull, (n,); of very many, some are tried."""
+    triangles = panels.triangles
+    mirrored = triangles[:, ::-1] * np.array([1.0, 1.0, -1.0])
+    closed = np.concatenate([triangles, mirrored])
+    found = np.zeros(len(points), dtype=bool)
+    every = max(1, math.ceil(len(points) * len(closed) / MOST_ANGLES))
+    tried = np.arange(0, len(points), every)
+    if len(tried):
+        found[tried] = _seen(points[tried], closed) > 0.5
+    return found
+
+
+def _seen(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Share of all directions that triangles (nt, 3, 3) take as seen from behind, (n,)."""
+    a, b, c = (triangles[None, :, k] - points[:, None] for k in range(3))
+    la, lb, lc = (np.linalg.norm(v, axis=2) for v in (a, b, c))
+    spanned = np.einsum("ijk,ijk->ij", a, np.cross(b, c))
+    cosines = (
+        np.einsum("ijk,ijk->ij", x, y) * z for x, y, z in ((a, b, lc), (b, c, la), (c, a, lb))
+    )
+    return np.arctan2(spanned, la * lb * lc + sum(cosines)).sum(axis=1) / (2 * math.pi)

@@ -1,0 +1,103 @@
+"""Panels of the built-in shapes: vertical cylinder, sphere, box.
+
+The bodies of revolution are drawn with polygons of the circle's *area* (not inscribed in it) and
+stretched upright to the exact displacement: buoyancy and waterplane area are those of the shape
+whatever the number of panels, and the potential-flow forces converge with a smaller constant.
+Angular and fore-aft numbers of panels are multiples of four: every shape is symmetric about its
+own axes, which the solver makes use of.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from m4e_adapters.hydrodynamics.config import Box, Cylinder, Sphere
+from m4e_adapters.hydrodynamics.geometry.hydrostatics import hydrostatics_of
+from m4e_adapters.hydrodynamics.geometry.panels import Panels, grid, joined
+
+
+def cylinder_panels(shape: Cylinder, panels: int) -> Panels:
+    """Wetted surface of a vertical cylinder, denser towards the edge and the waterline."""
+    around, edge = _divisions(shape.radius + shape.draft, 2 * math.pi * shape.radius, panels)
+    bottom = max(2, round(0.8 * shape.radius / edge))
+    side = max(2, round(1.4 * shape.draft / edge))
+    outwards = shape.radius * np.sin(0.5 * np.pi * np.linspace(0, 1, bottom + 1))
+    upwards = -0.5 * shape.draft * (1.0 - np.cos(np.pi * np.linspace(1, 0, side + 1)))
+    radii = np.concatenate([outwards, np.full(side, shape.radius)])
+    heights = np.concatenate([np.full(bottom + 1, -shape.draft), upwards[1:]])
+    volume = math.pi * shape.radius**2 * shape.draft
+    return _shifted(_revolved(radii, heights, around, volume, pivot=0.0), shape.center_x)
+
+
+def sphere_panels(shape: Sphere, panels: int) -> Panels:
+    """Wetted surface of a sphere, cut by the water or wholly below it."""
+    radius, height = shape.radius, shape.center_z
+    top = math.acos(height / radius) if height > -radius else math.pi  # angle from the lowest point
+    around, edge = _divisions(radius * top, 2 * math.pi * radius, panels)
+    part = np.linspace(0.0, 1.0, max(4, round(radius * top / edge)) + 1)
+    angles = top * (0.7 * part + 0.3 * np.sin(0.5 * np.pi * part))  # finer towards the waterline
+    radii, heights = radius * np.sin(angles), height - radius * np.cos(angles)
+    radii[0] = 0.0
+    if top == math.pi:
+        radii[-1] = 0.0
+        volume, pivot = 4 / 3 * math.pi * radius**3, height
+    else:
+        heights[-1] = 0.0
+        depth = radius - height  # of the cap
+        volume, pivot = math.pi * depth**2 * (3 * radius - depth) / 3, 0.0
+    return _shifted(_revolved(radii, heights, around, volume, pivot=pivot), shape.center_x)
+
+
+def box_panels(shape: Box, panels: int) -> Panels:
+    """Wetted surface of a box: bottom and four sides, nearly square panels."""
+    length, width, draft = shape.length, shape.width, shape.draft
+    edge = math.sqrt((length * width + 2 * draft * (length + width)) / panels)
+    along, across = (2 * max(2, round(extent / edge / 2)) for extent in (length, width))
+    x = -0.5 * length * np.cos(np.pi * np.linspace(0, 1, along + 1))
+    y = -0.5 * width * np.cos(np.pi * np.linspace(0, 1, across + 1))
+    upwards = np.linspace(1, 0, max(2, round(draft / edge)) + 1)
+    z = -0.5 * draft * (1.0 - np.cos(np.pi * upwards))
+
+    def patch(us: np.ndarray, vs: np.ndarray, place) -> Panels:
+        return grid(np.array([[place(u, v) for v in vs] for u in us]))
+
+    hull = joined(
+        patch(y, x, lambda u, v: (v, u, -draft)),
+        patch(y, z, lambda u, v: (0.5 * length, u, v)),
+        patch(z, y, lambda u, v: (-0.5 * length, v, u)),
+        patch(x, z, lambda u, v: (u, -0.5 * width, v)),
+        patch(z, x, lambda u, v: (v, 0.5 * width, u)),
+    )
+    return _shifted(hull, shape.center_x)
+
+
+def _divisions(profile: float, circumference: float, panels: int) -> tuple[int, float]:
+    """Number of panels around (a multiple of 4) and the length [m] of a panel on the profile."""
+    edge = math.sqrt(profile * circumference / panels)
+    around = 4 * max(3, round(circumference / edge / 4))
+    return around, profile * around / panels
+
+
+def _revolved(
+    radii: np.ndarray, heights: np.ndarray, around: int, volume: float, *, pivot: float
+) -> Panels:
+    """The profile (from the lowest point up) turned about Z; stretched to `volume` [m3] from z."""
+    turn = 2 * math.pi / around
+    angles = turn * np.arange(around + 1)
+    angles[-1] = 0.0
+    wider = radii * math.sqrt(turn / math.sin(turn))
+    ring = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    points = np.zeros((around + 1, len(radii), 3))
+    points[:, :, :2] = ring[:, None, :] * wider[None, :, None]
+    points[:, :, 2] = heights
+    panels = grid(points).merged()
+    taller = volume / hydrostatics_of(panels).volume
+    vertices = panels.vertices.copy()
+    vertices[:, 2] = pivot + taller * (vertices[:, 2] - pivot)
+    return Panels(vertices, panels.faces)
+
+
+def _shifted(panels: Panels, x: float) -> Panels:
+    return Panels(panels.vertices + np.array([x, 0.0, 0.0]), panels.faces)

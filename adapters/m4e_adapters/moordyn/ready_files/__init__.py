@@ -1,0 +1,1 @@
+"""MoorDyn input files written by others: read, checked, attached to fairleads."""

@@ -1,0 +1,253 @@
+"""A MoorDyn v2 input file that somebody else wrote, as a mooring.
+
+Everything that would abort the process, be ignored silently, or make a state that cannot be saved
+and restored is refused. The physics of an accepted file is not touched; its output switches are
+turned off, its internal step is written out, and what is taken otherwise is in the mooring's notes.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from m4e_adapters.moordyn.line_file import QUIET, RELAXATION, header
+from m4e_adapters.moordyn.mooring import Fairlead, Mooring, internal_step, net_line
+from m4e_adapters.moordyn.ready_files.attachments import BODY, COUPLED, POINT_END, Attachments
+from m4e_adapters.moordyn.ready_files.file_checks import check, check_places
+from m4e_adapters.moordyn.ready_files.read_file import ReadFile, has_force, option_name
+from m4e_adapters.moordyn.ready_files.sections import Row
+from m4e_adapters.moordyn.stability import SCHEMES, Segment, clear_of_seabed, damping_of_ratio
+from m4e_fmi.errors import InputError
+
+SEABED = {"kbot": 3.0e6, "cbot": 3.0e5}  # MoorDyn's own, Pa/m and Pa·s/m
+WATER = {"rho": 1025.0, "g": 9.80665}  # MoorDyn's own
+FRICTION_DAMPING = 200.0  # MoorDyn's own FricDamp
+REPLACED = {"cfl", "writeunits", "dtout", "fileic", "wavekin"}
+"""Options that have no effect or are answered otherwise."""
+SEGMENTS = {"rods": 9, "lines": 5}  # column of their number; outputs stand behind
+
+
+def ready_mooring(
+    path: str | Path, *, fairleads: Mapping[str, tuple[float, float] | None]
+) -> Mooring:
+    """The mooring of a MoorDyn file; its moved points are the fairleads, in file order.
+
+    Moved are coupled points and the points of coupled bodies. `fairleads` names them and may give
+    their start (x, z) [m]; empty: fairlead_1, fairlead_2, … The y of each stays as the file says.
+    Lines are line_1, line_2, … InputError with every problem.
+    """
+    file = ReadFile(Path(path))
+    check(file)
+    if file.problems:
+        raise InputError(file.problems)
+    attached = Attachments(file)
+    check_places(file, {row.words[0]: attached.place(row) for row in file.rows("points")})
+    points = _fairleads(file, attached, fairleads)
+    if file.problems:
+        raise InputError(file.problems)
+    segments = _segments(file, attached)
+    scheme, step, notes = _integration(file, segments)
+    notes = (*notes, *_notes(file, simple=attached.simple()))
+    if file.problems:
+        raise InputError(file.problems)
+    net = _net(file, attached) if attached.simple() else None
+    return Mooring(
+        text=_text(file, attached, [(repr(step), "dtM"), (scheme, "tScheme")], known=bool(net)),
+        fairleads=points,
+        lines=tuple(f"line_{k + 1}" for k in range(len(file.rows("lines")))),
+        time_step=step,
+        net=net,
+        at_rest=file.option("tmaxic", 1.0) > 0,
+        bed=-file.depth,
+        drawn=_fairleads(file, attached, dict.fromkeys(fairleads)),
+        notes=notes,
+    )
+
+
+def _fairleads(
+    file: ReadFile, attached: Attachments, given: Mapping[str, tuple[float, float] | None]
+) -> tuple[Fairlead, ...]:
+    """The moved points, under the names of `given` if there are any."""
+    rows = [row for row in file.rows("points") if attached.moved(row)]
+    names = list(given) or [f"fairlead_{k + 1}" for k in range(len(rows))]
+    if not rows:
+        remedy = "give the points that a body moves the type 'Coupled'"
+        file.wrong(None, "there is no coupled point, nor one on a coupled body", remedy)
+    elif len(names) != len(rows):
+        message = f"{len(rows)} coupled points, but {len(names)} names in 'fairleads'"
+        file.wrong(rows[0], message, "name each coupled point, in the order of the file")
+    if file.problems:
+        return ()
+    found = []
+    for name, row in zip(names, rows, strict=True):
+        x, y, z = attached.place(row)
+        x, z = given.get(name) or (x, z)
+        found.append(Fairlead(name, x, y, z))
+    return tuple(found)
+
+
+def _integration(
+    file: ReadFile, segments: dict[str, Segment]
+) -> tuple[str, float, tuple[str, ...]]:
+    """Scheme and internal step [s], and what of them is not as the file says.
+
+    dtM goes before CFL, as in MoorDyn; a dtM that is unstable is a problem. A step by CFL, or for a
+    scheme without a stability bound here, is shortened where it is too long.
+    """
+    row = file.options.get("tscheme")
+    asked = row.words[0].upper() if row else "RK2"
+    scheme = asked if asked in SCHEMES else "RK4"
+    changed = f"the time scheme {asked.lower()} of the file is replaced by {scheme}"
+    notes = () if scheme == asked else (changed,)
+    step, wanted = file.options.get("dtm"), file.option("dtm", 0.0) or None
+    if wanted is None and "cfl" in file.options and segments:
+        step = file.options["cfl"]
+        wanted = file.option("cfl", 0.0) * min(
+            2 * math.pi * s.length * math.sqrt(s.mass_per_length / s.axial_stiffness)
+            for s in segments.values()
+        )
+    try:
+        chosen = internal_step(segments, scheme=scheme, wanted=None)
+        if wanted is not None and ((not notes and "dtm" in file.options) or wanted <= chosen):
+            chosen = internal_step(segments, scheme=scheme, wanted=wanted)
+    except InputError as error:
+        for problem in error.problems:
+            file.wrong(step, problem.message, problem.remedy)
+        return scheme, 0.0, ()
+    if step is not None and wanted is not None and chosen < wanted:
+        name = " ".join(step.words[:2])
+        notes = (*notes, f"{name} of the file would be {wanted:.3g} s: steps are of {chosen:.3g} s")
+    return scheme, chosen, notes
+
+
+def _notes(file: ReadFile, *, simple: bool) -> list[str]:
+    notes = []
+    if file.option("wavekin", 0.0) == 1:
+        notes.append(
+            "WaveKin 1 of the file: nothing gives water kinematics, lines are in still water"
+        )
+    row = file.options.get("fileic")
+    if row and row.words[0] != "0" and not simple:
+        message = f"{row.words[1]} {row.words[0]}: initial conditions from files are not supported"
+        remedy = f"set {row.words[1]} to 0; without rods and free bodies it would not be needed"
+        file.wrong(row, message, remedy)
+    elif row and row.words[0] != "0":
+        notes.append(
+            f"the initial state {row.words[0]} of the file is not used: lines start at rest"
+        )
+    return notes
+
+
+def _segments(file: ReadFile, attached: Attachments) -> dict[str, Segment]:
+    """A segment of every line that has moving nodes."""
+    types = {row.words[0]: row.words for row in file.rows("line types")}
+    free = {row.words[0] for row in file.rows("points") if attached.free(row)}
+    held = {r.words[0]: float(r.words[4]) for r in file.rows("points") if attached.held(r)}
+    friction = file.option("frictioncoefficient", 0.0) * file.option("fricdamp", FRICTION_DAMPING)
+    found = {}
+    for k, row in enumerate(file.rows("lines")):
+        ends, length, count = _ends(row), float(row.words[4]), int(float(row.words[5]))
+        if count == 1 and attached.simple() and not free & set(ends):
+            continue
+        d, m, ea, ba, ei, cd, ca, cdax, caax = (float(w) for w in types[row.words[1]][1:10])
+        piece = length / count
+        anchors = [held[end] for end in ends if end in held]
+        clear = clear_of_seabed(anchors, length=length, depth=file.depth)
+        ratio = damping_of_ratio(-ba, length=piece, mass_per_length=m, axial=ea)
+        found[f"line_{k + 1}"] = Segment(
+            length=piece,
+            diameter=d,
+            mass_per_length=m,
+            axial_stiffness=ea,
+            damping=ba if ba >= 0 else ratio,
+            bending_stiffness=ei,
+            seabed_stiffness=0.0 if clear else file.option("kbot", SEABED["kbot"]),
+            seabed_damping=0.0 if clear else file.option("cbot", SEABED["cbot"]),
+            water_density=file.option("rho", WATER["rho"]),
+            drag_coefficient=cd,
+            added_mass_coefficient=ca,
+            axial_drag_coefficient=cdax,
+            axial_added_mass_coefficient=caax,
+            friction=friction,
+        )
+    return found
+
+
+def _net(file: ReadFile, attached: Attachments) -> dict[str, Any]:
+    """Points and lines for their static equilibrium, see `rest.net_at`."""
+    density, gravity = (file.option(key, value) for key, value in WATER.items())
+    points = []
+    for row in file.rows("points"):
+        force = None
+        if attached.free(row):
+            mass, volume = (float(word) for word in row.words[5:7])
+            load = [0.0, 0.0, 0.0]  # what stands behind drag and added mass may be a comment
+            if has_force(row):
+                load = [float(word) for word in row.words[7:10]]
+            weight = gravity * (volume * density - mass)
+            force = (load[0], load[1], load[2] + weight)
+        points.append({"position": attached.place(row), "force": force})
+    types = {row.words[0]: row.words for row in file.rows("line types")}
+    lines = []
+    for row in file.rows("lines"):
+        d, m, ea, _, ei = (float(word) for word in types[row.words[1]][1:6])
+        a, b = (int(end) - 1 for end in _ends(row))
+        lines.append(
+            net_line(
+                ends=(a, b),
+                segments=int(float(row.words[5])),
+                length=float(row.words[4]),
+                diameter=d,
+                mass_per_length=m,
+                stiffness=ea,
+                bending=ei,
+                density=density,
+                gravity=gravity,
+            )
+        )
+    return {
+        "points": points,
+        "fairleads": [k for k, row in enumerate(file.rows("points")) if attached.moved(row)],
+        "lines": lines,
+        "bed": -file.depth,
+        "bed_stiffness": file.option("kbot", SEABED["kbot"]),
+    }
+
+
+def _ends(row: Row) -> list[str]:
+    """The numbers of the points at which a line ends; a rod's end stays as it is written."""
+    found = [(word, POINT_END.fullmatch(word.upper())) for word in row.words[2:4]]
+    return [match[1] if match else word for word, match in found]
+
+
+def _text(
+    file: ReadFile, attached: Attachments, integration: list[tuple[str, str]], *, known: bool
+) -> str:
+    """The file for MoorDyn: without blank lines, outputs, and coupled bodies.
+
+    Where the equilibrium is not known otherwise, MoorDyn looks for it as the file says.
+    """
+    lines = ["MoorDyn v2 input file, after " + file.path.name]
+    for section in ("line types", "rod types", "bodies", "rods", "points", "lines"):
+        rows = [_row(section, row, attached) for row in file.rows(section)]
+        if rows:
+            lines += [header(section.upper()), "-", "-", *rows]
+    ours = [*QUIET, *(RELAXATION if known else ()), *integration]
+    replaced = REPLACED | {name.lower() for _, name in ours}
+    kept = [r.words[:2] for r in file.rows("options") if option_name(r) not in replaced]
+    lines += [header("OPTIONS"), *(f"{value} {key}" for value, key in (*ours, *kept))]
+    return "\n".join([*lines, header("OUTPUTS"), header("END"), ""])
+
+
+def _row(section: str, row: Row, attached: Attachments) -> str:
+    words = list(row.words)
+    if section == "bodies" and words[1].upper() in COUPLED:
+        words[1] = "Fixed"  # nothing is on it any more; the numbers of the others stay
+    if section in SEGMENTS:  # MoorDyn reads 2e1 as 2
+        k = SEGMENTS[section]
+        words[k:] = [str(int(float(words[k]))), "-"]
+    if section == "points" and BODY.fullmatch(words[1].upper()) and attached.moved(row):
+        words[1:5] = ["Coupled", *map(repr, attached.place(row))]
+    return " ".join(words)

@@ -1,0 +1,1 @@
+"""From connection texts to pairs of variables: types, units, buses, dependencies, loops, delays."""

@@ -1,0 +1,129 @@
+"""Outputs that are read straight after the last step of their component, before its inputs are set.
+
+They are those that do not depend on connected inputs within an instant: no later reading could tell
+anything else of them. But some FMUs lose their outputs, or change them, when inputs are set. An
+output that depends on a connected input is read when that is set.
+
+FMUs with event mode are left out as far as their outputs are not exchanged: setting a discrete
+input is an event there, after which all outputs may have other values.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+
+from m4e_fmi.cosim.connections.connect import Port
+from m4e_fmi.cosim.connections.recorded_variables import chosen
+from m4e_fmi.cosim.connections.structure import Loop, Transfer
+from m4e_fmi.fmu.importer.reading import Description
+from m4e_fmi.fmu.importer.type_rules import DISCRETE, REAL
+
+
+class Arrivals:
+    """Outputs that are read straight after steps: `early` ones, which are exchanged, and `further`.
+
+    The latter are outputs of components with connected inputs: those `recorded` (their names by
+    component; all scalars, if that is None), and if they are `watched` all others.
+    """
+
+    def __init__(
+        self,
+        descriptions: Mapping[str, Description],
+        exchange: Sequence[Transfer | Loop],
+        recorded: Mapping[str, Collection[str]] | None,
+        *,
+        watched: bool,
+    ) -> None:
+        self._early = _early(exchange)
+        if recorded is None:
+            found = chosen(descriptions, ())
+            recorded = {name: {v.name for v in members} for name, members in found.items()}
+        inputs, exchanged = _ports(exchange, "set"), _ports(exchange, "get")
+        self._further: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {}
+        self._typed: dict[str, tuple[str, ...]] = {}
+        for component, driven in inputs.items():
+            description, known = descriptions[component], exchanged.get(component, set())
+            if description.has_events:
+                continue
+            free = [
+                name
+                for name, needs in description.dependencies.items()
+                if name not in known and not needs & driven
+            ]
+            reals = [name for name in free if description.variables[name].type == REAL]
+            kept = recorded.get(component, ())
+            self._further[component] = (
+                tuple(name for name in reals if name in kept),
+                tuple(name for name in reals if name not in kept and watched),
+            )
+            self._typed[component] = tuple(
+                name
+                for name in free
+                if description.variables[name].type in DISCRETE and (name in kept or watched)
+            )
+
+    def early(self, component: str) -> tuple[str, ...]:
+        """The first of the exchanged outputs of a component."""
+        transfer = self._early.get((component, False))
+        return transfer.variables if transfer else ()
+
+    def early_typed(self, component: str) -> Transfer | None:
+        """The transfer that reads those that are not Real."""
+        return self._early.get((component, True))
+
+    def further(self, component: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """Outputs of a component that are not exchanged: those recorded, and others."""
+        return self._further.get(component, ((), ()))
+
+    def further_typed(self, component: str) -> tuple[str, ...]:
+        """Outputs of a component that are not exchanged, and not Real."""
+        return self._typed.get(component, ())
+
+    @property
+    def ports(self) -> list[Port]:
+        """All `further` outputs, component by component."""
+        return [
+            Port(component, name)
+            for component, groups in self._further.items()
+            for names in groups
+            for name in names
+        ]
+
+    def has(self, transfer: Transfer) -> bool:
+        """True if this part of the exchange reads the early outputs of a component."""
+        return self._early.get((transfer.component, transfer.discrete)) is transfer
+
+
+def _early(exchange: Sequence[Transfer | Loop]) -> dict[tuple[str, bool], Transfer]:
+    """Reads of each component before any of its inputs is set; apart those that are not Real."""
+    found: dict[tuple[str, bool], Transfer] = {}
+    begun: set[tuple[str, bool]] = set()
+    for part in exchange:
+        for transfer in (*part.sets, *part.gets) if isinstance(part, Loop) else (part,):
+            of_kind = transfer.component, transfer.discrete
+            if of_kind not in begun and part is transfer and transfer.action == "get":
+                found[of_kind] = transfer
+            both = transfer.action == "set" or part is not transfer
+            begun |= {(transfer.component, kind) for kind in (False, True)} if both else {of_kind}
+    return found
+
+
+def _ports(exchange: Sequence[Transfer | Loop], action: str) -> dict[str, set[str]]:
+    """Names of the variables that are got or set, by component."""
+    found: dict[str, set[str]] = {}
+    for part in exchange:
+        for transfer in (*part.sets, *part.gets) if isinstance(part, Loop) else (part,):
+            if transfer.action == action:
+                found.setdefault(transfer.component, set()).update(transfer.variables)
+    return found
+
+
+def following(description: Description, changed: Collection[str]) -> Callable[[str], bool]:
+    """Which outputs may follow at once when these variables of an FMU are set.
+
+    A parameter may change all, and so may an event, which setting a variable is in event mode.
+    """
+    causalities = {description.variables[name].causality for name in changed}
+    if causalities - {"input"} or description.has_events:
+        return lambda _: True
+    return lambda name: not description.dependencies[name].isdisjoint(changed)

@@ -1,0 +1,232 @@
+"""Inputs that nobody feeds, and components that lead nowhere: connections that seem to be left out.
+
+An input that is not connected keeps its start value. That is told, but where it is meant: a value
+is given under `start:`, the input is one of the system's own `inputs`, or it is an *idle load*: a
+force, moment or effort on a body, point or joint of a multibody FMU that is 0, as most of them are
+in any system. An idle load is told only where something else says that it should be connected:
+
+- its connector is connected in part, and the other side has an output of its name;
+- another component has a connector for it (`counterparts`), whose outputs lead nowhere;
+- a component that follows the multibody FMU has outputs that lead nowhere, of the load's dimension.
+
+Besides, a component is told that is connected with no other at all. A connection is suggested only
+where names and units leave no other.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+
+import networkx as nx
+
+from m4e_fmi.cosim.connections.connect import Port, Wiring
+from m4e_fmi.cosim.connections.matching_connectors import Pair, fits, free_pairs, group_of
+from m4e_fmi.cosim.system.system import System
+from m4e_fmi.fmu.importer.reading import Description, Variable
+
+IDLE = re.compile(r"(body|point|joint)\..+\.(force|moment|effort)(_[xyz])?(\[.*\])?")
+SHOWN = 4
+"""Inputs of one component that are told by name; `info` shows all."""
+
+Descriptions = Mapping[str, Description]
+
+
+def unfed(system: System, wiring: Wiring) -> list[Port]:
+    """Inputs that are connected to nothing, and that nobody has given a value."""
+    given = {Port(c.name, name) for c in system.components for name in c.start}
+    given |= {Port(*text.partition(".")[::2]) for ts in system.inputs.values() for text in ts}
+    return [port for port in wiring.unconnected if port not in given]
+
+
+def is_idle_load(port: Port, descriptions: Descriptions) -> bool:
+    """True if an input that nobody has given a value is a load of a multibody FMU, which is 0."""
+    variable = descriptions[port.component].variables[port.variable]
+    return bool(IDLE.fullmatch(port.variable)) and _number(variable) == 0.0
+
+
+def loose_ends(system: System, descriptions: Descriptions, wiring: Wiring) -> list[str]:
+    """Inputs and links that seem to be left out: one line for each component or connection."""
+    ports = unfed(system, wiring)
+    loads = [port for port in ports if is_idle_load(port, descriptions)]
+    idle = set(loads)
+    others = [port for port in ports if port not in idle]
+    links = (*wiring.links, *wiring.initial_links)
+    linked = {port.component for link in links for port in (link.source, link.target)}
+    linked |= {text.partition(".")[0] for text in system.outputs.values()}
+    linked |= {text.partition(".")[0] for texts in system.inputs.values() for text in texts}
+    taken = {link.source for link in links}
+    taken |= {Port(*text.partition(".")[::2]) for text in system.outputs.values()}
+    pairs = list(free_pairs(descriptions, driven={link.target for link in links}))
+    by_component = {name: [p for p in others if p.component == name] for name in descriptions}
+    fed_by_nobody = [
+        _fed_by_nobody(descriptions[name], found, pairs)
+        for name, found in by_component.items()
+        if found and name in linked
+    ]
+    missing = dict(_halves(descriptions, wiring, loads))
+    halves = [
+        f"{load} is connected to nothing, though {group_of(load)} and {group_of(source)} are "
+        f"connected by other variables: '{source} -> {load}' seems to be left out"
+        for load, source in missing.items()
+    ]
+    open_inputs = {group_of(port) for port in others}
+    unused = {
+        pair.of(load): pair
+        for load in loads
+        for pair in pairs
+        if group_of(load) in pair.ends and pair.of(load).component in linked
+        if not taken & pair.outputs(pair.of(load)) and pair.of(load) not in open_inputs
+    }
+    led_nowhere = [
+        f"{source} leads nowhere, and {pair.of(source)} takes nothing: {pair} seems to be left "
+        "out; if it only watches, name its outputs under outputs:"
+        for source, pair in unused.items()
+    ]
+    known = {port.component for port in (*missing.values(), *unused)}
+    dead_ends = _dead_ends(system, descriptions, wiring, loads, known)
+    return [*_alone(descriptions, linked, pairs), *fed_by_nobody, *halves, *led_nowhere, *dead_ends]
+
+
+def start_text(variable: Variable) -> str:
+    """The start value of a variable with its unit."""
+    number = _number(variable)
+    value = f"{number:g}" if number is not None else variable.start or "none"
+    return f"{value} {variable.unit}".rstrip() if variable.unit not in ("", "1") else value
+
+
+def _number(variable: Variable) -> float | None:
+    try:
+        return float(variable.start or 0.0)
+    except ValueError:  # of a Boolean or String
+        return None
+
+
+def _alone(descriptions: Descriptions, linked: set[str], pairs: list[Pair]) -> Iterator[str]:
+    """Components that are connected with nothing, beside others."""
+    alone = [
+        name
+        for name, description in descriptions.items()
+        if name not in linked and description.of_causality("input", "output")
+    ]
+    if len(descriptions) < 2:
+        return
+    if alone and not linked:
+        yield f"{', '.join(alone)}: no component is connected with another"
+        return
+    for name in alone:
+        left_out = _left_out(
+            [pair for pair in pairs if name in {end.component for end in pair.ends}]
+        )
+        yield (
+            f"{name} is connected with nothing: it does not act on the others, nor they on it"
+            f"{left_out}"
+        )
+
+
+def _left_out(pairs: list[Pair]) -> str:
+    """The connections that are missing, in brackets; empty if none are known."""
+    seem = "seems" if len(pairs) == 1 else "seem"
+    return f" ({', '.join(map(str, pairs))} {seem} to be left out)" if pairs else ""
+
+
+def _fed_by_nobody(description: Description, ports: list[Port], pairs: list[Pair]) -> str:
+    """The inputs of one component that run on their start values."""
+    names: dict[str, str] = {}
+    for port in ports:
+        base, bracket, _ = port.variable.partition("[")
+        name = f"{base}[…]" if bracket else base
+        names.setdefault(name, start_text(description.variables[port.variable]))
+    groups = {group_of(port) for port in ports}
+    left_out = _left_out([pair for pair in pairs if groups & set(pair.ends)])
+    if len(names) == 1:
+        ((name, value),) = names.items()
+        return (
+            f"{ports[0].component}.{name} is connected to nothing and runs on its start value "
+            f"{value}: connect it{left_out}, or set it under start: if that is meant"
+        )
+    shown = ", ".join(f"{name} ({value})" for name, value in list(names.items())[:SHOWN])
+    more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
+    return (
+        f"{ports[0].component}: {len(names)} inputs are connected to nothing and run on their "
+        f"start values, {shown}{more}: connect them{left_out}, or set them under start: if that is "
+        "meant"
+    )
+
+
+def _halves(
+    descriptions: Descriptions, wiring: Wiring, loads: list[Port]
+) -> Iterator[tuple[Port, Port]]:
+    """Loads of connectors that are connected in part, each with the output of the other side."""
+    pairs = {
+        (group_of(here), group_of(there))
+        for link in wiring.links
+        for here, there in ((link.source, link.target), (link.target, link.source))
+    }
+    for load in loads:
+        last = load.variable.rpartition(".")[2]
+        wanted = descriptions[load.component].variables[load.variable]
+        for here, there in sorted(pairs):
+            source = Port(there.component, f"{there.variable}.{last}")
+            known = descriptions[there.component].variables.get(source.variable)
+            if here != group_of(load) or known is None or known.causality != "output":
+                continue
+            if fits(known, wanted):
+                yield load, source
+                break
+
+
+def _dead_ends(
+    system: System,
+    descriptions: Descriptions,
+    wiring: Wiring,
+    loads: list[Port],
+    known: set[str],
+) -> Iterator[str]:
+    """Components but those `known` that follow a multibody FMU with idle loads, and could drive it,
+    and drive nothing.
+    """
+    graph: nx.DiGraph = nx.DiGraph()
+    graph.add_nodes_from(descriptions)
+    graph.add_edges_from((k.source.component, k.target.component) for k in wiring.links)
+    taken = {link.source.component for link in (*wiring.links, *wiring.initial_links)}
+    taken |= {text.partition(".")[0] for text in system.outputs.values()}
+    for name, description in descriptions.items():
+        if name in known | taken or not graph.in_degree(name):
+            continue
+        before = nx.ancestors(graph, name)
+        candidates = [
+            (output, load)
+            for load in loads
+            if load.component in before
+            for output in description.of_causality("output")
+            if fits(output, descriptions[load.component].variables[load.variable])
+        ]
+        if candidates:
+            driven = ", ".join(dict.fromkeys(load.component for _, load in candidates))
+            yield (
+                f"{name} takes inputs, but none of its outputs leads anywhere, and loads of "
+                f"{driven} are connected to nothing{_suggested(name, descriptions, candidates)}; "
+                "if it only watches, name its outputs under outputs:"
+            )
+
+
+def _suggested(
+    name: str, descriptions: Descriptions, candidates: list[tuple[Variable, Port]]
+) -> str:
+    """The connection from component `name` that is left out, if names and units leave only one."""
+    known = [
+        (output, load)
+        for output, load in candidates
+        if output.dimension and descriptions[load.component].variables[load.variable].dimension
+    ]
+    of_name = [
+        (output, load)
+        for output, load in candidates
+        if output.name.rpartition(".")[2] == load.variable.rpartition(".")[2]
+    ]
+    for found in (of_name, known if len(known) == len(candidates) else []):
+        if len(found) == 1:
+            ((output, load),) = found
+            return f": '{name}.{output.name} -> {load}' seems to be left out"
+    return ""

@@ -1,0 +1,49 @@
+"""A system that can run: its FMUs are built, its connections resolved, its order known."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from m4e_fmi.cosim.connections.connect import Link, Wiring
+from m4e_fmi.cosim.connections.overview import overview
+from m4e_fmi.cosim.connections.structure import Structure
+from m4e_fmi.cosim.connections.timing import Timing, timings
+from m4e_fmi.cosim.system.component_steps import Rates
+from m4e_fmi.cosim.system.system import System
+from m4e_fmi.fmu.importer.reading import Description
+from m4e_fmi.shown import listing
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A system with its FMUs built, its connections resolved, its loops and own steps known.
+
+    Its step is such that it meets the points of all components: `notes` tell if it was shortened.
+    `warnings` tell what seems to be left out of the connections, and which FMUs do not go back
+    though they say so, one line each.
+    """
+
+    system: System
+    descriptions: dict[str, Description] = field(repr=False)
+    wiring: Wiring = field(repr=False)
+    structure: Structure = field(repr=False)
+    rates: Rates = field(repr=False)
+    notes: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def timings(self) -> dict[Link, Timing]:
+        """How late each connected input is, under the system's algorithm."""
+        algorithm = self.system.simulation.algorithm
+        return timings(self.descriptions, self.wiring, self.structure, algorithm, self.rates)
+
+    def __str__(self) -> str:
+        return overview(self)
+
+    def __repr__(self) -> str:
+        return listing(
+            f"Prepared system {self.system.name!r}: {len(self.wiring.links)} connected variables",
+            components=self.descriptions,
+            connections=self.system.connections,
+            notes=self.notes,
+        )

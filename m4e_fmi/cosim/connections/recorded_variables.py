@@ -1,0 +1,77 @@
+"""Which variables a run records."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+
+from m4e_fmi.cosim.connections.connect import Port
+from m4e_fmi.errors import InputError, Problem, suggestion
+from m4e_fmi.fmu.importer.reading import Description, Variable
+from m4e_fmi.fmu.importer.type_rules import TYPES
+
+
+def chosen(
+    descriptions: Mapping[str, Description],
+    patterns: Sequence[str],
+    connected: Iterable[Port] = (),
+) -> dict[str, list[Variable]]:
+    """The variables to be recorded, by component, of all types but Binary.
+
+    Without patterns these are all scalar outputs, and all arrays of which an element is
+    `connected`. A pattern is ``component.variable``, where ``*`` stands for anything. With one it
+    chooses among the outputs, elements of arrays included; without, it may name any variable, or an
+    array. InputError for patterns that choose nothing.
+    """
+    if not patterns:
+        arrays = {(port.component, array_of(port.variable)) for port in connected}
+        return {
+            name: [
+                v
+                for v in _outputs(description)
+                if not v.name.endswith("]") or (name, array_of(v.name)) in arrays
+            ]
+            for name, description in descriptions.items()
+        }
+    found: dict[str, dict[str, Variable]] = {name: {} for name in descriptions}
+    problems = []
+    for pattern in patterns:
+        matches = _matches(descriptions, pattern)
+        for component, variable in matches:
+            found[component][variable.name] = variable
+        if not matches:
+            known = [f"{c}.{v.name}" for c, d in descriptions.items() for v in _outputs(d)]
+            problems.append(
+                Problem(f"no output is called {pattern!r}", suggestion(pattern, known, "outputs"))
+            )
+    if problems:
+        raise InputError(problems)
+    return {name: list(members.values()) for name, members in found.items()}
+
+
+def array_of(name: str) -> str:
+    """The name of the array that an element is one of; of a scalar, its own."""
+    return name.rpartition("[")[0] if name.endswith("]") else name
+
+
+def _outputs(description: Description) -> list[Variable]:
+    return [v for v in description.of_causality("output") if v.type in TYPES]
+
+
+def _matches(descriptions: Mapping[str, Description], pattern: str) -> list[tuple[str, Variable]]:
+    exact, _, name = pattern.partition(".")
+    if exact in descriptions:
+        variables = descriptions[exact].variables
+        named = [variables[name]] if name in variables else []
+        named = named or [v for v in variables.values() if v.name.endswith("]")]
+        found = [(exact, v) for v in named if name in (v.name, array_of(v.name))]
+        if found:
+            return [(c, v) for c, v in found if v.type in TYPES]
+    # brackets are part of names
+    expression = re.compile(".*".join(map(re.escape, pattern.split("*"))))
+    return [
+        (component, v)
+        for component, description in descriptions.items()
+        for v in _outputs(description)
+        if expression.fullmatch(f"{component}.{v.name}")
+    ]

@@ -1,0 +1,265 @@
+"""In which order values are exchanged, and components stepped; what loops there are.
+
+At one communication point an input is as new as the output it comes from, and an output with
+feed-through as new as the inputs it depends on. Exchanging along the dependencies makes all of them
+belong to the same instant; read in any other order, outputs would show inputs of the step before.
+How dependencies are known, `dependence` tells. A link that is delayed carries an older value, and
+waits for nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import networkx as nx
+
+from m4e_fmi.cosim.connections.connect import Link, Port, Wiring
+from m4e_fmi.fmu.importer.reading import Description
+
+
+@dataclass(frozen=True)
+class Transfer:
+    """One FMI call of an exchange: get or set these variables of this component.
+
+    Those of a `discrete` one are not Real, or take the values of such.
+    """
+
+    action: Literal["get", "set"]
+    component: str
+    variables: tuple[str, ...]
+    discrete: bool = False
+
+
+@dataclass(frozen=True)
+class Loop:
+    """Inputs and outputs that depend on one another within an instant: to be solved together.
+
+    `cycle` are some of them, each of which depends on the one before.
+    """
+
+    sets: tuple[Transfer, ...]
+    gets: tuple[Transfer, ...]
+    cycle: tuple[Port, ...] = ()
+
+
+@dataclass(frozen=True)
+class Structure:
+    """Loops, transfers and order of components, as they follow from the wiring.
+
+    In a loop at initialisation, inputs that are not Real have their start values.
+
+    `initial` are the transfers in initialization mode, `exchange` those at a communication point;
+    `sweep` is the order of components in which sources of unpredictable values come first, and
+    `delayed` the links that go against it all the same. `ends` are the outputs of components that
+    are driven, but from which no Real is taken: what the coupling does to them shows there only.
+    """
+
+    initial: tuple[Transfer | Loop, ...]
+    exchange: tuple[Transfer | Loop, ...]
+    sweep: tuple[str, ...]
+    delayed: tuple[Link, ...]
+    ends: tuple[Port, ...]
+
+    @property
+    def loops(self) -> tuple[tuple[Port, ...], ...]:
+        """A cycle of inputs and outputs in each algebraic loop, at communication points."""
+        return tuple(step.cycle for step in self.exchange if isinstance(step, Loop))
+
+
+def analyse(descriptions: Mapping[str, Description], wiring: Wiring) -> Structure:
+    """The structure of a system."""
+
+    def initially(port: Port) -> frozenset[str]:
+        return descriptions[port.component].initial_dependencies[port.variable]
+
+    everything = (*wiring.initial_links, *wiring.links)
+    prompt = [link for link in everything if not link.delayed]
+    unsolved = apart(
+        loop_links(prompt, instant_graph(prompt, [k.source for k in prompt], initially))
+    )
+    prompt = [link for link in prompt if link not in unsolved]
+    sources = list(dict.fromkeys(link.source for link in everything))
+    graph = instant_graph(prompt, sources, initially)
+    graph.add_edges_from(list(_parameters_first(descriptions, prompt, graph)))
+    sweep, delayed = sweep_order(descriptions, wiring.links)
+    discrete = {port for k in everything if not k.is_real for port in (k.source, k.target)}
+    return Structure(
+        initial=_order(prompt, graph, discrete),
+        exchange=_order(wiring.links, exchange_graph(descriptions, wiring), discrete),
+        sweep=sweep,
+        delayed=delayed,
+        ends=tuple(_ends(descriptions, wiring.links)),
+    )
+
+
+def _parameters_first(
+    descriptions: Mapping[str, Description], links: Iterable[Link], graph: nx.DiGraph
+) -> Iterator[tuple[Port, Port]]:
+    """Edges by which all outputs of a component wait for the parameters that others calculate.
+
+    Without these its equations may have no solution, as those of a body have without its mass. What
+    is calculated from parameters that are connected, too, keeps the order that it has.
+    """
+
+    def causality(port: Port) -> str:
+        return descriptions[port.component].variables[port.variable].causality
+
+    outputs = [port for port in graph if causality(port) == "output"]
+    for link in links:
+        if causality(link.source) == "calculatedParameter" and not graph.in_degree(link.source):
+            own = (port for port in outputs if port.component == link.target.component)
+            yield from ((link.target, port) for port in own)
+
+
+def loop_links(links: Iterable[Link], graph: nx.DiGraph) -> list[Link]:
+    """The links that are part of algebraic loops."""
+    knots = [knot for knot in nx.strongly_connected_components(graph) if len(knot) > 1]
+    knot_of = {port: number for number, knot in enumerate(knots) for port in knot}
+    return [k for k in links if k.source in knot_of and knot_of[k.source] == knot_of.get(k.target)]
+
+
+def apart(links: Iterable[Link]) -> list[Link]:
+    """Those of some links that are not Real: no loop can be solved for them."""
+    return [link for link in links if not link.is_real]
+
+
+def exchange_graph(descriptions: Mapping[str, Description], wiring: Wiring) -> nx.DiGraph:
+    """Which ports wait for which at a communication point."""
+
+    def now(port: Port) -> frozenset[str]:
+        return descriptions[port.component].dependencies[port.variable]
+
+    ends = _ends(descriptions, wiring.links)
+    needed = dict.fromkeys((*_with_derivatives(descriptions, wiring.links), *ends))
+    return instant_graph(wiring.links, list(needed), now)
+
+
+def _ends(descriptions: Mapping[str, Description], links: Sequence[Link]) -> Iterator[Port]:
+    taken = {link.source.component for link in links if link.is_real}
+    for name in dict.fromkeys(link.target.component for link in links):
+        if name in taken:
+            continue
+        known = descriptions[name].dependencies
+        for variable in descriptions[name].variables.values():
+            if (variable.causality, variable.type) == ("output", "Real") and variable.name in known:
+                yield Port(name, variable.name)
+
+
+def _with_derivatives(descriptions: Mapping[str, Description], links: Iterable[Link]) -> list[Port]:
+    """Sources of the links, and their declared first and second time derivatives."""
+    needed: dict[Port, None] = {}
+    for link in links:
+        for port in derivative_chain(descriptions, link.source):
+            needed[port] = None
+    return list(needed)
+
+
+def derivative_chain(descriptions: Mapping[str, Description], port: Port) -> list[Port]:
+    """The output `port` and, as far as its FMU declares them, its first and second derivative."""
+    derivatives = descriptions[port.component].output_derivatives
+    chain = [port]
+    while len(chain) < 3 and chain[-1].variable in derivatives:
+        chain.append(Port(port.component, derivatives[chain[-1].variable]))
+    return chain
+
+
+def sweep_order(
+    descriptions: Mapping[str, Description], links: Iterable[Link]
+) -> tuple[tuple[str, ...], tuple[Link, ...]]:
+    """Components so that the sources of values that cannot be predicted step first.
+
+    A value with a declared derivative can be predicted and constrains nothing. Where the others
+    form a cycle, the component listed first goes first; the links that then lead backwards are
+    returned too.
+    """
+    binding = [
+        link
+        for link in links
+        if link.is_real
+        and link.source.variable not in descriptions[link.source.component].output_derivatives
+        and link.source.component != link.target.component
+        and not link.delayed
+    ]
+    before: dict[str, set[str]] = {name: set() for name in descriptions}
+    for link in binding:
+        before[link.target.component].add(link.source.component)
+    order: list[str] = []
+    waiting = list(descriptions)
+    while waiting:
+        free = [name for name in waiting if before[name] <= set(order)]
+        order.append((free or waiting)[0])
+        waiting.remove(order[-1])
+    place = {name: k for k, name in enumerate(order)}
+    delayed = [k for k in binding if place[k.source.component] > place[k.target.component]]
+    return tuple(order), tuple(delayed)
+
+
+def instant_graph(
+    links: Iterable[Link], outputs: Sequence[Port], depends: Callable[[Port], Iterable[str]]
+) -> nx.DiGraph:
+    """Which ports wait for which at one instant, those waited for first."""
+    driven = {link.target: link for link in links}
+    graph: nx.DiGraph = nx.DiGraph()
+    graph.add_nodes_from((*outputs, *driven))
+    for output in outputs:
+        known = (Port(output.component, name) for name in depends(output))
+        graph.add_edges_from((port, output) for port in known if port in driven)
+    graph.add_edges_from((k.source, k.target) for k in driven.values() if not k.delayed)
+    return graph
+
+
+def _order(
+    links: Sequence[Link], graph: nx.DiGraph, discrete: Container[Port]
+) -> tuple[Transfer | Loop, ...]:
+    """Rounds of gets and sets in which each value is carried over when it is final."""
+    driven = {link.target: link.source for link in links}
+    steps: list[Transfer | Loop] = []
+    transfers: list[Transfer] = []
+    knots = nx.condensation(graph)
+    for generation in nx.topological_generations(knots):
+        # a generation is all inputs or outputs that wait for nothing but earlier generations
+        members = [knots.nodes[knot]["members"] for knot in generation]
+        single = [port for ports in members if len(ports) == 1 for port in ports]
+        transfers += _transfers(single, driven, discrete)
+        for ports in members:
+            if len(ports) > 1:
+                calls = _transfers(ports, driven, discrete)
+                steps += _merged(transfers)
+                transfers = []
+                sets, gets = ([t for t in calls if t.action == a] for a in ("set", "get"))
+                steps.append(Loop(tuple(sets), tuple(gets), _cycle(graph, ports)))
+    return (*steps, *_merged(transfers))
+
+
+def _transfers(
+    ports: Iterable[Port], driven: Mapping[Port, Port], discrete: Container[Port]
+) -> list[Transfer]:
+    by_call: dict[tuple[Literal["get", "set"], str, bool], list[str]] = {}
+    for port in sorted(ports):
+        action: Literal["get", "set"] = "set" if port in driven else "get"
+        call = action, port.component, port in discrete
+        by_call.setdefault(call, []).append(port.variable)
+    calls = [Transfer(a, c, tuple(names), apart) for (a, c, apart), names in by_call.items()]
+    return sorted(calls, key=lambda call: call.action == "set")  # some lose outputs when set
+
+
+def _merged(transfers: list[Transfer]) -> tuple[Transfer, ...]:
+    """Fewer, larger calls: sets of one component with no get of it in between become one."""
+    result: list[Transfer] = []
+    for transfer in transfers:
+        same = [k for k, t in enumerate(result) if t.component == transfer.component]
+        alike = replace(result[same[-1]], variables=transfer.variables) if same else None
+        if transfer.action == "set" and alike == transfer:
+            names = (*result.pop(same[-1]).variables, *transfer.variables)
+            transfer = replace(transfer, variables=names)
+        result.append(transfer)
+    return tuple(result)
+
+
+def _cycle(graph: nx.DiGraph, members: Iterable[Port]) -> tuple[Port, ...]:
+    """A cycle among the ports of a loop, from the first by name on."""
+    ports = [edge[0] for edge in nx.find_cycle(graph.subgraph(members))]
+    start = ports.index(min(ports))
+    return (*ports[start:], *ports[:start])

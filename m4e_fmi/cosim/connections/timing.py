@@ -1,0 +1,102 @@
+"""When a connected input has the value of its source: how late each connection is.
+
+During a step an algorithm knows some outputs only as they were at its start, and some not only at
+the start but over the whole step. This tells which, for the algorithm that a system has chosen.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from enum import Enum
+
+import networkx as nx
+
+from m4e_fmi.cosim.connections.connect import Link, Wiring
+from m4e_fmi.cosim.connections.structure import Structure
+from m4e_fmi.cosim.system.component_step import Rate
+from m4e_fmi.fmu.importer.reading import Description
+
+
+class Timing(Enum):
+    """What an input follows during a step."""
+
+    KNOWN = "in time: its source has made the step before"
+    SOLVED = "in time: solved together with its source"
+    CORRECTED = "in time: corrected by a second pass"
+    PREDICTED = "predicted from derivatives that its FMU declares"
+    EXTRAPOLATED = "extrapolated from the step before"
+    LATE = "one step late: held at its value at the start of the step"
+    TAKEN = "taken at the points of a component that steps more rarely"
+    DELAYED = "one step late, as its connection says: held at its source's value a step before"
+    HELD = "held from one point of a component that steps more rarely to the next"
+    SWITCHED = "held during each step: a change acts from the end of its step on"
+
+
+def timings(
+    descriptions: Mapping[str, Description],
+    wiring: Wiring,
+    structure: Structure,
+    algorithm: str,
+    rates: Mapping[str, Rate],
+) -> dict[Link, Timing]:
+    """The timing of every link that carries values at communication points."""
+
+    def is_sampled(component: str) -> bool:
+        return component in rates and rates[component].is_sampled
+
+    followed = [
+        link
+        for link in wiring.links
+        if link.is_real
+        and not (
+            link.delayed or is_sampled(link.source.component) or is_sampled(link.target.component)
+        )
+    ]
+    knots = component_cycles(descriptions, followed)
+    knot_of = {name: knot for knot in knots for name in knot}
+    corrects = not structure.loops and all(
+        any(descriptions[name].saves_state for name in knot) for knot in knots
+    )
+    place = {name: k for k, name in enumerate(structure.sweep)}
+
+    def in_sweep(link: Link) -> Timing:
+        source, target = link.source, link.target
+        if place[source.component] < place[target.component]:
+            return Timing.KNOWN
+        if source.variable in descriptions[source.component].output_derivatives:
+            return Timing.PREDICTED
+        return Timing.EXTRAPOLATED
+
+    def timing(link: Link) -> Timing:
+        if link.delayed:
+            return Timing.DELAYED
+        if is_sampled(link.target.component):
+            return Timing.TAKEN
+        if is_sampled(link.source.component):
+            return Timing.HELD
+        if not link.is_real:
+            return Timing.SWITCHED
+        if algorithm == "jacobi":
+            return Timing.LATE
+        if algorithm == "implicit":
+            return Timing.SOLVED
+        if algorithm == "gauss_seidel" or not corrects:
+            return in_sweep(link)
+        if link.target.component not in knot_of.get(link.source.component, ()):
+            return Timing.KNOWN
+        returns = descriptions[link.target.component].saves_state
+        return Timing.CORRECTED if returns else in_sweep(link)
+
+    return {link: timing(link) for link in wiring.links}
+
+
+def component_cycles(names: Iterable[str], links: Iterable[Link]) -> list[frozenset[str]]:
+    """Sets of components that depend on one another in a cycle of connections."""
+    graph: nx.DiGraph = nx.DiGraph()
+    graph.add_nodes_from(names)
+    graph.add_edges_from((link.source.component, link.target.component) for link in links)
+    return [
+        frozenset(knot)
+        for knot in nx.strongly_connected_components(graph)
+        if len(knot) > 1 or any(graph.has_edge(name, name) for name in knot)
+    ]

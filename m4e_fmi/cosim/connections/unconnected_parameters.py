@@ -1,0 +1,61 @@
+"""Connections that a system lacks, by all appearances."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Set
+
+from m4e_fmi.cosim.connections.connect import Port, Wiring
+from m4e_fmi.cosim.connections.matching_connectors import fits
+from m4e_fmi.cosim.system.system import System
+from m4e_fmi.fmu.importer.reading import Description, Variable
+
+
+def forgotten(system: System, descriptions: Mapping[str, Description], wiring: Wiring) -> list[str]:
+    """What one component calculates, another has as a parameter of that name, and nothing carries.
+
+    One line each: added mass, say, that would be left at its start value.
+    """
+    taken = {link.source for link in wiring.initial_links}
+    given = {Port(c.name, name) for c in system.components for name in c.start}
+    given |= {link.target for link in wiring.initial_links}
+    offered, wanted = (
+        _arrays(descriptions, causality, done)
+        for causality, done in (("calculatedParameter", taken), ("parameter", given))
+    )
+    return [
+        f"{source}.{name} is calculated, but not carried over: "
+        + _advice(f"{source}.{name}", f"{target}.{name}", members, others)
+        for (source, name), members in offered.items()
+        for (target, other), others in wanted.items()
+        if name == other and source != target
+    ]
+
+
+def _arrays(
+    descriptions: Mapping[str, Description], causality: str, done: Set[Port]
+) -> dict[tuple[str, str], dict[str, Variable]]:
+    """Component and name of an array, or of a single variable → those that are not `done`.
+
+    They are known by what stands behind the name.
+    """
+    found: dict[tuple[str, str], dict[str, Variable]] = {}
+    for component, description in descriptions.items():
+        for variable in description.of_causality(causality):
+            if Port(component, variable.name) not in done:
+                base, bracket, index = variable.name.partition("[")
+                found.setdefault((component, base), {})[bracket + index] = variable
+    return found
+
+
+def _advice(
+    source: str, target: str, members: dict[str, Variable], others: dict[str, Variable]
+) -> str:
+    """The connection from `source` to `target`, or why there is none of all their members."""
+    if members.keys() != others.keys():
+        return (
+            f"{target}, which differs in size ({len(members)} and {len(others)} elements), keeps "
+            "its start value"
+        )
+    if not all(fits(members[index], others[index]) for index in members):
+        return f"{target}, which is of another type or unit, keeps its start value"
+    return f"'{source} -> {target}'"

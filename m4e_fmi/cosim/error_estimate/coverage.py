@@ -1,0 +1,80 @@
+"""How much of a run the estimate of its coupling error has watched, and in which way."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from m4e_fmi.cosim.system.system import SECOND
+
+NAMED = 3
+"""Times that are named, of more."""
+
+
+@dataclass(frozen=True)
+class Coverage:
+    """Of a run from `start` to `end`, times in nanoseconds.
+
+    `doubled` are the spans that were made twice in steps of another length; `followed` those over
+    which a second course went beside the run, `kinks` the times of contacts, switches and jumps
+    that were met there in finer steps. They were many from `crowded` on, and windows told of
+    them. `lost` are times from which on kinks could not be followed, and why.
+    """
+
+    start: int
+    end: int
+    doubled: tuple[tuple[int, int], ...] = ()
+    followed: tuple[tuple[int, int], ...] = ()
+    kinks: tuple[int, ...] = ()
+    crowded: int | None = None
+    lost: tuple[tuple[int, str], ...] = ()
+
+    def twice(self, begin: int, end: int) -> Coverage:
+        """With a further window."""
+        return replace(self, doubled=(*self.doubled, (begin, end)))
+
+    def follow(self, since: int, until: int, kinks: np.ndarray) -> Coverage:
+        """With a course beside the run over this span, `kinks` within its last part."""
+        others = tuple(one for one in self.followed if one[0] != since)
+        met = (*self.kinks, *kinks.tolist())
+        return replace(self, followed=(*others, (since, until)), kinks=met)
+
+    def crowd(self, time: int) -> Coverage:
+        """With many kinks, from this time on if it is the first."""
+        return self if self.crowded is not None else replace(self, crowded=time)
+
+    def lose(self, since: int, why: str) -> Coverage:
+        """Without knowledge from some time on."""
+        return self if self.lost else replace(self, lost=((since, why),))
+
+    @property
+    def share(self) -> float:
+        """Share of the run that was made a second time, in one way or another."""
+        span = self.end - self.start
+        watched, last = 0, self.start
+        for begin, end in sorted((*self.doubled, *self.followed)):
+            watched += max(0, end - max(begin, last))
+            last = max(last, end)
+        return watched / span if span else 0.0
+
+    def __str__(self) -> str:
+        share = min(99, round(100 * self.share))
+        text = f"{share} % of the run made twice, the rest watched for kinks"
+        if self.share == 1.0:
+            text = "all of the run made twice"
+        if self.kinks:
+            text += f"; finer steps about {_listed(self.kinks)}"
+        if self.crowded is not None:
+            since = f"{self.crowded / SECOND:.6g}"
+            text += f"; kinks are many from t = {since} s on, and judged where it is made twice"
+        for begin, why in self.lost:
+            text += f"; kinks are not followed from t = {begin / SECOND:.6g} s on: {why}"
+        return text
+
+
+def _listed(times: Sequence[int]) -> str:
+    named = ", ".join(f"{time / SECOND:.6g}" for time in times[:NAMED])
+    more = len(times) - NAMED
+    return f"t = {named} s" + (f" and {more} more" if more > 0 else "")

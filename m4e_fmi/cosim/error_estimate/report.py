@@ -1,0 +1,153 @@
+"""How far the coupling is off: the estimated error of each connection.
+
+A run makes some of its steps a second time, in half as many that are twice as long, or where these
+cannot be in twice as many that are half as long; all of them are watched for kinks (`witness`).
+With `--check` all of it is made again at half the step; two runs of order p, y at the step H and z
+at H/2, differ by most of the error of the first:
+
+    error of y = |y − z| · 2^p/(2^p − 1)
+
+The largest over the run is told for each connection, relative to the range: how far the values of
+any judged output of that unit have been apart; of the output itself, if it has no unit. Judged are
+the sources of all connections; of a component from which no Real is taken, all outputs. This is the
+error of the coupling alone; each FMU's own error is the same in both courses.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from m4e_fmi.cosim.connections.connect import Port
+from m4e_fmi.cosim.error_estimate.coverage import Coverage
+from m4e_fmi.cosim.exchange.network import Network
+from m4e_fmi.cosim.system.system import SECOND
+from m4e_fmi.shown import short
+
+LEAST_RANGE = 1e-9
+"""Below this share of the largest, the range of an output without unit may be noise."""
+OF_VALUE = 1e-3
+"""The least range of such an output over its value: what moves less is an invariant."""
+LITTLE = 0.8
+"""The part of an error that half the step leaves, above which it is not worth the time."""
+
+
+@dataclass(frozen=True)
+class CouplingError:
+    """The largest error over the range of one connection, and the output that has it.
+
+    `halved` is what half the step would give.
+    """
+
+    connection: str
+    source: Port
+    error: float
+    halved: float
+
+    @property
+    def falls(self) -> bool:
+        """True if half the step is worth its time."""
+        return self.halved <= LITTLE * self.error
+
+
+@short
+@dataclass(frozen=True)
+class Certificate:
+    """Estimated coupling errors of a run, the largest first, and how much of it was watched."""
+
+    errors: tuple[CouplingError, ...]
+    coverage: Coverage | None = None
+
+    def __str__(self) -> str:
+        if not self.errors:
+            return "no coupling, no coupling error"
+        worst = self.errors[0]
+        remedy = f"halve the step for {worst.halved:.1e}"
+        if not worst.falls:
+            remedy = f"halving the step does not help much: {worst.halved:.1e}"
+        return (
+            f"largest coupling error {worst.error:.1e} of range, at {worst.source} "
+            f"({worst.connection}); {remedy}"
+        )
+
+
+def over(values: np.ndarray, spans: np.ndarray) -> np.ndarray:
+    """Values (…, n) over the spans (n,) of their units; 0 where nothing moves."""
+    return np.divide(values, spans, out=np.zeros_like(values), where=spans > 0.0)
+
+
+class Trace:
+    """An observer that keeps the outputs by which the coupling is judged."""
+
+    def __init__(self) -> None:
+        self.points: dict[int, np.ndarray] = {}
+        self.network: Network | None = None
+        self._places = np.zeros(0, dtype=np.intp)
+
+    def __call__(self, time: float, network: Network) -> None:
+        if self.network is None:
+            self.network = network
+            self._places = np.array([network.index(p) for _, p in network.judged], dtype=np.intp)
+        self.points[round(time * SECOND)] = network.values[self._places]
+
+
+class Spans:
+    """What the errors of all judged outputs are relative to: the largest range of all of its unit.
+
+    Outputs that have no unit may be anything: each has its own range, but at least OF_VALUE of its
+    present value, which an invariant keeps, and LEAST_RANGE of the largest range of them. 0 where
+    nothing moves.
+    """
+
+    def __init__(self, network: Network) -> None:
+        units = [network.unit(port) for _, port in network.judged]
+        numbers = {unit: number for number, unit in enumerate(dict.fromkeys(units))}
+        self._of_unit = np.array([numbers[unit] for unit in units], dtype=np.intp)
+        self._bare = np.array([not unit for unit in units], dtype=bool)
+        self._places = np.array([network.index(port) for _, port in network.judged], dtype=np.intp)
+        self._values, self._largest = network.values, np.zeros(len(numbers))
+
+    def __call__(self, ranges: np.ndarray) -> np.ndarray:
+        """For the range of each of them."""
+        self._largest[:] = 0.0
+        np.maximum.at(self._largest, self._of_unit, ranges)
+        found = self._largest[self._of_unit]
+        least = np.maximum(LEAST_RANGE * found, OF_VALUE * np.abs(self._values[self._places]))
+        return np.where(self._bare & (found > 0.0), np.maximum(ranges, least), found)
+
+
+def certificate(
+    network: Network,
+    connections: Sequence[str],
+    *,
+    errors: np.ndarray,
+    halved: np.ndarray,
+    ranges: np.ndarray,
+    coverage: Coverage | None = None,
+) -> Certificate:
+    """The certificate of a run; `errors`, what half the step would leave of them, and `ranges` are
+    of the judged outputs, each in its unit.
+    """
+    largest: dict[int, CouplingError] = {}
+    shares = over(np.array([errors, halved]), Spans(network)(ranges)).T.tolist()
+    for (connection, port), (error, half) in zip(network.judged, shares, strict=True):
+        known = largest.get(connection)
+        if known is None or error > known.error:
+            largest[connection] = CouplingError(connections[connection], port, error, half)
+    ordered = sorted(largest.values(), key=lambda found: -found.error)
+    return Certificate(tuple(ordered), coverage)
+
+
+def compared(run: Trace, finer: Trace, connections: Sequence[str], order: float) -> Certificate:
+    """The certificate of a run by another at half the step."""
+    network = run.network
+    assert network is not None
+    common = [time for time in run.points if time in finer.points]
+    first = np.array([run.points[time] for time in common])
+    second = np.array([finer.points[time] for time in common])
+    share = 2.0**order / (2.0**order - 1)
+    errors = np.abs(first - second).max(axis=0) * share
+    ranges, halved = np.ptp(second, axis=0), errors / 2.0**order
+    return certificate(network, connections, errors=errors, halved=halved, ranges=ranges)

@@ -1,0 +1,235 @@
+"""Online estimate of the coupling error where FMUs cannot go back: a second set of instances.
+
+It begins at the start time as the run does, and makes steps twice as long (or half as long: see
+`witness`, which tells what the difference says). So it costs half of the run again (or twice), but
+follows all of it: nothing has to be concluded from a part.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from m4e_fmi.cosim.algorithms import Algorithm
+from m4e_fmi.cosim.error_estimate.coverage import Coverage
+from m4e_fmi.cosim.error_estimate.repeated_steps import FAR, off
+from m4e_fmi.cosim.error_estimate.report import over
+from m4e_fmi.cosim.error_estimate.roughness import HISTORY, Roughness, fourth_differences
+from m4e_fmi.cosim.error_estimate.step_doubling import NOISE, SMALL, halved_kinks
+from m4e_fmi.cosim.exchange.network import TWICE, Change, Network
+from m4e_fmi.cosim.exchange.operations import Operation, gather
+from m4e_fmi.cosim.system.system import SECOND, Simulation
+from m4e_fmi.cosim.time_loop.energy import BLOCK, EnergyBalance
+from m4e_fmi.cosim.time_loop.time_loop import Course
+from m4e_fmi.errors import RunError
+
+KINKED = 1.0
+"""Order of the error of a kink within a step, which others know at its ends only."""
+
+
+class Recorder:
+    """Keeps the values of some outputs, `sources`, at the points that a run comes to: `count`.
+
+    `kinks` (n,) are the largest fourth differences of the sources in steps that are rough at once.
+    """
+
+    room = FAR
+
+    def __init__(self, network: Network, sources: np.ndarray) -> None:
+        self._network, self._sources = network, sources
+        self._roughness = Roughness(network)
+        self._last = np.zeros((0, len(sources)))
+        self._size = 0
+        self.kinks = np.zeros(len(sources))
+        self._block = np.zeros((BLOCK, len(sources)))
+        self._now = round(network.time * SECOND)
+        self._times = [np.zeros(0, dtype=np.int64)]
+        self._values = [np.zeros((0, len(sources)))]
+        self.count = 0
+
+    @property
+    def operations(self) -> tuple[Operation, ...]:
+        """What notes a step in a row of a block."""
+        gathered = gather(self._block, self._network.values, self._sources)
+        return gathered, self._roughness.operation
+
+    def before(self) -> None:
+        """Before a step."""
+
+    def halt(self) -> None:
+        """It makes no steps."""
+
+    def after(
+        self, steps: int, size: int, row: int, *, jumped: bool = False, within: bool = False
+    ) -> None:
+        """After so many steps of `size` [ns]; the operations have filled rows from `row` on."""
+        values = self._block[row : row + steps].copy()
+        if within:
+            self._note(np.array([steps - 1]), values)
+        same = size == self._size
+        self._note(self._roughness.sudden(row, steps, same=same, jumped=jumped), values)
+        if jumped or not same:
+            self._roughness.forget()
+        self._last, self._size = np.concatenate((self._last, values))[-HISTORY:], size
+        self._times.append(self._now + size * np.arange(1, steps + 1))
+        self._now += size * steps
+        self._values.append(values)
+        self.count += steps
+
+    def _note(self, sudden: np.ndarray, values: np.ndarray) -> None:
+        """Some steps are rough at once."""
+        if len(sudden):
+            rough = fourth_differences(np.concatenate((self._last, values)))
+            found = rough[len(self._last) + sudden].max(axis=0)
+            found[found <= NOISE * np.abs(values).max(axis=0)] = 0.0
+            self.kinks = np.maximum(self.kinks, found)
+
+    def take(self, until: int) -> tuple[np.ndarray, np.ndarray]:
+        """Times [ns] up to `until` (n,) and the values there (n, sources); they are dropped."""
+        times, values = np.concatenate(self._times), np.concatenate(self._values)
+        count = int(np.searchsorted(times, until, side="right"))
+        self._times, self._values = [times[count:]], [values[count:]]
+        self.count -= count
+        return times[:count], values[:count]
+
+
+class Companion:
+    """Follows a run of `network` with `other`, a network of the same system at its start.
+
+    `make` gives the algorithm that steps `other`; `simulation` is that of the run. Steps have this
+    `length` over the run's, TWICE or HALF. `spans` gives the range of all outputs of its unit for
+    the range of each source.
+    """
+
+    room = FAR
+
+    def __init__(
+        self,
+        network: Network,
+        other: Network,
+        make: Callable[[Network], Algorithm],
+        simulation: Simulation,
+        sources: np.ndarray,
+        *,
+        length: float,
+        spans: Callable[[np.ndarray], np.ndarray],
+    ) -> None:
+        self._network, self._copy = network, other
+        self._run, self._other = Recorder(network, sources), Recorder(other, sources)
+        algorithm = other.made(make, length)
+        size = min(length * simulation.step_size, simulation.stop_time - simulation.start_time)
+        longer = replace(simulation, step_size=size, output_interval=None)
+        no_bonds = EnergyBalance(other, ())
+        self._course = Course(
+            other, algorithm, no_bonds, longer, witness=self._other, most_time=np.inf
+        )
+        self._size, stop = round(size * SECOND), round(simulation.stop_time * SECOND)
+        self._rest = stop if all(rate.shortens for rate in other.rates.values()) else None
+        self._twice, self._order = length == TWICE, algorithm.order
+        self._spans = spans
+        self._steps = 0
+        values = network.values[sources]
+        self._difference = np.zeros(len(values))
+        self._start = round(network.time * SECOND)
+        self._extremes = np.array([values, values])
+        self.failure = ""
+        """Why nothing can be told, if so."""
+        self.switched = False
+        """Whether discrete values have changed, at other times in the other set."""
+
+    @property
+    def operations(self) -> tuple[Operation, ...]:
+        """Note a step of the run in a row of a block."""
+        return self._run.operations
+
+    def before(self) -> None:
+        """Before a step of the run."""
+
+    def halt(self) -> None:
+        """End steps that are made at once at the next point, called by another thread."""
+        self._course.halt()
+
+    def stop(self, why: str) -> None:
+        """The second set cannot follow the run any more: nothing can be told."""
+        self.failure = self.failure or why
+
+    def after(
+        self, steps: int, size: int, row: int, *, jumped: bool = False, within: bool = False
+    ) -> None:
+        """After steps of the run, as `Recorder.after`."""
+        self._steps += steps
+        if not self.failure:
+            self._run.after(steps, size, row, jumped=jumped, within=within)
+            if self._run.count >= BLOCK:
+                self._follow()
+
+    def changed(self, changes: Sequence[Change]) -> None:
+        """Some values were set at the present point of the run, and exchanged."""
+        if self._twice:
+            self.stop("values were set between steps, which longer ones cannot follow")
+        if not self.failure:
+            self._follow()
+        if not self.failure:
+            try:
+                self._copy.change(changes)
+            except RunError as error:
+                self.stop(f"a second set of FMUs fails ({error.message})")
+
+    def finish(self) -> None:
+        """At the end of the run."""
+        if self._steps < 1 + self._twice:
+            self.stop("the run has but one step" if self._steps else "the run has no steps")
+        if not self.failure:
+            self._follow()
+
+    def _follow(self) -> None:
+        """Make the steps up to where the run is, as far as they are whole; compare."""
+        course, now = self._course, round(self._network.time * SECOND)
+        try:
+            while not course.over and (
+                now - course.now >= self._size or course.now < now == self._rest
+            ):
+                self._network.pause()
+                course.advance(max(1, (now - course.now) // self._size))
+        except RunError as error:
+            name = "twice" if self._twice else "half"
+            self.stop(f"steps of {name} the length fail ({error.message})")
+            return
+        (times, values), (others, again) = (r.take(course.now) for r in (self._run, self._other))
+        known = np.concatenate((self._extremes, values if self._twice else again))
+        self._extremes = np.array([known.min(axis=0), known.max(axis=0)])
+        _, mine, theirs = np.intersect1d(times, others, assume_unique=True, return_indices=True)
+        largest = np.abs(self._extremes).max(axis=0)
+        differences = off(again[theirs], values[mine], largest)
+        self._difference = np.maximum(self._difference, differences.max(axis=0, initial=0.0))
+
+    def errors(self, *, halved: bool = False) -> np.ndarray:
+        """The largest errors that are known, for each source, in its unit; or at half the step.
+
+        Two courses alone do not tell their order: it is the algorithm's. Where outputs have kinks
+        it changes with where these fall in a step, and is taken as KINKED; none shows where they
+        make errors of the size of the range.
+        """
+        order = float(self._order)
+        found = self._at(order)
+        spans = self._spans(self.ranges())
+        shares = over(found, spans)
+        if self.switched or (self._run.kinks > SMALL * shares.max(initial=0.0) * spans).any():
+            found = self._at(KINKED)
+            return halved_kinks(found, spans) if halved else found
+        return found / 2.0**order if halved else found
+
+    def _at(self, order: float) -> np.ndarray:
+        """The errors of an algorithm of this order."""
+        return self._difference / (2.0**order - 1) * (1.0 if self._twice else 2.0**order)
+
+    def coverage(self) -> Coverage:
+        """All of the run was followed."""
+        start, end = self._start, round(self._network.time * SECOND)
+        return Coverage(start, end, followed=((start, end),))
+
+    def ranges(self) -> np.ndarray:
+        """How far the values of each source have been apart."""
+        return np.ptp(self._extremes, axis=0)

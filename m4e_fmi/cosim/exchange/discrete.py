@@ -1,0 +1,206 @@
+"""Values that pass between components and are not Real: Integers, Booleans, enumerations, Strings.
+
+They are exchanged at communication points, along declared dependencies as Reals are, and held in
+between, so that algorithms know nothing of them: going back to the start of a step, an FMU has the
+inputs again that it had there. A value that changes is a jump: what was before the point tells
+nothing of the step after it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from m4e_fmi.cosim.connections.connect import Link, Port
+from m4e_fmi.cosim.connections.early_outputs import Arrivals
+from m4e_fmi.cosim.connections.structure import Loop, Transfer
+from m4e_fmi.cosim.exchange.instance import WARNING, Instance
+from m4e_fmi.cosim.exchange.operations import Copy, Due, GetTyped, SetTyped
+from m4e_fmi.fmu.importer.calls import Access, Taken, Texts, value_in
+from m4e_fmi.fmu.importer.type_rules import bounds, is_large
+
+Kept = tuple[np.ndarray, np.ndarray, tuple[Port, ...]]
+"""The cells of a point, those of the last settled one, and changes that act a step late."""
+
+
+class Discrete:
+    """The outputs among `steps` that are not Real, and what takes their values by `links`.
+
+    `values` has a cell (see `standards.typed`) for each of `outputs`, as it is at the present
+    communication point; texts have their places in `texts`. `changed` is 0 from where one changes
+    until `settle`, infinite otherwise. After the `values` in `cells` come outputs that are not
+    exchanged, but read with them (see `arrivals`); then, where connections are delayed, the values
+    at the point before.
+    """
+
+    def __init__(
+        self,
+        instances: Mapping[str, Instance],
+        steps: Sequence[Transfer | Loop],
+        links: Mapping[Port, Link],
+        texts: Texts,
+        arrivals: Arrivals | None = None,
+    ) -> None:
+        self._instances, self._links, self.texts = instances, links, texts
+        self._arrivals = arrivals
+        transfers = [t for t in steps if isinstance(t, Transfer) and t.discrete]
+        self.outputs = [
+            Port(t.component, name) for t in transfers if t.action == "get" for name in t.variables
+        ]
+        seen = {c: arrivals.further_typed(c) for c in instances} if arrivals else {}
+        ports = (*self.outputs, *(Port(c, name) for c, names in seen.items() for name in names))
+        self._index = {port: k for k, port in enumerate(ports)}
+        count = len(self.outputs)
+        self._delayed = {k.source for k in links.values() if k.delayed and k.source in self._index}
+        self._late = len(ports)
+        self.cells = np.zeros(len(ports) + (count if self._delayed else 0), dtype=np.int64)
+        self.values = self.cells[:count]
+        self._echo: list[Port] = []
+        self._seen = {c: instances[c].typed(names, texts) for c, names in seen.items() if names}
+        self.changed = np.array([np.inf])
+        self._before = self.values.copy()
+        self._accesses = {transfer: self._access(transfer) for transfer in transfers}
+
+    def __bool__(self) -> bool:
+        """Whether there are such values."""
+        return bool(self.outputs)
+
+    def _access(self, transfer: Transfer) -> Access:
+        instance, names = self._instances[transfer.component], transfer.variables
+        if transfer.action == "get":
+            return instance.typed(names, self.texts, changed=self.changed)
+        links = [self._links[Port(transfer.component, name)] for name in names]
+        return instance.typed(names, self.texts, taken=[self._taken(link) for link in links])
+
+    def _taken(self, link: Link) -> Taken:
+        give, take = (
+            self._instances[port.component].description.variables[port.variable]
+            for port in (link.source, link.target)
+        )
+        low, high = bounds(give, take)
+        place = self._index[link.source] + (self._late if link.delayed else 0)
+        origin, way = str(link.source), (link.factor, link.offset)
+        return Taken(place, origin, low, high, *way, is_large(give))
+
+    def _cells(self, transfer: Transfer) -> np.ndarray:
+        """Of a transfer that gets values, its own cells; all for one that sets some."""
+        if transfer.action == "set":
+            return self.cells
+        start = self._index[Port(transfer.component, transfer.variables[0])]
+        return self.values[start : start + len(transfer.variables)]
+
+    def operation(self, transfer: Transfer, due: Due | None) -> GetTyped | SetTyped:
+        """What performs a transfer at a communication point."""
+        instance, access = self._instances[transfer.component], self._accesses[transfer]
+        kind = GetTyped if transfer.action == "get" else SetTyped
+        return kind(instance, access, self._cells(transfer), due)
+
+    def arrival(self, component: str, due: Due | None) -> list[GetTyped]:
+        """Reads what a component gives before its inputs are set; to follow its last step."""
+        early = self._arrivals.early_typed(component) if self._arrivals else None
+        found = [self.operation(early, due)] if early else []
+        if component in self._seen:
+            access = self._seen[component]
+            start = self._index[Port(component, access.names[0])]
+            cells = self.cells[start : start + len(access.names)]
+            found.append(GetTyped(self._instances[component], access, cells, due, in_rows=True))
+        return [one for one in found if isinstance(one, GetTyped)]
+
+    def known(self, port: Port) -> int | None:
+        """Where in `cells` the present value of an output is; None if only its FMU can tell it."""
+        if self._instances[port.component].description.has_events:
+            return None
+        return self._index.get(port)
+
+    def value(self, port: Port, cell: int) -> int | bool | str:
+        """The value in a cell of a port."""
+        variable = self._instances[port.component].description.variables[port.variable]
+        return value_in(int(self.cells[cell]), variable, self.texts)
+
+    def perform(self, transfer: Transfer) -> None:
+        """Perform a transfer now; RunError as of a schedule."""
+        access, cells = self._accesses[transfer], self._cells(transfer)
+        status = access.get(cells) if transfer.action == "get" else access.set(cells)
+        if not 0 <= status <= WARNING:
+            self._instances[transfer.component].fail_typed(status, access, cells)
+
+    def settle(self) -> list[Port]:
+        """The outputs whose values have changed since the last call, or before it and act late."""
+        found: list[Port] = []
+        if not self.changed[0]:
+            self.changed[0] = np.inf
+            places = np.flatnonzero(self.values != self._before)
+            self._before[:] = self.values
+            found = [self.outputs[k] for k in places]
+        late, self._echo = self._echo, [port for port in found if port in self._delayed]
+        return [*found, *(port for port in late if port not in found)]
+
+    @property
+    def shift(self) -> tuple[Copy, ...]:
+        """Makes the values at the last point those of the point before; where they are wanted."""
+        if not self._delayed:
+            return ()
+        places = np.arange(len(self.outputs), dtype=np.uint32)
+        return (Copy(self._before, places, self.cells[self._late :]),)
+
+    def begin(self, initial: Discrete) -> None:
+        """Let delayed connections carry what their sources had in initialization mode."""
+        for port in self._delayed:
+            self.cells[self._late + self._index[port]] = initial.values[initial._index[port]]
+
+    def kept(self) -> Kept:
+        """The cells, those of the last settled point, and the changes that act a step late."""
+        return self.cells.copy(), self._before.copy(), tuple(self._echo)
+
+    def bring(self, kept: Kept) -> None:
+        """Return to what was `kept`; the FMUs have these values already."""
+        cells, before, echo = kept
+        self.cells[:], self._before[:], self._echo = cells, before, list(echo)
+        self.changed[0] = 0.0 if (self.values != self._before).any() else np.inf
+
+    def differs(self, values: np.ndarray) -> bool:
+        """Whether the FMUs give others than these just now, in the middle of a step."""
+        if not self:
+            return False
+        present, noted = self.values.copy(), self.changed.copy()
+        for transfer in self._accesses:
+            if transfer.action == "get":
+                self.perform(transfer)
+        found = bool((self.values != values).any())
+        self.values[:], self.changed[:] = present, noted
+        return found
+
+
+class Switches:
+    """Steps of a run at whose end values had changed, within the step: `count`, the `first`.
+
+    `late` is the longest of these steps [s]. What a component gives at points of its own, or with
+    its events, does not count: it changes at that very time.
+    """
+
+    REMEMBERED = ("count", "first", "late")
+
+    def __init__(self) -> None:
+        self.count = 0
+        self.first = ""
+        self.late = 0.0
+
+    def note(self, changed: Sequence[Port], time: float, size: float) -> None:
+        """Account for these changes at the end of a step of `size` [s], at `time` [s]."""
+        if not changed:
+            return
+        self.count += 1
+        self.first = self.first or f"{changed[0]} at t = {time:.9g} s"
+        self.late = max(self.late, size)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What the run should say of them."""
+        if not self.count:
+            return ()
+        steps = "one step" if self.count == 1 else f"{self.count} steps"
+        return (
+            f"values that are not Real changed within {steps} (first {self.first}): they act from "
+            f"the end of the step on, up to {self.late:g} s later than the values they follow",
+        )

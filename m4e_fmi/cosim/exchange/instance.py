@@ -1,0 +1,486 @@
+"""One instance of a co-simulation FMU, called directly in its shared library.
+
+FMPy loads the library; the calls of the time loop go to its functions with addresses prepared once,
+which costs a third of FMPy's own methods. Functions have the names of FMI 2.0; `standards` knows
+what they are in other versions.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import NoReturn
+
+import numpy as np
+
+from m4e_fmi.cosim.exchange.binary import Binary
+from m4e_fmi.errors import RunError
+from m4e_fmi.fmu.importer.calls import (
+    DISCARD,
+    DOES_NOT_FIT,
+    EARLY,
+    ERROR,
+    FATAL,
+    NEAR,
+    RESTLESS,
+    STANDARDS,
+    WARNING,
+    Access,
+    Call,
+    Events,
+    RawCall,
+    Standard,
+    Status,
+    Taken,
+    Texts,
+    Value,
+    value_in,
+)
+from m4e_fmi.fmu.importer.messages import STATUS, Listener, Messages
+from m4e_fmi.fmu.importer.reading import Description
+from m4e_fmi.fmu.importer.type_rules import REAL
+from m4e_fmi.signals import not_lost
+
+LAST_ERROR = "last_error"
+"""Name of the string variable in which an FMU may explain what went wrong."""
+_ANSWERS = {**STATUS, 5: "Pending", EARLY: "an event", RESTLESS: "events without end"}
+
+
+class Warned(ctypes.Structure):
+    """`m4e_warned` of loop.h: steps answered with Warning; when [s] the first and last began."""
+
+    _fields_ = [("count", ctypes.c_uint64), ("first", ctypes.c_double), ("last", ctypes.c_double)]
+
+    def note(self, time: float) -> None:
+        """Count one that began at `time`."""
+        if not self.count:
+            self.first = time
+        self.count, self.last = self.count + 1, time
+
+
+class DiscardedError(RunError):
+    """An FMU discarded a step; `reached` is the time [s] up to which it could, None if not told.
+
+    `component` is its name, `size` that of the step [s].
+    """
+
+    def __init__(
+        self, message: str, remedy: str, reached: float | None, component: str, size: float
+    ) -> None:
+        super().__init__(message, remedy)
+        self.reached, self.component, self.size = reached, component, size
+
+
+class EventWithinError(DiscardedError):
+    """An FMU has an event within the step, at `reached`."""
+
+
+class EndWithinError(DiscardedError):
+    """An FMU asked for the end of the simulation within the step, at `reached`."""
+
+
+class Instance:
+    """An instance of a loaded FMU for the component `name`; `close` it, or use it in a with block.
+
+    The FMU hears the name with a `suffix`, of instances beside that of the run; nobody else does.
+    `scales` are factor and offset of the inputs that are set otherwise than by their own values.
+    A `listener` hears what the FMU logs with another status than OK; `warned` counts the steps that
+    it has answered with Warning.
+
+    Every method raises RunError with component, time, the FMU's own words and a remedy when the
+    FMU answers with more than a warning. After Fatal the FMU is never called again.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        description: Description,
+        binary: Binary,
+        listener: Listener | None = None,
+        *,
+        suffix: str = "",
+    ) -> None:
+        self.name = name
+        self.description = description
+        self._told_name = name + suffix
+        self._messages = Messages(listener, self._told_name)
+        self.warned = Warned()
+        self.time = self._start = 0.0
+        self._broken = False
+        self._initialised = False
+        self.scales: dict[str, tuple[float, float]] = {}
+        self._states: dict[int, ctypes.c_void_p] = {}
+        self._places: dict[int, tuple[Call, Call]] = {}
+        self._readers: dict[str, tuple[Call, np.ndarray]] = {}
+        self._typed: dict[str, tuple[Access, np.ndarray]] = {}
+        self._texts = Texts()
+        self._binary = binary
+        self._fmu = STANDARDS[description.version](binary.functions, description, self.fail)
+        try:
+            self._open()
+        except BaseException:
+            self.close()
+            raise
+
+    def __enter__(self) -> Instance:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    @not_lost()
+    def _open(self) -> None:
+        self._binary.in_use += 1
+        try:
+            self._fmu.instantiate(self._told_name, self._messages)
+        except Exception as error:
+            self._fmu.component = None
+            message = f"{self._origin}: cannot be instantiated{self._own_words()}"
+            raise RunError(message, "check the FMU alone: `fmpy simulate` on the file") from error
+
+    @property
+    def _origin(self) -> str:
+        return f"{self.name} ({self.description.path.name})"
+
+    @contextmanager
+    def rehearsing(self) -> Iterator[None]:
+        """Within this, what the FMU says is not heard: its steps are no steps of the run."""
+        kept = bytes(self.warned)
+        self._messages.muted = True
+        try:
+            yield
+        finally:
+            self._messages.muted = False
+            ctypes.memmove(ctypes.addressof(self.warned), kept, len(kept))
+
+    @not_lost()
+    def setup(self, *, start: float, stop: float, tolerance: float | None) -> None:
+        """Tell the experiment: times [s], relative tolerance (None: the FMU's own)."""
+        self.time = self._start = start
+        self._usable.setup(start=start, stop=stop, tolerance=tolerance)
+
+    @not_lost()
+    def set_values(self, values: Mapping[str, Value]) -> None:
+        """Set variables of any type by name, as far as FMI lets them be set at this time."""
+        if values:
+            self._usable.set_values(values)
+
+    @not_lost()
+    def enter_initialization(self) -> None:
+        self._usable.enter_initialization()
+
+    @not_lost()
+    def exit_initialization(self) -> None:
+        self._usable.exit_initialization()
+        self._initialised = True
+
+    @property
+    def _usable(self) -> Standard:
+        """What calls the FMU; RunError if it has failed."""
+        if self._broken:
+            raise RunError(f"{self._origin} has failed before and cannot be used any more")
+        return self._fmu
+
+    @property
+    def events(self) -> Events:
+        """What the FMU has told of events."""
+        return self._fmu.events
+
+    @property
+    def has_ended(self) -> bool:
+        """True if the FMU asked for the end of the simulation."""
+        return math.isfinite(self._fmu.events.ended)
+
+    def ends_at(self, time: float) -> bool:
+        """True if the step to `time` [s] that the FMU has discarded is whole, and to be the last.
+
+        The FMU makes no further step then, and nothing may be set in it.
+        """
+        reached = self._fmu.reached() if self._asks_for_end() else None
+        if reached is None or reached < time - NEAR:
+            return False
+        self._fmu.events.ended = reached
+        return True
+
+    def _asks_for_end(self) -> bool:
+        """True if the step was discarded by an FMU that is done, and not by one that has failed.
+
+        PythonFMU's library has no other answer to a step that fails but to ask for the end, or
+        Fatal, after which nothing can be asked: that it has failed, its FMU can say in words only.
+        """
+        return self._fmu.wants_end() and not self._last_error()
+
+    def stop_at_events(self) -> None:
+        """From now on, a step ends at an event within it, with EventWithinError."""
+        self._fmu.events.goes_on = False
+
+    def scale_input(self, name: str, factor: float, offset: float) -> None:
+        """From now on, calls that set or read `name` carry v where the FMU has factor·v + offset.
+
+        So the master's values are in the unit of the input's source. `read` tells the FMU's own.
+        """
+        self.scales[name] = factor, offset
+
+    def scales_of(self, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray] | None:
+        """Factors and offsets of variables of `scale_input`; None if all are as they are."""
+        if not any(name in self.scales for name in names):
+            return None
+        factor, offset = np.array([self.scales.get(name, (1.0, 0.0)) for name in names]).T
+        return factor, offset
+
+    def getter(self, names: Sequence[str], view: np.ndarray) -> Call:
+        """A call that reads the Real variables `names` into `view` (float64, contiguous)."""
+        scales = self.scales_of(names)
+        if scales is None:
+            return self.own_getter(names, view)
+        factor, offset = scales
+        own = np.zeros(len(names))
+        call = self.own_getter(names, own)
+
+        def get() -> Status:
+            status = call()
+            view[:] = (own - offset) / factor
+            return status
+
+        return get
+
+    def setter(self, names: Sequence[str], view: np.ndarray) -> Call:
+        """A call that sets the Real variables `names` from `view` (float64, contiguous)."""
+        scales = self.scales_of(names)
+        if scales is None:
+            return self.own_setter(names, view)
+        factor, offset = scales
+        own = np.zeros(len(names))
+        call = self.own_setter(names, own)
+
+        def set_() -> Status:
+            np.multiply(view, factor, out=own)
+            np.add(own, offset, out=own)
+            return call()
+
+        return set_
+
+    def own_getter(self, names: Sequence[str], view: np.ndarray) -> Call:
+        """As `getter`, in the FMU's own units."""
+        return self._fmu.getter(names, view)
+
+    def own_setter(self, names: Sequence[str], view: np.ndarray) -> Call:
+        """As `setter`, in the FMU's own units."""
+        return self._fmu.setter(names, view)
+
+    def typed(
+        self,
+        names: Sequence[str],
+        texts: Texts,
+        *,
+        taken: Sequence[Taken] = (),
+        changed: np.ndarray | None = None,
+    ) -> Access:
+        """Access to variables that are not Real, or that take the values of such."""
+        return self._fmu.typed(names, texts, taken=taken, changed=changed)
+
+    def raw(self, function: str, names: Sequence[str] = ()) -> RawCall:
+        """The C function that does what `function` of FMI 2.0 does, for Real variables `names`."""
+        return self._fmu.raw(function, names)
+
+    def stepper(self) -> Callable[[float, float, int], Status]:
+        """The call ``(t, h, 1) -> status`` that steps from t to t + h [s], never to be undone."""
+        return self._fmu.stepper()
+
+    def own_derivative_setter(self, names: Sequence[str], view: np.ndarray) -> Call:
+        """A call that gives inputs two time derivatives for the next step, in the FMU's own units.
+
+        `view` holds, for each of the Real inputs `names`, its first, then its second derivative.
+        """
+        return self._fmu.derivative_setter(names, view)
+
+    def slot(self, place: int = 0) -> ctypes.c_void_p:
+        """Where the FMU's state is that is kept in a place."""
+        if place not in self._states:
+            self._states[place] = self._fmu.slot()
+        return self._states[place]
+
+    def saver(self) -> Call:
+        """A call that keeps the FMU's state as `save_state` does."""
+        return self._fmu.saver(self.slot())
+
+    def restorer(self) -> Call:
+        """A call that brings the FMU back as `restore_state` does, where no step has failed."""
+        return self._fmu.restorer(self.slot())
+
+    def _calls(self, place: int) -> tuple[Call, Call]:
+        """Those that keep the FMU's state in a place, and bring it back."""
+        fmu = self._usable
+        if place not in self._places:
+            slot = self.slot(place)
+            self._places[place] = fmu.saver(slot), fmu.restorer(slot)
+        return self._places[place]
+
+    def save_state(self, place: int = 0) -> None:
+        """Keep the FMU's state, instead of the one kept before in the same place."""
+        save, _ = self._calls(place)
+        status = save()
+        if status > WARNING:
+            self.fail(status, "fmi2GetFMUstate")
+
+    def restore_state(self, time: float, place: int = 0) -> None:
+        """Bring the FMU back to the state kept in a place at `time` [s], also after a failed step.
+
+        It may be restored again. After Fatal there is no way back.
+        """
+        self._broken = self._fmu.component is None
+        _, restore = self._calls(place)
+        status = restore()
+        if status > WARNING:
+            self.fail(status, "fmi2SetFMUstate")
+        self.time = time
+
+    @not_lost()
+    def directional_derivative(self, output: str, known: str) -> float:
+        """∂output/∂known of two Real variables at the present instant; `known` may be scaled."""
+        variables = self.description.variables
+        value = self._usable.directional_derivative(variables[output], variables[known])
+        return value * self.scales.get(known, (1.0, 0.0))[0]
+
+    @not_lost()
+    def value(self, name: str) -> Value:
+        """The present value of a variable in its own type; an item of an enumeration by number."""
+        variable = self.description.variables[name]
+        if variable.type == REAL:
+            return self.read(name)
+        if name not in self._typed:
+            self._typed[name] = self.typed([name], self._texts), np.zeros(1, dtype=np.int64)
+        access, cells = self._typed[name]
+        status = access.get(cells)
+        if not 0 <= status <= WARNING:
+            self.fail_typed(status, access, cells)
+        return value_in(int(cells[0]), variable, self._texts)
+
+    @not_lost()
+    def read(self, name: str) -> float:
+        """The present value of the Real variable `name`."""
+        if name not in self._readers:
+            place = np.zeros(1)
+            self._readers[name] = self._fmu.getter([name], place), place
+        call, value = self._readers[name]
+        status = call()
+        if status > WARNING:
+            self.fail(status, "fmi2GetReal")
+        return float(value[0])
+
+    def fail(self, status: Status, function: str, size: float = 0.0) -> NoReturn:
+        """Raise what this status of `function` means; `size` is that of a failed step [s]."""
+        self._broken = True
+        what = f"{self._fmu.name(function)} answered {_ANSWERS.get(status, status)}"
+        words = self._own_words(status)
+        remedy = "the FMU tells why" if words else "look at what its inputs and parameters are"
+        if function == "fmi2DoStep":
+            begin, end = f"{self.time:.9g} s", f"{self.time + size:.9g} s"
+            step = f"the step from t = {begin} to {end} failed"
+            if begin == end:
+                step = f"a step of {size:.3g} s from t = {begin} failed"
+            what = f"{step} ({what})"
+            remedy = self._step_remedy(status, size)
+        elif self._initialised:
+            what += f" at t = {self.time:.9g} s"
+        else:
+            what += " during initialisation"
+            remedy = "check its parameters and start values"
+        if FATAL <= status < EARLY:
+            self._fmu.component = None
+        message = f"{self._origin}: {what}{words}"
+        if function == "fmi2DoStep" and status in (DISCARD, EARLY):
+            kind, reached = EventWithinError, self._fmu.reached()
+            if status == DISCARD:
+                kind = DiscardedError
+            if status == DISCARD and self._asks_for_end():
+                kind, self._broken = EndWithinError, False
+                self._fmu.events.ended = self.time if reached is None else reached
+            raise kind(message, remedy, reached, self.name, size)
+        raise RunError(message, remedy)
+
+    def _step_remedy(self, status: Status, size: float) -> str:
+        """What to do about a step of `size` [s] that has failed, the likeliest first."""
+        reason = self._messages.tell_why or (status in (DISCARD, ERROR) and self._last_error())
+        own = (
+            f"if {size:g} s is not the step that it was made for, give the component that as its "
+            "own step_size"
+        )
+        first = "the FMU tells why: see to that first"
+        if self.description.constant_step:
+            only = f"it makes steps of one size only: {own}"
+            return f"{first}; {only}" if reason else only
+        if reason and status != DISCARD:
+            return f"{first}; {own}" if self.time == self._start else first
+        smaller = f"try a step_size below {size:g} s, or other parameters and start values"
+        return f"{first}; else {smaller}" if reason else f"{smaller}; {own}"
+
+    def not_finite(self, names: Sequence[str], values: np.ndarray) -> NoReturn:
+        """Raise for the first of the outputs `names` whose value is nan or infinite."""
+        name, value = next(
+            (n, v) for n, v in zip(names, values, strict=True) if not math.isfinite(v)
+        )
+        self._broken = True
+        when = f"at t = {self.time:.9g} s" if self._initialised else "during initialisation"
+        what = self.description.variables[name].description
+        told = f" ({what})" if what else ""
+        message = f"{self.name}.{name} {when} is {value}{told}{self._own_words(DISCARD)}"
+        remedy = "try a smaller step_size; check parameters and start values"
+        if self._last_error() or self._messages.tell_why:
+            remedy = f"the FMU tells why: see to that first; else {remedy}"
+        raise RunError(message, remedy)
+
+    def fail_typed(self, status: Status, access: Access, cells: np.ndarray) -> NoReturn:
+        """Raise what this status of an access to `cells` means."""
+        if status < 0 and status != DOES_NOT_FIT:
+            raise MemoryError
+        if status != DOES_NOT_FIT:
+            self.fail(status, access.function)
+        name, taken = access.names[access.failed], access.taken[access.failed]
+        variable = self.description.variables[name]
+        cell = int(cells[taken.source])
+        given = cell % 2**64 if taken.large else cell
+        when = f"at t = {self.time:.9g} s" if self._initialised else "during initialisation"
+        kind = variable.fmi_type + (f" ({', '.join(variable.items)})" if variable.items else "")
+        raise RunError(
+            f"{taken.origin} {when} is {given}, which {self.name}.{name} cannot take: it is of "
+            f"type {kind}, here from {taken.low} to {taken.high}",
+            "keep the value in that range, or connect another input",
+        )
+
+    def _own_words(self, status: Status = FATAL) -> str:
+        """What the FMU says about its failure, to stand behind our own message.
+
+        Where that begins with a variable, as in ``f is inf``, what the variable is comes after it.
+        """
+        text = self._last_error() if status in (DISCARD, ERROR) else ""
+        text = (text or self._messages.last()).removeprefix(f"{self._told_name}: ")
+        variable = self.description.variables.get(text.partition(" is ")[0])
+        told = f" ({variable.description})" if variable and variable.description else ""
+        return f": {text}{told}" if text else ""
+
+    def _last_error(self) -> str:
+        variable = self.description.variables.get(LAST_ERROR)
+        if variable is None or variable.type != "String":
+            return ""
+        return self._fmu.text(variable)
+
+    @not_lost()
+    def close(self) -> None:
+        """Terminate and free as far as the FMU's condition allows."""
+        fmu, states = self._fmu, list(self._states.values())
+        self._states.clear()
+        if fmu.component is None:
+            return
+        status = 0
+        if self._initialised and not self._broken:
+            status = fmu.terminate()
+        for state in states:
+            if not self._broken:
+                fmu.free_state(state)
+        if status < FATAL:
+            fmu.free()
+            self._binary.in_use -= 1
+        fmu.component = None

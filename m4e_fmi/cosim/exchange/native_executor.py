@@ -1,0 +1,226 @@
+"""Operations performed by the C library, on the FMUs' own functions: see the runtime's loop.h."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Sequence
+from ctypes import POINTER, c_double, c_int32, c_int64, c_size_t, c_uint32, c_uint64, c_void_p
+from dataclasses import replace
+from weakref import WeakKeyDictionary
+
+import numpy as np
+
+from m4e_fmi.cosim.exchange.instance import Instance
+from m4e_fmi.cosim.exchange.operations import (
+    Combine,
+    Copy,
+    DoStep,
+    Gather,
+    Get,
+    GetTyped,
+    Monitor,
+    Operation,
+    Restore,
+    Save,
+    Set,
+    SetDerivatives,
+    SetTyped,
+)
+from m4e_fmi.fmu.importer.calls import RawCall
+from m4e_fmi.fmu.importer.calls.access3 import RawComponent
+from m4e_fmi.fmu.importer.calls.typed import RawCopied, function
+
+NOT_A_NUMBER = -1
+GET, SET, SET_DERIVATIVES, DO_STEP, SAVE, RESTORE, COMBINE, MONITOR, CALL = range(9)
+
+
+class RawOperation(ctypes.Structure):
+    """`m4e_operation` of loop.h."""
+
+    _fields_ = [
+        ("kind", c_int32),
+        ("count", c_uint32),
+        ("terms", c_uint32),
+        ("component", c_void_p),
+        ("function", c_void_p),
+        ("references", c_void_p),
+        ("orders", c_void_p),
+        ("state", c_void_p),
+        ("weights", c_void_p),
+        ("source", c_void_p),
+        ("offset", c_void_p),
+        ("past", c_void_p),
+        ("values", c_void_p),
+        ("stride", c_uint64),
+        ("start", c_double),
+        ("length", c_double),
+        ("own", c_double),
+        ("origin", c_int64),
+        ("period", c_int64),
+        ("in_rows", c_int32),
+        ("unchecked", c_int32),
+        ("warned", c_void_p),
+    ]
+
+
+class State(ctypes.Structure):
+    """`m4e_loop_state` of loop.h."""
+
+    _fields_ = [
+        ("step", c_void_p),
+        ("row", c_void_p),
+        ("step_count", c_uint64),
+        ("row_count", c_uint64),
+        ("now", c_int64),
+        ("size", c_int64),
+        ("rows_from", c_int64),
+        ("every", c_uint64),
+        ("since", c_uint64),
+        ("noted", c_uint64),
+        ("written", c_uint64),
+        ("failed", c_uint64),
+        ("in_row", c_int32),
+        ("ends", c_void_p),
+        ("end_count", c_uint64),
+        ("halt", c_int32),
+    ]
+
+
+class NativeExecutor:
+    """Performs a list of operations in one call, without the interpreter's lock."""
+
+    def __init__(self, library: ctypes.CDLL, operations: Sequence[Operation]) -> None:
+        self._kept = [(operation, *_translated(operation)) for operation in operations]
+        self.count = len(operations)
+        self.array = (RawOperation * self.count)(*(raw for _, raw, _ in self._kept))
+        self._failed = c_uint64()
+        self._perform = library.m4e_perform
+        self._perform.argtypes = (
+            c_void_p, c_size_t, c_double, c_double, c_uint64, POINTER(c_uint64),
+        )  # fmt: skip
+        self.loop = library.m4e_loop
+        self.loop.argtypes = (POINTER(State), c_uint64)
+
+    def perform(self, time: float, size: float, row: int) -> tuple[int, int]:
+        """Status and index of the operation that failed; (0, 0) if none did."""
+        failed = self._failed
+        status = self._perform(self.array, self.count, time, size, row, failed)
+        return (status, failed.value) if status else (0, 0)
+
+
+Translated = tuple[RawOperation, tuple[np.ndarray | RawCopied, ...]]
+"""An operation for the C library, and what of it nothing else holds."""
+
+_known: WeakKeyDictionary[Operation, Translated] = WeakKeyDictionary()
+
+
+def _translated(operation: Operation) -> Translated:
+    """The same for the same operation, which may be in many lists, and many times in one."""
+    found = _known.get(operation)
+    if found is None:
+        found = _known[operation] = _translation(operation)
+        due = getattr(operation, "due", None)
+        if due:
+            found[0].origin, found[0].period = due.origin, due.period
+    return found
+
+
+def _translation(operation: Operation) -> Translated:
+    match operation:
+        case Get(instance, names, values):
+            raw, references = _call(GET, instance.raw("fmi2GetReal", names))
+            raw.in_rows, raw.unchecked = operation.in_rows, not operation.checked
+            _fill(raw, values)
+            return raw, (references,)
+        case Set(instance, names, values):
+            raw, references = _call(SET, instance.raw("fmi2SetReal", names))
+            _fill(raw, values)
+            return raw, (references,)
+        case SetDerivatives(instance, names, values):
+            call = instance.raw("fmi2SetRealInputDerivatives", names)
+            call = replace(call, references=call.references.repeat(2))
+            raw, references = _call(SET_DERIVATIVES, call)
+            orders = np.tile(np.array((1, 2), dtype=np.int32), len(names))
+            raw.orders = _address(orders)
+            _fill(raw, values)
+            return raw, (references, orders)
+        case DoStep(instance, start, length, own):
+            raw, _ = _call(DO_STEP, instance.raw("fmi2DoStep"))
+            raw.start, raw.length, raw.own = start, length, own
+            raw.warned = ctypes.addressof(instance.warned)
+        case Save(instance):
+            raw, _ = _call(SAVE, instance.raw("fmi2GetFMUstate"))
+            raw.state = ctypes.addressof(instance.slot())
+        case Restore(instance):
+            raw, _ = _call(RESTORE, instance.raw("fmi2SetFMUstate"))
+            raw.state = ctypes.addressof(instance.slot())
+        case Gather(into, source, index):
+            raw = RawOperation(kind=COMBINE, source=_address(source))
+            if len(index) and (np.diff(index.astype(np.int64)) == 1).all():  # one after the other
+                raw.source = _address(source) + int(index[0]) * source.itemsize
+            else:
+                raw.references = _address(index)
+            _fill(raw, into)
+        case Combine(into, source, index, weight, offset):
+            assert index.dtype == np.uint32
+            assert index.shape == weight.shape == (len(index), into.shape[-1])
+            raw = RawOperation(kind=COMBINE, terms=len(index), references=_address(index))
+            raw.weights, raw.source = _address(weight), _address(source)
+            raw.offset = None if offset is None else _address(offset)
+            _fill(raw, into)
+        case Monitor(into, source, gate, past):
+            raw = RawOperation(kind=MONITOR, terms=len(source), source=_address(source))
+            raw.weights, raw.past = _address(gate), _address(past)
+            _fill(raw, into)
+        case GetTyped(_, access, cells):
+            raw = RawOperation(kind=CALL, component=access.address)
+            raw.function, raw.in_rows = function("m4e_get_typed"), operation.in_rows
+            _fill(raw, cells)
+        case SetTyped(_, access, cells):
+            raw = RawOperation(kind=CALL, component=access.address)
+            raw.function = function("m4e_set_typed")
+            _fill(raw, cells)
+        case Copy(source, places, into):
+            copied = RawCopied(_address(source), _address(places), len(places))
+            raw = RawOperation(kind=CALL, component=ctypes.addressof(copied))
+            raw.function = function("m4e_copy_cells")
+            _fill(raw, into)
+            return raw, (copied,)
+    return raw, ()
+
+
+def _call(kind: int, call: RawCall) -> tuple[RawOperation, np.ndarray]:
+    raw = RawOperation(kind=kind, component=call.component, function=call.function)
+    raw.references = _address(call.references)
+    return raw, call.references
+
+
+def _fill(raw: RawOperation, values: np.ndarray) -> None:
+    """Note where the values of an operation are."""
+    raw.count, raw.values = values.shape[-1], _address(values)
+    raw.stride = values.shape[1] if values.ndim == 2 else 0
+
+
+def _address(array: np.ndarray) -> int:
+    assert array.flags.c_contiguous
+    assert array.dtype in (np.float64, np.uint32, np.int32, np.int64)
+    return array.ctypes.data
+
+
+def ends(instances: Sequence[Instance], stops: np.ndarray) -> ctypes.Array[c_void_p]:
+    """Where these, of FMI 3.0, have the time when they asked for the end, and where `stops` are."""
+    offset = RawComponent.ended.offset  # pyright: ignore[reportAttributeAccessIssue]
+    events = [instance.events for instance in instances]
+    assert all(isinstance(one, RawComponent) for one in events)
+    places = [ctypes.addressof(one) + offset for one in events if isinstance(one, RawComponent)]
+    places += [stops.ctypes.data + k * stops.itemsize for k in range(len(stops))]
+    return (c_void_p * len(places))(*places)
+
+
+def run(step: NativeExecutor, row: NativeExecutor, state: State, steps: int) -> int:
+    """So many steps, fewer if an operation fails, its status then, if a component has asked for the
+    end, or another thread for a halt, after one at least. `state` tells how far it came.
+    """
+    state.step, state.step_count = ctypes.addressof(step.array), step.count
+    state.row, state.row_count = ctypes.addressof(row.array), row.count
+    return step.loop(state, steps)

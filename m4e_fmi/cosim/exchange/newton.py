@@ -1,0 +1,235 @@
+"""Quasi-Newton iteration on values that FMUs exchange, and the algebraic loops it closes.
+
+The Jacobian is found once (by directional derivatives, where FMUs offer them, or by differences)
+and kept from one instant to the next; each iteration improves it by Broyden's rank-one update, and
+where that is not enough it is found anew. What does not converge is an error, never a result.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Protocol
+
+import numpy as np
+
+from m4e_fmi.cosim.connections.connect import Port
+from m4e_fmi.cosim.connections.structure import Loop
+from m4e_fmi.cosim.exchange.instance import WARNING, Instance
+from m4e_fmi.errors import RunError
+
+TOLERANCE = 1e-9
+"""Residual over the size of its variable at which an iteration has converged."""
+ROUGH = 1e-6
+"""Residual, likewise, at which an iteration ends that comes no further: outputs are rough."""
+ITERATIONS, RENEWALS, STUCK = 12, 3, 4
+"""Iterations with one Jacobian; Jacobians found anew, before it is given up; and iterations after
+which the residual must have halved."""
+MOST_NAMED = 4
+"""Members of a loop that a message names."""
+DIFFERENCE = 1e-6
+"""Step of a difference, over the scale of the variable."""
+LOST = 1e-6
+"""What the solution of equations may miss, over the largest right-hand side."""
+OF_NOMINAL = 0.01
+"""Share of a variable's nominal value below which its size does not matter (FMI 2.0, 2.2.7)."""
+
+Residual = Callable[[np.ndarray], np.ndarray]
+
+
+class Jacobian(Protocol):
+    """Unknowns x and the residual there → matrix of its derivatives.
+
+    `again` if one was found for this solution before, and was not good enough.
+    """
+
+    def __call__(self, x: np.ndarray, r: np.ndarray, /, *, again: bool) -> np.ndarray: ...
+
+
+class NotConvergedError(Exception):
+    """The iteration failed after some `iterations`.
+
+    `worst` is the index of the largest residual, `size` its scaled magnitude.
+    """
+
+    def __init__(self, worst: int, size: float, iterations: int) -> None:
+        super().__init__(f"residual {size:.3g} at unknown {worst} after {iterations} iterations")
+        self.worst, self.size, self.iterations = worst, size, iterations
+
+
+class QuasiNewton:
+    """Solves f(x) = x again and again, with a Jacobian that it keeps; `forget` drops it.
+
+    `roughness` is the largest residual, over the size of its variable, that was left because the
+    iteration came no further; 0 if all have converged.
+    """
+
+    REMEMBERED = ("_matrix", "roughness")
+
+    def __init__(self) -> None:
+        self._matrix: np.ndarray | None = None
+        self.roughness = 0.0
+
+    def forget(self) -> None:
+        self._matrix = None
+
+    def solve(
+        self, residual: Residual, jacobian: Jacobian, x: np.ndarray, scale: np.ndarray
+    ) -> np.ndarray:
+        """The zero near `x` of `residual`, f(x) - x; `scale` are the least sizes of the unknowns.
+
+        `jacobian` may enlarge them in place. An unknown is as large as x and f(x) are, there.
+        The last call of `residual` is the one at the zero. NotConvergedError if there is none.
+        """
+        r = residual(x)
+        least = np.maximum(np.abs(x), np.abs(x + r))
+        made, sizes = 0, np.abs(r) / np.maximum(scale, least)
+        for renewal in range(RENEWALS):
+            best = [float("inf")] * STUCK
+            for _ in range(ITERATIONS):
+                size = float(sizes.max(initial=0.0))
+                if size <= TOLERANCE:
+                    return x
+                if not size < best[-STUCK] / 2:
+                    break
+                best.append(min(size, best[-1]))
+                if self._matrix is None:
+                    self._matrix = jacobian(x, r, again=renewal > 0)
+                    r = residual(x)
+                scaled = self._matrix * scale / scale[:, None]
+                way = _solution(scaled, -r / scale)
+                if not np.isfinite(way).all():
+                    break
+                x, made = x + way * scale, made + 1
+                before, r = r, residual(x)
+                missed = (r - before) / scale - scaled @ way
+                scaled += np.outer(missed, way) / max(float(way @ way), 1e-300)
+                self._matrix = scaled * scale[:, None] / scale
+                sizes = np.abs(r) / np.maximum(scale, least)
+            if float(sizes.max(initial=0.0)) <= ROUGH:
+                self.roughness = max(self.roughness, float(sizes.max()))
+                return x
+            self.forget()
+        raise NotConvergedError(int(sizes.argmax()), float(sizes.max()), made)
+
+
+def _solution(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Of the linear equations; the smallest that fits best if they are singular.
+
+    Elimination keeps apart what is not connected: a motion that symmetry forbids stays zero.
+    """
+    try:
+        found = np.linalg.solve(matrix, right)
+    except np.linalg.LinAlgError:
+        return np.linalg.lstsq(matrix, right, rcond=None)[0]
+    size = np.abs(right).max(initial=0.0)
+    if np.abs(matrix @ found - right).max(initial=0.0) <= LOST * size:
+        return found
+    return np.linalg.lstsq(matrix, right, rcond=None)[0]
+
+
+class AlgebraicLoop:
+    """Inputs and outputs that depend on one another within an instant.
+
+    `outputs` and `inputs` are the ports, `solve` finds values for both; the FMUs then have them.
+    """
+
+    REMEMBERED = ("input_values", "output_values", "_newton", "_started", "_scale")
+
+    def __init__(
+        self, instances: Mapping[str, Instance], loop: Loop, sources: Mapping[Port, Port]
+    ) -> None:
+        self._instances = instances
+        self.inputs = [Port(t.component, name) for t in loop.sets for name in t.variables]
+        self.outputs = [Port(t.component, name) for t in loop.gets for name in t.variables]
+        self.input_values = np.zeros(len(self.inputs))
+        self.output_values = np.zeros(len(self.outputs))
+        self._source = [self.outputs.index(sources[port]) for port in self.inputs]
+        self._first = _calls(instances, loop.sets, self.input_values, "getter")
+        self._set = _calls(instances, loop.sets, self.input_values, "setter")
+        self._get = _calls(instances, loop.gets, self.output_values, "getter")
+        nominals = [
+            instances[port.component].description.variables[port.variable].nominal
+            for port in self.inputs
+        ]
+        self._scale = OF_NOMINAL * np.array(nominals)
+        self._newton = QuasiNewton()
+        self._started = False
+
+    @property
+    def roughness(self) -> float:
+        """The largest residual that was left, as of `QuasiNewton`."""
+        return self._newton.roughness
+
+    def solve(self) -> None:
+        """Bring inputs and outputs into agreement; RunError naming a variable if that fails."""
+        if not self._started:
+            self._first()
+            self._started = True
+        guess = self.input_values.copy()
+        self._scale = np.maximum(self._scale, np.abs(guess))
+        try:
+            self._newton.solve(self._residual, self._jacobian, guess, self._scale)
+        except NotConvergedError as failure:
+            port = self.inputs[failure.worst]
+            time = self._instances[port.component].time
+            loop = ", ".join(map(str, self.inputs[:MOST_NAMED]))
+            more = len(self.inputs) - MOST_NAMED
+            loop += f" and {more} more" if more > 0 else ""
+            raise RunError(
+                f"the algebraic loop of {loop} at t = {time:.9g} s is not solved after "
+                f"{failure.iterations} iterations: {port} still misses its source by "
+                f"{failure.size:.3g} of its value",
+                "check the start values and the signs of the connections: it may have no solution; "
+                "or write ', delayed' behind one of these connections, or what the outputs depend "
+                "on under `dependencies` of the component, if that is less",
+            ) from failure
+
+    def _residual(self, x: np.ndarray) -> np.ndarray:
+        self.input_values[:] = x
+        self._set()
+        self._get()
+        if not np.isfinite(self.output_values).all():
+            port = self.outputs[int(np.argmin(np.isfinite(self.output_values)))]
+            instance = self._instances[port.component]
+            instance.not_finite([port.variable], np.array([np.nan]))
+        return self.output_values[self._source] - x
+
+    def _jacobian(self, x: np.ndarray, r: np.ndarray, *, again: bool) -> np.ndarray:
+        del again  # derivatives are exact, differences cannot be had better
+        matrix = np.zeros((len(x), len(x)))
+        for column, port in enumerate(self.inputs):
+            instance = self._instances[port.component]
+            if not instance.description.directional_derivatives:
+                delta = DIFFERENCE * max(abs(float(x[column])), float(self._scale[column]))
+                moved = x.copy()
+                moved[column] += delta
+                matrix[:, column] = (self._residual(moved) - r) / delta
+                continue
+            for row, source in enumerate(self._source):
+                output = self.outputs[source]
+                if output.component == port.component:
+                    pair = (output.variable, port.variable)
+                    matrix[row, column] = instance.directional_derivative(*pair)
+            matrix[column, column] -= 1.0
+        return matrix
+
+
+def _calls(
+    instances: Mapping[str, Instance], transfers: Sequence, values: np.ndarray, kind: str
+) -> Callable[[], None]:
+    """One action for several gets or sets of consecutive parts of `values`."""
+    calls, start = [], 0
+    for transfer in transfers:
+        instance = instances[transfer.component]
+        view = values[start : start + len(transfer.variables)]
+        start += len(transfer.variables)
+        calls.append((instance, getattr(instance, kind)(transfer.variables, view)))
+    function = "fmi2SetReal" if kind == "setter" else "fmi2GetReal"
+
+    def act() -> None:
+        for instance, call in calls:
+            status = call()
+            if status > WARNING:
+                instance.fail(status, function)
+
+    return act

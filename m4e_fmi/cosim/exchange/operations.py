@@ -1,0 +1,234 @@
+"""Operations of a macro step: on FMUs, and on arrays of the values that they exchange.
+
+An algorithm lists them once; `schedule` performs the list as often as wanted. Arrays are float64,
+cells int64.
+What FMUs are called for has one class each, and one function in the C library.
+Where an operation writes `into` a block (2-D), it fills one of its rows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from m4e_fmi.cosim.exchange.instance import Instance
+from m4e_fmi.cosim.system.system import SECOND
+from m4e_fmi.fmu.importer.calls import Access
+
+ROUNDING = 1e-9
+"""Share of a component's own step that rounding may change it by."""
+
+
+@dataclass(frozen=True)
+class Due:
+    """When an operation is performed that is not part of every macro step.
+
+    That is when the step ends at `origin` plus a multiple of `period`, both in nanoseconds.
+    """
+
+    origin: int
+    period: int
+
+    def at(self, time: float) -> bool:
+        """Whether it is performed in a step that ends at `time` [s]."""
+        return (round(time * SECOND) - self.origin) % self.period == 0
+
+
+@dataclass(frozen=True, eq=False)
+class Get:
+    """Reads the Real variables `names` into a vector or a block's row.
+
+    They must be finite, if it is `checked`. One that is for `in_rows` only is left out of a
+    `Loop`'s steps that end at no row of results.
+    """
+
+    instance: Instance
+    names: tuple[str, ...]
+    into: np.ndarray
+    due: Due | None = None
+    in_rows: bool = False
+    checked: bool = True
+
+
+@dataclass(frozen=True, eq=False)
+class Set:
+    """Sets the Real variables `names` to `values`, in the FMU's own units."""
+
+    instance: Instance
+    names: tuple[str, ...]
+    values: np.ndarray
+    due: Due | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class SetDerivatives:
+    """Gives the Real inputs `names` a first and a second time derivative during the next piece.
+
+    `values` holds both for one input after the other, in the FMU's own units.
+    """
+
+    instance: Instance
+    names: tuple[str, ...]
+    values: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class DoStep:
+    """Steps the component by a piece: `start` and `length` are shares of the macro step.
+
+    If that is the component's `own` step [s] but for rounding, it is this to the last bit. One that
+    is `due` at some points only steps by its own step up to there.
+    """
+
+    instance: Instance
+    start: float = 0.0
+    length: float = 1.0
+    own: float = 0.0
+    due: Due | None = None
+
+    def span(self, time: float, size: float) -> tuple[float, float]:
+        """Start and length [s] of the piece, in a macro step of `size` [s] from `time` [s]."""
+        if self.due:
+            return time + size - self.own, self.own
+        length = self.length * size
+        whole = abs(length - self.own) < ROUNDING * self.own
+        return time + self.start * size, self.own if whole else length
+
+
+@dataclass(frozen=True, eq=False)
+class Save:
+    """Keeps the FMU's state where `Instance.save_state` does by default."""
+
+    instance: Instance
+
+
+@dataclass(frozen=True, eq=False)
+class Restore:
+    """Brings the FMU back to the state that `Save` has kept; it may be restored again."""
+
+    instance: Instance
+
+
+@dataclass(frozen=True, eq=False)
+class Combine:
+    """``into[i] = Σₖ weight[k, i] · source[index[k, i]] + offset[i]``, a vector or a block's row.
+
+    Every product and every sum is rounded, in the order of the terms. `index` is uint32; it and
+    `weight` may change from one macro step to the next, in place.
+    """
+
+    into: np.ndarray
+    source: np.ndarray
+    index: np.ndarray
+    weight: np.ndarray
+    offset: np.ndarray | None = None
+    due: Due | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Gather:
+    """``into[i] = source[index[i]]``, a vector or a block's row; `index` is uint32."""
+
+    into: np.ndarray
+    source: np.ndarray
+    index: np.ndarray
+    due: Due | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Monitor:
+    """``into[0]`` = number of values of `source` (n,) that are rough at once: kinks and jumps.
+
+    See the runtime's monitor.c. `gate` (n,) are the fourth differences below which nothing is told.
+    `past` (6 n + 1) is what is known of the steps before, in this order: last value, first, second,
+    third difference, level, and largest of the fourth differences; steps to wait.
+    """
+
+    into: np.ndarray
+    source: np.ndarray
+    gate: np.ndarray
+    past: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class GetTyped:
+    """Reads variables that are not Real into cells (int64), a vector or a block's row."""
+
+    instance: Instance
+    access: Access
+    into: np.ndarray
+    due: Due | None = None
+    in_rows: bool = False
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return self.access.names
+
+
+@dataclass(frozen=True, eq=False)
+class Copy:
+    """Copies the cells `places` of `source` into a vector or a block's row."""
+
+    source: np.ndarray
+    places: np.ndarray
+    into: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class SetTyped:
+    """Sets variables from the `cells` of others that are not Real."""
+
+    instance: Instance
+    access: Access
+    cells: np.ndarray
+    due: Due | None = None
+
+
+Operation = (
+    Get
+    | Set
+    | SetDerivatives
+    | DoStep
+    | Save
+    | Restore
+    | Combine
+    | Gather
+    | Monitor
+    | GetTyped
+    | SetTyped
+    | Copy
+)
+
+
+def gather(into: np.ndarray, source: np.ndarray, places: Sequence[int] | np.ndarray) -> Gather:
+    """``into[i] = source[places[i]]``."""
+    return Gather(into, source, np.array(places, dtype=np.uint32))
+
+
+def setting(
+    instance: Instance, names: Sequence[str], values: np.ndarray
+) -> tuple[Combine | Set, ...]:
+    """Sets `names` from `values` in the units of their sources, as `Instance.setter` does."""
+    scales = instance.scales_of(names)
+    if scales is None:
+        return (Set(instance, tuple(names), values),)
+    factor, offset = scales
+    own = np.zeros(len(names))
+    index = np.arange(len(names), dtype=np.uint32)[None, :]
+    scaled = Combine(own, values, index, factor[None, :].copy(), offset.copy())
+    return scaled, Set(instance, tuple(names), own)
+
+
+def setting_derivatives(
+    instance: Instance, names: Sequence[str], values: np.ndarray
+) -> tuple[Operation, ...]:
+    """Gives inputs the derivatives `values` in the units of their sources."""
+    scales = instance.scales_of(names)
+    if scales is None:
+        return (SetDerivatives(instance, tuple(names), values),)
+    own = np.zeros(2 * len(names))
+    index = np.arange(2 * len(names), dtype=np.uint32)[None, :]
+    scaled = Combine(own, values, index, np.repeat(scales[0], 2)[None, :])
+    return scaled, SetDerivatives(instance, tuple(names), own)

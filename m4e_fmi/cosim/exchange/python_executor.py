@@ -1,0 +1,226 @@
+"""Operations performed by Python: where there is no C library, and what that is checked against."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from m4e_fmi.cosim.exchange.events import ended
+from m4e_fmi.cosim.exchange.instance import WARNING, Call, Instance
+from m4e_fmi.cosim.exchange.native_executor import NOT_A_NUMBER, State
+from m4e_fmi.cosim.exchange.operations import (
+    Combine,
+    Copy,
+    DoStep,
+    Gather,
+    Get,
+    GetTyped,
+    Monitor,
+    Operation,
+    Restore,
+    Save,
+    Set,
+    SetDerivatives,
+    SetTyped,
+)
+from m4e_fmi.cosim.system.system import SECOND
+from m4e_fmi.fmu.importer.calls import Access
+
+Action = Callable[[float, float, int], int]
+"""Time [s], step [s], row of blocks → status."""
+
+
+class PythonExecutor:
+    """Performs a list of operations, as `NativeExecutor` does."""
+
+    def __init__(self, operations: Sequence[Operation]) -> None:
+        self._actions = tuple(_when_due(operation) for operation in operations)
+        self._in_rows = tuple(isinstance(o, Get | GetTyped) and o.in_rows for o in operations)
+
+    def perform(
+        self, time: float, size: float, row: int, *, at_row: bool = True
+    ) -> tuple[int, int]:
+        """Status and index of the operation that failed; (0, 0) if none did.
+
+        Operations for rows only are performed `at_row`.
+        """
+        for index, action in enumerate(self._actions):
+            if self._in_rows[index] and not at_row:
+                continue
+            status = action(time, size, row)
+            if not 0 <= status <= WARNING:
+                return status, index
+        return 0, 0
+
+
+def run(
+    step: PythonExecutor,
+    row: PythonExecutor,
+    state: State,
+    steps: int,
+    telling: Sequence[Instance],
+    stops: np.ndarray,
+) -> int:
+    """`m4e_loop` of the runtime's loop.h: so many steps, until one of `telling` has asked for the
+    end, another thread for a halt, or one of `stops` is finite; the status.
+    """
+    for made in range(steps):
+        if ended(telling) or (made and state.halt) or np.isfinite(stops).any():
+            return 0
+        time, size = state.now / SECOND, state.size / SECOND
+        at_row = state.since + 1 >= state.every or state.now + state.size >= state.rows_from
+        status, state.failed = step.perform(time, size, state.noted, at_row=at_row)
+        state.in_row = 0
+        if status:
+            return status
+        state.now += state.size
+        state.noted += 1
+        state.since += 1
+        if state.since < state.every:
+            continue
+        state.in_row = 1
+        status, state.failed = row.perform(0.0, 0.0, state.written)
+        if status:
+            return status
+        state.since = 0
+        state.written += 1
+    return 0
+
+
+def _when_due(operation: Operation) -> Action:
+    action, due = _action(operation), getattr(operation, "due", None)
+    if due is None:
+        return action
+    return lambda t, h, row: action(t, h, row) if due.at(t + h) else 0
+
+
+def _action(operation: Operation) -> Action:
+    match operation:
+        case Get(instance):
+            return _get(operation, instance.own_getter)
+        case Set(instance, names, values):
+            return _plain(instance.own_setter(names, values))
+        case SetDerivatives(instance, names, values):
+            return _plain(instance.own_derivative_setter(names, values))
+        case DoStep(instance):
+            return _step(instance, operation)
+        case Save(instance):
+            return _plain(instance.saver())
+        case Restore(instance):
+            return _plain(instance.restorer())
+        case GetTyped(_, access, into):
+            return _get_typed(access, into)
+        case SetTyped(_, access, cells):
+            return lambda _t, _h, _row: access.set(cells)
+        case Copy():
+            return _copy(operation)
+        case Combine():
+            return _combine(operation)
+        case Gather():
+            return _gather(operation)
+        case Monitor():
+            return _monitor(operation)
+
+
+def _step(instance: Instance, operation: DoStep) -> Action:
+    step, span, warned = instance.stepper(), operation.span, instance.warned
+
+    def do_step(t: float, h: float, _row: int) -> int:
+        status = step(*span(t, h), 1)
+        if status == WARNING:
+            warned.note(t)
+        return status
+
+    return do_step
+
+
+def _plain(call: Call) -> Action:
+    return lambda _t, _h, _row: call()
+
+
+def _get(operation: Get, getter: Callable) -> Action:
+    into, checked = operation.into, operation.checked
+    values = into if into.ndim == 1 else np.zeros(len(operation.names))
+    call = getter(operation.names, values)
+
+    def get(_t: float, _h: float, row: int) -> int:
+        status = call()
+        if values is not into:
+            into[row] = values
+        if checked and status <= WARNING and not np.isfinite(values).all():
+            return NOT_A_NUMBER
+        return status
+
+    return get
+
+
+SUDDEN, DECAY, GROWTH, SHARE = 4.0, 0.95, 1.5, 1 / 16
+"""As in the runtime's monitor.c."""
+
+
+def _monitor(o: Monitor) -> Action:
+    """`m4e_monitor` of the runtime's loop.h."""
+    value, first, second, third, level, largest = o.past[:-1].reshape(6, -1)
+    wait = o.past[-1:]
+
+    def monitor(_t: float, _h: float, row: int) -> int:
+        d1 = o.source - value
+        d2 = d1 - first
+        d3 = d2 - second
+        rough = np.abs(d3 - third)
+        waits = wait[0] > 0.0
+        sudden = (rough > np.maximum(SUDDEN * level, o.gate)) & (not waits)
+        calm = np.maximum(rough, 0.0 if waits else DECAY * level)
+        level[:] = np.where(sudden, np.maximum(GROWTH * level, SHARE * rough), calm)
+        if not waits:
+            np.maximum(largest, rough, out=largest)
+        value[:], first[:], second[:], third[:] = o.source, d1, d2, d3
+        wait[0] -= waits
+        o.into[row] = sudden.sum()
+        return 0
+
+    return monitor
+
+
+def _get_typed(access: Access, into: np.ndarray) -> Action:
+    if into.ndim == 1:
+        return lambda _t, _h, _row: access.get(into)
+    return lambda _t, _h, row: access.get(into[row])
+
+
+def _copy(o: Copy) -> Action:
+    def copy(_t: float, _h: float, row: int) -> int:
+        result = o.into if o.into.ndim == 1 else o.into[row]
+        result[:] = o.source[o.places]
+        return 0
+
+    return copy
+
+
+def _gather(o: Gather) -> Action:
+    into, source, index = o.into, o.source, o.index
+
+    def gather(_t: float, _h: float, row: int) -> int:
+        (into if into.ndim == 1 else into[row])[:] = source[index]
+        return 0
+
+    return gather
+
+
+def _combine(o: Combine) -> Action:
+    into, source, terms = o.into, o.source, tuple(zip(o.weight, o.index, strict=True))
+    product = np.zeros(into.shape[-1])
+
+    def combine(_t: float, _h: float, row: int) -> int:
+        result = into if into.ndim == 1 else into[row]
+        for k, (weight, index) in enumerate(terms):
+            to = product if k else result
+            np.multiply(weight, source[index], out=to)
+            if k:
+                result += product
+        if o.offset is not None:
+            result += o.offset
+        return 0
+
+    return combine

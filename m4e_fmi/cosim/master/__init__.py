@@ -1,0 +1,1 @@
+"""The master: a whole run, or one stepped from Python, recorded and judged."""

@@ -1,0 +1,418 @@
+"""From a System to results: prepare it, run it or step it, and judge the run by a second one."""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from m4e_fmi.cosim.connections.prepared import Prepared
+from m4e_fmi.cosim.connections.recorded_variables import chosen
+from m4e_fmi.cosim.error_estimate.report import Certificate, Trace, compared
+from m4e_fmi.cosim.exchange.fmu_log import FmuMessage, Warn
+from m4e_fmi.cosim.master.master import Master, Observer, Progress
+from m4e_fmi.cosim.master.recording import (
+    attributes_of,
+    closing_attributes,
+    export_whole,
+    kept,
+    place_of,
+    thinned,
+    whole,
+)
+from m4e_fmi.cosim.master.stepwise import Execution
+from m4e_fmi.cosim.monitoring.flotation import start_warnings
+from m4e_fmi.cosim.preparation.prepare import prepare
+from m4e_fmi.cosim.results.writer import AT_STOP, ResultsWriter
+from m4e_fmi.cosim.system.component_steps import pace
+from m4e_fmi.cosim.system.system import SECOND, Component, Simulation, System
+from m4e_fmi.cosim.time_loop.energy import BondEnergy
+from m4e_fmi.errors import InputError, RunError
+from m4e_fmi.results.results_file import Results, as_given, load, stream_of
+from m4e_fmi.shown import listing
+from m4e_fmi.signals import Terminated, ending_cleanly, held, let_through
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A finished run: where its results are, its steps, wall time [s] and energy balance [J].
+
+    `order` is that of the coupling, `rejected` steps were taken back and made again, smaller.
+    `notes` tell what the algorithm did without because an FMU cannot, `warnings` what seems to be
+    left out of the connections, and what grows without bound, one line each. `certificate`
+    estimates the coupling errors; it is a text that tells why they are not known, where they are
+    not. `checked` is a second estimate, by a run at half the step, if there was one. `messages` are
+    the warnings and errors that FMUs have logged, one of each kind.
+    """
+
+    prepared: Prepared = field(repr=False)
+    path: Path | None
+    steps: int
+    wall_time: float
+    energy: tuple[BondEnergy, ...]
+    order: int
+    notes: tuple[str, ...] = ()
+    rejected: int = 0
+    certificate: Certificate | str = ""
+    checked: Certificate | None = None
+    messages: tuple[FmuMessage, ...] = ()
+    warnings: tuple[str, ...] = ()
+
+    def results(self) -> Results:
+        """The results file, in memory."""
+        if self.path is None:
+            raise RunError("this run wrote no results", "give `results` to run")
+        return load(self.path)
+
+    def __repr__(self) -> str:
+        return listing(
+            f"Outcome of {self.prepared.system.name!r}: {self.steps} steps in "
+            f"{self.wall_time:.3g} s, results in {str(self.path) if self.path else 'no file'}",
+            certificate=[str(self.certificate)],
+            energy=[bond.connection for bond in self.energy],
+            notes=self.notes,
+        )
+
+
+class ExportError(RunError):
+    """A run has ended well, but its results could not be written in the form that was asked for.
+
+    `outcome` is that of the run; its `path` is the netCDF file, which is complete.
+    """
+
+    def __init__(self, error: RunError, outcome: Outcome) -> None:
+        super().__init__(error.message, error.remedy)
+        self.outcome = outcome
+
+
+def run(
+    system: System | Prepared | str | Path,
+    *,
+    results: str | Path | None = None,
+    build_directory: str | Path = "build",
+    observers: Sequence[Observer] = (),
+    progress: Progress | None = None,
+    tell: Callable[[str], None] | None = None,
+    check: bool = False,
+    variables: Sequence[str] = (),
+    warn: Warn | None = None,
+    beside: Sequence[Path] = (),
+) -> Outcome:
+    """Co-simulate `system`, or that in the file at a path, from its start to its stop time.
+
+    `results` is the file to write (None: none): netCDF, which grows with the run, or `.csv` or
+    `.parquet`, written beside it at the end. `variables` choose what it holds, as ``buoy.*``; all
+    scalar Real outputs if empty. Each of `observers` is called as
+    ``observer(time, network)`` at the start and after every step, `progress` as
+    ``progress(time)`` about ten times a second, `warn` with a line for each warning of the outcome,
+    and for each kind of warning or error that an FMU logs, when it first does. With
+    `check`, the system runs once more at half the step (and an eighth of the coupling tolerance),
+    and the outcome has `checked`. RunError names component, variable and time; the results up to
+    there are then on disk, as they are after KeyboardInterrupt, and after SIGTERM, which raises
+    Terminated (a SystemExit). Results that would be huge if every step were a row have fewer rows,
+    which `tell` receives and the notes tell. RunError before the first step if another run writes
+    to the same file. The files `beside`, as pictures of an earlier run, are removed when its
+    results are replaced, as are those in the form that `results` is to have. ExportError, which has
+    the outcome, if all is done but the `.csv` or `.parquet` cannot be written.
+    """
+    if not isinstance(system, Prepared):
+        system = prepare(system, build_directory=build_directory, tell=tell)
+    if results is not None:
+        system = thinned(system, variables, tell)
+    if warn:
+        for line in system.warnings:
+            warn(f"warning: {line}")
+    return (_checked if check else _once)(
+        system,
+        results=results,
+        observers=observers,
+        progress=progress,
+        variables=variables,
+        warn=warn,
+        beside=beside,
+    )
+
+
+@contextmanager
+def start(
+    system: System | Prepared | str | Path,
+    *,
+    results: str | Path | None = None,
+    build_directory: str | Path = "build",
+    tell: Callable[[str], None] | None = None,
+    variables: Sequence[str] = (),
+    warn: Warn | None = None,
+) -> Iterator[Execution]:
+    """A run that the block of ``with start(system) as run`` steps, from the start time.
+
+    Arguments are those of `run`. The block may end before the stop time; `Execution.outcome` then
+    tells of the run up to there, its certificate too: of the course that led there.
+    """
+    if not isinstance(system, Prepared):
+        system = prepare(system, build_directory=build_directory, tell=tell)
+    if results is not None:
+        system = thinned(system, variables, tell)
+    with _begun(system, results=results, variables=variables, changeable=True, warn=warn) as begun:
+        master, writer = begun.master, begun.results
+        execution = Execution(master, system.descriptions, system.wiring)
+        master.begin(writer, singly=True)
+        try:
+            yield execution
+        finally:
+            execution.end()
+        if writer and not master.done:
+            writer.close(f"stopped at t = {master.network.time:.9g} s")
+    execution.end(begun.outcome)
+
+
+def _once(
+    system: Prepared,
+    *,
+    results: str | Path | None = None,
+    observers: Sequence[Observer],
+    progress: Progress | None,
+    variables: Sequence[str] = (),
+    warn: Warn | None = None,
+    beside: Sequence[Path] = (),
+    certify: bool = True,
+) -> Outcome:
+    with _begun(
+        system,
+        results=results,
+        variables=variables,
+        certify=certify,
+        watched=bool(observers),
+        warn=warn,
+        beside=beside,
+    ) as begun:
+        begun.master.run(results=begun.results, observers=observers, progress=progress)
+    assert begun.outcome
+    return begun.outcome
+
+
+@dataclass
+class _Begun:
+    """A run with its results file, if there is one; `outcome` once both have ended, unless it has
+    `failed`.
+    """
+
+    master: Master
+    results: ResultsWriter | None = None
+    outcome: Outcome | None = None
+    failed: bool = False
+
+
+@contextmanager
+def _begun(
+    system: Prepared,
+    *,
+    results: str | Path | None,
+    variables: Sequence[str],
+    certify: bool = True,
+    changeable: bool = False,
+    watched: bool = False,
+    warn: Warn | None = None,
+    beside: Sequence[Path] = (),
+) -> Iterator[_Begun]:
+    begun = clock.perf_counter()
+    missing = () if changeable else system.warnings  # inputs may be set between the steps
+    system = _at_home(system)
+    parts = (system.system, system.descriptions, system.wiring, system.structure, system.rates)
+    recorded: dict[str, list[str]] = {}
+    if results is not None:
+        members = chosen(system.descriptions, variables, system.wiring.sources)
+        recorded = {name: [v.name for v in members] for name, members in members.items()}
+    settings = system.system.simulation
+    with ExitStack() as stack:
+        complete = stack.enter_context(_told_if_complete())
+        stack.enter_context(ending_cleanly())
+        place = stack.enter_context(place_of(results)) if results is not None else None
+        file = Path(results or "").absolute()
+        master = stack.enter_context(
+            Master(
+                *parts,
+                certify=certify,
+                changeable=changeable,
+                recorded=recorded,
+                watched=watched,
+                warn=warn,
+            )
+        )
+        found = _Begun(master)
+        floats = start_warnings(master.network, system.wiring)
+        if warn:
+            for line in floats:
+                warn(f"warning: {line}")
+        if place is None or results is None:
+            with _timed(found, settings):
+                yield found
+            complete[:] = [_reached(found, settings)]
+        else:
+            writer = ResultsWriter(
+                place,
+                master.network,
+                attributes_of(system),
+                variables=variables,
+                closing=lambda: closing_attributes(master, certify=certify and not found.failed),
+                beside=[path.absolute() for path in (file, *beside) if path.resolve() != place],
+            )
+            found.results = writer
+            with kept(file, Path(results), writer), _timed(found, settings), held(), writer:
+                with _recorded(found, settings), let_through():
+                    yield found
+                if master.ended:
+                    writer.close(master.ended)
+            complete[:] = [_reached(found, settings), whole(file, Path(results), writer)]
+        late = (*master.warnings, *(found.results.warnings if found.results else ()))
+        if warn:
+            for line in late:
+                warn(f"warning: {line}")
+        found.outcome = Outcome(
+            prepared=system,
+            path=as_given(stream_of(results), found.results.path)
+            if results is not None and found.results
+            else None,
+            steps=master.steps,
+            wall_time=clock.perf_counter() - begun,
+            energy=master.energy,
+            notes=(*system.notes, *master.notes, *(found.results.notes if found.results else ())),
+            order=master.order,
+            rejected=master.rejected,
+            certificate=master.certificate() if certify else "",
+            messages=master.messages,
+            warnings=(*missing, *floats, *late),
+        )
+        if found.results and results is not None:
+            try:
+                export_whole(file, Path(results), found.results)
+            except RunError as error:
+                raise ExportError(error, found.outcome) from error
+            complete[1:] = [whole(file, Path(results), found.results, exported=True)]
+
+
+def _at_home(system: Prepared) -> Prepared:
+    """The same, with files that are found from any folder: FMUs may change that of the process."""
+    found = {n: replace(d, path=d.path.absolute()) for n, d in system.descriptions.items()}
+    return replace(system, descriptions=found)
+
+
+@contextmanager
+def _recorded(begun: _Begun, settings: Simulation) -> Iterator[None]:
+    """Results of a run that has made all its steps are complete, however it ends."""
+    try:
+        yield
+    except BaseException as error:
+        begun.failed = True
+        asked = isinstance(error, KeyboardInterrupt | Terminated)
+        if asked and begun.results and _is_at_stop(begun, settings):
+            begun.results.close(AT_STOP)
+        raise
+
+
+@contextmanager
+def _timed(begun: _Begun, settings: Simulation) -> Iterator[None]:
+    """Ctrl-C and signals get a note of the time reached."""
+    try:
+        yield
+    except (KeyboardInterrupt, Terminated) as error:
+        error.add_note(_reached(begun, settings))
+        raise
+
+
+@contextmanager
+def _told_if_complete() -> Iterator[list[str]]:
+    """Ctrl-C and signals that have no notes get those of this list, which is for a complete run."""
+    notes: list[str] = []
+    try:
+        yield notes
+    except (KeyboardInterrupt, Terminated) as error:
+        for note in () if getattr(error, "__notes__", ()) else notes:
+            error.add_note(note)
+        raise
+
+
+def _is_at_stop(begun: _Begun, settings: Simulation) -> bool:
+    return round(begun.master.network.time * SECOND) >= round(settings.stop_time * SECOND)
+
+
+def _reached(begun: _Begun, settings: Simulation) -> str:
+    """The present time of a run, as a note."""
+    stop = f"{settings.stop_time:.9g} s"
+    if _is_at_stop(begun, settings):
+        return f"at the stop time, t = {stop}"
+    return f"at t = {begun.master.network.time:.9g} s of {stop}"
+
+
+def _checked(
+    prepared: Prepared,
+    *,
+    results: str | Path | None,
+    observers: Sequence[Observer],
+    progress: Progress | None,
+    variables: Sequence[str],
+    warn: Warn | None,
+    beside: Sequence[Path],
+) -> Outcome:
+    """A run, and the certificate that a second one at half the step gives it."""
+    system = prepared.system
+    again = _finer(prepared)
+    trace, finer_trace = Trace(), Trace()
+    watched = [*observers, trace]
+    outcome = _once(
+        prepared,
+        results=results,
+        observers=watched,
+        progress=progress,
+        variables=variables,
+        warn=warn,
+        beside=beside,
+    )
+    with _second_run(outcome.path):
+        _once(again, observers=[finer_trace], progress=progress, certify=False)
+    found = compared(trace, finer_trace, system.connections, outcome.order)
+    return replace(outcome, checked=found)
+
+
+@contextmanager
+def _second_run(results: Path | None) -> Iterator[None]:
+    """Ctrl-C and signals get a note that it is not the first run which they end."""
+    try:
+        yield
+    except (KeyboardInterrupt, Terminated) as error:
+        error.add_note("that was the second run, at half the step")
+        if results:
+            error.add_note(f"the results of the first are complete, in {results}")
+        raise
+
+
+def _finer(prepared: Prepared) -> Prepared:
+    """The same at half the step, which components that make several steps in each halve too.
+
+    Those that step more rarely keep their step: it is what they are, and not how they are computed.
+    InputError for an FMU that makes steps of one size only.
+    """
+    system = prepared.system
+    settings, tolerance = system.simulation, system.simulation.coupling_tolerance
+    parts: list[Component] = []
+    for part in system.components:
+        rate = prepared.rates.get(part.name)
+        if rate and not rate.shortens:
+            raise InputError.single(
+                f"--check runs at half the step, which {part.name} cannot: it {rate}",
+                "leave it out: what each run tells of its error needs no other step",
+            )
+        halved = prepared.descriptions[part.name].internal_step is None
+        if rate and halved and part.step_size is not None and not rate.is_sampled:
+            part = replace(part, step_size=rate.step / 2)
+        parts.append(part)
+    simulation = replace(
+        settings,
+        step_size=settings.step_size / 2,
+        output_interval=settings.output_interval or settings.step_size,
+        coupling_tolerance=None if tolerance is None else tolerance / 8,
+    )
+    finer = replace(system, components=tuple(parts), simulation=simulation)
+    rates = pace(finer, prepared.descriptions)
+    return replace(prepared, system=finer, rates=rates)

@@ -1,0 +1,1 @@
+"""Checks during a run: growth without bound, floating bodies, undeclared dependencies."""

@@ -1,0 +1,230 @@
+"""Outputs that are exchanged before inputs are set which they do not follow, read again in the run.
+
+What an output follows is declared by its FMU or in the system file, which may be wrong, or probed,
+which tells of a few points only. At communication points, ever more rarely, such outputs are read
+once more, when all inputs are set: one that has changed since it was exchanged follows an input,
+and what was exchanged was late.
+
+Some FMUs lose outputs when inputs are set. Where a dependence was declared, and not probed, an
+output follows an input only if it moves when that is set to its value at the point before, and is
+back when the input is. An input that is discrete is not set for that, and nothing in an FMU with
+event mode: that may be an event, which outputs may follow whatever they depend on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from m4e_fmi.cosim.connections.connect import Port
+from m4e_fmi.cosim.connections.dependence import DECLARED, PROBED, STATED, how_known
+from m4e_fmi.cosim.exchange.instance import WARNING, Call, Instance
+from m4e_fmi.cosim.exchange.network import Network
+
+RARER = 2
+"""After n steps, the next look is n over this many steps later."""
+EARLY = 64
+"""Steps of a run among which looks come when they are due; later where others stop it."""
+NOISE = 1e-9
+"""Share of an output by which rounding and iterations may change one that follows no input."""
+
+
+@dataclass(frozen=True)
+class _Part:
+    """Outputs of a component, which `get` reads into `view`; `places` of those in `values`."""
+
+    instance: Instance
+    outputs: tuple[str, ...]
+    places: np.ndarray
+    view: np.ndarray
+    get: Call
+
+    def read(self) -> np.ndarray:
+        """The outputs, as they are now."""
+        status = self.get()
+        if status > WARNING:
+            self.instance.fail(status, "fmi2GetReal")
+        return self.view.copy()
+
+
+class SecondLook:
+    """Looks at such outputs of a `network`; `notes` tell of those that have changed."""
+
+    REMEMBERED = ("_next", "_seen")
+
+    def __init__(self, network: Network) -> None:
+        self._network = network
+        self._next = 0
+        self._parts = [
+            _part(network, instance, outputs)
+            for name, instance in network.instances.items()
+            if (outputs := tuple(_early(network, name)))
+        ]
+        self._seen: Mapping[Port, str] = {}
+        self._spoilt: set[Port] = set()
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """One line for outputs that do follow their inputs, after all."""
+        return tuple(dict.fromkeys(self._seen.values()))
+
+    @property
+    def wanted(self) -> bool:
+        """True if there are such outputs."""
+        return bool(self._parts)
+
+    def room(self, steps: int) -> int | None:
+        """Steps up to the next look, after so many steps of the run; None if it may come later."""
+        return max(1, self._next - steps) if self._parts and steps < EARLY else None
+
+    def look(self, steps: int, *, last: bool) -> None:
+        """At the present point, after so many steps of the run, if it is time or the `last` one."""
+        if steps < self._next and not last:
+            return
+        self._next = steps + 1 + steps // RARER
+        for part in self._parts:
+            exchanged = self._network.values[part.places]
+            values = part.read()
+            changed = [
+                name
+                for name, one, other in zip(part.outputs, exchanged, values, strict=True)
+                if one != other and Port(part.instance.name, name) not in self._known
+            ]
+            if changed:
+                self._note(part, changed, exchanged, values)
+
+    @property
+    def _known(self) -> Collection[Port]:
+        return self._seen.keys() | self._spoilt
+
+    def _note(
+        self, part: _Part, changed: Sequence[str], exchanged: np.ndarray, values: np.ndarray
+    ) -> None:
+        """Tell of outputs of a component that have changed, as far as they follow inputs."""
+        component, description = part.instance.name, part.instance.description
+        declared: dict[str, str] = {}
+        for name in changed:
+            how = how_known(description, name)
+            if how == PROBED:
+                self._tell(component, [name], self._probed(component, name))
+            else:
+                declared[name] = how
+        rough = NOISE * np.maximum(np.abs(exchanged), np.abs(values))
+        moved = dict(zip(part.outputs, np.abs(values - exchanged) > rough, strict=True))
+        suspects = [name for name in declared if moved[name]]
+        if not suspects or part.instance.has_ended:
+            return
+        follows = self._followed(part, suspects)
+        if follows is None:
+            return
+        exchanged_ports = self._network.outputs
+        spoilt = (Port(component, name) for name in suspects if not follows[name])
+        self._spoilt |= {port for port in spoilt if port in exchanged_ports}  # others may be old
+        for how in (DECLARED, STATED):
+            own = {name: follows[name] for name in suspects if declared[name] == how}
+            own = {name: inputs for name, inputs in own.items() if inputs}
+            if own:
+                self._tell(component, own, self._declared(part, own, how))
+
+    def _tell(self, component: str, names: Iterable[str], note: str) -> None:
+        self._seen = {**self._seen, **{Port(component, name): note for name in names}}
+
+    def _followed(
+        self, part: _Part, outputs: Sequence[str]
+    ) -> Mapping[str, tuple[str, ...]] | None:
+        """The connected inputs that outputs follow; None if these are as at the point before."""
+        network, instance = self._network, part.instance
+        places = range(*network.input_slice(instance.name).indices(len(network.targets)))
+        found: dict[str, tuple[str, ...]] = dict.fromkeys(outputs, ())
+        rows = [part.outputs.index(name) for name in outputs]
+        moved, returns = False, instance.description.saves_state
+        if returns:
+            instance.save_state()
+        for k in places:
+            link, name = network.links[k], network.targets[k].variable
+            if instance.description.variables[name].variability != "continuous":
+                continue
+            value = float(network.inputs[k])
+            before = float(network.values[network.before + network.index(link.source)])
+            if before == value:
+                continue
+            moved = True
+            there, back = (self._with(part, name, given) for given in (before, value))
+            for output, row in zip(outputs, rows, strict=True):
+                known = name in instance.description.dependencies[output]
+                rough = NOISE * max(abs(there[row]), abs(back[row]))
+                if not known and abs(there[row] - back[row]) > rough:
+                    found[output] += (name,)
+        if returns:
+            instance.restore_state(network.time)
+        return found if moved else None
+
+    def _with(self, part: _Part, name: str, value: float) -> np.ndarray:
+        """The outputs when an input is set, in the unit of its source."""
+        status = part.instance.setter([name], np.array([value]))()
+        if status > WARNING:
+            part.instance.fail(status, "fmi2SetReal")
+        return part.read()
+
+    def _declared(self, part: _Part, follows: Mapping[str, Sequence[str]], how: str) -> str:
+        component, description = part.instance.name, part.instance.description
+        inputs = [v.name for v in description.of_causality("input")]
+        lines, texts = [], []
+        for name, found in follows.items():
+            needs = description.dependencies[name].union(found)
+            own = ", ".join(_quoted(one) for one in inputs if one in needs)
+            lines.append(f"{_quoted(name)}: [{own}]")
+            texts.append(f"{component}.{name} follows {', '.join(found)}")
+        fmu = description.path.name
+        who = f"its FMU, {fmu}, declares" if how == DECLARED else "the system file declares"
+        line = f"dependencies: {{{', '.join(lines)}}}"
+        remedy = f"write `{line}` under {component} in the system file"
+        if how == DECLARED:
+            remedy = f"{remedy} (`m4e-fmi validate {fmu}` tells all that is missing)"
+        return (
+            f"{' and '.join(texts)} at once, as seen at t = {self._network.time:.9g} s, though "
+            f"{who} no such dependence: the value exchanged was a step late, which the coupling "
+            f"error told does not contain; {remedy}"
+        )
+
+    def _probed(self, component: str, name: str) -> str:
+        network = self._network
+        needs = network.instances[component].description.dependencies[name]
+        connected = network.targets[network.input_slice(component)]
+        names = [p.variable for p in connected if p.variable not in needs]
+        return (
+            f"{component}.{name} has changed at t = {network.time:.9g} s when "
+            f"{' or '.join(names)} was set, though probing has found no dependence: its value was "
+            f"late; write what it depends on under `dependencies` of {component}"
+        )
+
+
+def _quoted(name: str) -> str:
+    return f'"{name}"' if "[" in name else name
+
+
+def _early(network: Network, component: str) -> Iterator[str]:
+    """Outputs that are exchanged, or recorded, before all connected inputs are set."""
+    instance = network.instances[component]
+    description = instance.description
+    connected = {port.variable for port in network.targets[network.input_slice(component)]}
+    exchanged = [port.variable for port in network.outputs[network.output_slice(component)]]
+    recorded = network.recorded(component)
+    for name in (*exchanged, *recorded):
+        declared = how_known(description, name) in (DECLARED, STATED) and not description.has_events
+        incomplete = declared and connected - description.dependencies[name]
+        if incomplete or (name in exchanged and how_known(description, name) == PROBED):
+            yield name
+
+
+def _part(network: Network, instance: Instance, outputs: tuple[str, ...]) -> _Part:
+    ports = [Port(instance.name, name) for name in outputs]
+    known = [network.known(port) for port in ports]
+    places = [
+        network.index(port) if place is None else place
+        for port, place in zip(ports, known, strict=True)
+    ]
+    view = np.zeros(len(outputs))
+    return _Part(instance, outputs, np.array(places), view, instance.getter(outputs, view))

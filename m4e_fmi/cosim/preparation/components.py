@@ -1,0 +1,225 @@
+"""The FMU of every component: found, or built where what it is made from has changed."""
+
+from __future__ import annotations
+
+import hashlib
+import sys
+import sysconfig
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from m4e_fmi.code_hash import code_hash
+from m4e_fmi.cosim.preparation.drafts import WARNING, Draft, drafted, takes_long
+from m4e_fmi.cosim.preparation.input_checks import checked_inputs
+from m4e_fmi.cosim.system.system import Component, FmuFile, Kind, ModelFile, System, kinds
+from m4e_fmi.errors import InputError, Problem, RunError
+from m4e_fmi.files.file_names import file_stem, file_stems
+from m4e_fmi.files.files_read import files_read
+from m4e_fmi.files.writing import remove_leftovers
+from m4e_fmi.fmu.export.build_record import BuildRecord, read_record, write_record
+
+Tell = Callable[[str], None]
+
+NATIVE = True
+"""Whether programs become native FMUs where nobody says how; Python code never does."""
+
+
+def fmu_files(
+    system: System,
+    build_directory: str | Path = "build",
+    *,
+    native: bool | None = None,
+    tell: Tell | None = None,
+) -> dict[str, Path]:
+    """The FMU file of every component by name, built in `build_directory`/system where needed.
+
+    With `native`, models and all other programs become native FMUs, else Python ones; None leaves
+    it to `NATIVE` and to whether this machine has a library for them. Python code, as that of the
+    mooring, is a Python FMU either way.
+
+    Beside each built ``name.fmu``, ``name.build.json`` records what it was made from: the files
+    that were read for it, by their content, its configuration, and the code that builds it. While
+    that agrees, the FMU is used as it is. `tell` is called with one line per step of a build, and
+    with the warnings of earlier ones. Processes may build the same at one time: each FMU appears
+    whole or not at all. InputError with all problems; RunError if a file cannot be written.
+    """
+    ready = ready_fmus(system, build_directory, native=native, tell=tell)
+    return {name: fmu.path for name, fmu in ready.items()}
+
+
+@dataclass(frozen=True)
+class ReadyFmu:
+    """The FMU of a component; `content` is the SHA-256 of one that was built, "" of others."""
+
+    path: Path
+    content: str = ""
+
+
+def ready_fmus(
+    system: System,
+    build_directory: str | Path = "build",
+    *,
+    native: bool | None = None,
+    tell: Tell | None = None,
+) -> dict[str, ReadyFmu]:
+    """As `fmu_files`."""
+    folder = Path(build_directory) / file_stem(system.name)
+    stems = file_stems(component.name for component in system.components)
+    remove_leftovers(folder)
+    tell = tell or _silent
+    if native is None:
+        native = NATIVE and _library_is_there(tell)
+    fmus = {name: folder / f"{stem}.fmu" for name, stem in stems.items()}
+    drafts = _checked(system, fmus, native=native)
+    files: dict[str, ReadyFmu] = {}
+    problems: list[Problem] = []
+    for component in system.components:
+        name, source = component.name, component.source
+        try:
+            files[name] = (
+                ReadyFmu(_found(source, folder))
+                if isinstance(source, FmuFile)
+                else _built(
+                    system, component, fmus[name], drafts.get(name), native=native, tell=tell
+                )
+            )
+        except InputError as error:
+            problems += [system.located(name, problem) for problem in error.problems]
+    if problems:
+        raise InputError(dict.fromkeys(problems))
+    return files
+
+
+def _checked(system: System, fmus: Mapping[str, Path], *, native: bool) -> dict[str, Draft]:
+    """Drafts of the FMUs that are to be built and quick to make.
+
+    InputError with all problems of the system's inputs, if any FMU is to be built.
+    """
+    ready = {
+        c.name: fmus[c.name]
+        for c in system.components
+        if not isinstance(c.source, FmuFile)
+        and _current(fmus[c.name], _made_from(system, c.name, c.source, native=native))
+    }
+    if all(c.name in ready or isinstance(c.source, FmuFile) for c in system.components):
+        return {}
+    problems, drafts = checked_inputs(system, ready=ready)
+    if problems:
+        raise InputError(problems)
+    return drafts
+
+
+def waiting(system: System, build_directory: str | Path = "build") -> tuple[str, ...]:
+    """Components whose FMU is to be built, by a kind that takes long for it.
+
+    InputError with all problems of the system's inputs, if any FMU is to be built.
+    """
+    folder = Path(build_directory) / file_stem(system.name)
+    stems = file_stems(component.name for component in system.components)
+    fmus = {name: folder / f"{stem}.fmu" for name, stem in stems.items()}
+    native = NATIVE and _library_is_there(_silent)
+    _checked(system, fmus, native=native)
+    return tuple(
+        c.name
+        for c in system.components
+        if isinstance(c.source, Kind)
+        and takes_long(c.source)
+        and not _current(fmus[c.name], _made_from(system, c.name, c.source, native=native))
+    )
+
+
+def _current(fmu: Path, made_from: str) -> BuildRecord | None:
+    """The record of an FMU that need not be built again."""
+    record = read_record(fmu)
+    return record if record is not None and record.is_current(made_from) else None
+
+
+def _found(source: FmuFile, folder: Path) -> Path:
+    """The FMU itself; if it is packed, its copy in `folder`."""
+    if not source.member:
+        return source.path
+    from m4e_fmi.cosim.ssp import unpack_member
+
+    return unpack_member(source.path, source.member, folder)
+
+
+def _library_is_there(tell: Tell) -> bool:
+    from m4e_fmi.fmu.export.native import shell_binaries
+    from m4e_fmi.runtime.platforms import this_platform
+
+    why = "there is none for this machine"
+    try:
+        if any(this_platform().fmi2 in name for name in shell_binaries("any")):
+            return True
+    except RunError as error:
+        why = error.message
+    tell(f"Python FMUs instead of native ones: {why}")
+    return False
+
+
+def _silent(_: str) -> None:
+    pass
+
+
+def _built(
+    system: System,
+    component: Component,
+    fmu: Path,
+    draft: Draft | None,
+    *,
+    native: bool,
+    tell: Tell,
+) -> ReadyFmu:
+    """The FMU of a component, at the path `fmu`; of its `draft`, if that is made already."""
+    name, source = component.name, component.source
+    assert not isinstance(source, FmuFile)
+    made_from = _made_from(system, name, source, native=native)
+    record = _current(fmu, made_from)
+    if record is not None:
+        for warning in record.warnings:
+            tell(f"{name}: {warning}")
+        return ReadyFmu(fmu, record.fmu)
+    from m4e_fmi.fmu import Options
+    from m4e_fmi.fmu.export.archive import write_archive
+    from m4e_fmi.fmu.export.build import fmu_files as fmu_archive
+    from m4e_fmi.program import Program
+
+    tell(f"{name}: building {fmu}")
+    warnings: list[str] = []
+
+    def progress(text: str) -> None:
+        tell(f"{name}: {text}")
+        if text.startswith(WARNING):
+            warnings.append(text)
+
+    draft = draft or drafted(system, component, progress)
+    for line in draft.lines:
+        progress(line)
+    with files_read() as files:
+        options = Options(native=native and isinstance(draft.made, Program))
+        content = write_archive(fmu_archive(draft.made, options), fmu)
+    record = BuildRecord(
+        fmu=content, made_from=made_from, files=files | draft.files, warnings=tuple(warnings)
+    )
+    write_record(fmu, record)
+    return ReadyFmu(fmu, content)
+
+
+def _made_from(system: System, name: str, source: ModelFile | Kind, *, native: bool) -> str:
+    """Hash of what the FMU of a component is made from, but for the content of files."""
+    said: dict[str, Any] = {"name": name, "native": native, "machine": sysconfig.get_platform()}
+    package = ""
+    if isinstance(source, ModelFile):
+        said["model"] = str(source.path.absolute())
+    else:
+        module = kinds()[source.name].value
+        said |= {"kind": module, "folder": str(system.folder.absolute())}
+        said |= {"config": source.config.model_dump(serialize_as_any=True)}
+        package = module.partition(":")[0].partition(".")[0]
+    with np.printoptions(threshold=sys.maxsize, floatmode="unique"):  # arrays with all their digits
+        text = repr((said, code_hash(package)))
+    return hashlib.sha256(text.encode(errors="surrogateescape")).hexdigest()

@@ -1,0 +1,98 @@
+"""All problems of a system's inputs, found before anything is built.
+
+FMUs that are there are read. What is quick to make is made, in memory: a `Draft`, which is then
+written as an FMU. The `check` of a kind that takes long finds its problems, and returns a program
+with the variables that its FMU will have. Connections and start values are checked against all of
+these. What leads to a component that is wrong itself is not checked: that may follow from it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from m4e_fmi.cosim.connections.connect import connection_problems
+from m4e_fmi.cosim.preparation.drafts import Draft, drafted, takes_long
+from m4e_fmi.cosim.system.component_units import with_units
+from m4e_fmi.cosim.system.system import Component, FmuFile, Kind, System, kind_module
+from m4e_fmi.errors import InputError, Problem, RunError
+from m4e_fmi.fmu import Description, read_description
+from m4e_fmi.fmu.export.expected import expected_description
+from m4e_fmi.fmu.importer.reading import resized
+
+
+def checked_inputs(
+    system: System,
+    *,
+    ready: Mapping[str, Path] | None = None,
+    wrong: Mapping[str, Component | None] | None = None,
+) -> tuple[list[Problem], dict[str, Draft]]:
+    """All problems of the components and connections, and drafts of those that are quick to make.
+
+    `ready` are the FMUs of components that need not be built. `wrong` are the names of further
+    components, whose problems are known; of the parts of them that are right (None: there are
+    none), further problems are found.
+    """
+    problems: list[Problem] = []
+    drafts: dict[str, Draft] = {}
+    descriptions: dict[str, Description] = {}
+    for component in system.components:
+        try:
+            found = _looked_at(system, component, (ready or {}).get(component.name), drafts)
+        except InputError as error:
+            problems += _placed(system, component, error)
+        except RunError:
+            continue  # the build tells it
+        else:
+            if found is not None:
+                descriptions[component.name] = with_units(component, found)
+    for component in filter(None, (wrong or {}).values()):
+        with suppress(RunError):
+            try:
+                _looked_at(system, component, None, {})
+            except InputError as error:
+                problems += _placed(system, component, error)
+    known = tuple(_without_memory(c, descriptions) for c in system.components)
+    problems += connection_problems(replace(system, components=known), descriptions, wrong or ())
+    return list(dict.fromkeys(problems)), drafts
+
+
+def _placed(system: System, component: Component, error: InputError) -> list[Problem]:
+    """The problems of a component, in the system's file where they have no place of their own."""
+    if isinstance(component.source, FmuFile):
+        return error.problems
+    return [system.located(component.name, problem) for problem in error.problems]
+
+
+def _looked_at(
+    system: System, component: Component, ready: Path | None, drafts: dict[str, Draft]
+) -> Description | None:
+    """The description of a component's FMU, made or not; None if that is not known yet."""
+    name, source = component.name, component.source
+    if ready is not None:
+        return resized(read_description(ready), component.start)
+    if isinstance(source, FmuFile):
+        return None if source.member else resized(read_description(source.path), component.start)
+    made: Any = None
+    if isinstance(source, Kind) and (check := getattr(kind_module(source.name), "check", None)):
+        made = check(source.config, folder=system.folder)
+    if not takes_long(source):
+        drafts[name] = drafted(system, component)
+        made = drafts[name].made
+    return None if made is None else expected_description(made, Path(f"{name}.fmu"))
+
+
+def _without_memory(component: Component, descriptions: Mapping[str, Description]) -> Component:
+    """The component without start values that only the finished FMU of its kind can judge.
+
+    These are elements of arrays, as the states of a fitted memory, whose number is found by the
+    computation that takes long.
+    """
+    if component.name not in descriptions or not takes_long(component.source):
+        return component
+    known = descriptions[component.name].variables
+    start = {n: value for n, value in component.start.items() if n in known or "[" not in n}
+    return replace(component, start=start)

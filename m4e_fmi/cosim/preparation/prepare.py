@@ -1,0 +1,94 @@
+"""From a System to one that can run: build what is missing, read the FMUs, connect, check."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+
+from m4e_fmi.cosim.connections.connect import Wiring, connect
+from m4e_fmi.cosim.connections.dependence import with_stated
+from m4e_fmi.cosim.connections.loop_breaking import broken
+from m4e_fmi.cosim.connections.loose_ends import loose_ends
+from m4e_fmi.cosim.connections.prepared import Prepared
+from m4e_fmi.cosim.connections.structure import analyse
+from m4e_fmi.cosim.connections.unconnected_parameters import forgotten
+from m4e_fmi.cosim.load import load_system
+from m4e_fmi.cosim.preparation.components import ready_fmus
+from m4e_fmi.cosim.preparation.dependence_probing import probed
+from m4e_fmi.cosim.preparation.state_trials import without_forgetful
+from m4e_fmi.cosim.system.component_steps import pace, refined, rounded
+from m4e_fmi.cosim.system.component_units import with_units
+from m4e_fmi.cosim.system.system import System
+from m4e_fmi.errors import InputError, Problem
+from m4e_fmi.fmu import Description, read_description
+from m4e_fmi.fmu.importer.opening import replaced
+from m4e_fmi.fmu.importer.reading import resized
+
+
+def prepare(
+    system: System | str | Path,
+    *,
+    build_directory: str | Path = "build",
+    native: bool | None = None,
+    tell: Callable[[str], None] | None = None,
+) -> Prepared:
+    """Build what is missing (`native` or not: see `fmu_files`), read the FMUs, connect them.
+
+    `system` may be the path of a system's file, whose notes `tell` receives.
+
+    InputError with all problems of the FMU files, then of connections, start values and components'
+    own steps; RunError for a build that failed. `tell` receives a line per step of a build. FMUs
+    that declare no dependencies and have connected inputs are probed (`probing`), and foreign ones
+    that say they can go back are tried (`forgetful`).
+    """
+    system = as_system(system, tell)
+    problems: list[Problem] = []
+    descriptions: dict[str, Description] = {}
+    fmus = ready_fmus(system, build_directory, native=native, tell=tell)
+    read = cache(read_description)  # many components may be of one file
+    for component in system.components:
+        try:
+            fmu = fmus[component.name]
+            description = resized(read(fmu.path), component.start)
+            if fmu.content not in ("", description.content):
+                raise replaced(fmu.path)
+            descriptions[component.name] = with_units(component, description)
+        except InputError as error:
+            problems += error.problems
+    if problems:
+        raise InputError(problems)
+    wiring: Wiring | None = None
+    try:
+        wiring = connect(system, descriptions)
+    except InputError as error:
+        problems += error.problems
+    try:
+        paced, note = refined(system, descriptions)
+        rates = pace(paced, descriptions)
+    except InputError as error:
+        raise InputError([*problems, *error.problems]) from None
+    if wiring is None:
+        raise InputError(problems)
+    descriptions, found = probed(paced, with_stated(system, descriptions), wiring)
+    descriptions, forgetful = without_forgetful(paced, descriptions, wiring)
+    wiring, late = broken(descriptions, wiring, rates)
+    structure = analyse(descriptions, wiring)
+    notes = (*rounded(system.simulation), *([note] if note else []), *found, *late)
+    missing = [find(system, descriptions, wiring) for find in (forgotten, loose_ends)]
+    warnings = tuple(line for lines in (forgetful, *missing) for line in lines)
+    return Prepared(paced, descriptions, wiring, structure, rates, notes, warnings)
+
+
+def as_system(given: System | str | Path, tell: Callable[[str], None] | None) -> System:
+    """The System itself, or that in the file at a path; InputError for anything else."""
+    if isinstance(given, System):
+        return given
+    if not isinstance(given, str | Path):
+        kind = type(given).__name__
+        raise InputError.single(f"expected a System, or the path of a system file; got {kind}")
+    system = load_system(given)
+    if tell:
+        for note in system.notes:
+            tell(f"{given}: {note}")
+    return system

@@ -1,0 +1,190 @@
+"""FMUs whose saved states do not bring them back, though they say so (canGetAndSetFMUstate).
+
+The run would be altered wherever a step is made again. So before the run, each file is tried once
+for each set of start values: an instance that is thrown away makes steps with its inputs moved,
+returns, and makes them again. Where its outputs are others then, the component is one that cannot
+go back. FMUs of models and of the kinds that come with this package are not tried, nor are native
+ones that it has built: all that they know is kept.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from zipfile import ZipFile
+
+import numpy as np
+
+from m4e_fmi.cosim.connections.connect import Wiring
+from m4e_fmi.cosim.exchange.binary import OWN, PYTHON
+from m4e_fmi.cosim.exchange.interruption import setting_up
+from m4e_fmi.cosim.preparation.trial_instances import Instances, Subject, driven_inputs
+from m4e_fmi.cosim.system.start_values import Value
+from m4e_fmi.cosim.system.system import (
+    Component,
+    FmuFile,
+    Kind,
+    ModelFile,
+    Simulation,
+    System,
+)
+from m4e_fmi.errors import RunError
+from m4e_fmi.fmu.importer.opening import opened
+from m4e_fmi.fmu.importer.reading import Description
+
+BEFORE, AGAIN = 2, 4
+"""Steps up to the state that is kept, and steps that are made from it twice."""
+SAME, ROUNDING = 1e-3, 1e-9
+"""Shares of what an output does there, and of its size, by which repetitions may differ."""
+GROSS, TOLERANCE = 0.2, 1e-3
+"""The same where one of the courses has gone on, and the other begins anew."""
+OWN_KINDS = "m4e_fmus.", "m4e_adapters."
+"""Packages of the kinds that come with this one."""
+
+
+class _FaultError(Exception):
+    """An FMU does not save its state or does not return to it; the text says how that shows."""
+
+
+def without_forgetful(
+    system: System, descriptions: Mapping[str, Description], wiring: Wiring
+) -> tuple[dict[str, Description], list[str]]:
+    """The descriptions as they hold in a run, and a line for each FMU that cannot go back."""
+    result = dict(descriptions)
+    driven = driven_inputs(wiring)
+    known: dict[object, str] = {}
+    told: dict[tuple[str, str], list[str]] = {}
+    for component in system.components:
+        description = descriptions[component.name]
+        if not description.saves_state or description.once_per_process:
+            continue
+        if _is_own(component.source, description):
+            continue
+        inputs = driven.get(component.name, ())
+        start = tuple(sorted((name, str(value)) for name, value in component.start.items()))
+        key = description.path, start, component.step_size, inputs
+        if key not in known:
+            known[key] = _fault(component, description, system.simulation, inputs)
+        if known[key]:
+            result[component.name] = replace(description, saves_state=False)
+            told.setdefault((description.path.name, known[key]), []).append(component.name)
+    return result, [
+        f"{', '.join(names)}: {fmu} says that it can go back (canGetAndSetFMUstate), but {fault}: "
+        f"taken as one that cannot; `m4e-fmi validate {fmu}` tells more (group state), to be "
+        "mended in the FMU"
+        for (fmu, fault), names in told.items()
+    ]
+
+
+def _is_own(source: FmuFile | ModelFile | Kind, description: Description) -> bool:
+    """Whether the FMU is made of nothing but this package's code."""
+    if isinstance(source, Kind):
+        return type(source.config).__module__.startswith(OWN_KINDS)
+    if isinstance(source, ModelFile):
+        return True
+    if not description.tool.startswith(OWN):
+        return False
+    with opened(description.path, description.content) as file, ZipFile(file) as archive:
+        return PYTHON not in archive.namelist()
+
+
+def _fault(
+    component: Component, description: Description, simulation: Simulation, inputs: Sequence[str]
+) -> str:
+    """Why an FMU cannot go back; empty if it can, or if steps cannot be made."""
+    outputs = [variable.name for variable in description.of_causality("output")]
+    new = Instances(component, description, simulation)
+    for moves in (True, False):
+        try:
+            courses = _courses(new, outputs, inputs, moves=moves)
+            different = _different(outputs, *courses)
+            if different:  # but for clocks and the like, which no other instance repeats either
+                first, *_ = _courses(new, outputs, inputs, moves=moves)
+                different -= _apart(outputs, courses[0], first, SAME, ROUNDING)
+        except _FaultError as fault:
+            return str(fault)
+        except RunError:
+            continue
+        return _named([name for name in outputs if name in different])
+    return ""
+
+
+def _courses(
+    new: Instances, outputs: Sequence[str], inputs: Sequence[str], *, moves: bool
+) -> list[list[list[Value]]]:
+    """The outputs along the same steps three times: going on, and after two returns.
+
+    _FaultError if there is no return, RunError if steps cannot be made.
+    """
+    with setting_up(), new.instance() as instance:
+        subject = Subject(instance, outputs, inputs)
+        if moves:
+            subject.set(subject.moved_together())
+        for _ in range(BEFORE):
+            subject.step(new.step)
+        time = instance.time
+        try:
+            instance.save_state()
+        except RunError as error:
+            raise _FaultError(f"its state cannot be saved ({error.message})") from error
+        found = [list(_course(subject, new.step))]
+        try:
+            for _ in range(2):
+                instance.restore_state(time)
+                found.append(list(_course(subject, new.step)))
+        except RunError as error:
+            raise _FaultError(f"it fails after a return ({error.message})") from error
+    return found
+
+
+def _course(subject: Subject, size: float) -> Iterator[list[Value]]:
+    """The outputs after each of some steps of `size` [s]."""
+    for _ in range(AGAIN):
+        subject.step(size)
+        yield subject.read()
+
+
+def _different(
+    outputs: Sequence[str],
+    first: Sequence[list[Value]],
+    second: Sequence[list[Value]],
+    third: Sequence[list[Value]],
+) -> set[str]:
+    """The outputs that a return does not bring back.
+
+    After both returns solvers begin anew, and do the same; beside the course that went on, where
+    they did not, they may be off by their tolerance.
+    """
+    return _apart(outputs, second, third, SAME, ROUNDING) | _apart(
+        outputs, first, second, GROSS, TOLERANCE
+    )
+
+
+def _apart(
+    outputs: Sequence[str],
+    one: Sequence[list[Value]],
+    other: Sequence[list[Value]],
+    share: float,
+    of_size: float,
+) -> set[str]:
+    """The outputs that differ by more than a share of what they do and one of their size."""
+    columns = (zip(*rows, strict=True) for rows in (one, other))
+    found = set()
+    for name, a, b in zip(outputs, *columns, strict=True):
+        if not isinstance(a[0], float):
+            if a != b:
+                found.add(name)
+            continue
+        both = np.array([a, b], dtype=float)
+        limit = share * np.ptp(both) + of_size * np.abs(both).max()
+        if np.isfinite(both).all() and np.abs(both[0] - both[1]).max() > limit:
+            found.add(name)
+    return found
+
+
+def _named(different: Sequence[str]) -> str:
+    """What is wrong with these outputs; empty without any."""
+    if not different:
+        return ""
+    more = f" and {len(different) - 3} more" if len(different) > 3 else ""
+    return f"steps made again after a return give another {', '.join(different[:3])}{more}"

@@ -1,0 +1,119 @@
+"""Instances of FMUs that are tried before the run, and thrown away."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import closing, contextmanager
+from dataclasses import replace
+
+import numpy as np
+
+from m4e_fmi.cosim.connections.connect import Wiring
+from m4e_fmi.cosim.exchange.binary import Binary, Files
+from m4e_fmi.cosim.exchange.instance import WARNING, Instance
+from m4e_fmi.cosim.system.start_values import Value, start_values
+from m4e_fmi.cosim.system.system import Component, Simulation
+from m4e_fmi.fmu.importer.reading import Description, Variable
+from m4e_fmi.signals import not_lost
+
+TOGETHER = 1e-2
+"""By how much inputs are moved all at once, over their sizes."""
+SHORTER = 8
+"""How much shorter than the component's the steps are that show what is integrated."""
+PROBE = "_probe"
+"""What the names end with that FMUs hear of such instances."""
+
+
+def driven_inputs(wiring: Wiring) -> dict[str, tuple[str, ...]]:
+    """The connected inputs of each component that has any."""
+    found: dict[str, set[str]] = {}
+    for link in wiring.links:
+        found.setdefault(link.target.component, set()).add(link.target.variable)
+    return {name: tuple(sorted(inputs)) for name, inputs in found.items()}
+
+
+class Instances:
+    """New instances of a component, initialised with its start values."""
+
+    def __init__(
+        self, component: Component, description: Description, simulation: Simulation
+    ) -> None:
+        self._component, self._simulation = component, simulation
+        self._description = replace(description, path=description.path.absolute())
+        own = description.internal_step or simulation.step_size
+        self.step = float(component.own_step or own)
+        only = description.constant_step or description.internal_step is not None
+        self.short_step = self.step if only else self.step / SHORTER
+
+    @contextmanager
+    def instance(self) -> Iterator[Instance]:
+        """One after its initialisation; closed, with its library, at the end of the block."""
+        name, times = self._component.name, self._simulation
+        origin = f"{name} ({self._description.path.name})"
+        with (
+            closing(Files(self._description)) as files,
+            Binary(self._description, files, origin=origin) as binary,
+            Instance(name, self._description, binary, suffix=PROBE) as instance,
+        ):
+            instance.setup(start=times.start_time, stop=times.stop_time, tolerance=times.tolerance)
+            instance.set_values(start_values(self._component, self._description))
+            instance.enter_initialization()
+            instance.exit_initialization()
+            yield instance
+
+
+class Subject:
+    """An instance under probe: its outputs, and its inputs with the sizes they are moved by."""
+
+    def __init__(self, instance: Instance, outputs: Sequence[str], inputs: Sequence[str]) -> None:
+        self._instance = instance
+        self.outputs, self.inputs = outputs, inputs
+        self.start = [instance.value(name) for name in inputs]
+        self._known = [instance.description.variables[name] for name in inputs]
+
+    def read(self) -> list[Value]:
+        """The outputs."""
+        return [self._instance.value(name) for name in self.outputs]
+
+    def set(self, values: Sequence[Value]) -> None:
+        """All inputs."""
+        self._instance.set_values(dict(zip(self.inputs, values, strict=True)))
+
+    @not_lost()
+    def step(self, size: float) -> None:
+        """A step of `size` [s]."""
+        instance = self._instance
+        status = instance.stepper()(instance.time, size, 1)
+        if status > WARNING:
+            instance.fail(status, "fmi2DoStep", size)
+        instance.time += size
+
+    def moved_together(self, sign: float = 1.0) -> list[Value]:
+        """All inputs moved from their start, each by another share of its size."""
+        return self.moved([sign * TOGETHER * (1 + k / 7) for k in range(len(self.inputs))])
+
+    def moved(self, shares: Sequence[float], values: Sequence[Value] | None = None) -> list[Value]:
+        """Inputs moved from `values`, or their start, by `shares` of their sizes."""
+        rows = zip(self._known, self.start, values or self.start, shares, strict=True)
+        return [_moved(v, start, value, share) for v, start, value, share in rows]
+
+
+def _moved(variable: Variable, start: Value, value: Value, share: float) -> Value:
+    """A value moved by a share of its size, back from a limit; another, if it has no size."""
+    if not share:
+        return value
+    if variable.type == "Boolean":
+        return not value
+    if isinstance(value, str):
+        return f"{value}_"
+    if variable.type == "Enumeration":
+        others = [number for number in variable.items.values() if number != value]
+        return others[0] if others else value
+    low, high = variable.minimum, variable.maximum
+    size = max(abs(float(start)), variable.nominal)
+    if np.isfinite(high - low):
+        size = min(size, (high - low) / 4)
+    change = share * size
+    if variable.type == "Integer":
+        change = round(change) or (1 if share > 0.0 else -1)
+    return value + change if low <= value + change <= high else value - change

@@ -1,0 +1,1 @@
+"""The results of a coupled run: blocks of rows in memory, and the writer to disk."""

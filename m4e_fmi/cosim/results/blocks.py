@@ -1,0 +1,87 @@
+"""Recorded values of one component: rows in memory, and the operations that fill them.
+
+Outputs are as they were exchanged, or read with those; what the network does not know, the FMU
+tells. Reals are in a block of float64; all others in one of cells (see `standards.typed`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from m4e_fmi.cosim.connections.connect import Port
+from m4e_fmi.cosim.exchange.network import Network
+from m4e_fmi.cosim.exchange.operations import Copy, Get, GetTyped, Operation, gather
+from m4e_fmi.fmu.importer.reading import Variable
+from m4e_fmi.results.recorded import TEXT, Recorded
+from m4e_fmi.results.row_header import CELLS, Column, Section
+
+_WIDTHS = {f"{sign}Int{bits}": f"{'u' if sign else 'i'}{bits // 8}"
+           for sign in ("", "U") for bits in (8, 16, 32, 64)}  # fmt: skip
+
+
+class Block:
+    """Room for `rows` of some variables of a component, Real or not, filled by `operations`."""
+
+    def __init__(
+        self, network: Network, component: str, variables: Sequence[Variable], rows: int
+    ) -> None:
+        self._real = all(v.type == "Real" for v in variables)
+        self.reals = tuple(variables) if self._real else ()
+        rate, instance = network.rates.get(component), network.instances[component]
+        columns = tuple(_column(v) for v in variables)
+        attributes = {"step_size": f"{rate.step:g} s"} if rate else {}
+        kind = "f8" if self._real else CELLS
+        self.section = Section(component, columns, kind, attributes)
+        ask = network.known if self._real else network.discrete.known
+        found = [ask(Port(component, v.name)) for v in variables]
+        known = [place for place in found if place is not None]
+        asked = tuple(v.name for v, p in zip(variables, found, strict=True) if p is None)
+        self._known, self._asked = (np.zeros((rows, len(x)), kind) for x in (known, asked))
+        order = sorted(range(len(found)), key=lambda k: found[k] is None)
+        self._order = np.argsort(order)
+        self.operations: list[Operation] = []
+        if known and self._real:
+            self.operations.append(gather(self._known, network.values, known))
+        elif known:
+            places = np.array(known, dtype=np.uint32)
+            self.operations.append(Copy(network.discrete.cells, places, self._known))
+        if asked and self._real:
+            self.operations.append(Get(instance, asked, self._asked))
+        elif asked:
+            access = instance.typed(asked, network.discrete.texts)
+            self.operations.append(GetTyped(instance, access, self._asked))
+
+    def filled(self, rows: slice) -> np.ndarray:
+        """Some of the rows (rows, variables)."""
+        if not self._asked.size:
+            return self._known[rows]
+        return np.concatenate((self._known[rows], self._asked[rows]), axis=1)[:, self._order]
+
+
+def blocks(
+    network: Network, component: str, variables: Sequence[Variable], rows: int
+) -> list[Block]:
+    """The blocks of a component: one of Reals, and one of other variables if there are any."""
+    reals = [v for v in variables if v.type == "Real"]
+    others = [v for v in variables if v.type != "Real"]
+    found = [Block(network, component, reals, rows)]
+    return [*found, Block(network, component, others, rows)] if others else found
+
+
+def _column(variable: Variable) -> Column:
+    unit = variable.unit or "1" if variable.type == "Real" else ""
+    return Column(variable.name, unit, variable.description, _recorded(variable))
+
+
+def _recorded(variable: Variable) -> Recorded:
+    if variable.type == "Real":
+        return Recorded()
+    if variable.type == "String":
+        return Recorded("String", TEXT)
+    if variable.type == "Boolean":
+        return Recorded("Boolean", "i1")
+    large = any(abs(number) >= 2**31 for number in variable.items.values())
+    kind = _WIDTHS.get(variable.fmi_type, "i8" if large else "i4")
+    return Recorded(variable.type, kind, dict(variable.items))

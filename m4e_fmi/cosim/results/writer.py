@@ -1,0 +1,302 @@
+"""Results of a run: rows that reach the disk while it goes on, and a netCDF-4 file at its end.
+
+The rows are in a file of the form of `row_file`, from the first step on at the place of the
+results, all of them before anything else is done at the end. Then a netCDF-4 file takes that place:
+see `m4e_fmi.results.results_file`.
+"""
+
+from __future__ import annotations
+
+import sys
+import time as clock
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+
+import numpy as np
+
+from m4e_fmi.cosim.connections.recorded_variables import chosen
+from m4e_fmi.cosim.exchange.network import Network
+from m4e_fmi.cosim.exchange.step_loop import Schedule
+from m4e_fmi.cosim.results.blocks import blocks
+from m4e_fmi.cosim.results.declared_ranges import RangeWatch
+from m4e_fmi.errors import RunError
+from m4e_fmi.files.locks import ROWS, claimed
+from m4e_fmi.files.writing import cannot_write
+from m4e_fmi.results.results_file import FORMAT, FORMAT_NUMBER, write_netcdf
+from m4e_fmi.results.row_file import RowFile
+from m4e_fmi.results.row_header import Section
+from m4e_fmi.signals import Terminated, held, let_through
+
+LEAST_ROWS, MOST_ROWS, MOST_VALUES = 64, 65536, 2**22
+"""Rows that are kept in memory, and values in all of them."""
+FLUSH = 1.0
+"""Seconds of wall time after which rows reach the disk; at first an eighth of them."""
+SHARE = 0.1
+"""Part of the wall time that this may take where the disk is slow."""
+AT_STOP = "at the stop time"
+
+
+@dataclass(frozen=True)
+class Mark:
+    """A place in the results: rows before it, the last one's time [s], returns until then."""
+
+    rows: int
+    last: float
+    backs: int
+
+
+class ResultsWriter:
+    """Writes rows of variables of a network; use it as a context manager.
+
+    These are all scalar outputs and connected arrays, or what `variables` choose (see `chosen`).
+    Rows reach the disk after a second; a run that is killed leaves a file with them. What was at
+    `path` before stays until the first step is on the disk, or the run has ended without one; then
+    the files `beside` go, which were made of it. The file's attribute `ended` says how the run did;
+    `closing` gives further attributes when it has. RunError if another run writes to `path`, or if
+    the disk takes nothing.
+    """
+
+    def __init__(
+        self,
+        path: str | Path,
+        network: Network,
+        attributes: Mapping[str, str],
+        *,
+        variables: Sequence[str] = (),
+        closing: Callable[[], Mapping[str, str]] = dict,
+        beside: Sequence[Path] = (),
+    ) -> None:
+        self._beside = beside
+        self.path, instances = Path(path), network.instances
+        descriptions = {name: i.description for name, i in instances.items()}
+        names = chosen(descriptions, variables, network.sources)
+        columns = 1 + sum(map(len, names.values()))
+        self._block = max(LEAST_ROWS, min(MOST_ROWS, MOST_VALUES // columns))
+        self._groups = [
+            block for name in instances for block in blocks(network, name, names[name], self._block)
+        ]
+        watches = [(RangeWatch(g.section.component, g.reals), g) for g in self._groups]
+        self._watches = [(watch, group) for watch, group in watches if watch]
+        self._times = np.zeros((self._block, 1))
+        self._texts = network.discrete.texts
+        self.schedule = Schedule([o for group in self._groups for o in group.operations])
+        created = datetime.now(UTC).isoformat("T", "seconds")
+        self._attributes = {**attributes, "created": created}
+        self._closing = closing
+        self._before = self._rows = 0  # rows of the run before those of the block, and these
+        self._backs: list[int] = []
+        self._last = network.time
+        self._saved: tuple[int, float] | None = None
+        self.notes: tuple[str, ...] = ()
+        """What is odd about the file, once it is closed; one line each."""
+        with ExitStack() as stack:
+            self._place = stack.enter_context(claimed(self.path))
+            self._file = self._created()
+            stack.callback(self._file.close)
+            self._open = stack.pop_all()
+        self._interval = FLUSH / 8
+        self._due = clock.monotonic() + self._interval
+
+    def _created(self) -> RowFile:
+        hidden = self._place.with_name(f".{self._place.name}{ROWS}")
+        with self._errors():
+            return RowFile(hidden, self._sections, {FORMAT: FORMAT_NUMBER, **self._attributes})
+
+    def __enter__(self) -> ResultsWriter:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: object, _: object) -> None:
+        self.close(AT_STOP if kind is None else _ending(error), failed=kind is not None)
+
+    def mark(self) -> Mark:
+        """The present end of the rows."""
+        return Mark(self._before + self._rows, self._last, len(self._backs))
+
+    def back(self, mark: Mark) -> None:
+        """Go on after the rows that there were at `mark`; RunError if they were given up since."""
+        if min(self._backs[mark.backs :], default=mark.rows) < mark.rows:
+            raise RunError(
+                f"the results up to t = {mark.last:.9g} s that led to that state were given up by "
+                "going back further",
+                "restore states from the latest to the earliest, or run without results",
+            )
+        self._backs.append(mark.rows)
+        self._rows = max(0, mark.rows - self._before)
+        self._before = min(mark.rows, self._before)
+        self._last = mark.last
+        if mark.rows < self._file.count:
+            with self._errors():
+                self._file.cut(mark.rows)
+            self._saved = (mark.rows, mark.last)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Outputs that were outside the range of their FMU; one line each."""
+        return tuple(line for watch, _ in self._watches for line in watch.warnings)
+
+    @property
+    def saved(self) -> tuple[int, float] | None:
+        """Rows of this run in the file at `path`, time [s] of the last one; None if none is."""
+        return self._saved
+
+    @property
+    def row(self) -> int:
+        """The next row of the block, which `schedule` fills."""
+        return self._rows
+
+    @property
+    def room(self) -> int:
+        """Rows of the block that are not yet filled; one at least."""
+        return self._block - self._rows
+
+    def record(self, time: float) -> None:
+        """Read all outputs, at `time` [s], into the next row."""
+        self.schedule.run(time, row=self._rows)
+        self.keep(np.array([time]))
+
+    def keep(self, times: np.ndarray) -> None:
+        """Further rows are filled, read at `times` [s] (n,), one at least."""
+        last = self._rows + len(times)
+        self._times[self._rows : last, 0] = times
+        for watch, group in self._watches:
+            watch.look(times, group.filled(slice(self._rows, last)))
+        self._last = float(times[-1])
+        self._rows = last
+        if self._rows == self._block:
+            self.flush()
+            self._before += self._rows
+            self._rows = 0
+        elif clock.monotonic() > self._due:
+            self.flush()
+
+    def recent(self, most: int) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+        """Times [s] (n,) of the last `most` rows in memory, and the values of each Real there."""
+        rest = slice(self._rows, None)  # of the block before, if there was one
+        parts = [slice(self._rows)]
+        times = self._times[np.r_[self._rows : self._block, : self._rows], 0]
+        if self._before and self._rows and np.all(np.diff(times) > 0.0):
+            parts.insert(0, rest)  # else the run has gone back since
+        columns: dict[str, np.ndarray] = {}
+        for group in self._groups:
+            if group.section.kind == "f8":
+                names = (f"{group.section.component}.{c.name}" for c in group.section.columns)
+                values = np.concatenate([group.filled(part) for part in parts])[-most:]
+                columns.update(zip(names, values.T, strict=True))
+        return np.concatenate([self._times[part, 0] for part in parts])[-most:], columns
+
+    def flush(self) -> None:
+        """Bring all rows to the disk, once there is a step; RunError if it does not take them."""
+        began = clock.monotonic()
+        if self._before + self._rows > 1:
+            with self._errors():
+                self._flush()
+        now = clock.monotonic()
+        self._interval = min(2 * self._interval, FLUSH)
+        self._due = now + max(self._interval, (now - began) / SHARE)
+
+    def _flush(self) -> None:
+        new = slice(self._file.count - self._before, self._rows)
+        try:
+            if new.start < new.stop:
+                self._file.keep_texts(self._texts)
+                self._file.append(self._file.count, self._parts(new))
+        finally:  # some rows may have come there
+            self._publish()
+
+    def _publish(self) -> None:
+        """Put the rows on the disk where results belong, once there is a step."""
+        count = self._file.count
+        if self._file.path != self._place and (count > 1 or not self._place.exists()):
+            self._file.move(self._place)
+            self._remove_beside()
+        if count > self._before and self._file.path == self._place:
+            self._saved = (count, float(self._times[count - self._before - 1, 0]))
+
+    def _remove_beside(self) -> None:
+        for path in self._beside:
+            with suppress(OSError):  # open elsewhere, on Windows
+                path.unlink(missing_ok=True)
+
+    def _parts(self, rows: slice) -> list[np.ndarray]:
+        return [self._times[rows], *(group.filled(rows) for group in self._groups)]
+
+    def close(self, ended: str, *, failed: bool = False) -> None:
+        """Write what is left and how the run has `ended`, and close the file.
+
+        A run that has `failed` before its first step does not replace results that are there.
+        RunError if the disk does not take the rows. A signal that asks for the end waits until they
+        are on the disk, and then ends what is still to do.
+        """
+        with held():
+            open_, self._open = self._open, ExitStack()
+            with open_:
+                if self._file.closed:
+                    return
+                count = self._before + self._rows
+                own = self._file.path == self._place or not self._place.exists()
+                if count > 1 or (count and (own or not failed)):
+                    self._finish(ended)
+
+    def _finish(self, ended: str) -> None:
+        """Put all rows on the disk; in their place the netCDF-4 file, if there is room for it."""
+        with self._errors():
+            try:
+                self._flush()
+            except OSError as error:
+                if not self._file.closed:
+                    self._file.end(_ending(cannot_write(self.path, error)))
+                raise
+            self._file.end(ended)
+        with let_through():
+            closing = self._closing()
+            with self._errors():
+                self._file.end(ended, closing)
+            self._write({**self._attributes, "ended": ended, **closing})
+
+    def _write(self, attributes: Mapping[str, str]) -> None:
+        """Write the netCDF-4 file, or tell why there is none."""
+        count, folder = self._before + self._rows, self._place.parent
+        vanished = not folder.is_dir()
+        blocks = self._file.blocks() if self._before else [self._parts(slice(self._rows))]
+        if sys.platform == "win32":
+            self._file.close()  # which replaces no open file
+        try:
+            write_netcdf(self._place, self._sections, attributes, count, blocks, self._texts)
+        except RunError as error:
+            if vanished:
+                raise
+            self.notes = (
+                "the results are complete, but of netCDF's classic form, without groups, which "
+                f"m4e_fmi.results.results_file.load reads as well: {error.message}",
+            )
+        else:
+            self._remove_beside()
+            self._saved = (count, self._last)
+        if vanished:
+            self.notes = (
+                f"warning: {folder} was renamed or removed during the run, and has been made again "
+                "for the results",
+            )
+
+    @property
+    def _sections(self) -> list[Section]:
+        return [group.section for group in self._groups]
+
+    @contextmanager
+    def _errors(self) -> Iterator[None]:
+        """Errors of the disk as RunError."""
+        try:
+            yield
+        except OSError as error:
+            raise cannot_write(self.path, error) from error
+
+
+def _ending(error: object) -> str:
+    if isinstance(error, RunError):
+        return f"failed: {error.message}"
+    if isinstance(error, Terminated):
+        return str(error)
+    return "interrupted" if isinstance(error, KeyboardInterrupt) else f"failed: {error}"

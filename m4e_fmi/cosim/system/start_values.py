@@ -1,0 +1,147 @@
+"""Start values: whether the FMUs take them, and what they are in the FMUs' own types and units."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Mapping
+from numbers import Integral, Real
+from typing import Any
+
+import numpy as np
+
+from m4e_fmi.cosim.system.system import Component, System
+from m4e_fmi.errors import Problem, suggestion
+from m4e_fmi.fmu.importer.reading import Description, Variable
+from m4e_fmi.units import Quantity, parse_quantity
+
+Value = float | int | bool | str
+
+_TYPES: dict[str, type | tuple[type, ...]] = {
+    "Real": (float, int),
+    "Integer": int,
+    "Enumeration": int,
+    "Boolean": bool,
+    "String": str,
+    "Binary": str,
+}
+_SIZED = re.compile(r"(U?)Int(\d+)")
+
+
+def start_values(component: Component, description: Description) -> dict[str, Value]:
+    """What to set in the component's FMU before it is initialised, by variable.
+
+    A Real given with a unit (a Quantity, or a text as ``"5 mm"``) is converted to that of the FMU;
+    an item of an enumeration given by name becomes its number.
+    """
+    variables = description.variables
+    return {name: value_of(variables[name], given) for name, given in component.start.items()}
+
+
+def start_problems(system: System, descriptions: Mapping[str, Description]) -> Iterable[Problem]:
+    """All that is wrong with the start values of a system."""
+    for component in system.components:
+        variables = descriptions[component.name].variables
+        for name, given in component.start.items():
+            at = ("components", component.name, "start", name)
+            if name not in variables:
+                settable = [n for n, v in variables.items() if is_settable(v)]
+                remedy = suggestion(name, settable, "start values")
+                yield system.problem(at, f"{component.name!r} has no variable {name!r}", remedy)
+                continue
+            variable = variables[name]
+            if not is_settable(variable):
+                remedy = "parameters, inputs and initial states take start values"
+                message = f"{component.name}.{name} ({variable.causality}) takes no start value"
+                yield system.problem(at, message, remedy)
+                continue
+            try:
+                value_of(variable, given)
+            except ValueError as error:
+                told = repr(given) if isinstance(given, str) else str(given)
+                message = f"start value {told} of {component.name}.{name} is wrong"
+                yield system.problem(at, message, str(error))
+
+
+def is_settable(variable: Variable) -> bool:
+    """Whether FMI lets a start value be set."""
+    return variable.variability != "constant" and (
+        variable.causality == "input" or variable.initial in ("exact", "approx")
+    )
+
+
+def value_of(variable: Variable, given: Value | Quantity) -> Value:
+    """A given value in the variable's type and unit; ValueError(remedy) if it has none.
+
+    Numbers may be of any kind, as NumPy's.
+    """
+    given = _plain(given)
+    if variable.type == "Real" and isinstance(given, str):
+        given = parse_quantity(given)
+    if isinstance(given, Quantity):
+        given = _number(variable, given)
+    if isinstance(given, float) and not math.isfinite(given):
+        raise ValueError("give a finite number")
+    if variable.type == "Enumeration" and isinstance(given, str):
+        if given not in variable.items:
+            raise ValueError(suggestion(given, variable.items, "items") or "give its number")
+        return variable.items[given]
+    if not isinstance(given, _TYPES[variable.type]) or (
+        isinstance(given, bool) and variable.type != "Boolean"
+    ):
+        raise ValueError(f"it is of type {variable.type}")
+    _check_range(variable, given)
+    _check_limits(variable, given)
+    return given
+
+
+def _plain(given: Any) -> Any:
+    """A number or a truth value of any library as Python's own; anything else as it is."""
+    if isinstance(given, np.bool_):
+        return bool(given)
+    if isinstance(given, Integral) and not isinstance(given, bool):
+        return int(given)
+    if not isinstance(given, Real) or isinstance(given, bool):
+        return given
+    try:
+        return float(given)
+    except OverflowError:
+        return math.inf
+
+
+def _check_range(variable: Variable, given: Value) -> None:
+    """ValueError for what the type cannot hold."""
+    sized = _SIZED.fullmatch(variable.fmi_type)
+    if sized and isinstance(given, int):
+        bits = int(sized[2])
+        low, high = (0, 2**bits - 1) if sized[1] else (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1)
+        if not low <= given <= high:
+            raise ValueError(f"it is of type {variable.fmi_type}: {low} to {high}")
+    if variable.type == "Binary" and isinstance(given, str):
+        try:
+            bytes.fromhex(given)
+        except ValueError:
+            raise ValueError("it is of type Binary: write its bytes as '0a1bff'") from None
+
+
+def _check_limits(variable: Variable, given: Value) -> None:
+    """ValueError for a number outside the range that the FMU declares."""
+    low, high = variable.minimum, variable.maximum
+    if isinstance(given, str | bool) or low <= given <= high:
+        return
+    unit = "" if variable.unit in ("", "1") else f" {variable.unit}"
+    limits = f"{low:g} to {high:g}{unit}"
+    if math.isinf(high):
+        limits = f"{low:g}{unit} or more"
+    elif math.isinf(low):
+        limits = f"{high:g}{unit} or less"
+    told = f" ({variable.description})" if variable.description else ""
+    raise ValueError(f"the FMU's range is {limits}{told}")
+
+
+def _number(variable: Variable, given: Quantity) -> float:
+    if variable.type != "Real":
+        raise ValueError(f"it is of type {variable.type}, which has no unit")
+    if variable.dimension is None:
+        return given.value
+    return given.in_unit(variable.dimension, variable.offset)

@@ -1,0 +1,242 @@
+"""Effect of the coupling on energy: a balance over every connection that carries power.
+
+Across a power bond a force F goes to a body, whose velocity v is exchanged too. At the
+communication points, where all values are consistent, its source gives the power F·v:
+
+    given = ∫ F·v dt
+
+That is the trapezoid over the communication points, less H³/12 (F·v)″ in each step, from the
+points beside it. During a step the body feels the force that the algorithm held, over the distance
+it really went:
+
+    received = Σ held force · displacement + c H/12 · ΔF · Δv
+
+where the force went along with its source, the `followed` share c of the second term is added: what
+the mean of the force lacks of its work, by the changes of force and velocity over the step.
+
+Their difference is energy that the coupling invented (received > given) or lost. For a second-order
+algorithm it falls with the square of the step size; with inputs that are held it is what holding
+them does.
+
+It is told as a share of what the motion exchanges. The mean F̄ of a force over the run, as
+buoyancy at rest or the pull of a mooring, is a constant force: the work F̄ (x − x₀) is that of a
+potential, it comes back with the body, and may be far larger than all that moves. So
+
+    exchanged = max W − min W,   W(t) = ∫₀ᵗ F·v dt − Σ F̄ (x − x₀)
+
+over the directions of the bond: of an oscillation on a spring k with the amplitude A that is
+k A²/2, whatever the preload. Where a body does not come back, as one that is towed or turns on and
+on, the work of the mean force is what is exchanged, and stays in W: in a direction in which it ends
+farther from its start than half the distance that it has travelled.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from m4e_fmi.cosim.connections.connect import Bond
+from m4e_fmi.cosim.exchange.network import Network
+from m4e_fmi.cosim.exchange.operations import Operation, gather
+
+BLOCK = 1024
+"""Steps that are noted before they are evaluated."""
+LIKE = 4.0
+"""How much longer than the one beside it a step may be, for both to tell a second derivative."""
+MOST_KEPT = 1024
+"""Rows that are kept for the swing of the energy."""
+
+
+@dataclass(frozen=True)
+class BondEnergy:
+    """Energies [J] over the whole run across one bond, from the force's source into the body.
+
+    `exchanged` is how far the energy given has swung, without the work of the mean force on a
+    motion that comes back (see the module): the scale of `residual`. `adds` are the components
+    whose forces the source adds up: the energies are those of their sum.
+    """
+
+    connection: str
+    given: float
+    received: float
+    exchanged: float
+    adds: tuple[str, ...] = ()
+
+    @property
+    def residual(self) -> float:
+        """Energy [J] that the body received and nobody gave."""
+        return self.received - self.given
+
+    @property
+    def relative(self) -> float:
+        """The residual over the energy exchanged; 0 if nothing was."""
+        return self.residual / self.exchanged if self.exchanged else 0.0
+
+
+class EnergyBalance:
+    """Follows the bonds of a network from the present communication point on.
+
+    Forces, velocities and coordinates are noted at every point, and evaluated in blocks. Of each
+    block two rows are kept for the swing of the energy, where it is largest and smallest for the
+    mean forces up to there.
+    """
+
+    REMEMBERED = (
+        "_points", "_held", "_sizes", "_steps", "_given", "_received",
+        "_way", "_distance", "_impulse", "_time", "_swing",
+    )  # fmt: skip
+
+    def __init__(
+        self, network: Network, bonds: Iterable[Bond], followed: np.ndarray | None = None
+    ) -> None:
+        """`followed` tells how far each input goes along with its source (see `Algorithm`)."""
+        self._bonds = tuple(bonds)
+        self._values = network.values
+        axes = [(k, axis) for k, bond in enumerate(self._bonds) for axis in bond.axes]
+        count = len(axes)
+        targets = {port: k for k, port in enumerate(network.targets)}
+        sources = (
+            [axis.force.source for _, axis in axes],
+            [axis.velocity.source for _, axis in axes],
+            [(axis.position or axis.velocity).source for _, axis in axes],
+        )
+        places = [network.index(port) for ports in sources for port in ports]
+        self._index = np.array(places, dtype=np.intp)
+        self._target = np.array([targets[a.force.target] for _, a in axes], dtype=np.intp)
+        self._followed = np.zeros(count) if followed is None else followed[self._target]
+        self._has_position = np.array([a.position is not None for _, a in axes], dtype=bool)
+        self._of_bond = np.zeros((count, len(self._bonds)))
+        self._way_of_bond = np.zeros_like(self._of_bond)
+        for row, (k, axis) in enumerate(axes):
+            force, velocity, way = (network.to_si(ports[row]) for ports in sources)
+            self._of_bond[row, k] = axis.share * force * velocity
+            self._way_of_bond[row, k] = axis.share * force * way
+        self._points = np.zeros((BLOCK + 1, 3 * count))
+        self._held = np.zeros((BLOCK, count))
+        self._sizes = np.zeros(BLOCK)
+        self._steps = 0
+        self._given = np.zeros(len(self._bonds))
+        self._received = np.zeros(len(self._bonds))
+        self._bond_of = np.array([k for k, _ in axes], dtype=np.intp)
+        self._way, self._distance, self._impulse = np.zeros((3, count))
+        self._time = 0.0
+        self._swing = np.zeros((1, len(self._bonds) + count))
+        self._values.take(self._index, out=self._points[0], mode="clip")
+
+    def add(self, held: np.ndarray, size: float) -> None:
+        """Account for the step of `size` [s] that led to the present point, with `held` inputs."""
+        if not self._bonds:
+            return
+        step = self._steps
+        self._values.take(self._index, out=self._points[step + 1], mode="clip")
+        held.take(self._target, out=self._held[step], mode="clip")
+        self.note(1, size)
+
+    def operations(self, held: np.ndarray) -> tuple[Operation, ...]:
+        """What notes a step at place `noted` of a block, as `add` does; `held` stays the array."""
+        if not self._bonds:
+            return ()
+        return (
+            gather(self._points[1:], self._values, self._index),
+            gather(self._held, held, self._target),
+        )
+
+    @property
+    def noted(self) -> int:
+        """Steps in the present block, below BLOCK."""
+        return self._steps
+
+    def note(self, count: int, size: float) -> None:
+        """Account for `count` steps of `size` [s] that the operations have noted."""
+        if not self._bonds:
+            return
+        self._sizes[self._steps : self._steps + count] = size
+        self._steps += count
+        if self._steps == BLOCK:
+            self._evaluate()
+
+    def jump(self) -> None:
+        """Something was set in an FMU, which may have changed the values at the present point.
+
+        To be called after they were exchanged.
+        """
+        if not self._bonds:
+            return
+        present = self._values.take(self._index, mode="clip")
+        if not np.array_equal(present, self._points[self._steps]):
+            self._evaluate()
+            self._points[0] = present
+
+    def _evaluate(self) -> None:
+        """Add the block to the sums; its last point is the first of the next."""
+        count = self._steps
+        if not count:
+            return
+        force, velocity, position = np.split(self._points[: count + 1], 3, axis=1)
+        sizes = self._sizes[:count, None]
+        half = sizes / 2
+        given = self._given + np.cumsum(_passed((force * velocity) @ self._of_bond, sizes), axis=0)
+        passed = _passed(velocity, sizes)
+        # a held force bends no way: where nothing follows, the trapezoid is exact
+        along = np.where(self._followed > 0.0, passed, half * (velocity[1:] + velocity[:-1]))
+        way = np.where(self._has_position, position[1:] - position[:-1], along)
+        self._received += ((self._held[:count] * way) @ self._way_of_bond).sum(axis=0)
+        bent = sizes / 12 * np.diff(force, axis=0) * np.diff(velocity, axis=0)
+        self._received += (bent @ (self._followed[:, None] * self._of_bond)).sum(axis=0)
+        self._impulse += (half * (force[1:] + force[:-1])).sum(axis=0)
+        self._time += float(self._sizes[:count].sum())
+        self._distance += np.abs(passed).sum(axis=0)
+        ways = self._way + np.cumsum(passed, axis=0)  # by the same rule as the energy given
+        self._given, self._way = given[-1].copy(), ways[-1].copy()
+        self._keep(np.hstack((given, ways)))
+        self._points[0] = self._points[count]
+        self._steps = 0
+
+    def _work(self, rows: np.ndarray) -> np.ndarray:
+        """W of each bond, for the mean forces, of rows: energies given (bonds), ways (axes)."""
+        comes_back = np.abs(self._way) <= self._distance / 2
+        mean = np.where(comes_back, self._impulse / self._time, 0.0) if self._time else 0.0
+        given, ways = np.hsplit(rows, [len(self._bonds)])
+        return given - (ways * mean) @ self._of_bond
+
+    def _keep(self, rows: np.ndarray) -> None:
+        """Keep what of these rows is largest and smallest; of what is kept, when it is too much."""
+        self._swing = np.concatenate((self._swing, self._extremes(rows)))
+        if len(self._swing) > MOST_KEPT:
+            parts = np.array_split(self._swing, len(self._swing) // 4)
+            self._swing = np.concatenate([self._extremes(part) for part in parts])
+
+    def _extremes(self, rows: np.ndarray) -> np.ndarray:
+        """Two rows: each bond with its axes as where its W is largest, and where smallest."""
+        work = self._work(rows)
+        bonds = np.array([work.argmax(axis=0), work.argmin(axis=0)])
+        places = np.hstack((bonds, bonds[:, self._bond_of]))
+        return np.take_along_axis(rows, places, axis=0)
+
+    def result(self) -> tuple[BondEnergy, ...]:
+        """The balance up to the present point, one entry per bond."""
+        self._evaluate()
+        columns = (self._given, self._received, np.ptp(self._work(self._swing), axis=0))
+        rows = zip(*(column.tolist() for column in columns), strict=True)
+        pairs = zip(self._bonds, rows, strict=True)
+        return tuple(BondEnergy(bond.name, *row, adds=bond.adds) for bond, row in pairs)
+
+
+def _passed(rates: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+    """The integrals over steps of `sizes` (steps, 1) [s] of what has these `rates` at their ends.
+
+    Trapezoids, less H³/12 times the mean second derivative at both ends, as far as points beside
+    the step tell it: steps beside one another must be of like size, which those at a jump are not.
+    """
+    found = sizes / 2 * (rates[1:] + rates[:-1])
+    if len(sizes) < 2:
+        return found
+    slopes = np.diff(rates, axis=0) / sizes
+    bends = 2 * np.diff(slopes, axis=0) / (sizes[1:] + sizes[:-1])
+    alike = np.maximum(sizes[1:], sizes[:-1]) <= LIKE * np.minimum(sizes[1:], sizes[:-1])
+    bends = np.pad(np.where(alike, bends, 0.0), ((1, 1), (0, 0)))
+    known = np.pad(alike, ((1, 1), (0, 0))).astype(float)
+    count = np.maximum(known[1:] + known[:-1], 1.0)
+    return found - sizes**3 / 12 * (bends[1:] + bends[:-1]) / count

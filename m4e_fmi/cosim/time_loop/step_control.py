@@ -1,0 +1,160 @@
+"""The size of the next step, from the error estimated in the last: adaptive communication steps.
+
+An algorithm that can go back estimates in `change` the error of the outputs in its step. That,
+over the *scale* of the output, is held below a tolerance: a step that exceeds it is taken back and
+made again, smaller. The scale is the largest magnitude that any exchanged output of the same unit
+has had, so that a signal near zero among large ones does not count for more than it is worth.
+
+A signal that starts at zero has no magnitude yet: what a step reaches falls with its size as fast
+as the error does, and no step would be small enough. So the scale is at least what any attempt has
+reached, also one that was taken back; but of that no more than a hundredth of the nominal value,
+because an attempt may have gone astray. (The nominal value, 1 where an FMU declares none, times the
+tolerance times 0.01 is the absolute tolerance that FMI 2.0, section 2.2.7, proposes.)
+
+The change falls with a power p of the step, so the next step is the last one times
+0.9 (tolerance/error)^(1/p), but at most doubled, at least a fifth, and not larger right after a
+rejection. Steps never exceed the `step_size` of the simulation.
+
+Where an output jumps, steps shrink onto the jump; the smallest passes over it. So they do where an
+output that is not Real changes. If the next step
+misses the tolerance too, however small, it is no jump: that ends the run.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from m4e_fmi.cosim.exchange.network import Network
+from m4e_fmi.cosim.time_loop.jump_detection import Foresight
+from m4e_fmi.errors import RunError
+
+SMALLEST = 1e-6
+"""Smallest step, as a share of `step_size`."""
+SAFETY, LEAST, MOST = 0.9, 0.2, 2.0
+OF_NOMINAL = 0.01
+"""Share of the nominal value up to which taken back attempts count."""
+
+
+class StepControl:
+    """Chooses steps for a relative `tolerance`; sizes are in nanoseconds, `largest` the first.
+
+    Estimates fall with the power `order` of the step. `passed` tells that the last step has missed
+    the tolerance, being the smallest: something has jumped in it.
+    """
+
+    REMEMBERED = (
+        "size",
+        "rejected",
+        "passed",
+        "_just_rejected",
+        "_scale",
+        "_reached",
+        "_foresight",
+    )
+
+    def __init__(self, network: Network, tolerance: float, largest: int, order: int) -> None:
+        self._network = network
+        self._tolerance = tolerance
+        self._order = order
+        self._largest = largest
+        self._smallest = max(1, round(SMALLEST * largest))
+        self.size = largest
+        self.rejected = 0
+        self.passed = False
+        self._just_rejected = False
+        sources = {network.index(port) for _, port in network.judged}
+        self._sources = np.array(sorted(sources), dtype=np.intp)
+        self._scale = Scale(network, self._sources)
+        self._reached = np.zeros(len(self._sources))
+        outputs = [network.outputs[k] for k in self._sources]
+        start = network.values[: len(network.outputs)]
+        self._foresight = Foresight(round(network.time * 1e9), start[self._sources])
+        self._most_reached = OF_NOMINAL * np.array([network.nominal(port) for port in outputs])
+
+    def accepts(self, change: np.ndarray, end: np.ndarray, now: int, size: int) -> bool:
+        """Whether a step of `size` from `now` [ns] may stand, and the size of the next one.
+
+        `change` and `end` are the changes and values of all exchanged outputs at its end. RunError
+        naming the output if the smallest step is not small enough, twice running.
+        """
+        scale = self._scale.with_values(end)
+        values = end[self._sources]
+        changes = np.maximum(
+            np.abs(change[self._sources]), self._foresight.missed(now + size, values)
+        )
+        enough = np.maximum(scale, self._attempted(np.abs(end) + np.abs(change)))
+        ratios = changes / np.where(enough > 0.0, self._tolerance * enough, 1.0)
+        error = float(ratios.max(initial=0.0))
+        factor = MOST if error == 0.0 else SAFETY * error ** (-1 / self._order)
+        missed, smallest = error > 1.0, size <= self._smallest
+        if missed and smallest and self.passed:
+            self._refuse(ratios, size)
+        accepted = not missed or smallest
+        if accepted:
+            self.passed = missed
+            self._scale.keep(scale)
+            self._foresight.note(now + size, values)
+            if missed:
+                self._foresight.forget()
+            factor = min(max(factor, LEAST), 1.0 if self._just_rejected else MOST)
+            cut_short = size < self.size and factor >= 1.0  # by the end, or a row of the results
+            wanted = max(size * factor, self.size) if cut_short else size * factor
+        else:
+            self.rejected += 1
+            wanted = size * min(max(factor, LEAST), SAFETY)
+        self._just_rejected = not accepted
+        self.size = int(min(max(wanted, self._smallest), self._largest))
+        return accepted
+
+    def shrinks(self, size: int) -> bool:
+        """True if a step of `size` [ns] within which a value switches is to be made smaller."""
+        if size <= self._smallest:
+            return False
+        self.rejected += 1
+        self._just_rejected = True
+        self.size = max(self._smallest, round(LEAST * size))
+        return True
+
+    def pass_over(self, end: np.ndarray, time: int) -> None:
+        """The run has passed over a jump to `time` [ns], where all exchanged outputs are `end`."""
+        self._scale.keep(self._scale.with_values(end))
+        self._foresight.note(time, end[self._sources])
+        self._foresight.forget()
+
+    def _attempted(self, reached: np.ndarray) -> np.ndarray:
+        """What attempts have `reached` at most, this one included, within its bounds."""
+        self._reached = np.maximum(self._reached, self._scale.with_values(reached))
+        return np.minimum(self._reached, self._most_reached)
+
+    def _refuse(self, ratios: np.ndarray, size: int) -> None:
+        worst = self._network.outputs[self._sources[int(ratios.argmax())]]
+        raise RunError(
+            f"the coupling error of {worst} at t = {self._network.time:.9g} s stays above "
+            f"coupling_tolerance, even with steps of {size / 1e9:.3g} s",
+            "its FMU does not give the same for the same inputs after going back, or it jumps "
+            "again and again: leave coupling_tolerance out, or make it larger",
+        )
+
+
+class Scale:
+    """Largest magnitudes so far of some outputs, `sources`, shared among those of one unit."""
+
+    REMEMBERED = ("_largest",)
+
+    def __init__(self, network: Network, sources: np.ndarray) -> None:
+        self._sources = sources
+        units = [network.unit(network.outputs[k]) for k in sources]
+        known = sorted(set(units))
+        self._group = np.array([known.index(unit) for unit in units], dtype=np.intp)
+        self._largest = np.zeros(len(known))
+        self.keep(self.with_values(network.values[: len(network.outputs)]))
+
+    def with_values(self, values: np.ndarray) -> np.ndarray:
+        """The scale of each of the outputs if these are `values` of all exchanged ones too."""
+        largest = self._largest.copy()
+        np.maximum.at(largest, self._group, np.abs(values[self._sources]))
+        return largest[self._group]
+
+    def keep(self, scale: np.ndarray) -> None:
+        """Keep what `with_values` has returned."""
+        self._largest[self._group] = scale

@@ -1,0 +1,172 @@
+"""Columns of numbers from a CSV file: all that is wrong with it is told at once, by line."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from m4e_fmi.errors import InputError, Problem, suggestion
+from m4e_fmi.files.files_read import TooLongError, read_text
+from m4e_fmi.units import parse_unit
+
+LARGEST_FILE = 20_000_000
+"""Bytes that are read of one file."""
+_NO_TEXT = re.compile("[\x00-\x08\x0e-\x1f]")
+_IN_BRACKETS = re.compile(r"\[([^\[\]]*)\]\s*$")
+COMMAS = "separate columns by commas, and write decimal points"
+_LONGEST_SHOWN = 40
+"""Characters of an entry that a message shows."""
+MOST_PROBLEMS = 10
+"""Problems of one file that are told one by one."""
+
+
+@dataclass(frozen=True)
+class Columns:
+    """`values[i]` are the numbers of column i; row k stands in line `lines[k]` of `path`."""
+
+    path: Path
+    lines: tuple[int, ...]
+    values: tuple[list[float], ...] = field(repr=False)
+    _text: Sequence[str] = field(default=(), repr=False, compare=False)
+
+    def problem(self, row: int, message: str, remedy: str = "") -> Problem:
+        """A problem with a row of the file."""
+        return _problem(self.path, self._text, self.lines[row], message, remedy)
+
+
+@dataclass(frozen=True)
+class Asked:
+    """Who asks for a column, for messages about one that is not there, and what to do then."""
+
+    by: str
+    remedy: str
+
+
+def read_columns(
+    path: Path, wanted: Sequence[str | int], asked: Mapping[str, Asked] | None = None
+) -> Columns:
+    """The columns `wanted` of a CSV file, by the names in its first row or by place, from 0.
+
+    `asked` tells by name who asks for them, where they are not named beside the problems.
+    Columns are separated by commas; empty lines are skipped. InputError with all problems: no file,
+    no text, no two columns, unknown names, entries that are no finite numbers.
+    """
+    text = _text(path)
+    reader = csv.reader(io.StringIO(text, newline=""), strict=True)
+    try:
+        rows = [(reader.line_num, row) for row in reader if any(entry.strip() for entry in row)]
+    except csv.Error as error:
+        raise InputError.single(f"cannot be read: {error}", "", str(path)) from None
+    lines = text.splitlines()
+    header = [entry.strip() for entry in rows[0][1]] if rows else []
+    if len(header) < 2:
+        message, remedy = "has no two columns", "separate them by commas, names first"
+        raise InputError.single(message, remedy, str(path))
+    names = [entry if isinstance(entry, str) else header[entry] for entry in wanted]
+    by_place = [header[entry] for entry in wanted if not isinstance(entry, str)]
+    unclear = dict.fromkeys(
+        (*_header_problems(header, names, asked or {}), *_unit_problems(by_place))
+    )
+    if unclear:
+        raise InputError(_problem(path, lines, rows[0][0], *texts) for texts in unclear)
+    places = [header.index(name) for name in names]
+    values = tuple([_number(row, place) for _, row in rows[1:]] for place in places)
+    problems = [
+        _problem(path, lines, line, f"expected a finite number in column {header[place]!r}, {got}")
+        for line, row in rows[1:]
+        for place in dict.fromkeys(places)
+        if not math.isfinite(_number(row, place))
+        for got in [f"got {_shown(row[place])}" if place < len(row) else "got nothing"]
+    ]
+    problems += [
+        _problem(path, lines, line, f"{len(row)} entries, the header has {len(header)}", COMMAS)
+        for line, row in rows[1:]
+        if any(entry.strip() for entry in row[len(header) :])
+    ]
+    if problems:
+        raise InputError(shortened(problems))
+    return Columns(path, tuple(line for line, _ in rows[1:]), values, lines)
+
+
+def shortened(problems: Sequence[Problem]) -> list[Problem]:
+    """The first problems of a file, and how many more there are."""
+    shown, rest = list(problems[:MOST_PROBLEMS]), problems[MOST_PROBLEMS:]
+    if rest:
+        shown.append(Problem(f"{len(rest)} more problems in this file", "", rest[0].file))
+    return shown
+
+
+def _text(path: Path) -> str:
+    if not path.is_file():
+        here = path.parent if path.parent.is_dir() else Path()
+        names = [other.name for other in here.glob("*.csv")]
+        raise InputError.single("no such file", suggestion(path.name, names), str(path))
+    try:
+        text = read_text(path, encoding="utf-8-sig", largest=LARGEST_FILE)
+    except TooLongError as error:
+        raise InputError.single(str(error), "leave out rows, or columns", str(path)) from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError.single(f"cannot be read: {error}", "", str(path)) from None
+    if _NO_TEXT.search(text):
+        raise InputError.single("is no table: it has control characters", "", str(path))
+    return text
+
+
+def _unit_problems(names: Sequence[str]) -> list[tuple[str, str]]:
+    """Of columns that are taken by their place: units other than those of the SI in their names."""
+    found = []
+    for name in names:
+        unit = _IN_BRACKETS.search(name)
+        try:
+            plain = not unit or parse_unit(unit[1]).factor == 1.0
+        except ValueError:
+            plain = False
+        if not plain:
+            message = f"column {name[:_LONGEST_SHOWN]!r} names a unit, which is not read"
+            found.append(
+                (message, "convert the column to SI units, and name them so or not at all")
+            )
+    return found
+
+
+def _header_problems(
+    header: Sequence[str], names: Sequence[str], asked: Mapping[str, Asked]
+) -> list[tuple[str, str]]:
+    if all(math.isfinite(_number(header, place)) for place in range(len(header))):
+        return [("the first row is numbers: column names are missing", "write names above them")]
+    found = []
+    for name in names:
+        if name not in header:
+            known = [entry[:_LONGEST_SHOWN] for entry in header]
+            message, remedy = f"no column {name!r}", suggestion(name, known, "columns")
+            if name in asked:
+                message = f"{message} in this file, {asked[name].by}"
+                remedy = f"{asked[name].remedy}; {remedy}"
+            found.append((message, remedy))
+        elif header.count(name) > 1:
+            found.append((f"two columns are called {name!r}", "rename one of them"))
+    return found
+
+
+def _number(row: Sequence[str], place: int) -> float:
+    """The number in a row, nan if there is none."""
+    try:
+        return float(row[place])
+    except (ValueError, IndexError):
+        return math.nan
+
+
+def _problem(
+    path: Path, lines: Sequence[str], line: int, message: str, remedy: str = ""
+) -> Problem:
+    source = lines[line - 1][:_LONGEST_SHOWN] if 0 < line <= len(lines) else ""
+    return Problem(message, remedy, str(path), line, 1, source, len(source))
+
+
+def _shown(entry: str) -> str:
+    return repr(entry if len(entry) <= _LONGEST_SHOWN else f"{entry[:_LONGEST_SHOWN]}…")

@@ -1,0 +1,45 @@
+"""What a file is, where another is expected: one error that names the commands that take it."""
+
+from __future__ import annotations
+
+from collections.abc import Container
+from pathlib import Path
+
+from m4e_fmi.errors import InputError
+
+MODEL, SYSTEM, FMU, YAML_FILE = "a model", "a system", "an FMU", "a YAML file"
+_PACKAGE, _RESULTS = "a package of a system", "a file of results"
+_OF_SUFFIX = {".fmu": FMU, ".ssp": _PACKAGE, ".nc": _RESULTS, ".parquet": _RESULTS}
+_REMEDIES = {
+    MODEL: "`m4e-fmi info` shows it, `m4e-fmi simulate` simulates it, `m4e-fmi build` builds its "
+    "FMU, which `m4e-fmi validate` checks; in a system file it is a component: {model: NAME}",
+    SYSTEM: "`m4e-fmi info` shows it, `m4e-fmi run` runs it, `m4e-fmi build` builds its FMUs, "
+    "which `m4e-fmi validate` checks",
+    FMU: "`m4e-fmi info` shows it, `m4e-fmi validate` checks it; in a system file, which "
+    "`m4e-fmi run` runs, it is a component: {fmu: NAME}",
+    _PACKAGE: "`m4e-fmi info` shows it, `m4e-fmi run` runs it",
+    _RESULTS: "no command takes results; `m4e_fmi.load` reads netCDF in Python",
+}
+
+
+def check_suffix(path: Path, expected: str) -> None:
+    """InputError for a file that its suffix says to be of another kind than `expected`."""
+    if path.is_file():
+        _check(path, _OF_SUFFIX.get(path.suffix.lower(), ""), expected)
+
+
+def check_keys(path: Path, keys: Container[str], expected: str) -> None:
+    """InputError for YAML that its `keys` at the top say to be of another kind than `expected`."""
+    _check(path, kind_of(keys), expected)
+
+
+def kind_of(keys: Container[str]) -> str:
+    """What a YAML file with these top-level keys is: MODEL, SYSTEM, or "" if they do not tell."""
+    if "components" in keys:
+        return SYSTEM
+    return MODEL if any(key in keys for key in ("bodies", "joints", "model")) else ""
+
+
+def _check(path: Path, kind: str, expected: str) -> None:
+    if kind and kind != expected:
+        raise InputError.single(f"this is {kind}, not {expected}", _REMEDIES[kind], str(path))

@@ -1,0 +1,164 @@
+"""Locks of the operating system, which end with the process that holds them, however it ends.
+
+`claimed` is for files that a process writes for as long as it runs: nobody else may write them
+meanwhile. It also removes the hidden files that dead processes have left beside them.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import platform
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from m4e_fmi.errors import RunError
+from m4e_fmi.files.writing import cannot_write, remove_leftovers
+
+LOCK, ROWS = ".m4e-lock", ".m4e-rows"
+"""What the names of hidden files end with beside results: their lock, and their rows until the
+first step is made."""
+_BYTE = 2**30
+"""The byte of the file that is locked, far behind its text: Windows lets nobody read it."""
+_TRIALS = 100
+PATIENCE, PAUSE = 0.5, 0.01
+"""Seconds for which a lock is waited for that may be held for a moment only, and between trials."""
+_HOST = platform.node()
+
+_held: dict[Path, int] = {}
+"""Lock files of this process, and the threads that hold them."""
+
+
+class Lock:
+    """A lock file that this process holds, until `release` or its end; see `Lock.take`."""
+
+    def __init__(self, path: Path, descriptor: int) -> None:
+        self.path, self._descriptor = path, descriptor
+
+    @classmethod
+    def take(cls, path: Path, *, patience: float = 0.0) -> Lock | None:
+        """The lock at `path`, with this process's number and machine in the file.
+
+        None if another holds it for longer than `patience` [s]: those who remove what is left of
+        dead processes hold any for a moment. OSError if there can be no file.
+        """
+        until = time.monotonic() + patience
+        for _ in range(_TRIALS):
+            descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+            if not _locked(descriptor):
+                os.close(descriptor)
+                if time.monotonic() >= until:
+                    return None
+                time.sleep(PAUSE)
+                continue
+            if _is_at(descriptor, path):
+                with suppress(OSError):  # a full disk
+                    os.ftruncate(descriptor, 0)
+                    os.write(descriptor, f"process {os.getpid()} on {_HOST}".encode())
+                return cls(path, descriptor)
+            os.close(descriptor)  # its holder has removed it in the meantime
+        raise OSError(errno.EAGAIN, os.strerror(errno.EAGAIN))
+
+    def release(self) -> None:
+        """Remove the file, and let others have the lock."""
+        if sys.platform == "win32":  # open files cannot be removed there
+            os.close(self._descriptor)
+            with suppress(OSError):
+                self.path.unlink()
+        else:
+            with suppress(OSError):
+                self.path.unlink()
+            os.close(self._descriptor)
+
+
+def _locked(descriptor: int) -> bool:
+    """Lock an open file; False if another has it."""
+    if sys.platform == "win32":
+        import msvcrt
+
+        os.lseek(descriptor, _BYTE, os.SEEK_SET)
+        try:
+            msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
+        except OSError:
+            return False
+        os.lseek(descriptor, 0, os.SEEK_SET)
+        return True
+    import fcntl
+
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except OSError:  # a file system that has no locks: nothing can be known of others there
+        return True
+    return True
+
+
+def _is_at(descriptor: int, path: Path) -> bool:
+    try:
+        return os.path.samestat(os.fstat(descriptor), path.stat())
+    except FileNotFoundError:
+        return False
+
+
+@contextmanager
+def claimed(path: str | Path) -> Iterator[Path]:
+    """Gives the absolute form of `path`, which nobody else writes during the block.
+
+    RunError, which names the process, if another one (or another thread) has claimed it; or if
+    there can be no file in its folder, which is made if there is none. Within the block the same
+    thread may claim it again.
+    """
+    place = Path(path).resolve()
+    file = place.with_name(f".{place.name}{LOCK}")
+    if _held.get(file) == threading.get_ident():
+        yield place
+        return
+    try:
+        place.parent.mkdir(parents=True, exist_ok=True)
+        lock = Lock.take(file, patience=PATIENCE)
+    except OSError as error:
+        raise cannot_write(Path(path), error) from error
+    if lock is None:
+        raise RunError(
+            f"{path}: another run writes it ({_holder(file)})",
+            "wait for its end, or choose another file with --output-file",
+        )
+    _held[file] = threading.get_ident()
+    try:
+        _remove_rows(place)
+        _sweep(place.parent)
+        yield place
+    finally:
+        _remove_rows(place)
+        del _held[file]
+        lock.release()
+
+
+def _holder(file: Path) -> str:
+    try:
+        return file.read_text(encoding="utf-8") or "its process is not known"
+    except (OSError, UnicodeDecodeError):
+        return "its process is not known"
+
+
+def _remove_rows(place: Path) -> None:
+    with suppress(OSError):
+        place.with_name(f".{place.name}{ROWS}").unlink(missing_ok=True)
+
+
+def _sweep(folder: Path) -> None:
+    """Remove what dead processes have left in a folder of results."""
+    remove_leftovers(folder)
+    with suppress(OSError):
+        for file in folder.glob(f".*{LOCK}"):
+            if file in _held:
+                continue
+            lock = Lock.take(file)
+            if lock is not None:
+                _remove_rows(file.with_name(file.name.removeprefix(".").removesuffix(LOCK)))
+                lock.release()

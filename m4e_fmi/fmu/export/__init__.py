@@ -1,0 +1,1 @@
+"""Building FMUs: native ones, and Python ones by PythonFMU."""

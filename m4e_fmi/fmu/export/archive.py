@@ -1,0 +1,67 @@
+"""The archive of an FMU: its files, an identifier and a GUID made of them, and the ZIP."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+import uuid
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+
+from m4e_fmi.errors import InputError
+from m4e_fmi.files.file_names import file_stem
+from m4e_fmi.files.writing import written
+
+GUID_NAMESPACE = uuid.UUID("5c1f3a52-6a0e-5c1c-9a0b-6d34655f666d")
+EARLIEST_ZIP_DATE = (1980, 1, 1, 0, 0, 0)
+LEVEL = 4
+"""Of compression: half the time of 6, and 2 % more bytes."""
+HASH_LENGTH = 12
+
+Files = Mapping[str, bytes]
+"""Name in the archive → content."""
+
+
+def model_identifier(name: str) -> str:
+    """`name` as a C identifier; InputError if nothing of it is left."""
+    identifier = re.sub(r"\W", "_", file_stem(name), flags=re.ASCII)  # files are called so
+    if not re.match(r"[A-Za-z]", identifier):
+        message = f"{name!r} cannot name an FMU"
+        raise InputError.single(message, "use letters, digits and _, a letter first")
+    return identifier
+
+
+def content_guid(files: Files, xml: bytes) -> str:
+    """A GUID made of the content of the FMU; `xml` is its description without a GUID."""
+    return f"{{{uuid.uuid5(GUID_NAMESPACE, content_hash({**files, 'xml': xml}, length=64))}}}"
+
+
+def content_hash(files: Files, *, length: int = HASH_LENGTH) -> str:
+    """The first `length` hexadecimal digits of a hash of names and contents, in any order."""
+    digest = hashlib.sha256()
+    for name in sorted(files):
+        for part in (name.encode(), files[name]):
+            digest.update(len(part).to_bytes(8, "big"))
+            digest.update(part)
+    return digest.hexdigest()[:length]
+
+
+def write_archive(files: Files, path: Path) -> str:
+    """Write a ZIP whose bytes depend on `files` only, and return its SHA-256 (hexadecimal).
+
+    RunError if it cannot be written.
+    """
+    with written(path) as part:
+        _write(files, part)
+        return hashlib.sha256(part.read_bytes()).hexdigest()
+
+
+def _write(files: Files, path: Path) -> None:
+    with zipfile.ZipFile(path, "x") as archive:
+        for name in sorted(files):
+            info = zipfile.ZipInfo(name, EARLIEST_ZIP_DATE)
+            info.compress_type = zipfile.ZIP_DEFLATED
+            info.create_system = 3  # Unix, wherever it is written
+            info.external_attr = 0o644 << 16
+            archive.writestr(info, files[name], compresslevel=LEVEL)

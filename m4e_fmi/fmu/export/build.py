@@ -1,0 +1,146 @@
+"""Building FMUs: native ones, and those with PythonFMU's binaries around a hardened slave.
+
+What a program says of itself is the same either way; `native_fmu` and `python_fmu` know the files.
+The archive is written here, not by PythonFMU's builder, so no user code runs at build time and the
+same source gives the same bytes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from m4e_fmi.errors import InputError
+from m4e_fmi.fmu.export.archive import write_archive
+from m4e_fmi.fmu.export.build_record import BuildRecord, write_record
+from m4e_fmi.fmu.export.description.description import FmuVariable, ModelDescription, PythonSource
+from m4e_fmi.fmu.export.from_program import describe, python_slave, with_rates
+from m4e_fmi.fmu.export.native_fmu import native_fmu_files
+from m4e_fmi.fmu.export.options import Options
+from m4e_fmi.fmu.export.python_fmu import python_fmu_files
+from m4e_fmi.fmu.export.selection import renamed, with_outputs
+from m4e_fmi.program import Program
+
+LAST_ERROR = "last_error"
+OF_PROGRAMS = ("native", "fmi", "method", "outputs", "rename")
+"""Options that say something of a program, and nothing of Python code."""
+
+
+def build_fmu(
+    source: Program | PythonSource,
+    path: str | Path,
+    *,
+    native: bool = False,
+    fmi: str = "2",
+    method: str = "dop853",
+    tolerance: float | None = None,
+    stop_time: float | None = None,
+    step_size: float | None = None,
+    outputs: Sequence[str] | None = None,
+    rename: Mapping[str, str] | None = None,
+    documentation: Mapping[str, bytes] | None = None,
+    sources: bool = False,
+) -> Path:
+    """Write the FMU of `source` to `path` (replaced as a whole) and return the path.
+
+    Beside it, ``name.build.json`` records that this FMU was built here: see `build_record`.
+
+    A `native` FMU needs no Python where it runs, and serves co-simulation and model exchange; `fmi`
+    is the version of the standard, "2" or, for native ones, "3": `arrays` says what becomes one.
+    `method` integrates a program in co-simulation: dop853, rk45 or rodas (stiff), to `tolerance`
+    (default 1e-8) where the importer gives none, or rk4, which does not control its error: it
+    divides each communication step into the fewest equal steps that are not longer than
+    `step_size`. `stop_time` and `step_size` [s] are those of the default experiment (10 and 0.01).
+    `outputs` are shell patterns of the outputs and states to be seen; what computes the others only
+    is left out; default all. `rename` gives variables other names, old → new. `documentation` has
+    more files: name in the archive, below ``documentation/`` or ``model.png`` (FMI 3.0:
+    ``terminalsAndIcons/icon.png``), → content. `sources` adds the C sources of a native FMU's
+    library, for importers that compile.
+
+    Variables and value references of a program are the same for both kinds, and so are results, to
+    the bit. The same source gives the same bytes. InputError if an option is not one, if the name
+    cannot be a model identifier, the step size is longer than the experiment, a pattern matches
+    nothing, a new name is taken or not allowed, a Python module has a syntax error, or something
+    else than a program should be what only programs can be; RunError if there is no library for
+    native FMUs; ValueError if the description contradicts itself.
+    """
+    options = Options(
+        native=native,
+        fmi=fmi,
+        method=method,
+        tolerance=tolerance,
+        stop_time=stop_time,
+        step_size=step_size,
+        outputs=None if outputs is None else tuple(outputs),
+        rename=dict(rename or {}),
+        documentation=dict(documentation or {}),
+        sources=sources,
+    )
+    path = Path(path)
+    write_record(path, BuildRecord(fmu=write_archive(fmu_files(source, options), path)))
+    return path
+
+
+def fmu_files(source: Program | PythonSource, options: Options) -> dict[str, bytes]:
+    """Every file of the FMU: name in the archive → content."""
+    if not isinstance(source, Program | PythonSource):
+        message = f"expected a Program or a PythonSource, got {type(source).__name__}"
+        raise InputError.single(message, "model_program makes that of a model, or of a model file")
+    if not isinstance(source, Program):
+        _check_python_source(source, options)
+        description = asked(source.description, options)
+        return python_fmu_files(replace(source, description=description), options)
+    program = shown(source, options)
+    description = described(program, options)
+    if options.native:
+        return native_fmu_files(program, description, options)
+    return python_fmu_files(python_slave(program, description, options.method), options)
+
+
+def shown(program: Program, options: Options) -> Program:
+    """What an FMU of `program` shows, by the names before they are changed."""
+    chosen = program if options.outputs is None else with_outputs(program, options.outputs)
+    return with_rates(chosen)
+
+
+def described(program: Program, options: Options) -> ModelDescription:
+    """What an FMU says of a program that is as `shown`."""
+    return asked(describe(renamed(program, options.rename)), options)
+
+
+def _check_python_source(source: PythonSource, options: Options) -> None:
+    for name in OF_PROGRAMS:
+        if getattr(options, name) != getattr(Options(), name):
+            what = "be a native FMU" if name == "native" else f"have the option {name!r}"
+            message = f"{source.description.name} is Python code: it cannot {what}"
+            raise InputError.single(message, f"build it without {name}")
+
+
+def asked(description: ModelDescription, options: Options) -> ModelDescription:
+    """`description` with the default experiment that is asked for, and the variable for errors.
+
+    InputError for a variable of that name, and a step longer than the experiment.
+    """
+    if any(v.name == LAST_ERROR for v in description.variables):
+        message = f"{description.name}: every FMU has a variable {LAST_ERROR!r} of its own"
+        raise InputError.single(message, "give yours another name")
+    last_error = FmuVariable(
+        name=LAST_ERROR,
+        unit="",
+        description="Text of the error that stopped this component; empty while all is well",
+        variability="discrete",
+        initial="calculated",
+        type="String",
+    )
+    asked = {key: getattr(options, key) for key in ("tolerance", "stop_time", "step_size")}
+    result = replace(
+        description,
+        variables=(*description.variables, last_error),
+        **{key: value for key, value in asked.items() if value is not None},
+    )
+    if result.step_size > result.stop_time:
+        message = f"the step size {result.step_size:g} s is longer than the default experiment"
+        remedy = f"it stops at {result.stop_time:g} s: take a shorter step, or a later stop time"
+        raise InputError.single(message, remedy)
+    return result

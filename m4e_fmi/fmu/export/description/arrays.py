@@ -1,0 +1,172 @@
+"""The arrays of FMI 3.0: which scalars of a description are the elements of one variable.
+
+Vectors are the components of one quantity of a body, point or joint: `body.buoy.x` and
+`body.buoy.z` are `body.buoy.position`. What has indices is an array of its own: `added_mass[1,1]`,
+`added_mass[1,2]`, ... are the matrix `added_mass`, row by row.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+from math import prod
+
+from m4e_fmi.fmu.export.description.description import FmuVariable, ModelDescription
+from m4e_fmi.program import TIME
+
+_MOTION = {"": "position", "v": "velocity", "a": "acceleration"}
+"""What stands before the axis in the last part of a name → the vector's name."""
+
+LIMITS = ("minimum", "maximum", "nominal")
+
+_TIME = FmuVariable(TIME, "s", "Simulation time", causality="independent")
+
+
+@dataclass(frozen=True)
+class Grouped:
+    """A variable of FMI 3.0: the scalars that are its elements, row by row; shape () for one."""
+
+    name: str
+    shape: tuple[int, ...]
+    members: tuple[FmuVariable, ...]
+
+    @property
+    def first(self) -> FmuVariable:
+        """The member that says what all agree in."""
+        return self.members[0]
+
+    @property
+    def elements(self) -> tuple[str, ...]:
+        """What the elements are called: ``a[1,1]``, ``a[1,2]``, ...; the name, if it is one."""
+        if not self.shape:
+            return (self.name,)
+        indices = product(*(range(1, n + 1) for n in self.shape))
+        return tuple(f"{self.name}[{','.join(map(str, index))}]" for index in indices)
+
+    @property
+    def unit(self) -> str | None:
+        """The unit of all elements; None where they differ."""
+        return self.first.unit if len({m.unit for m in self.members}) == 1 else None
+
+    @property
+    def description(self) -> str:
+        """The different descriptions of the elements, and their units where they differ."""
+        texts = list(dict.fromkeys(m.description for m in self.members))
+        if self.unit is None:
+            texts.append(f"units of the elements: {', '.join(m.unit for m in self.members)}")
+        return "; ".join(texts)
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a scalar is: value reference of its variable, and element, counting from 1."""
+
+    reference: int
+    element: int
+
+
+def places(variables: Sequence[Grouped]) -> dict[str, Place]:
+    """Name of each scalar → its place. Value references count the variables from 0."""
+    return {
+        member.name: Place(reference, element)
+        for reference, variable in enumerate(variables)
+        for element, member in enumerate(variable.members, start=1)
+    }
+
+
+def ungrouped(description: ModelDescription) -> tuple[Grouped, ...]:
+    """Variables of FMI 2.0, in the form of those of FMI 3.0: each is a scalar."""
+    return tuple(Grouped(v.name, (), (v,)) for v in description.variables)
+
+
+def grouped(description: ModelDescription) -> tuple[Grouped, ...]:
+    """Variables of FMI 3.0: time, then all of the description's, each at the place of its first.
+
+    Scalars become elements if they agree in type, causality, variability, display unit, limits and
+    in whether they have a start value; vectors in their unit, too. A variable and what it is the
+    derivative of have equal dimensions: where elements are derivatives, they are those of the
+    elements of another array, and no scalar is the derivative of an element.
+    """
+    variables = {v.name: v for v in description.variables}
+    found = {
+        name: Grouped(name, shape, tuple(variables[m] for m in members))
+        for name, (shape, members) in _candidates(list(variables)).items()
+        if name not in variables
+    }
+    found = {name: group for name, group in found.items() if _uniform(group)}
+    while unfit := _unfit(found, description.variables):
+        for name in unfit:
+            del found[name]
+    group_of = _group_of(found)
+    result = {TIME: Grouped(TIME, (), (_TIME,))}
+    for v in description.variables:
+        group = group_of.get(v.name, Grouped(v.name, (), (v,)))
+        result.setdefault(group.name, group)
+    return tuple(result.values())
+
+
+def _candidates(names: Sequence[str]) -> dict[str, tuple[tuple[int, ...], list[str]]]:
+    """Name of an array → its shape and elements, for all that are complete."""
+    vectors: dict[str, dict[str, str]] = {}
+    indexed: dict[str, dict[tuple[int, ...], str]] = {}
+    for name in names:
+        rate = re.fullmatch(r"der\((.+)\)", name)
+        inner = rate[1] if rate else name
+        prefix, _, last = inner.rpartition(".")
+        index = re.fullmatch(r"(.+)\[([0-9]+(?:,[0-9]+)*)\]", inner)
+        if index:
+            array = f"der({index[1]})" if rate else index[1]
+            indexed.setdefault(array, {})[tuple(map(int, index[2].split(",")))] = name
+        elif prefix and (component := _component(last)):
+            vector, axis = component
+            array = f"{prefix}.{vector}"
+            vectors.setdefault(f"der({array})" if rate else array, {})[axis] = name
+    arrays: dict[str, tuple[tuple[int, ...], list[str]]] = {
+        name: ((len(parts),), [parts[axis] for axis in sorted(parts)])
+        for name, parts in vectors.items()
+        if len(parts) > 1
+    }
+    for name, parts in indexed.items():
+        shape = tuple(map(max, zip(*parts, strict=True))) if len(set(map(len, parts))) == 1 else ()
+        from_one = all(min(place, default=0) > 0 for place in parts)
+        if from_one and len(parts) == prod(shape) > 1:
+            arrays[name] = shape, [parts[place] for place in sorted(parts)]
+    return arrays
+
+
+def _component(last: str) -> tuple[str, str] | None:
+    """Vector and axis of the last part of a name, as in `vx` and `force_x`."""
+    motion = re.fullmatch(r"([va]?)([xyz])", last)
+    if motion:
+        return _MOTION[motion[1]], motion[2]
+    other = re.fullmatch(r"(.+)_([xyz])", last)
+    return (other[1], other[2]) if other else None
+
+
+def _uniform(group: Grouped) -> bool:
+    keys = ("type", "causality", "variability", "initial", "display_unit", *LIMITS)
+    agreed = {tuple(getattr(v, key) for key in keys) for v in group.members}
+    started = {v.start is None for v in group.members}
+    one_unit = len(group.shape) > 1 or len({v.unit for v in group.members}) == 1
+    return len(agreed) == 1 and len(started) == 1 and one_unit
+
+
+def _group_of(found: Mapping[str, Grouped]) -> dict[str, Grouped]:
+    """Name of each scalar that is an element → the array."""
+    return {m.name: group for group in found.values() for m in group.members}
+
+
+def _unfit(found: Mapping[str, Grouped], variables: Collection[FmuVariable]) -> list[str]:
+    """Names of the arrays that are derivatives of what is none, or have scalars as derivatives."""
+    members = _group_of(found)
+    arrays = {tuple(m.name for m in group.members) for group in found.values()}
+    of_scalars = {v.derivative_of for v in variables if v.name not in members}
+
+    def fit(group: Grouped) -> bool:
+        bases = tuple(v.derivative_of for v in group.members)
+        sound = not any(bases) or bases in arrays
+        return sound and not any(m.name in of_scalars for m in group.members)
+
+    return [name for name, group in found.items() if not fit(group)]

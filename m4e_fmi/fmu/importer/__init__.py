@@ -1,0 +1,1 @@
+"""Reading and calling anyone's FMU: description, archive, messages, and the functions of FMI."""

@@ -1,0 +1,123 @@
+"""What FMI 1.0 and 2.0 have in common: functions of the same C arguments, by other names."""
+
+from __future__ import annotations
+
+import ctypes
+import math
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from typing import Any, ClassVar
+
+import numpy as np
+
+from m4e_fmi.fmu.importer.calls.standard import (
+    WARNING,
+    Call,
+    RawCall,
+    Standard,
+    Status,
+    Value,
+    check_view,
+)
+from m4e_fmi.fmu.importer.calls.typed import Caller, Layout
+from m4e_fmi.fmu.importer.reading import Variable
+
+_GET_OR_SET = ctypes.CFUNCTYPE(
+    ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_size_t, ctypes.c_void_p
+)
+_DO_STEP = ctypes.CFUNCTYPE(
+    ctypes.c_int, ctypes.c_void_p, ctypes.c_double, ctypes.c_double, ctypes.c_int
+)
+_SET_DERIVATIVES = ctypes.CFUNCTYPE(
+    ctypes.c_int,
+    ctypes.c_void_p,
+    ctypes.c_void_p,
+    ctypes.c_size_t,
+    ctypes.c_void_p,
+    ctypes.c_void_p,
+)
+_LAST_SUCCESSFUL_TIME = 2
+
+
+class Classic(Standard):
+    """See the module. `BOOLEAN` is the C type of a Boolean, `TRUTH` how it lies in memory."""
+
+    BOOLEAN: ClassVar[Any]
+    TRUTH: ClassVar[Layout]
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        self._kept: list[Any] = []
+
+    def set_values(self, values: Mapping[str, Value]) -> None:
+        kinds = {
+            "Real": ("fmi2SetReal", ctypes.c_double),
+            "Integer": ("fmi2SetInteger", ctypes.c_int),
+            "Enumeration": ("fmi2SetInteger", ctypes.c_int),
+            "Boolean": ("fmi2SetBoolean", self.BOOLEAN),
+            "String": ("fmi2SetString", ctypes.c_char_p),
+        }
+        for variable, value in zip(self.variables(list(values)), values.values(), strict=True):
+            function, kind = kinds[variable.type]
+            data = (kind * 1)(value.encode("utf-8") if isinstance(value, str) else value)
+            self.must(function, (ctypes.c_uint * 1)(variable.value_reference), 1, data)
+
+    def text(self, variable: Variable) -> str:
+        reference, value = (ctypes.c_uint * 1)(variable.value_reference), (ctypes.c_char_p * 1)()
+        status = self.function("fmi2GetString")(self.component, reference, 1, value)
+        text = value[0]
+        return text.decode("utf-8", errors="replace").strip() if status <= WARNING and text else ""
+
+    def getter(self, names: Sequence[str], view: np.ndarray) -> Call:
+        return self._bound("fmi2GetReal", names, view)
+
+    def setter(self, names: Sequence[str], view: np.ndarray) -> Call:
+        return self._bound("fmi2SetReal", names, view)
+
+    def _bound(self, function: str, names: Sequence[str], view: np.ndarray) -> Call:
+        check_view(view, len(names))
+        references = self._references(names)
+        self._kept += [references, view]
+        call = _GET_OR_SET(self.address(function))
+        return partial(call, self.component, references.ctypes.data, len(names), view.ctypes.data)
+
+    def _caller(self) -> Caller:
+        assert self.component
+        return Caller("fmi2", self.layout, self.address, self.component, {}, self._ready)
+
+    def _ready(self) -> Status:
+        return 0
+
+    def layout(self, variable: Variable) -> tuple[str, Layout]:
+        return {
+            "Real": ("Real", Layout.F64),
+            "Integer": ("Integer", Layout.I32),
+            "Enumeration": ("Integer", Layout.I32),
+            "Boolean": ("Boolean", self.TRUTH),
+            "String": ("String", Layout.TEXT),
+        }[variable.type]
+
+    def _references(self, names: Sequence[str]) -> np.ndarray:
+        return np.array([v.value_reference for v in self.variables(names)], dtype=np.uint32)
+
+    def stepper(self) -> Callable[[float, float, int], Status]:
+        return partial(_DO_STEP(self.address("fmi2DoStep")), self.component)
+
+    def raw(self, function: str, names: Sequence[str] = ()) -> RawCall:
+        assert self.component
+        return RawCall(self.address(function), self.component, self._references(names))
+
+    def derivative_setter(self, names: Sequence[str], view: np.ndarray) -> Call:
+        check_view(view, 2 * len(names))
+        references = np.repeat(self._references(names), 2)
+        orders = np.array([1, 2] * len(names), dtype=np.int32)
+        self._kept += [references, orders, view]
+        function = _SET_DERIVATIVES(self.address("fmi2SetRealInputDerivatives"))
+        addresses = (references.ctypes.data, len(references), orders.ctypes.data)
+        return partial(function, self.component, *addresses, view.ctypes.data)
+
+    def reached(self) -> float | None:
+        value = ctypes.c_double()
+        ask = self.function("fmi2GetRealStatus")
+        status = ask(self.component, _LAST_SUCCESSFUL_TIME, ctypes.byref(value))
+        return value.value if status <= WARNING and math.isfinite(value.value) else None

@@ -1,0 +1,144 @@
+"""The scalars of an FMI 3.0 description: each element of an array is a variable of its own.
+
+So what works with scalars need not know of arrays. An element's `valueReference` is a key: the
+value reference of its array plus its index times `_BASE`; `locate` takes it apart. Elements are
+called ``array[1,2]``, or as an annotation of the type `ELEMENTS` at the array tells: that is how
+an FMI 3.0 FMU says what its scalars are called in FMI 2.0, and their units where they differ.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from attrs import evolve
+from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no types
+
+from m4e_fmi.fmu.importer.flaws import Element
+
+_BASE = 2**32  # value references have 32 bits
+ELEMENTS = "m4e_fmi.elements"
+"""Type of the annotation that has a line for each element of an array: name, tab, unit."""
+
+REALS = {"Float64": "Real"}
+"""The arrays that validation looks into, and what their elements are called in FMI 2.0."""
+SCALARS = {
+    **REALS,
+    "Float32": "Real",
+    **{f"{sign}Int{bits}": "Integer" for sign in ("", "U") for bits in (8, 16, 32, 64)},
+    "Boolean": "Boolean",
+    "Enumeration": "Enumeration",
+    "String": "String",
+    "Binary": "Binary",
+}
+"""All types that have values, likewise."""
+
+
+def locate(key: int) -> tuple[int, int]:
+    """Value reference and index, row by row, that an element's key stands for."""
+    index, reference = divmod(key, _BASE)
+    return reference, index
+
+
+def owner(variable: Any) -> int:
+    """The value reference of the variable, or of the array that it is an element of."""
+    return locate(variable.valueReference)[0]
+
+
+def array_name(variable: Any) -> str:
+    """Name of the variable, or of the array that it is an element of."""
+    return variable.name.rpartition("[")[0] if variable.shape else variable.name
+
+
+def flattened(
+    raw: Any, text: bytes, types: Mapping[str, str] = REALS, *, named: bool = False
+) -> Any:
+    """FMPy's FMI 3.0 description `raw`, with elements in place of variables of `types`.
+
+    `text` is the XML it was read from. An unknown of ModelStructure becomes one entry per element,
+    each with all elements of what is declared for the array. What FMI 3.0 calls otherwise gets the
+    name that it has in FMI 2.0. With `named`, elements have the names and units that annotations
+    tell.
+    """
+    root = etree.fromstring(text)
+    names = _annotated(root) if named else {}
+    found = {v.name: _elements(v, types, names.get(v.name)) for v in raw.modelVariables}
+    elements = {v.valueReference: found[v.name] for v in reversed(raw.modelVariables)}
+    for v in raw.modelVariables:
+        if v.derivative is not None and v.type in types:
+            bases = elements[v.derivative.valueReference]
+            for rate, base in zip(found[v.name], bases, strict=False):
+                rate.derivative = base
+    lists = {
+        name: [e for unknown in getattr(raw, name) for e in _entries(unknown, elements)]
+        for name in ("outputs", "derivatives", "initialUnknowns")
+    }
+    add_directional(raw, root)
+    variables = [e for v in raw.modelVariables for e in found[v.name]]
+    return evolve(raw, modelVariables=variables, **lists)
+
+
+def add_directional(raw: Any, root: Element) -> None:
+    """Complete FMPy's FMI 3.0 description by providesDirectionalDerivatives, which it leaves out.
+
+    Under the name of FMI 2.0. `root` is the XML it was read from.
+    """
+    for name, kind in (("CoSimulation", raw.coSimulation), ("ModelExchange", raw.modelExchange)):
+        told = root.find(name)
+        if kind is not None and told is not None:
+            provided = told.get("providesDirectionalDerivatives") in ("true", "1")
+            kind.providesDirectionalDerivative = provided
+
+
+def _annotated(root: Element) -> dict[str, list[tuple[str, str]]]:
+    """Name of an array → names and units of its elements, where an annotation tells them."""
+    return {
+        variable.get("name", ""): [
+            (line.partition("\t")[0], line.partition("\t")[2])
+            for line in (note.text or "").split("\n")
+        ]
+        for variable in root.iterfind("ModelVariables/*")
+        for note in variable.iterfind("Annotations/Annotation")
+        if note.get("type") == ELEMENTS
+    }
+
+
+def _elements(
+    variable: Any, types: Mapping[str, str], names: Sequence[tuple[str, str]] | None
+) -> list[Any]:
+    if variable.type not in types:
+        return [variable]
+    type_ = types[variable.type]
+    if not variable.shape:
+        return [evolve(variable, type=type_)]
+    numbers = type_ not in ("String", "Binary")
+    starts = (variable.start or "").split() if numbers else [variable.start]
+    places = [",".join(str(n + 1) for n in place) for place in np.ndindex(*variable.shape)]
+    if names is None or len(names) != len(places):
+        names = [(f"{variable.name}[{place}]", "") for place in places]
+    return [
+        evolve(
+            variable,
+            name=name,
+            valueReference=variable.valueReference + k * _BASE,
+            type=type_,
+            unit=unit or variable.unit,
+            start=starts[min(k, len(starts) - 1)] if starts else None,
+        )
+        for k, (name, unit) in enumerate(names)
+    ]
+
+
+def _entries(unknown: Any, elements: dict[int, list[Any]]) -> list[Any]:
+    dependencies, kinds = unknown.dependencies, unknown.dependenciesKind
+    if dependencies is not None:
+        of_each = [elements[v.valueReference] for v in dependencies]
+        dependencies = [e for several in of_each for e in several]
+        if kinds is not None:
+            pairs = zip(of_each, kinds, strict=False)
+            kinds = [kind for several, kind in pairs for _ in several]
+    return [
+        evolve(unknown, variable=e, dependencies=dependencies, dependenciesKind=kinds)
+        for e in elements[unknown.variable.valueReference]
+    ]

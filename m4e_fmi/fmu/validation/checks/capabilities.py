@@ -1,0 +1,242 @@
+"""Group `start`: the FMU can be loaded, instantiated and stepped, and does what it declares."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from dataclasses import replace
+
+import numpy as np
+
+from m4e_fmi.fmu.validation.checks.simulated import check_simulated
+from m4e_fmi.fmu.validation.context import Bench, Facts
+from m4e_fmi.fmu.validation.findings import Failure, Finding, some
+from m4e_fmi.fmu.validation.fmu_under_test import WRITTEN, scale, start
+from m4e_fmi.fmu.validation.probe import ERROR, INSTANTIATE, FatalError, Probe, RefusedError
+
+STEPS = 10
+AMPLITUDES = (1.0, 0.1, 0.01, 1e-4, 0.0)
+EPS = float(np.finfo(float).eps)
+WRONG_GUID = "{00000000-not-the-guid-of-this-fmu}"
+
+
+def check(bench: Bench) -> Iterator[Finding | Failure | Facts]:
+    """Findings, and last the facts for the other groups, unless the FMU does not even start."""
+    if bench.subject.fmi_3:
+        yield from check_simulated(bench)
+    try:
+        version = _version(bench)
+    except Exception as error:  # noqa: BLE001  FMPy raises plain exceptions
+        text = str(error).replace(str(bench.subject.folder), "")
+        remedy = "a library it needs is missing, or the file is not an FMI 2.0 binary"
+        yield Finding("start.library", "error", f"cannot be loaded: {text}", remedy)
+        return
+    if version != (bench.subject.raw.fmiVersion, "default"):
+        message = f"GetVersion and GetTypesPlatform answer {version}"
+        yield Finding("start.version", "error", message, "FMI 2.0.4, section 2.1.2 and 2.1.4")
+    facts = Facts()
+    others: dict[str, None] = {}
+    for exchange in bench.subject.ways:
+        try:
+            facts = _first_steps(bench, facts, exchange=exchange)
+        except RefusedError as error:
+            if bench.subject.step_is_assumed and error.call.partition("(")[0].endswith("DoStep"):
+                yield _assumed_step(bench, error)
+            else:
+                yield refused("start", error, exchange=exchange)
+            return
+        with suppress(RefusedError):  # which `phases` tells
+            others |= dict.fromkeys(_other_starts(bench, exchange=exchange))
+        yield from _finite(bench, exchange=exchange)
+    if others:
+        message = f"a new instance has other values than declared: {some(others)}"
+        basis = "a start value is that of the FMU until another is set: FMI 2.0.4, section 2.2.7"
+        yield Finding("start.values", "error", message, basis)
+    yield from _guid(bench)
+    for exchange in bench.subject.ways:
+        works: list[str] = []
+        yield from _capabilities(bench, works, exchange=exchange)
+        facts = replace(facts, works=(*facts.works, *works))
+    yield from _event_mode(bench)
+    yield facts
+
+
+def refused(group: str, error: RefusedError, *, exchange: bool | None = None) -> Finding:
+    """The finding that an allowed call was refused."""
+    how = {None: "", True: " (model exchange)", False: " (co-simulation)"}[exchange]
+    basis = "the call is allowed here: FMI 2.0.4, section 3.2.3 and 4.2.4"
+    name = "fatal" if isinstance(error, FatalError) else "refused"
+    if error.call == INSTANTIATE:
+        basis = "is the GUID of modelDescription.xml that of the binary? FMI 2.0.4, section 2.1.5"
+    return Finding(f"{group}.{name}", "error", f"{error}{how}", basis, error.words)
+
+
+def _assumed_step(bench: Bench, error: RefusedError) -> Finding:
+    """The finding that a step was refused of which nobody knows whether the FMU makes it."""
+    message = (
+        f"the checks that make steps were left out: {error}, but that step of "
+        f"{bench.subject.step_size:g} s was assumed, because the FMU makes steps of one size only "
+        "(canHandleVariableCommunicationStepSize) and its description does not give it"
+    )
+    basis = "give stepSize in DefaultExperiment of modelDescription.xml, and validate again"
+    return Finding("start.step_unknown", "warning", message, basis, error.words)
+
+
+def _version(bench: Bench) -> tuple[str, str]:
+    dll = bench.library.functions(exchange=bench.subject.exchanges)
+    bench.library.journal.write("GetVersion()")
+    if bench.subject.fmi_3:
+        return dll.fmi3GetVersion().decode(), "default"
+    return dll.fmi2GetVersion().decode(), dll.fmi2GetTypesPlatform().decode()
+
+
+def _first_steps(bench: Bench, facts: Facts, *, exchange: bool) -> Facts:
+    """Twice through all phases; the largest amplitude of the inputs at which that is possible."""
+    amplitudes = (facts.amplitude,) if exchange and bench.subject.steps else AMPLITUDES
+    for amplitude in amplitudes:
+        bench.facts = Facts(amplitude)
+        try:
+            for _ in range(2):
+                with bench.probe(exchange=exchange) as probe:
+                    _through(bench, probe)
+        except RefusedError:
+            if amplitude == amplitudes[-1]:
+                raise
+        else:
+            return bench.facts
+    raise AssertionError("the last amplitude returns or raises")
+
+
+def _through(bench: Bench, probe: Probe) -> None:
+    probe.begin()
+    for row in bench.random_inputs(STEPS):
+        probe.put(bench.subject.inputs, row)
+        if probe.exchange:
+            probe.rate_vector()
+        else:
+            probe.advance(bench.subject.step_size)
+        probe.read(bench.subject.outputs)
+    probe.terminate()
+
+
+def _other_starts(bench: Bench, *, exchange: bool) -> list[str]:
+    """What a new instance has, before anything is set, where it is not the start value declared.
+
+    Read in initialization mode, where FMI allows it; there `exact` ones are as they were before.
+    """
+    declared = [
+        v
+        for v in bench.subject.readable
+        if v.initial == "exact" and v.start is not None and np.isfinite(float(v.start))
+    ]
+    with bench.probe(exchange=exchange) as probe:
+        probe.setup()
+        probe.enter_initialization()
+        values = probe.read(declared)
+    return [
+        f"{v.name} has {value:.9g}, start is {start(v):.9g}"
+        for v, value in zip(declared, values, strict=True)
+        if not abs(value - start(v)) <= max(WRITTEN * abs(start(v)), EPS * scale(v))
+    ]
+
+
+def _finite(bench: Bench, *, exchange: bool) -> Iterator[Finding]:
+    outputs = bench.subject.outputs
+    with bench.probe(exchange=exchange) as probe:
+        probe.begin()
+        seen = [probe.read(outputs)]
+        for _ in range(0 if exchange else STEPS):
+            probe.advance(bench.subject.step_size)
+            seen.append(probe.read(outputs))
+        values = np.array(seen)
+        wrong = [v.name for k, v in enumerate(outputs) if not np.isfinite(values[:, k]).all()]
+        if wrong:
+            message = f"with its own start values, not finite: {some(wrong)}"
+            yield Finding("start.not_finite", "error", message, "check its start values")
+
+
+def _guid(bench: Bench) -> Iterator[Finding]:
+    way = not bench.subject.steps
+    probe = bench.library.attempt(exchange=way, name="stranger", guid=WRONG_GUID)
+    if probe.component:
+        probe.free()
+        message = "any GUID is accepted: a stale modelDescription.xml would not be noticed"
+        yield Finding("start.guid_unchecked", "note", message, "FMI 2.0.4, section 2.1.5")
+
+
+def _tests(bench: Bench, *, exchange: bool) -> dict[str, Callable[[Probe], object]]:
+    """Declared capability → calls that show whether it is there.
+
+    What is not declared is not called: its behaviour is unspecified (FMI 2.0.4, section 2.3).
+    """
+    kind = bench.subject.kind(exchange=exchange)
+    outputs, inputs = bench.subject.outputs[:1], bench.subject.inputs[:1]
+    tests: dict[str, Callable[[Probe], object]] = {
+        "canGetAndSetFMUstate": _saves,
+        "canSerializeFMUstate": _serialises,
+    }
+    if outputs and inputs:
+        one = np.ones(1)
+        tests["providesDirectionalDerivative"] = lambda p: p.directional(outputs, inputs, one)
+        if bench.subject.fmi_3:
+            tests["providesAdjointDerivatives"] = lambda p: p.adjoint(outputs, inputs, one)
+    if not exchange and outputs:
+        tests["maxOutputDerivativeOrder"] = lambda p: p.output_derivatives(outputs, 1)
+    if not exchange and inputs and not bench.subject.fmi_3:
+        tests["canInterpolateInputs"] = lambda p: p.set_input_derivatives(inputs, np.zeros(1))
+    return {name: test for name, test in tests.items() if getattr(kind, name)}
+
+
+def _capabilities(bench: Bench, works: list[str], *, exchange: bool) -> Iterator[Finding]:
+    """Declared capabilities that are not there; what is there goes to `works`."""
+    for name, test in _tests(bench, exchange=exchange).items():
+        found, words = _possible(bench, test, exchange=exchange)
+        if found:
+            works.append(f"{name} (model exchange)" if exchange else name)
+        else:
+            message = f"{name} is declared, but the functions it stands for are refused"
+            basis = "FMI 2.0.4, section 3.3.1 and 4.3.1"
+            yield Finding("capabilities.missing", "error", message, basis, words)
+
+
+def _event_mode(bench: Bench) -> Iterator[Finding]:
+    """Of FMI 3.0: whether there are instances with event mode in co-simulation, if declared."""
+    stepping = bench.subject.raw.coSimulation
+    if stepping is None or not stepping.hasEventMode:
+        return
+    probe = bench.library.attempt(exchange=False, name="validation", events=True)
+    if probe.component:
+        probe.free()
+        return
+    message = "hasEventMode is declared, but an instance with event mode is refused"
+    basis = "FMI 3.0.2, section 4.3.2, eventModeUsed"
+    yield Finding("capabilities.missing", "error", message, basis, probe.words())
+
+
+def _possible(
+    bench: Bench, test: Callable[[Probe], object], *, exchange: bool
+) -> tuple[bool, tuple[str, ...]]:
+    try:
+        with bench.probe(exchange=exchange) as probe:
+            probe.begin()
+            if not exchange:
+                probe.advance(bench.subject.step_size)
+            test(probe)
+    except RefusedError as error:
+        return False, error.words
+    return True, ()
+
+
+def _saves(probe: Probe) -> None:
+    state = probe.save()
+    probe.restore(state)
+    probe.free_state(state)
+
+
+def _serialises(probe: Probe) -> None:
+    state, size = probe.save(), ctypes.c_size_t()
+    probe.must("SerializedFMUstateSize", state, ctypes.byref(size))
+    if not size.value:
+        raise RefusedError("fmi2SerializedFMUstateSize (0 bytes)", ERROR, probe.words())
+    probe.free_state(state)

@@ -1,0 +1,253 @@
+"""Group `derivatives`: declared derivatives, output and input derivatives, against differences."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from m4e_fmi.fmu.validation.context import Bench
+from m4e_fmi.fmu.validation.findings import Finding, some
+from m4e_fmi.fmu.validation.fmu_under_test import WRITTEN, nominal
+from m4e_fmi.fmu.validation.probe import TOLERANCE, RefusedError
+from m4e_fmi.fmu.validation.sampling.coarse import follows, stands
+from m4e_fmi.fmu.validation.sampling.differences import CENTRE, SAFETY, SAMPLES, Estimate, at_centre
+from m4e_fmi.fmu.validation.sampling.excitation import paced
+
+WINDOWS = 4
+"""Stretches of a simulation, each with its own constant inputs, that are looked at."""
+SPACING = 0.25
+"""Of the samples, in communication steps."""
+CLEAR = 0.01
+"""Differences tell something where their error is below this part of the largest value."""
+ROUGH = 0.05
+"""Part of the largest value within which a derivative is the right one, and the solver inside the
+FMU is coarse: another variable's derivative would not be that near in most windows."""
+BASIS = "FMI 2.0.4, section 2.2.7, attribute `derivative`"
+
+
+def check(bench: Bench) -> Iterator[Finding | str]:
+    subject = bench.subject
+    if subject.exchanges and subject.states:
+        yield from _order_of_states(bench)
+        yield from _nominals(bench)
+    bench = paced(bench)
+    pairs = [v for v in subject.readable if v.derivative is not None and v.causality != "input"]
+    orders = subject.steps and "maxOutputDerivativeOrder" in bench.facts.works
+    if subject.steps and (pairs or orders):
+        yield from _along_a_run(bench, pairs, subject.outputs if orders else [])
+    shorter = subject.variable_steps and not bench.holds
+    if subject.steps and "canInterpolateInputs" in bench.facts.works and shorter:
+        yield from _input_derivatives(bench)
+
+
+def _order_of_states(bench: Bench) -> Iterator[Finding]:
+    """In model exchange: the vectors of states and rates, against the variables they stand for."""
+    subject, wrong = bench.subject, []
+    with bench.probe(exchange=True) as probe:
+        probe.begin()
+        for x in bench.random(subject.states, 2):
+            probe.set_state_vector(x)
+            for variables, vector in (
+                (subject.states, probe.state_vector()),
+                (subject.rates, probe.rate_vector()),
+            ):
+                values = probe.read(variables)
+                for v, a, b in zip(variables, vector, values, strict=True):
+                    if abs(a - b) > 1e-12 * max(
+                        abs(a), abs(b)
+                    ):  # the same quantity, computed twice
+                        wrong.append(f"{v.name} is {b:g}, the vector has {a:g}")
+    if wrong:
+        message = f"states or rates are not where ModelStructure has them: {some(wrong)}"
+        basis = "FMI 2.0.4, section 2.2.8: the order of the derivatives is that of the states"
+        yield Finding("derivatives.order", "error", message, basis)
+
+
+def _nominals(bench: Bench) -> Iterator[Finding]:
+    """Nominal values of the states that the FMU tells, against those that are declared."""
+    states = bench.subject.states
+    try:
+        with bench.probe(exchange=True) as probe:
+            told = probe.begin().nominal_vector()
+    except RefusedError:
+        return  # nothing to compare
+    wrong = [
+        f"{v.name} is told {value:g}" + ("" if declared is None else f", declared {declared:g}")
+        for v, value, declared in zip(states, told, map(nominal, states), strict=True)
+        if not 0 < value < np.inf
+        or (declared is not None and abs(value - declared) > WRITTEN * abs(declared))
+    ]
+    if wrong:
+        message = f"nominal values of states are not above 0, or not as declared: {some(wrong)}"
+        basis = "FMI 2.0.4, section 3.2.2, fmi2GetNominalsOfContinuousStates"
+        yield Finding("derivatives.nominal", "warning", message, basis)
+
+
+def _along_a_run(bench: Bench, pairs: list, outputs: list) -> Iterator[Finding]:
+    """Samples of a run with inputs that are constant in each window.
+
+    A solver inside that advances in fixed steps of its own is sampled at communication points.
+    """
+    bases = [v.derivative for v in pairs]
+    inputs = bench.random_inputs(WINDOWS)
+    shorter = bench.subject.variable_steps and not bench.holds
+    spacing = bench.step_size * (SPACING if shorter else 1.0)
+    of_pairs, of_outputs = _sampled(bench, inputs, spacing, (bases, pairs), outputs)
+    what = "along a run, declared derivatives are not those of their variables"
+    yield from _contradictions("mismatch", what, BASIS, pairs, of_pairs, of_pairs.coarse())
+    what = "fmi2GetRealOutputDerivatives is not the derivative along a run"
+    basis = "FMI 2.0.4, section 4.2.1"
+    none = np.zeros(len(outputs), bool)
+    yield from _contradictions("output", what, basis, outputs, of_outputs, none)
+
+
+@dataclass(frozen=True)
+class _Samples:
+    """Of variables along a run: windows × SAMPLES × variables, `spacing` [s] apart.
+
+    `rates` are the derivatives that the FMU tells, in the middle of each window only or at all
+    samples.
+    """
+
+    values: np.ndarray
+    rates: np.ndarray
+    spacing: float
+
+    @property
+    def told(self) -> np.ndarray:
+        return self.rates[:, self.rates.shape[1] // 2]
+
+    def estimates(self) -> list[Estimate]:
+        return [_estimate(rows, self.spacing) for rows in self.values]
+
+    def coarse(self) -> np.ndarray:
+        """The variables that change as the rates at both ends allow, or hold between steps."""
+        pairs = zip(self.values, self.rates, strict=True)
+        found = [follows(rows, rates, self.spacing) for rows, rates in pairs]
+        return (np.mean(found, axis=0) > 0.5) | stands(np.concatenate(self.values))
+
+
+def _sampled(
+    bench: Bench, inputs: np.ndarray, spacing: float, pairs: tuple[list, list], outputs: list
+) -> tuple[_Samples, _Samples]:
+    """Variables with their declared derivatives, and outputs with what the FMU derives of them."""
+    seen: list[list[np.ndarray]] = [[], [], [], []]
+    with bench.probe() as probe:
+        probe.begin()
+        for row in inputs:
+            probe.put(bench.subject.inputs, row)
+            probe.advance(bench.step_size)
+            for k in range(SAMPLES):
+                for rows, variables in zip(seen, (*pairs, outputs), strict=False):
+                    rows.append(probe.read(variables))
+                if k == CENTRE:
+                    seen[3].append(probe.output_derivatives(outputs, 1) if outputs else np.zeros(0))
+                probe.advance(spacing)
+    bases, rates, values, told = (
+        np.reshape(rows, (len(inputs), -1, len(rows[0])))
+        if rows[0].size
+        else np.zeros((len(inputs), SAMPLES, 0))
+        for rows in seen
+    )
+    return _Samples(bases, rates, spacing), _Samples(values, told, spacing)
+
+
+def _estimate(rows: np.ndarray, spacing: float) -> Estimate:
+    """Differences; the FMU's own error per step, relative, counts as an error of the samples.
+
+    Exactly 0 for what changes by rounding only.
+    """
+    found = at_centre(rows, spacing)
+    spread = np.ptp(rows, axis=0)
+    still = spread <= SAFETY * np.finfo(float).eps * np.max(np.abs(rows), axis=0)
+    noise = TOLERANCE * spread / spacing
+    return Estimate(np.where(still, 0.0, found.value), found.error + noise)
+
+
+def _contradictions(
+    name: str,
+    what: str,
+    basis: str,
+    variables: list,
+    samples: _Samples,
+    coarse: np.ndarray,
+) -> Iterator[Finding]:
+    """Variables that contradict the differences in most of the windows that tell something.
+
+    Of those that are `coarse`, and of those that contradict them by little, roughly only.
+    """
+    if not variables:
+        return
+    values, estimates = samples.told, samples.estimates()
+    expected = np.array([e.value for e in estimates])
+    error = SAFETY * np.array([e.error for e in estimates])
+    largest = np.max(np.abs([values, expected]), axis=(0, 1))
+    # where samples miss a fast motion, differences are small beside what the FMU tells, but no
+    # larger than their error
+    shown = (error < CLEAR * np.max(np.abs(expected), axis=0)) | (expected == 0.0)
+    clear = shown & (error < CLEAR * largest)
+    off = np.where(clear, np.abs(values - expected), 0.0)
+    wrong = off > np.maximum(error, CLEAR**2 * largest)
+    most = wrong.sum(axis=0) > clear.sum(axis=0) / 2
+    rough = most & ((off <= ROUGH * largest).all(axis=0) | coarse)
+    row = np.argmax(off, axis=0)
+    texts = [
+        f"{v.name}{f' (of {v.derivative.name})' if v.derivative is not None else ''} "
+        f"tells {values[row[k], k]:.6g}, got {expected[row[k], k]:.6g}"
+        for k, v in enumerate(variables)
+    ]
+    if (most & ~rough).any():
+        listed = some(text for text, m in zip(texts, most & ~rough, strict=True) if m)
+        yield Finding(f"derivatives.{name}", "error", f"{what}: {listed}", basis)
+    if rough.any():
+        listed = some(text for text, r in zip(texts, rough, strict=True) if r)
+        message = f"along a run, variables follow their derivatives roughly only: {listed}"
+        remedy = "is the solver inside coarse? co-simulation then differs from the equations"
+        yield Finding("derivatives.rough", "warning", message, remedy)
+
+
+def _input_derivatives(bench: Bench) -> Iterator[Finding]:
+    """A step with inputs that grow linearly, against short steps with inputs in the middle."""
+    subject = bench.subject
+    held = np.array([v.derivative is not None for v in subject.inputs])
+    first, last = bench.random_inputs(2)
+    last = np.where(held, first, last)
+    size = bench.step_size
+    try:
+        curved = _grown(bench, first, last, parts=0)
+        still, coarse, fine = (_grown(bench, first, last, parts=parts) for parts in (-1, 8, 16))
+        whole, split = (_grown(bench, first, first, parts=parts) for parts in (-1, 16))
+    except RefusedError:
+        return  # steps that short are not possible: nothing to compare with
+    best = (4 * fine - coarse) / 3
+    # short steps also change the errors of a solver that is coarse, whatever the inputs
+    error = SAFETY * (np.abs(fine - coarse) + np.abs(whole - split))
+    effect = np.abs(best - still)
+    seen = effect > np.maximum(error, SAFETY * TOLERANCE * np.abs(best))
+    # a tenth: half of a linear growth is what a first-order mistake would leave out
+    wrong = seen & (np.abs(curved - best) > np.maximum(error, 0.1 * effect))
+    if wrong.any():
+        names = some(v.name for v, w in zip(subject.readable, wrong, strict=True) if w)
+        message = f"inputs that grow over a step of {size:g} s do not have their effect on {names}"
+        basis = "FMI 2.0.4, section 4.2.1, fmi2SetRealInputDerivatives"
+        yield Finding("derivatives.input", "error", message, basis)
+
+
+def _grown(bench: Bench, first: np.ndarray, last: np.ndarray, *, parts: int) -> np.ndarray:
+    """All Reals after a step in which inputs grow from `first` to `last`: in that many parts, told
+    as input derivatives (0), or with no growth before the end (-1)."""
+    subject, size = bench.subject, bench.step_size
+    with bench.probe() as probe:
+        probe.begin()
+        probe.put(subject.inputs, first)
+        if parts == 0:
+            probe.set_input_derivatives(subject.inputs, (last - first) / size)
+        if parts <= 0:
+            probe.advance(size)
+        for k in range(parts):
+            probe.put(subject.inputs, first + (last - first) * (k + 0.5) / parts)
+            probe.advance(size / parts)
+        probe.put(subject.inputs, last)
+        return probe.read(subject.readable)

@@ -1,0 +1,104 @@
+"""Group `parameters`: tunable ones have an effect at any time, others cannot be set any more."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from m4e_fmi.fmu.validation.context import Bench
+from m4e_fmi.fmu.validation.findings import Finding, some
+from m4e_fmi.fmu.validation.fmu_under_test import scale, start, within
+from m4e_fmi.fmu.validation.probe import OK, WARNING, Probe, RefusedError
+
+STEPS = 4
+CHANGE = 0.1
+MOST = 30
+"""Tunable parameters that are tried."""
+BASIS = "FMI 2.0.4, section 2.2.7, variability and causality"
+
+
+def check(bench: Bench) -> Iterator[Finding | str]:
+    way = not bench.subject.steps
+    if bench.subject.steps:
+        yield from _tunable(bench)
+    yield from _not_settable(bench, exchange=way)
+
+
+def _tunable(bench: Bench) -> Iterator[Finding]:
+    tunable = [v for v in bench.subject.parameters if v.variability == "tunable"][:MOST]
+    if not tunable:
+        return
+    inputs = bench.random_inputs(2 * STEPS)
+    plain = _run(bench, inputs, None, 0)
+    ignored, refused = [], []
+    for v in tunable:
+        try:
+            late = _run(bench, inputs, v, STEPS)
+        except RefusedError as error:
+            refused.append(f"{v.name} ({error})")
+            continue
+        if np.array_equal(late, plain) and not np.array_equal(_run(bench, inputs, v, 0), plain):
+            ignored.append(v.name)
+    if ignored:
+        message = f"tunable, but without effect when set between steps: {some(ignored)}"
+        yield Finding("parameters.tunable_ignored", "error", message, BASIS)
+    if refused:
+        message = f"tunable, but refused between steps: {some(refused)}"
+        yield Finding("parameters.tunable_refused", "error", message, BASIS)
+
+
+def _run(bench: Bench, inputs: np.ndarray, parameter: Any, when: int) -> np.ndarray:
+    """Last values of all but parameters, where one is changed after `when` steps (0: at first)."""
+    change = {}
+    if parameter is not None:
+        value = within(parameter, start(parameter) + CHANGE * scale(parameter))
+        change = {parameter.valueReference: value}
+    with bench.probe() as probe:
+        probe.begin(change if when == 0 else None)
+        for k, row in enumerate(inputs):
+            if k == when and k and change:
+                probe.put([parameter], np.array(list(change.values())))
+            probe.put(bench.subject.inputs, row)
+            probe.advance(bench.subject.step_size)
+        return probe.read([v for v in bench.subject.readable if v.causality != "parameter"])
+
+
+def _not_settable(bench: Bench, *, exchange: bool) -> Iterator[Finding]:
+    """Set one variable of each kind that cannot be set any more, as an importer's mistake."""
+    for what, variables in _kinds(bench).items():
+        if not variables:
+            continue
+        with bench.probe(exchange=exchange) as probe:
+            probe.begin()
+            if not exchange:
+                probe.advance(bench.subject.step_size)
+            probe.words()
+            value = np.array([start(variables[0])])
+            status = probe.set([variables[0].valueReference], value, variables[0].name)
+            heard = noticed(probe)
+        if max(status, heard) <= WARNING:
+            message = f"{what}, such as {variables[0].name}, can be set after initialization"
+            yield Finding("parameters.settable", "warning", message, BASIS)
+        elif status <= WARNING:
+            message = f"{what} cannot be set after initialization; fmi2SetReal answers OK, but logs"
+            yield Finding("parameters.told_by_log", "note", message + " an error", BASIS)
+
+
+def noticed(probe: Probe) -> int:
+    """The worst status the FMU logged, also when it is only asked for values afterwards."""
+    if probe.component is not None:
+        readable = probe.library.subject.outputs[:1]
+        status, values = probe.get([v.valueReference for v in readable])
+        return max(status, probe.listen(), OK if np.isfinite(values).all() else WARNING)
+    return probe.listen()
+
+
+def _kinds(bench: Bench) -> dict[str, list[Any]]:
+    subject = bench.subject
+    return {
+        "fixed parameters": [v for v in subject.parameters if v.variability == "fixed"],
+        "calculated parameters": subject.reals("calculatedParameter"),
+        "outputs that are calculated": [v for v in subject.outputs if v.initial == "calculated"],
+    }

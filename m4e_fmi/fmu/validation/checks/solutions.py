@@ -1,0 +1,188 @@
+"""Group `solution`: shorter steps lead to the same solution, which is that of model exchange."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import fmpy
+import numpy as np
+
+from m4e_fmi.fmu.importer.elements import array_name
+from m4e_fmi.fmu.validation.context import Bench
+from m4e_fmi.fmu.validation.findings import Finding, some
+from m4e_fmi.fmu.validation.probe import TOLERANCE, RefusedError
+from m4e_fmi.fmu.validation.sampling.coarse import follows
+from m4e_fmi.fmu.validation.sampling.differences import SAFETY
+from m4e_fmi.fmu.validation.sampling.excitation import paced
+
+STEPS = 8
+RATE_STEPS = 4 * STEPS
+"""Over which states are compared with their rates."""
+LARGE = 0.1
+"""Part of the range of an output above which not converging is an error."""
+NEGLIGIBLE = 1e-3
+"""Part of the range of an output below which nobody minds."""
+SMALL = 100 * TOLERANCE
+"""Part of the size of an output that errors of the FMU's own solver may add up to, in STEPS."""
+REFERENCE = 1e-10
+"""Relative tolerance of the solver of model exchange."""
+
+
+def check(bench: Bench) -> Iterator[Finding | str]:
+    subject = bench.subject
+    if not subject.steps or not subject.outputs:
+        yield "there is no output of co-simulation"
+        return
+    bench = paced(bench)
+    inputs = bench.random_inputs()[0]
+    whole = _stepped(bench, inputs, np.ones(STEPS))
+    error = SMALL * np.max(np.abs(whole), axis=0)
+    if subject.variable_steps:
+        half = _stepped(bench, inputs, np.full(2 * STEPS, 0.5))[::2]
+        quarter = _stepped(bench, inputs, np.full(4 * STEPS, 0.25))[::4]
+        yield from _convergence(bench, whole, half, quarter)
+        equal = np.array([whole, half, quarter])
+        yield from _odd_steps(bench, inputs, equal)
+        error = error + SAFETY * np.max(np.abs(half - whole), axis=0)
+    if subject.exchanges:
+        yield from _exchange(bench, inputs, whole, error)
+
+
+def _stepped(bench: Bench, inputs: np.ndarray, sizes: Sequence[float] | np.ndarray) -> np.ndarray:
+    """Outputs at the start and after each step; sizes in steps of the bench."""
+    with bench.probe() as probe:
+        probe.begin(initial_inputs=inputs)
+        seen = [probe.read(bench.subject.outputs)]
+        for size in sizes:
+            probe.advance(size * bench.step_size)
+            seen.append(probe.read(bench.subject.outputs))
+        return np.array(seen)
+
+
+def _convergence(
+    bench: Bench, whole: np.ndarray, half: np.ndarray, quarter: np.ndarray
+) -> Iterator[Finding]:
+    """The first difference of a sequence that converges, even slowly, is above the second."""
+    first, second = (np.max(np.abs(d), axis=0) for d in (half - whole, quarter - half))
+    size = np.max(np.abs(quarter), axis=0)
+    spread = np.ptp(np.vstack([whole, half, quarter]), axis=0)
+    noise = SMALL * size
+    diverges = (second > 0.75 * first) & (second > np.maximum(noise, NEGLIGIBLE * spread))
+    if diverges.any():
+        names = [v.name for v, d in zip(bench.subject.outputs, diverges, strict=True) if d]
+        part = float(np.max((second / np.where(spread, spread, 1))[diverges]))
+        message = f"with steps halved twice, results differ by {part:.2g} of their range, and do"
+        message += f" not converge: {some(names)}"
+        basis = "does doStep advance by communicationStepSize? FMI 2.0.4, section 4.2.2"
+        severity = "error" if part > LARGE else "warning"
+        yield Finding("solution.step_size", severity, message, basis)
+
+
+def _odd_steps(bench: Bench, inputs: np.ndarray, equal: np.ndarray) -> Iterator[Finding]:
+    """The same time in steps of unequal size: within what `equal` ones of three sizes differ by.
+
+    At any time: at the end their errors may happen to cancel.
+    """
+    sizes = bench.rng.uniform(0.1, 1.9, STEPS)
+    sizes *= STEPS / sizes.sum()
+    try:
+        odd = _stepped(bench, inputs, sizes)[-1]
+    except RefusedError as error:
+        message = f"with steps of unequal size: {error}"
+        basis = "canHandleVariableCommunicationStepSize is declared: FMI 2.0.4, section 4.3.1"
+        yield Finding("solution.odd_steps", "error", message, basis, error.words)
+        return
+    error = np.max(np.ptp(equal, axis=0), axis=0)
+    allowed = SMALL * np.max(np.abs(equal), axis=(0, 1)) + SAFETY * error
+    allowed += NEGLIGIBLE * np.ptp(equal, axis=(0, 1))
+    wrong = np.abs(odd - equal[0, -1]) > allowed
+    if wrong.any():
+        names = some(v.name for v, w in zip(bench.subject.outputs, wrong, strict=True) if w)
+        message = f"steps of unequal size lead to other results than equal ones: {names}"
+        basis = "canHandleVariableCommunicationStepSize is declared: FMI 2.0.4, section 4.3.1"
+        yield Finding("solution.odd_steps", "warning", message, basis)
+
+
+def _exchange(
+    bench: Bench, inputs: np.ndarray, stepped: np.ndarray, error: np.ndarray
+) -> Iterator[Finding]:
+    """Model exchange with CVODE, at two tolerances for the reference's own error."""
+    reference, rough = (_integrated(bench, inputs, t) for t in (REFERENCE, 100 * REFERENCE))
+    if reference is None or rough is None:
+        message = "FMPy and CVODE could not integrate its model exchange"
+        yield Finding("solution.exchange_failed", "warning", message, "`fmpy simulate` tells why")
+        return
+    error = error + SAFETY * np.max(np.abs(reference - rough), axis=0)
+    difference = np.max(np.abs(reference - stepped), axis=0)
+    wrong = difference > error
+    if wrong.any():
+        worst = int(np.argmax(difference / np.where(error, error, 1)))
+        name = bench.subject.outputs[worst].name
+        names = some(v.name for v, w in zip(bench.subject.outputs, wrong, strict=True) if w)
+        message = f"co-simulation and model exchange differ: {names}; {name} by"
+        message += f" {difference[worst]:.3g}, its error is about {error[worst] / SAFETY:.3g}"
+        severity, basis = "error", "both are of one model"
+        if _follows(bench, inputs):
+            severity, basis = "warning", "the solver inside is coarse: use shorter steps there"
+        yield Finding("solution.exchange", severity, message, basis)
+
+
+def _follows(bench: Bench, inputs: np.ndarray) -> bool:
+    """True if states of co-simulation change as the rates of model exchange at them allow."""
+    subject = bench.subject
+    states, times = [], []
+    with bench.probe() as probe:
+        probe.begin(initial_inputs=inputs)
+        for _ in range(RATE_STEPS):
+            states.append(probe.read(subject.states))
+            times.append(probe.time)
+            probe.advance(bench.step_size)
+    rates = []
+    try:
+        with bench.probe(exchange=True) as probe:
+            probe.begin(initial_inputs=inputs)
+            for time, x in zip(times, states, strict=True):
+                probe.set_time(time)
+                probe.set_state_vector(x)
+                rates.append(probe.rate_vector())
+    except RefusedError:
+        return False
+    return bool(follows(np.array(states), np.array(rates), bench.step_size).all())
+
+
+def _integrated(bench: Bench, inputs: np.ndarray, tolerance: float) -> np.ndarray | None:
+    subject = bench.subject
+    values: dict[str, Any] = {v.name: u for v, u in zip(subject.inputs, inputs, strict=True)}
+    outputs = [v.name for v in subject.outputs]
+    if subject.fmi_3:
+        values = _whole_arrays(subject.inputs, inputs)
+        outputs = list(_whole_arrays(subject.outputs, np.zeros(len(outputs))))
+    bench.library.journal.write("fmpy.simulate_fmu(fmi_type='ModelExchange')")
+    try:
+        result = fmpy.simulate_fmu(
+            str(subject.folder),
+            validate=False,
+            fmi_type="ModelExchange",
+            solver="CVode",
+            start_time=subject.start_time,
+            stop_time=subject.start_time + STEPS * bench.step_size,
+            output_interval=bench.step_size,
+            relative_tolerance=tolerance,
+            start_values=values,
+            output=outputs,
+            record_events=False,
+        )
+    except Exception:  # noqa: BLE001  FMPy raises plain exceptions
+        return None
+    found = np.hstack([np.reshape(result[name], (len(result), -1)) for name in outputs])
+    return found if found.shape == (STEPS + 1, len(subject.outputs)) else None
+
+
+def _whole_arrays(elements: Sequence[Any], values: np.ndarray) -> dict[str, Any]:
+    """Name → value, of arrays a list: FMPy knows arrays only as a whole."""
+    found: dict[str, list[float]] = {}
+    for v, value in zip(elements, values.tolist(), strict=True):
+        found.setdefault(array_name(v), []).append(value)
+    shapes = {array_name(v): v.shape for v in elements}
+    return {name: several if shapes[name] else several[0] for name, several in found.items()}

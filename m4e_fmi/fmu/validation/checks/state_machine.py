@@ -1,0 +1,184 @@
+"""Group `phases`: every function in every state of FMI's state machine.
+
+Source: FMI 2.0.4, tables in section 3.2.3 (model exchange) and 4.2.4 (co-simulation).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from m4e_fmi.fmu.validation.context import Bench
+from m4e_fmi.fmu.validation.findings import Finding, some
+from m4e_fmi.fmu.validation.probe import (
+    WARNING,
+    Probe,
+    RefusedError,
+)
+
+INSTANTIATED, INITIALIZATION, EVENT, CONTINUOUS, STEP, TERMINATED = (
+    "before initialization",
+    "in initialization mode",
+    "in event mode",
+    "in continuous-time mode",
+    "between steps",
+    "after termination",
+)
+STATES = {
+    False: (INSTANTIATED, INITIALIZATION, STEP, TERMINATED),
+    True: (INSTANTIATED, INITIALIZATION, EVENT, CONTINUOUS, TERMINATED),
+}
+LATER = (INITIALIZATION, EVENT, CONTINUOUS, STEP, TERMINATED)
+RUNNING = (EVENT, CONTINUOUS, STEP)
+ANY = (INSTANTIATED, *LATER)
+BASIS = "FMI 2.0.4, section 3.2.3 and 4.2.4"
+
+Action = Callable[[Probe], int]
+
+
+def check(bench: Bench) -> Iterator[Finding | str]:
+    refused: dict[str, None] = {}
+    accepted: dict[str, None] = {}
+    readable: dict[str, None] = {}
+    left_out: dict[str, None] = {}
+    for exchange in bench.subject.ways:
+        for state in STATES[exchange]:
+            for name, (allowed, action) in _functions(bench, exchange=exchange).items():
+                call = {f"{name} {state}": None}  # which may be there in both ways
+                if bench.late:
+                    left_out |= call
+                    continue
+                status, heard = _outcome(bench, state, action, exchange=exchange)
+                if state in allowed and status > WARNING:
+                    refused |= call
+                elif state not in allowed and max(status, heard) <= WARNING:
+                    (readable if "Get" in name else accepted).update(call)
+    if left_out:
+        message = f"the FMU is slow: {len(left_out)} calls were left out, {some(left_out)}"
+        yield Finding("phases.left_out", "note", message)
+    if refused:
+        message = f"{len(refused)} allowed calls are refused: {some(refused)}"
+        yield Finding("phases.refused", "error", message, BASIS)
+    if accepted:
+        message = f"{len(accepted)} forbidden calls are accepted: {some(accepted)}"
+        yield Finding("phases.accepted", "warning", message, f"{BASIS}: answer fmi2Error")
+    if readable:
+        message = f"{len(readable)} values can be read when they need not be there: "
+        yield Finding("phases.readable", "note", message + some(readable), BASIS)
+
+
+def _outcome(bench: Bench, state: str, action: Action, *, exchange: bool) -> tuple[int, int]:
+    """Status of the call, and the worst one among what the FMU logs meanwhile."""
+    with bench.probe(exchange=exchange) as probe:
+        _bring(bench, probe, state)
+        probe.words()
+        try:
+            return action(probe), probe.listen()
+        except RefusedError as error:
+            return error.status, error.status
+
+
+def _bring(bench: Bench, probe: Probe, state: str) -> None:
+    if state == INSTANTIATED:
+        probe.setup()  # which entering initialization mode needs, and may be done twice
+        return
+    if state in (INITIALIZATION, EVENT):
+        probe.setup()
+        probe.enter_initialization()
+        if state == EVENT:
+            probe.leave_initialization()
+        return
+    probe.begin()
+    if not probe.exchange:
+        probe.advance(bench.subject.step_size)
+    if state == TERMINATED:
+        probe.terminate()
+
+
+def _plain(function: str) -> Action:
+    return lambda probe: probe.call(function)
+
+
+def _functions(bench: Bench, *, exchange: bool) -> dict[str, tuple[tuple[str, ...], Action]]:
+    """Function → states in which it may be called, and how."""
+    subject = bench.subject
+    found: dict[str, tuple[tuple[str, ...], Action]] = {
+        "EnterInitializationMode": ((INSTANTIATED,), lambda p: _status(p.enter_initialization)),
+        "ExitInitializationMode": ((INITIALIZATION,), _plain("ExitInitializationMode")),
+        "Terminate": (RUNNING, _plain("Terminate")),
+        "Reset": (ANY, _plain("Reset")),
+    }
+    if not subject.fmi_3:
+        found["SetupExperiment"] = ((INSTANTIATED,), _setup)
+    real = "Float64" if subject.fmi_3 else "Real"
+    if subject.outputs:
+        reference = [subject.outputs[0].valueReference]
+        found[f"Get{real}"] = (LATER, lambda p: p.get(reference)[0])
+    if subject.inputs:
+        v = subject.inputs[0]
+        value = np.array([float(v.start or 0.0)])
+        states = tuple(s for s in ANY if s != TERMINATED)
+        found[f"Set{real}"] = (states, lambda p: p.set([v.valueReference], value))
+    works = [n for n in bench.facts.works if exchange == n.endswith("(model exchange)")]
+    if any(name.startswith("canGetAndSetFMUstate") for name in works):
+        found["GetFMUstate"] = (ANY, _save)
+    return found | (_of_exchange(bench) if exchange else _of_stepping(bench))
+
+
+def _of_stepping(bench: Bench) -> dict[str, tuple[tuple[str, ...], Action]]:
+    subject, works, size = bench.subject, bench.facts.works, bench.subject.step_size
+    found: dict[str, tuple[tuple[str, ...], Action]] = {
+        "DoStep": ((STEP,), lambda p: p.step(size)),
+    }
+    if "canInterpolateInputs" in works:
+        u = subject.inputs[:1]
+        zero = np.zeros(1)
+        found["SetRealInputDerivatives"] = (
+            (INSTANTIATED, INITIALIZATION, STEP),
+            lambda p: _status(lambda: p.set_input_derivatives(u, zero)),
+        )
+    if "maxOutputDerivativeOrder" in works:
+        y = subject.outputs[:1]
+        found["GetRealOutputDerivatives"] = (
+            (STEP, TERMINATED),
+            lambda p: _status(lambda: p.output_derivatives(y, 1)),
+        )
+    return found
+
+
+def _of_exchange(bench: Bench) -> dict[str, tuple[tuple[str, ...], Action]]:
+    x = np.array([float(v.start or 0.0) for v in bench.subject.states])
+    t = bench.subject.start_time
+    values = (INITIALIZATION, EVENT, CONTINUOUS, TERMINATED)
+    rates = values if bench.subject.fmi_3 else values[1:]
+    event_mode = (CONTINUOUS,) if bench.subject.fmi_3 else (EVENT, CONTINUOUS)
+    return {
+        "EnterEventMode": (event_mode, _plain("EnterEventMode")),
+        "NewDiscreteStates": ((EVENT,), lambda p: _status(p.settle)),
+        "EnterContinuousTimeMode": ((EVENT,), _plain("EnterContinuousTimeMode")),
+        "CompletedIntegratorStep": ((CONTINUOUS,), Probe.completed_integrator_step),
+        "SetTime": ((EVENT, CONTINUOUS), lambda p: p.call("SetTime", t)),
+        "SetContinuousStates": (
+            (CONTINUOUS,),
+            lambda p: _status(lambda: p.set_state_vector(x)),
+        ),
+        "GetContinuousStates": (values, lambda p: _status(p.state_vector)),
+        "GetDerivatives": (rates, lambda p: _status(p.rate_vector)),
+    }
+
+
+def _status(action: Callable[[], object]) -> int:
+    try:
+        action()
+    except RefusedError as error:
+        return error.status
+    return 0
+
+
+def _setup(probe: Probe) -> int:
+    return _status(probe.setup)
+
+
+def _save(probe: Probe) -> int:
+    return _status(lambda: probe.free_state(probe.save()))

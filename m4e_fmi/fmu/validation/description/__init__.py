@@ -1,0 +1,1 @@
+"""Checks of the archive and the XML, before any code of the FMU runs."""

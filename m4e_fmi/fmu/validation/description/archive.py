@@ -1,0 +1,155 @@
+"""Group `description`: what the archive and the XML say, before any FMU code is run."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import fmpy
+from fmpy import fmi2, fmi3
+from fmpy.model_description import ValidationError
+from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no types
+
+from m4e_fmi.fmu.importer.flaws import Flaw, flaws, undefined_units
+from m4e_fmi.fmu.importer.opening import MODEL_DESCRIPTION
+from m4e_fmi.fmu.importer.reading import told_by_fmpy
+from m4e_fmi.fmu.validation.description.elf import SharedLibrary, read_elf
+from m4e_fmi.fmu.validation.description.terminals import check_terminals
+from m4e_fmi.fmu.validation.description.units import check_units
+from m4e_fmi.fmu.validation.description.variables import check_variables
+from m4e_fmi.fmu.validation.findings import Finding, some
+from m4e_fmi.fmu.validation.fmu_under_test import Subject, TooLargeError
+
+LIBRARIES = {
+    "2.0": ("fmi2", fmi2.FMU2Slave, fmi2.FMU2Model),
+    "3.0": ("fmi3", fmi3.FMU3Slave, fmi3.FMU3Model),
+}
+"""What a function's name begins with, and FMPy's classes that have all of them as methods."""
+
+
+def description_findings(folder: Path) -> tuple[tuple[Finding, ...], str]:
+    """Findings on the FMU unpacked in `folder`; why it cannot be run, "" if it can."""
+    text = (folder / MODEL_DESCRIPTION).read_bytes()
+    flawed = flaws(text)
+    problems, raw = _read(folder, text, flawed)
+    found = [
+        Finding("description.invalid", "error", told, "FMI's XML schema and FMPy's rules")
+        for told in problems
+    ]
+    if raw is None:
+        return tuple(found), "the model description cannot be understood"
+    version = raw.fmiVersion
+    if version not in LIBRARIES:
+        return tuple(found), f"made for FMI 2.0 and 3.0, this is {version}"
+    try:
+        subject = Subject.of(folder, raw)
+    except TooLargeError as error:
+        found.append(Finding("description.limits", "warning", str(error), "it is not run, either"))
+        return tuple(found), str(error)
+    if not subject.ways:
+        return tuple(found), "it is for scheduled execution only, which is not looked at"
+    found += check_variables(subject)
+    found += check_units(subject)
+    found += _experiment(subject)
+    found += check_terminals(subject)
+    found += _library(subject)
+    reasons = [f.message for f in found if f.id in ("library.missing", "library.exports")]
+    return tuple(finding.of(version) for finding in found), next(iter(reasons), "")
+
+
+def _read(folder: Path, text: bytes, flawed: list[Flaw]) -> tuple[list[str], Any]:
+    """Problems that FMPy's validator finds, and the flaws that it does not; the description
+    as FMPy reads it, None if that is not possible."""
+    problems: list[str] = []
+    stopped, raw, new = "", None, list(flawed)
+    try:
+        raw = fmpy.read_model_description(
+            str(folder), validate=True, validate_variable_names=True, validate_model_structure=True
+        )
+    except ValidationError as error:
+        problems = [p for p in error.problems if not _of_aliases(p, text)]
+    except Exception as error:  # noqa: BLE001  FMPy raises whatever it stumbles over
+        stopped = told_by_fmpy(error)
+        new = new or undefined_units(text)
+    new = [flaw for flaw in new if not (flaw.known and problems)]
+    problems += [f"{flaw.message} (line {flaw.line})" for flaw in new]
+    if raw is None and not flawed:
+        with suppress(Exception):  # whatever FMPy stumbles over, which has been told
+            raw = fmpy.read_model_description(str(folder), validate=False)
+    return problems or [stopped] * bool(stopped), None if flawed else raw
+
+
+def _of_aliases(problem: str, text: bytes) -> bool:
+    """True if FMPy misses nothing but aliases of FMI 3.0, which ModelStructure does not list."""
+    sets = re.search(r"Expected \{(.*?)\} but was \{(.*?)\}", problem)
+    if sets is None:
+        return False
+    expected, listed = (set(names.split(", ")) for names in sets.groups())
+    aliases = etree.fromstring(text).xpath("ModelVariables/*/Alias/@name")
+    return expected - listed <= set(aliases) and listed <= expected
+
+
+def _experiment(subject: Subject) -> Iterator[Finding]:
+    experiment = subject.raw.defaultExperiment
+    if experiment is None:
+        return
+    start = float(experiment.startTime or 0.0)
+    stop = float(experiment.stopTime) if experiment.stopTime else None
+    size = float(experiment.stepSize) if experiment.stepSize else None
+    basis = "FMI 2.0.4, section 2.2.5"
+    if stop is not None and not stop > start:
+        message = f"the default experiment ends at {stop:g} s, not after its start at {start:g} s"
+        yield Finding("experiment.times", "warning", message, basis)
+    elif size is not None and not 0 < size <= (stop - start if stop is not None else size):
+        message = f"the default experiment's step of {size:g} s does not fit its times"
+        yield Finding("experiment.step", "warning", message, basis)
+    if experiment.tolerance and not 0 < float(experiment.tolerance) < 1:
+        message = f"the default experiment's relative tolerance is {experiment.tolerance}"
+        yield Finding("experiment.tolerance", "warning", message, basis)
+    for kind in subject.kinds:
+        if kind.canSerializeFMUstate and not kind.canGetAndSetFMUstate:
+            message = "canSerializeFMUstate needs canGetAndSetFMUstate, which is not declared"
+            yield Finding("capabilities.serialise", "error", message, "FMI 2.0.4, section 2.1.8")
+
+
+def _library(subject: Subject) -> Iterator[Finding]:
+    binaries = subject.folder / "binaries"
+    platform = fmpy.platform if subject.raw.fmiVersion == "2.0" else fmpy.platform_tuple
+    here = binaries / platform
+    for identifier in sorted({kind.modelIdentifier for kind in subject.kinds}):
+        library = here / f"{identifier}{fmpy.sharedLibraryExtension}"
+        if not library.is_file():
+            there = sorted(p.name for p in binaries.iterdir()) if binaries.is_dir() else []
+            others = sorted(p.name for p in here.iterdir()) if here.is_dir() else []
+            message = f"cannot run here: there is no binaries/{platform}/{library.name}"
+            remedy = f"platforms in it: {', '.join(there) or 'none'}"
+            if others:
+                remedy = f"there is {some(others)}: its name must be the modelIdentifier"
+            elif any((subject.folder / "sources").glob("**/*.c")):
+                remedy += "; sources are enough for the standard, but have to be compiled first"
+            yield Finding("library.missing", "error", message, remedy)
+        elif (elf := read_elf(library)) is not None:
+            yield from _elf(subject, elf)
+
+
+def _elf(subject: Subject, elf: SharedLibrary) -> Iterator[Finding]:
+    prefix, stepping, exchanging = LIBRARIES[subject.raw.fmiVersion]
+    classes = [stepping] * subject.steps + [exchanging] * subject.exchanges
+    needed = sorted({name for c in classes for name in dir(c) if name.startswith(prefix)})
+    missing = [name for name in needed if name not in elf.exports]
+    if missing:
+        message = f"the library does not export {some(missing)}"
+        basis = "all functions must be there, supported or not: FMI 2.0.4, section 2.3"
+        yield Finding("library.exports", "error", message, basis)
+    foreign = sorted(name for name in elf.exports if not name.startswith("fmi"))
+    if foreign:
+        message = f"the library exports {len(foreign)} symbols besides FMI's: {some(foreign)}"
+        remedy = "two libraries may clash over them in one process: hide them (visibility, -s)"
+        yield Finding("library.symbols", "note", message, remedy)
+    libc = [v for v in elf.versions if re.fullmatch(r"GLIBC_[\d.]+", v)]
+    newest = max(libc, key=lambda v: [int(n) for n in v[6:].split(".")], default="no C library")
+    message = f"needs {newest}; libraries: {', '.join(elf.needs) or 'none'}"
+    yield Finding("library.needs", "note", message)

@@ -1,0 +1,1 @@
+"""Points and excitations at which an FMU is sampled, and derivatives from samples."""

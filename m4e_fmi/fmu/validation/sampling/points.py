@@ -1,0 +1,114 @@
+"""Points at which an FMU's functions are evaluated: known values are set, unknown ones read.
+
+Three places have such a function: initialization mode (start values → initial unknowns), a
+communication point of co-simulation (inputs → outputs), continuous-time mode of model exchange
+(states and inputs → rates and outputs).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from m4e_fmi.fmu.validation.context import Bench
+from m4e_fmi.fmu.validation.probe import Probe, RefusedError
+
+INITIAL, STEPPING, EXCHANGE = "initialization mode", "co-simulation", "model exchange"
+_STEPS = 3  # made before the communication point
+
+
+@dataclass
+class Place:
+    """One of the three; `declared` are the entries of ModelStructure for its unknowns."""
+
+    name: str
+    bench: Bench
+    probe: Probe
+    knowns: list[Any]
+    unknowns: list[Any]
+    declared: list[Any]
+
+    def evaluate(self, values: np.ndarray) -> np.ndarray | None:
+        """The unknowns where the knowns are `values`; None where the FMU has no finite answer.
+
+        After an answer that leaves the FMU unusable, it is brought here anew.
+        """
+        try:
+            self._set(values)
+            found = self.probe.read(self.unknowns)
+        except RefusedError:
+            self.renew()
+            return None
+        return found if np.isfinite(found).all() else None
+
+    def _set(self, values: np.ndarray) -> None:
+        count = len(self.bench.subject.states)
+        if self.name == EXCHANGE:
+            self.probe.set_state_vector(values[:count])
+            self.probe.put(self.knowns[count:], values[count:])
+        else:
+            self.probe.put(self.knowns, values)
+
+    def renew(self) -> None:
+        self.probe.free()
+        self.probe = _new_probe(self.bench, self.name)
+        arrive(self.bench, self.probe, self.name)
+
+
+def _new_probe(bench: Bench, name: str) -> Probe:
+    return bench.library.probe(exchange=name == EXCHANGE or not bench.subject.steps)
+
+
+def arrive(bench: Bench, probe: Probe, name: str) -> None:
+    """Bring a new instance to the place of this name."""
+    if name == INITIAL:
+        probe.setup()
+        probe.enter_initialization()
+        return
+    probe.begin()
+    if name == STEPPING:
+        for row in bench.random_inputs(_STEPS):
+            probe.put(bench.subject.inputs, row)
+            probe.advance(bench.subject.step_size)
+
+
+@contextmanager
+def _place(bench: Bench, name: str, knowns: list[Any], entries: list[Any]) -> Iterator[Place]:
+    entries = [e for e in entries if e.variable.type == "Real"]
+    unknowns = [e.variable for e in entries]
+    probe = _new_probe(bench, name)
+    place = Place(name, bench, probe, knowns, unknowns, entries)
+    try:
+        arrive(bench, probe, name)
+        yield place
+    finally:
+        place.probe.free()
+
+
+def places(bench: Bench) -> Iterator[Place]:
+    """Those that the FMU has, one after the other."""
+    subject, raw = bench.subject, bench.subject.raw
+    continuous = [e for e in raw.outputs if e.variable.variability == "continuous"]
+    wanted = []
+    if subject.given and raw.initialUnknowns:
+        wanted.append((INITIAL, subject.given, raw.initialUnknowns))
+    if subject.steps and subject.inputs and continuous:
+        wanted.append((STEPPING, subject.inputs, continuous))
+    if subject.exchanges and (subject.states or subject.inputs):
+        both = [*subject.states, *subject.inputs]
+        wanted.append((EXCHANGE, both, [*continuous, *raw.derivatives]))
+    for name, knowns, entries in wanted:
+        with _place(bench, name, knowns, entries) as place:
+            if name != EXCHANGE or _states_fit(place):
+                yield place
+
+
+def _states_fit(place: Place) -> bool:
+    """Whether the declared states are those of the state vector; `derivatives` tells if not."""
+    place.probe.set_state_vector(place.bench.random(place.bench.subject.states)[0])
+    variables = place.probe.read(place.bench.subject.states)
+    return np.allclose(variables, place.probe.state_vector(), rtol=1e-12, atol=0.0)

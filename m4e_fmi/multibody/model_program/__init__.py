@@ -1,0 +1,1 @@
+"""A model as a Program: its variables, outputs, and mass matrix."""

@@ -1,0 +1,74 @@
+"""Forces of loads, what these depend on and their power, as outputs of a model's program."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+from m4e_fmi.model import Bushing, JointStop, TensionSpring, TorsionSpring
+from m4e_fmi.multibody.assembly import Assembly
+from m4e_fmi.multibody.energy import input_power, load_powers
+from m4e_fmi.multibody.model_program.declaration import in_words
+from m4e_fmi.program import Variable
+
+MEASURES = {
+    "tension": ("N", "Tension between the points; negative where it pushes"),
+    "distance": ("m", "Distance of the points"),
+    "distance_rate": ("m/s", "Rate of the distance of the points"),
+    "extension": ("m", "Distance of the points less the natural length"),
+    "moment": ("N.m", "Moment on the first body, about +Y; the second feels the opposite"),
+    "twist": ("rad", "Angle of the second body less the first's and the angle at rest"),
+    "twist_rate": ("rad/s", "Angular velocity of the second body less the first's"),
+    "force_x": ("N", "Force, world X"),
+    "force_z": ("N", "Force, world Z"),
+    "effort": ("N.m", "Effort on the joint's child; the parent feels the opposite"),
+    "gap": ("m", "How far the nearer limit of the stop is; negative in contact"),
+}
+"""Unit and text of each measure; an effort's unit is a revolute joint's, a gap's a distance's."""
+RATES = {"distance_rate": "distance", "twist_rate": "twist"}
+
+
+class Outputs(Protocol):
+    """Receiver of outputs: a recorder, or whoever wants to read them."""
+
+    def output(self, variable: Variable, value: Any) -> None: ...
+
+
+def add_load_outputs(recorder: Outputs, assembly: Assembly) -> None:
+    """Measures and power of every load, and the power of the inputs, if there are any."""
+    powers = load_powers(assembly)
+    for name, acting in assembly.loads.items():
+        load = assembly.model.loads[name]
+        for measure, value in acting.measures.items():
+            unit, text = _told(assembly, load, measure)
+            whole = RATES.get(measure)
+            of = f"load.{name}.{whole}" if whole in acting.measures else None
+            variable = Variable(
+                f"load.{name}.{measure}", unit, in_words(load, text), derivative_of=of
+            )
+            recorder.output(variable, value)
+        if name in powers:
+            text = "Power by which the load changes the total energy"
+            if isinstance(load, TensionSpring | TorsionSpring):
+                text += ", in which it has no potential"
+            recorder.output(Variable(f"load.{name}.power", "W", in_words(load, text)), powers[name])
+    power = input_power(assembly)
+    if not isinstance(power, int):
+        text = "Power of all forces, moments and efforts from outside"
+        recorder.output(Variable("inputs.power", "W", text), power)
+
+
+def _told(assembly: Assembly, load: Any, measure: str) -> tuple[str, str]:
+    """Unit and text of a measure of a load."""
+    unit, text = MEASURES[measure]
+    joint = assembly.model.joints[load.joint].type if hasattr(load, "joint") else ""
+    if measure == "effort" and joint == "prismatic":
+        unit = "N"
+    if measure == "gap" and isinstance(load, JointStop) and joint == "revolute":
+        unit = "rad"
+    if measure == "moment" and hasattr(load, "body"):
+        text = "Moment about the CG, about +Y"
+    if isinstance(load, Bushing) and measure.startswith("force"):
+        text = (
+            f"Force on the first point, world {measure[-1].upper()}; the second feels the opposite"
+        )
+    return unit, text

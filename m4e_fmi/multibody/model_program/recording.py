@@ -1,0 +1,158 @@
+"""A model's equations of motion as a Program, with the variables its FMU will have."""
+
+from __future__ import annotations
+
+import gc
+from collections.abc import Container, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from m4e_fmi.model import Body, Model, Point, as_model
+from m4e_fmi.model.elements import GROUND
+from m4e_fmi.multibody.assembly import Accelerations, Assembly, assemble, wet_links
+from m4e_fmi.multibody.closed_form import ClosedForm
+from m4e_fmi.multibody.energy import kinetic_energy, potential_energy
+from m4e_fmi.multibody.model_program.declaration import declared, in_words, state_names
+from m4e_fmi.multibody.model_program.load_outputs import Outputs, add_load_outputs
+from m4e_fmi.multibody.reactions import reactions
+from m4e_fmi.multibody.sensitivity import Recursion
+from m4e_fmi.multibody.topology import Topology, topology
+from m4e_fmi.program import Program, Recorder, Variable
+
+LARGEST_CLOSED_FORM = 12
+"""Number of coordinates up to which the closed form can need fewer operations."""
+
+
+def model_program(model: Model | str | Path, *, inputs: Container[str] | None = None) -> Program:
+    """The Program of a model, or of the model file at a path.
+
+    Inputs: wrench of every body, force of every point, effort of every revolute and prismatic
+    joint; only those named in `inputs` unless that is None, the others are zero. States: q and u.
+    Outputs: motion of bodies and points, reactions of joints, forces and power of the loads,
+    energies.
+    Parameters: the model's, and `added_mass[i,j]` of the bodies that have it.
+
+    Accelerations come from the recursion, or from the closed form where added mass couples bodies;
+    of a model with few coordinates both are recorded and the one with fewer operations is taken.
+    """
+    model = as_model(model)
+    tree = topology(model)
+    with _collection_paused():
+        return _shortest(model, tree, inputs)
+
+
+@contextmanager
+def _collection_paused() -> Iterator[None]:
+    """No search for garbage while many objects are made that stay: a quarter of the time."""
+    enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if enabled:
+            gc.enable()
+
+
+def _shortest(model: Model, tree: Topology, inputs: Container[str] | None) -> Program:
+    """By the algorithm that needs fewer operations without inputs: it is one for all their choices,
+    so that a model gives the same bits whichever inputs there are."""
+    if len(wet_links(model, tree)) > 1:
+        return recorded(model, tree, ClosedForm, inputs)
+    if len(tree.coordinate_names) > LARGEST_CLOSED_FORM:
+        return recorded(model, tree, Recursion, inputs)
+    bare = {kind: recorded(model, tree, kind, ()) for kind in (Recursion, ClosedForm)}
+    best = min(bare, key=lambda kind: len(bare[kind].operations(bare[kind].rates)))
+    return bare[best] if inputs == () else recorded(model, tree, best, inputs)
+
+
+def recorded(
+    model: Model,
+    tree: Topology,
+    algorithm: type[ClosedForm] | type[Recursion],
+    inputs: Container[str] | None = None,
+) -> Program:
+    """The Program of a model whose u̇ comes from `algorithm`; `inputs` as for `model_program`."""
+    recorder = Recorder(model.name, model.description or f"Multibody system {model.name}")
+    scalars = declared(recorder, model, tree, inputs)
+    assembly = assemble(model, tree, scalars)
+    solution = algorithm(assembly)
+    solved = solution.accelerations
+    for link in tree.links:
+        for (position, velocity), k in zip(state_names(link), link.coordinates, strict=True):
+            recorder.rate(position, scalars.u[k])
+            recorder.rate(velocity, solved.rates[k])
+    add_outputs(recorder, assembly, solved)
+    return recorder.program(solution=solution if isinstance(solution, Recursion) else None)
+
+
+def add_outputs(recorder: Outputs, assembly: Assembly, solved: Accelerations) -> None:
+    """All outputs of a model in motion, over any scalar."""
+    _add_body_outputs(recorder, assembly, solved)
+    _add_point_outputs(recorder, assembly, solved)
+    add_load_outputs(recorder, assembly)
+    _add_reactions(recorder, assembly, solved)
+    kinetic, potential = kinetic_energy(assembly), potential_energy(assembly)
+    for name, value, text in (
+        ("kinetic", kinetic, "Kinetic energy, added mass included"),
+        ("potential", potential, "Potential energy of gravity (0 at Z = 0) and springs"),
+        ("total", kinetic + potential, "Kinetic and potential energy"),
+    ):
+        recorder.output(Variable(f"energy.{name}", "J", text), value)
+
+
+def _add_body_outputs(recorder: Outputs, assembly: Assembly, solved: Accelerations) -> None:
+    for k, (link, frame) in enumerate(zip(assembly.tree.links, assembly.frames, strict=True)):
+        name, body = f"body.{link.body}", assembly.model.bodies[link.body]
+        if link.joint.type != "floating":
+            _motion(recorder, name, "CG", body, frame.position, frame.velocity)
+            text = in_words(body, "Angle about +Y")
+            recorder.output(Variable(f"{name}.theta", "rad", text), frame.angle)
+            text = in_words(body, "Angular velocity about +Y")
+            omega = Variable(f"{name}.omega", "rad/s", text, derivative_of=f"{name}.theta")
+            recorder.output(omega, frame.omega)
+        _accelerations(recorder, name, "CG", body, solved.of_point(frame, k, frame.arm))
+        text = in_words(body, "Angular acceleration about +Y")
+        variable = Variable(f"{name}.alpha", "rad/s2", text, derivative_of=f"{name}.omega")
+        recorder.output(variable, solved.alphas[k])
+
+
+def _add_point_outputs(recorder: Outputs, assembly: Assembly, solved: Accelerations) -> None:
+    for name, place in assembly.points.items():
+        point = assembly.model.points[name]
+        if point.body != GROUND:
+            _motion(recorder, f"point.{name}", "point", point, place.position, place.velocity)
+            k = assembly.tree.index(point.body)
+            acceleration = solved.of_point(assembly.frames[k], k, place.arm)
+            _accelerations(recorder, f"point.{name}", "point", point, acceleration)
+
+
+def _add_reactions(recorder: Outputs, assembly: Assembly, solved: Accelerations) -> None:
+    for reaction in reactions(assembly, solved):
+        name, joint = f"joint.{reaction.joint}", assembly.model.joints[reaction.joint]
+        for axis, value in zip("xz", reaction.force, strict=True):
+            text = in_words(joint, f"Force of the joint on its child, world {axis.upper()}")
+            recorder.output(Variable(f"{name}.reaction_{axis}", "N", text), value)
+        text = in_words(joint, "Moment of the joint on its child at the joint, about +Y")
+        recorder.output(Variable(f"{name}.reaction_moment", "N.m", text), reaction.moment)
+
+
+def _motion(
+    recorder: Outputs, name: str, what: str, owner: Body | Point, position: Any, velocity: Any
+) -> None:
+    for axis, value in zip("xz", position, strict=True):
+        text = in_words(owner, f"Position of the {what}, world {axis.upper()}")
+        recorder.output(Variable(f"{name}.{axis}", "m", text), value)
+    for axis, value in zip("xz", velocity, strict=True):
+        text = in_words(owner, f"Velocity of the {what}, world {axis.upper()}")
+        variable = Variable(f"{name}.v{axis}", "m/s", text, derivative_of=f"{name}.{axis}")
+        recorder.output(variable, value)
+
+
+def _accelerations(
+    recorder: Outputs, name: str, what: str, owner: Body | Point, acceleration: Any
+) -> None:
+    for axis, value in zip("xz", acceleration, strict=True):
+        text = in_words(owner, f"Acceleration of the {what}, world {axis.upper()}")
+        variable = Variable(f"{name}.a{axis}", "m/s2", text, derivative_of=f"{name}.v{axis}")
+        recorder.output(variable, value)

@@ -1,0 +1,241 @@
+"""The equations of motion as SymPy expressions: what people read.
+
+Everything is computed when it is first asked for, and never simplified behind the reader's back.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from m4e_fmi.errors import InputError, suggestion
+from m4e_fmi.model import Model, as_model
+from m4e_fmi.model.elements import neutral_mass, neutral_symbol
+from m4e_fmi.multibody.assembly import Accelerations, Assembly, Scalars, assemble
+from m4e_fmi.multibody.closed_form import forcing, mass_matrix, outwards
+from m4e_fmi.multibody.energy import kinetic_energy, load_powers, potential_energy
+from m4e_fmi.multibody.model_program.declaration import declared_inputs
+from m4e_fmi.multibody.model_program.recording import add_outputs
+from m4e_fmi.multibody.reactions import reactions
+from m4e_fmi.multibody.topology import topology
+from m4e_fmi.multibody.velocity_transformation import Columns, column_rates, columns
+from m4e_fmi.program import Variable
+from m4e_fmi.shown import listing
+
+if TYPE_CHECKING:
+    import sympy
+
+    from m4e_fmi.multibody.symbolic.code import Language
+
+
+class Equations:
+    """Symbolic equations of a model: mass_matrix · u̇ = forcing, with q̇ = u.
+
+    `model` may be the path of a model file.
+    Symbols are real: coordinates `Theta_k`, `S_k`, `X_k`, `Z_k`, velocities `ThetaD_k`, … and
+    accelerations `ThetaDD_k`, … of body k, the time `t`, the model's parameters, `A_i_j` for added
+    mass, `neutral_mass_<body>` for a mass that is "neutral". A table is an undefined function of t
+    by its name. `inputs` names inputs of the model's program that act as well, as symbols of that
+    name; InputError if it has no such input.
+    """
+
+    def __init__(self, model: Model | str | Path, inputs: Sequence[str] = ()) -> None:
+        self.model = as_model(model)
+        self.inputs = tuple(inputs)
+        self.topology = topology(self.model)
+
+    @cached_property
+    def neutral_bodies(self) -> list[str]:
+        """Bodies whose mass is that of the displaced water."""
+        return [name for name, body in self.model.bodies.items() if body.is_neutral]
+
+    @cached_property
+    def q(self) -> sympy.Matrix:
+        """Coordinates, n×1."""
+        return _symbols(self.topology.coordinate_names)
+
+    @cached_property
+    def u(self) -> sympy.Matrix:
+        """Velocities, n×1."""
+        return _symbols(self.topology.velocity_names)
+
+    @cached_property
+    def u_dot(self) -> sympy.Matrix:
+        """Accelerations, n×1: symbols, to write what depends on them."""
+        return _symbols(self.topology.acceleration_names)
+
+    @cached_property
+    def assembly(self) -> Assembly:
+        import sympy
+
+        def symbol(name: str) -> Any:
+            return sympy.Symbol(name, real=True)
+
+        def exact(value: float) -> Any:
+            return sympy.pi if value == math.pi else sympy.Rational(repr(value))
+
+        wet = 3 * sum(self.model.bodies[link.body].added_mass for link in self.topology.links)
+        scalars = Scalars(
+            q=self.q.flat(),
+            u=self.u.flat(),
+            time=symbol("t"),
+            parameters={name: symbol(name) for name in self.model.parameters}
+            | {neutral_mass(body): symbol(neutral_symbol(body)) for body in self.neutral_bodies},
+            **self._acting(),
+            added_mass=[[symbol(f"A_{i + 1}_{j + 1}") for j in range(wet)] for i in range(wet)],
+            number=exact,
+            table=lambda name, _, time: sympy.Function(name)(time),
+        )
+        return assemble(self.model, self.topology, scalars)
+
+    def _acting(self) -> dict[str, Any]:
+        reader = _Inputs(self.inputs)
+        found = declared_inputs(reader, self.model, self.topology)
+        unknown = [name for name in self.inputs if name not in reader.known]
+        if unknown:
+            message = f"{self.model.name} has no input {', '.join(unknown)}"
+            raise InputError.single(message, suggestion(unknown[0], reader.known))
+        return found
+
+    @cached_property
+    def B(self) -> sympy.Matrix:
+        """Velocity transformation, 3N×n: (v_x, v_z, ω) of every body = B u."""
+        bodies = self.assembly.frames
+        return self._stacked([columns(self.topology, bodies, k) for k in range(len(bodies))])
+
+    @cached_property
+    def B_dot(self) -> sympy.Matrix:
+        """Time derivative of B, 3N×n."""
+        bodies, u = self.assembly.frames, self.u.flat()
+        return self._stacked(
+            [column_rates(self.topology, bodies, u, k) for k in range(len(bodies))]
+        )
+
+    @cached_property
+    def mass_matrix(self) -> sympy.Matrix:
+        """Bᵀ(𝓜 + A)B, n×n."""
+        n = len(self.topology.coordinate_names)
+        return _matrix([[row.get(k, 0) for k in range(n)] for row in mass_matrix(self.assembly)])
+
+    @cached_property
+    def forcing(self) -> sympy.Matrix:
+        """Bᵀ(g + g_g) − Bᵀ(𝓜 + A)Ḃu, n×1."""
+        return _matrix([[entry] for entry in forcing(self.assembly)])
+
+    @cached_property
+    def reactions(self) -> dict[str, sympy.Matrix]:
+        """By joint, (F_x, F_z [N], M_y [N·m]) on its child, 3×1; see `reactions.Reaction`.
+
+        Functions of q, u and `u_dot`. A floating joint exerts nothing and is left out.
+        """
+        found = reactions(self.assembly, self._moving)
+        return {r.joint: _matrix([[r.force[0]], [r.force[1]], [r.moment]]) for r in found}
+
+    @cached_property
+    def _moving(self) -> Accelerations:
+        return outwards(self.assembly, self.u_dot.flat())
+
+    @cached_property
+    def outputs(self) -> dict[str, sympy.Expr]:
+        """Every output of the model's program by name, as a function of q, u and `u_dot`."""
+        reader = _Outputs()
+        add_outputs(reader, self.assembly, self._moving)
+        return reader.values
+
+    @cached_property
+    def kinetic_energy(self) -> sympy.Expr:
+        """½ vᵀ(𝓜 + A)v [J]."""
+        import sympy
+
+        return sympy.sympify(kinetic_energy(self.assembly), strict=True)
+
+    @cached_property
+    def potential_energy(self) -> sympy.Expr:
+        """Of gravity (zero at Z = 0) and of springs that have one [J]."""
+        import sympy
+
+        return sympy.sympify(potential_energy(self.assembly), strict=True)
+
+    @cached_property
+    def load_powers(self) -> dict[str, sympy.Expr]:
+        """Power [W] by which each load changes the total energy; pure springs are left out."""
+        import sympy
+
+        powers = load_powers(self.assembly)
+        return {name: sympy.sympify(power, strict=True) for name, power in powers.items()}
+
+    @cached_property
+    def positions(self) -> sympy.Matrix:
+        """(x, z) of every centre of gravity [m], N×2."""
+        return _matrix([list(frame.position) for frame in self.assembly.frames])
+
+    def _stacked(self, bodies: list[Columns]) -> sympy.Matrix:
+        """The three rows of every body as one matrix."""
+        import sympy
+
+        result = sympy.zeros(3 * len(bodies), len(self.topology.coordinate_names))
+        for k, body in enumerate(bodies):
+            for column, entries in body.items():
+                for row, entry in enumerate(entries):
+                    result[3 * k + row, column] = entry
+        return result
+
+    def text(
+        self, *, latex: bool = False, reactions: bool = False, explicit: bool | None = None
+    ) -> str:
+        """The equations as a page of text, or of LaTeX: see `printing.equations_text`."""
+        from m4e_fmi.multibody.symbolic.printing import equations_text
+
+        return equations_text(self, latex=latex, reactions=reactions, explicit=explicit)
+
+    def code(self, language: Language = "python") -> str:
+        """M and f as source of a function in Python or C: see `code.equations_code`."""
+        from m4e_fmi.multibody.symbolic.code import equations_code
+
+        return equations_code(self, language)
+
+    def __repr__(self) -> str:
+        title = f"Equations of {self.model.name!r}: mass_matrix · u̇ = forcing, q̇ = u"
+        names = self.topology.coordinate_names
+        return listing(title, q=names, u=self.topology.velocity_names, inputs=self.inputs)
+
+
+class _Inputs:
+    """Gives symbols for the `wanted` inputs of a model and zero for the others."""
+
+    def __init__(self, wanted: Sequence[str]) -> None:
+        self.wanted = wanted
+        self.known: list[str] = []
+
+    def input(self, variable: Variable) -> Any:
+        import sympy
+
+        self.known.append(variable.name)
+        return sympy.Symbol(variable.name, real=True) if variable.name in self.wanted else 0
+
+
+class _Outputs:
+    """Takes the outputs of a model as expressions."""
+
+    def __init__(self) -> None:
+        self.values: dict[str, sympy.Expr] = {}
+
+    def output(self, variable: Variable, value: Any) -> None:
+        import sympy
+
+        self.values[variable.name] = sympy.sympify(value, strict=True)
+
+
+def _symbols(names: tuple[str, ...]) -> sympy.Matrix:
+    import sympy
+
+    return sympy.Matrix([sympy.Symbol(name, real=True) for name in names])
+
+
+def _matrix(rows: list[list[Any]]) -> sympy.Matrix:
+    import sympy
+
+    return sympy.Matrix(rows)

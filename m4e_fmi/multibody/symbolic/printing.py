@@ -1,0 +1,146 @@
+"""The equations of motion as text or LaTeX."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from m4e_fmi.multibody.symbolic.intermediates import intermediates
+
+if TYPE_CHECKING:
+    from m4e_fmi.multibody.symbolic.equations import Equations
+
+MOST_REPEATED = 80
+"""Intermediates up to which a page is written without them."""
+
+
+@dataclass
+class _Part:
+    """A titled group of lines: names as text and as LaTeX, and their values."""
+
+    title: str
+    names: list[tuple[str, str]] = field(default_factory=list)
+    values: list[Any] = field(default_factory=list)
+
+    def add(self, text: str, latex: str, value: Any) -> None:
+        self.names.append((text, latex))
+        self.values.append(value)
+
+
+def equations_text(
+    equations: Equations,
+    *,
+    latex: bool = False,
+    reactions: bool = False,
+    explicit: bool | None = None,
+) -> str:
+    """All of `equations`: coordinates, B, Ḃ, mass matrix, forcing, energies; zeros left out.
+
+    With `reactions` those of the joints as well, as functions of q, u and the accelerations. What
+    occurs more than once is written on a line of its own if the page is long (`explicit` None), or
+    never (True) or always (False).
+    """
+    import sympy
+
+    parts = _parts(equations, reactions=reactions)
+    names = _latex_names(equations)
+    if not explicit:
+        values = [sympy.sympify(value, strict=True) for part in parts for value in part.values]
+        shared, reduced = intermediates(values, equations.q.flat())
+        if explicit is False or len(shared) > MOST_REPEATED:
+            rest = iter(reduced)
+            for part in parts:
+                part.values = [next(rest) for _ in part.values]
+            first = _Part("Intermediates, each used more than once below")
+            for symbol, value in shared:
+                names[symbol] = _subscripted(symbol.name)
+                first.add(symbol.name, names[symbol], value)
+            parts.insert(0, first)
+    show = partial(sympy.latex, symbol_names=names) if latex else sympy.sstr
+    lines = _heading(equations)
+    for part in parts:
+        lines += ["", part.title]
+        for (text, tex), value in zip(part.names, part.values, strict=True):
+            lines.append(rf"\[ {tex} = {show(value)} \]" if latex else f"  {text} = {show(value)}")
+        if not part.values:
+            lines.append("  (all zero)")
+    if latex:
+        lines = [line if line.startswith("\\[") else f"% {line}".rstrip() for line in lines]
+    return "\n".join(lines)
+
+
+def _heading(equations: Equations) -> list[str]:
+    tree = equations.topology
+    title = f"{equations.model.name}: {equations.model.description}"
+    lines = [" ".join(title.split()), ""]
+    for link in tree.links:
+        held = ", ".join(tree.coordinate_names[k] for k in link.coordinates)
+        holder = f"{link.joint.type} joint {link.joint_name!r} to {link.joint.parent}"
+        lines.append(f"body {link.number}: {link.body:<16} {holder:<40} {held}")
+    return [*lines, "", "Equations of motion: M(q) du/dt = f(t, q, u),  dq/dt = u"]
+
+
+def _parts(equations: Equations, *, reactions: bool) -> list[_Part]:
+    matrices = (
+        ("Velocity transformation B: v = B u, rows (v_x, v_z, omega) of each body",
+         "B", "B", equations.B),
+        ("Its time derivative: dv/dt = B du/dt + B_dot u",
+         "B_dot", r"\dot{B}", equations.B_dot),
+        ("Mass matrix M = B^T (M_bodies + A) B, symmetric", "M", "M", equations.mass_matrix),
+        ("Forcing f = B^T (g + g_g) - B^T (M_bodies + A) B_dot u", "f", "f", equations.forcing),
+    )  # fmt: skip
+    result = [_entries(*matrix) for matrix in matrices]
+    energies = _Part("Kinetic and potential energy")
+    energies.add("T", "T", equations.kinetic_energy)
+    energies.add("V", "V", equations.potential_energy)
+    result.append(energies)
+    if equations.load_powers:
+        powers = _Part("Power of loads that changes T + V")
+        for name, power in equations.load_powers.items():
+            powers.add(f"P[{name}]", rf"P_{{\mathrm{{{_escaped(name)}}}}}", power)
+        result.append(powers)
+    if reactions:
+        carried = _Part("Force (x, z) and moment (y) of each joint on its child, at the joint")
+        for joint, wrench in equations.reactions.items():
+            for axis, entry in zip("xzy", wrench.flat(), strict=True):
+                letter = "M" if axis == "y" else "R"
+                tex = rf"{letter}_{{\mathrm{{{_escaped(joint)}}},{axis}}}"
+                carried.add(f"{letter}[{joint}].{axis}", tex, entry)
+        result.append(carried)
+    return result
+
+
+def _entries(title: str, letter: str, tex: str, matrix: Any) -> _Part:
+    """The entries that are not zero; of a symmetric matrix those of the upper half."""
+    part = _Part(title)
+    for i in range(matrix.rows):
+        for j in range(i if letter == "M" else 0, matrix.cols):
+            if matrix[i, j] != 0:
+                index = f"{i + 1}" if matrix.cols == 1 else f"{i + 1},{j + 1}"
+                part.add(f"{letter}[{index}]", f"{tex}_{{{index}}}", matrix[i, j])
+    return part
+
+
+def _latex_names(equations: Equations) -> dict[Any, str]:
+    """How coordinates and velocities are written: Theta_1 → \\theta_{1}, ThetaD_1 → \\dot{…}."""
+    letters = {"Theta": r"\theta", "Phi": r"\varphi", "S": "s", "X": "x", "Z": "z"}
+    result = {}
+    rows = zip(equations.q.flat(), equations.u.flat(), equations.u_dot.flat(), strict=True)
+    for q, u, u_dot in rows:
+        letter, number = q.name.split("_")
+        result[q] = f"{letters[letter]}_{{{number}}}"
+        result[u] = rf"\dot{{{letters[letter]}}}_{{{number}}}"
+        result[u_dot] = rf"\ddot{{{letters[letter]}}}_{{{number}}}"
+    return result
+
+
+def _subscripted(name: str) -> str:
+    """w12 → w_{12}; sines and cosines upright, for s_k is a slide."""
+    name = re.sub(r"^([a-z])(\d+)$", r"\1_{\2}", name)
+    return rf"\mathrm{{{name[0]}}}{name[1:]}" if name.startswith(("s", "c")) else name
+
+
+def _escaped(name: str) -> str:
+    return name.replace("_", r"\_")

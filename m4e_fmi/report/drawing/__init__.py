@@ -1,0 +1,1 @@
+"""Pictures: schematics, animations, figures of time histories, graphs of systems."""

@@ -1,0 +1,135 @@
+"""Time histories as PNG files."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from m4e_fmi.errors import InputError, Problem, unknown_names
+from m4e_fmi.report.drawing.pictures import save
+from m4e_fmi.report.drawing.style import BODY_COLOURS, GREY
+from m4e_fmi.report.panels import Panel, by_unit, coinciding, fitting, moving, panels
+from m4e_fmi.results.results_file import Series, load
+
+if TYPE_CHECKING:
+    from m4e_fmi.simulate import Simulation
+
+ZOOM = 60.0  # s shown in the right column
+LEGEND_COLUMNS = 3
+LEGEND_ROW = 0.11  # of a panel's height
+DASH = 8  # widths of a line
+
+
+def plot_run(results: str | Path, picture: Path, *, variables: Sequence[str] = ()) -> Path:
+    """Draw a results file to `picture` (PNG): the whole run, and its last minute.
+
+    What people look at first, or the `variables` named, as ``component.variable``. InputError for
+    a name that is not there.
+    """
+    loaded = load(results)
+    shown = _shown(loaded.series, variables)
+    return _draw(loaded.attributes.get("title", ""), loaded.time, shown, picture)
+
+
+def plot_simulation(
+    simulation: Simulation, picture: Path, *, variables: Sequence[str] = ()
+) -> Path:
+    """Draw a simulation to `picture` (PNG).
+
+    What people look at first of its states and outputs, or the `variables` named. InputError for a
+    name that is not there.
+    """
+    series = {
+        name: simulation[name]
+        for name, variable in simulation.variables.items()
+        if variables or not variable.local
+    }
+    shown = _shown(series, variables)
+    return _draw(simulation.program.name, simulation.time, shown, picture)
+
+
+def _shown(series: dict[str, Series], variables: Sequence[str]) -> list[Panel]:
+    """The panels of the `variables` named; if none is, the usual ones with what fits in them."""
+    if not variables:
+        return [fitting(panel) for panel in moving(panels(series))]
+    problems = unknown_names(variables, series, "there is no variable", "variables")
+    problems += [
+        Problem(f"{name} is text, which cannot be drawn", "name other variables")
+        for name in variables
+        if name in series and series[name].recorded.is_text
+    ]
+    if problems:
+        raise InputError(problems)
+    return by_unit({name: series[name] for name in variables})
+
+
+def _draw(title: str, time: np.ndarray, shown: list[Panel], picture: Path) -> Path:
+    from matplotlib.figure import Figure
+
+    zoomed = bool(len(time)) and time[-1] - time[0] > 2 * ZOOM
+    columns = 2 if zoomed else 1
+    figure = Figure(figsize=(11, 1.2 + 1.75 * max(1, len(shown))), layout="constrained")
+    axes = figure.subplots(
+        max(1, len(shown)),
+        columns,
+        squeeze=False,
+        sharex="col",
+        sharey="row",
+        gridspec_kw={"width_ratios": [2.4, 1] if zoomed else [1]},
+    )
+    for row, panel in zip(axes, shown, strict=False):
+        for axis in row:
+            _fill(axis, time, panel)
+        unit = f"[{panel.unit}]" if panel.unit else ""
+        row[0].set_ylabel("\n".join(filter(None, (panel.title, unit))))
+        if panel.items:
+            row[0].set_yticks(list(panel.items.values()), list(panel.items))
+        row[0].legend(
+            handles=_by_rows(row[0].get_lines()), loc="upper left", ncols=LEGEND_COLUMNS,
+            fontsize=7, frameon=False, borderaxespad=0.1, handlelength=3,
+        )  # fmt: skip
+        low, high = row[0].get_ylim()
+        rows = -(-len(panel.series) // LEGEND_COLUMNS)
+        row[0].set_ylim(low, high + LEGEND_ROW * rows * (high - low))  # room for the legend
+        if panel.left_out:
+            count = len(panel.series)
+            note = f"{count} of {count + panel.left_out} shown, those that vary most"
+            row[0].set_title(note, fontsize=8, loc="right", color=GREY)
+    for axis in axes[-1]:
+        axis.set_xlabel("time [s]")
+    if zoomed:
+        axes[0][1].set_xlim(time[-1] - ZOOM, time[-1])
+        axes[0][1].set_title(f"last {ZOOM:g} s", fontsize=9, loc="left", color="#5b6770")
+    if len(time) > 1:
+        axes[0][0].set_xlim(time[0], time[-1])
+    axes[0][0].set_title(title, fontsize=11, loc="left", fontweight="bold")
+    return save(figure, picture)
+
+
+def _by_rows(lines: Sequence[Any]) -> list[Any]:
+    """`lines` in the order in which a legend, which fills its columns, reads from left to right."""
+    return [line for column in range(LEGEND_COLUMNS) for line in lines[column::LEGEND_COLUMNS]]
+
+
+def _fill(axis: Any, time: np.ndarray, panel: Panel) -> None:
+    """Draw the curves; those in one place dashed upon one another, so that each is seen."""
+    curves = panel.curves
+    places = coinciding(list(curves.values()))
+    for k, (name, curve) in enumerate(curves.items()):
+        colour = BODY_COLOURS[k % len(BODY_COLOURS)]
+        below, there = places[k]
+        dashes = (DASH * (there - below), DASH * below)
+        style = (0, dashes) if below else "-"
+        drawn = "steps-post" if panel.steps else "default"
+        marker = "." if len(time) == 1 else ""
+        axis.plot(
+            time, curve, color=colour, lw=0.9, label=name, ls=style, drawstyle=drawn, marker=marker
+        )
+    axis.grid(color="#d8dde2", lw=0.5)
+    axis.tick_params(labelsize=8)
+    axis.margins(x=0)
+    for side in ("top", "right"):
+        axis.spines[side].set_visible(False)

@@ -1,0 +1,175 @@
+"""Pictures of how a model moves: phase plots and mode shapes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from m4e_fmi.errors import InputError, suggestion
+from m4e_fmi.model import Model
+from m4e_fmi.multibody import model_program
+from m4e_fmi.program import Program, Variable
+from m4e_fmi.report.drawing.parts import colour_of, ground_lines, placed, ranks, tie_lines
+from m4e_fmi.report.drawing.pictures import save
+from m4e_fmi.report.drawing.scene import Scene, scene, start_values
+from m4e_fmi.report.drawing.style import BODY_COLOURS, GREY, GRID, INK, PAPER, pale
+from m4e_fmi.simulate import Simulation
+
+if TYPE_CHECKING:
+    from m4e_fmi.analysis.points import At
+
+WIDEST = 12.5  # inches
+SWING = 0.12  # how far a mode shape moves a body at most, as a part of the scene's diagonal
+LARGEST_TURN = 0.5  # rad
+
+
+def plot_phase(
+    simulation: Simulation, picture: Path, *, pairs: Sequence[tuple[str, str]] | None = None
+) -> Path:
+    """Draw one variable over another to `picture`, for every pair (horizontal, vertical) of names.
+
+    By default each coordinate with its velocity. A disc marks the start, a ring the end. InputError
+    for a name that the simulation does not have.
+    """
+    pairs = pairs or _coordinates_and_velocities(simulation.program)
+    for name in (name for pair in pairs for name in pair):
+        if name not in simulation.values:
+            remedy = suggestion(name, simulation.values, "variables")
+            raise InputError.single(f"the simulation has no variable {name!r}", remedy)
+    figure, axes = _grid(len(pairs), 3.0, 2.8)
+    for k, (axis, (x, y)) in enumerate(zip(axes, pairs, strict=True)):
+        colour = BODY_COLOURS[k % len(BODY_COLOURS)]
+        across, up = simulation[x], simulation[y]
+        axis.plot(across, up, color=colour, lw=0.8)
+        axis.plot(across[:1], up[:1], "o", ms=5, color=colour)
+        axis.plot(across[-1:], up[-1:], "o", ms=5.5, mfc=PAPER, mec=colour)
+        axis.set_xlabel(f"{x} [{simulation.variables[x].unit}]", fontsize=8)
+        axis.set_ylabel(f"{y} [{simulation.variables[y].unit}]", fontsize=8)
+        axis.grid(color=GRID, lw=0.6)
+        axis.tick_params(labelsize=7, colors=GREY)
+        for side in ("top", "right"):
+            axis.spines[side].set_visible(False)
+    return _saved(figure, simulation.program.name, picture)
+
+
+def plot_modes(
+    model: Model,
+    shapes: ArrayLike,
+    picture: Path,
+    *,
+    titles: Sequence[str] = (),
+    at: At = None,
+) -> Path:
+    """Draw mode shapes of `model` to `picture`: at rest in grey, and moved one way and the other.
+
+    Column k of `shapes`, (n, modes), holds the coordinates of mode k in the order of the Program's
+    states, real or complex (its phase now and a quarter of a period later). `at` is where to
+    move from, the start values if it is not given. Amplitudes are scaled to be seen. InputError for
+    shapes of another size.
+    """
+    from m4e_fmi.analysis.points import operating_point
+
+    program = model_program(model)
+    program = program.with_start(operating_point(program, at).values)
+    coordinates = [v for v in program.states if v.derivative_of is None]
+    columns = np.atleast_2d(np.asarray(shapes))
+    if columns.shape[0] != len(coordinates):
+        message = (
+            f"mode shapes have {columns.shape[0]} rows, the model {len(coordinates)} coordinates"
+        )
+        names = ", ".join(v.name for v in coordinates)
+        raise InputError.single(message, f"give one row for each of {names}")
+    shown = scene(model, program)
+    size = shown.size(shown.start[None])
+    low, high = _window(shown)
+    width, height = 3.4 * (high - low) / (high - low).max()
+    figure, axes = _grid(columns.shape[1], max(1.6, width), height + 0.4)
+    for k, axis in enumerate(axes):
+        shape = columns[:, k] * np.exp(-1j * np.angle(columns[np.argmax(np.abs(columns[:, k])), k]))
+        moved = _moved(
+            shown, program, coordinates, np.real(shape), shown.diagonal(shown.start[None])
+        )
+        _mode(axis, shown, moved, size)
+        title = titles[k] if k < len(titles) else f"mode {k + 1}"
+        axis.set_title(title, fontsize=9, color=INK, loc="left")
+    return _saved(figure, model.name, picture)
+
+
+def _coordinates_and_velocities(program: Program) -> list[tuple[str, str]]:
+    return [(v.derivative_of, v.name) for v in program.states if v.derivative_of is not None]
+
+
+def _moved(
+    shown: Scene, program: Program, coordinates: list[Variable], shape: np.ndarray, diagonal: float
+) -> np.ndarray:
+    """Poses at minus and plus a mode shape, (2, N, 3), its amplitude such as to be seen."""
+
+    def poses(amplitude: float) -> np.ndarray:
+        changed = {v.name: v.start + amplitude * s for v, s in zip(coordinates, shape, strict=True)}
+        return shown.poses(start_values(program.with_start(changed)))[0]
+
+    small = 1e-4
+    near = poses(small)
+    steps = [
+        placed(np.array(attached), near[b]) - placed(np.array(attached), shown.start[b])
+        for b, attached in enumerate(shown.attachments)
+    ]
+    step = np.max(np.hypot(*np.vstack(steps).T))
+    turn = np.abs(near - shown.start)[:, 2].max()
+    amplitude = small / max(step / (SWING * diagonal), turn / LARGEST_TURN, 1e-300)
+    return np.stack([poses(-amplitude), poses(amplitude)])
+
+
+def _window(shown: Scene) -> tuple[np.ndarray, np.ndarray]:
+    """Corners of what every mode's picture shows [m]."""
+    low, high = shown.extent(shown.start[None])
+    margin = (0.04 + SWING) * shown.diagonal(shown.start[None])
+    return low - margin, high + margin
+
+
+def _mode(axis: Any, shown: Scene, moved: np.ndarray, size: float) -> None:
+    from matplotlib.collections import LineCollection, PolyCollection
+
+    low, high = _window(shown)
+    axis.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
+    axis.set_aspect("equal")
+    axis.axis("off")
+    ground = ground_lines(shown, np.concatenate([shown.start[None], moved]), size)
+    axis.add_collection(LineCollection(ground, colors=GREY, lw=0.8))
+    outlines = [shown.outline(b, 0.02 * size) for b in range(len(shown.bodies))]
+    still = [placed(outline, pose) for outline, pose in zip(outlines, shown.start, strict=True)]
+    axis.add_collection(PolyCollection(still, facecolors="none", edgecolors="#b9c2ca", lw=0.8))
+    for poses, alpha in zip(moved, (0.4, 0.95), strict=True):
+        for tie, rank in zip(shown.ties, ranks(shown), strict=True):
+            lines = tie_lines(shown, tie, rank, poses, size)
+            axis.add_collection(LineCollection(lines, colors=colour_of(tie), lw=0.8, alpha=alpha))
+        for b, outline in enumerate(outlines):
+            colour = BODY_COLOURS[b % len(BODY_COLOURS)]
+            axis.add_collection(
+                PolyCollection(
+                    [placed(outline, poses[b])], facecolors=pale(colour), edgecolors=colour,
+                    lw=1.1, alpha=alpha,
+                )
+            )  # fmt: skip
+
+
+def _grid(count: int, width: float, height: float) -> tuple[Any, list[Any]]:
+    """A figure and `count` axes of a width and height in inches, in as many rows as it takes."""
+    from matplotlib.figure import Figure
+
+    columns = min(max(1, int(WIDEST / width)), max(1, count))
+    rows = -(-max(1, count) // columns)
+    figure = Figure(figsize=(width * columns, height * rows + 0.4), layout="constrained")
+    axes = figure.subplots(rows, columns, squeeze=False).ravel()
+    for axis in axes[count:]:
+        axis.axis("off")
+    return figure, list(axes[:count])
+
+
+def _saved(figure: Any, title: str, picture: Path) -> Path:
+    figure.suptitle(title, x=0.01, ha="left", fontsize=11, fontweight="bold", color=INK)
+    return save(figure, picture, margin=0.1)

@@ -1,0 +1,115 @@
+"""How the parts of a scene are drawn: lines and outlines in metres, from any pose."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from m4e_fmi.report.drawing import symbols
+from m4e_fmi.report.drawing.scene import GROUND_INDEX, Scene, Tie, turned
+from m4e_fmi.report.drawing.symbols import Line
+
+SPRING, DAMPER, OTHER = "#2a7f62", "#7a4fa3", "#7b8794"
+WIDTH = 0.022  # of a spring, as a part of the scene's size
+SPACING = 1.5  # between ties that lie abreast, in widths
+
+
+def colour_of(tie: Tie) -> str:
+    if "spring" in tie.kind:
+        return SPRING
+    return DAMPER if "damper" in tie.kind else OTHER
+
+
+def ranks(scene: Scene) -> list[float]:
+    """For every tie its place among those with the same ends, counted from their middle.
+
+    Of ties at a joint, which lie around it, the place counted from the inside.
+    """
+    groups: dict[frozenset, list[int]] = {}
+    for k, tie in enumerate(scene.ties):
+        groups.setdefault(frozenset(tie.ends), []).append(k)
+    result = [0.0] * len(scene.ties)
+    for members in groups.values():
+        for order, k in enumerate(members):
+            around = scene.ties[k].kind.startswith("torsion")
+            result[k] = order if around else order - (len(members) - 1) / 2
+    return result
+
+
+def tie_lines(scene: Scene, tie: Tie, rank: float, poses: np.ndarray, size: float) -> list[Line]:
+    """Lines of a tie at poses (N, 3); `size` is the scene's."""
+    ends = np.array([scene.place(end, poses) for end in tie.ends])
+    if tie.kind.startswith("torsion"):
+        return _around(tie, ends, rank, size)
+    width = WIDTH * size
+    order = sorted(range(2), key=lambda k: (tie.ends[k].body, tie.ends[k].at))
+    if np.allclose(ends[0], ends[1]):
+        return []
+    first, second = ends[order]
+    start, end = symbols.moved_aside(first, second, SPACING * width * rank)
+    arms = [np.array(pair) for pair in ((first, start), (end, second))]
+    if tie.kind == "tension_spring":
+        return [symbols.spring(start, end, width), *arms]
+    if tie.kind == "tension_damper":
+        return [*symbols.damper(start, end, width), *arms]
+    return [np.array([start, end]), *arms]
+
+
+def _around(tie: Tie, ends: np.ndarray, rank: float, size: float) -> list[Line]:
+    """A spiral or an arc with a bar, around the joint between two bodies."""
+    unit = 0.0085 * size
+    lines = [] if np.allclose(*ends) else [ends]
+    centre = ends.mean(axis=0)
+    inner = (1.5 + 1.1 * rank) * unit
+    if tie.kind == "torsion_spring":
+        return [symbols.spiral(centre, inner, inner + 1.3 * unit), *lines]
+    radius = inner + 0.9 * unit
+    angle = -1.4
+    bar = [
+        symbols.arc(centre, r, angle, angle)[0] for r in (radius - 0.7 * unit, radius + 0.7 * unit)
+    ]
+    return [symbols.arc(centre, radius, -2.6, -0.2), np.array(bar), *lines]
+
+
+def ground_lines(scene: Scene, poses: np.ndarray, size: float) -> list[Line]:
+    """The ground where something is fastened to it, and rails as long as slides go, (T, N, 3)."""
+    hatch = 0.011 * size
+    lines: list[Line] = []
+    rails = {joint.parent.at: joint for joint in scene.joints
+             if joint.type == "prismatic" and joint.parent.body == GROUND_INDEX}  # fmt: skip
+    for at in scene.fixed:
+        along, first, last = np.array([1.0, 0.0]), -0.0375 * size, 0.0375 * size
+        if at in rails:
+            along = np.array(rails[at].direction)
+            slid = (scene.place_all(rails[at].child, poses) - at) @ along
+            first, last = slid.min() - 0.09 * size, slid.max() + 0.09 * size
+        lines += symbols.ground(at + first * along, at + last * along, hatch)
+    return lines
+
+
+def guides(scene: Scene, poses: np.ndarray) -> list[Line]:
+    """From every prismatic joint's point on a moving parent to that on its child."""
+    return [
+        np.array([scene.place(joint.parent, poses), scene.place(joint.child, poses)])
+        for joint in scene.joints
+        if joint.type == "prismatic" and joint.parent.body != GROUND_INDEX
+    ]
+
+
+def placed(outline: np.ndarray, pose: np.ndarray) -> np.ndarray:
+    """Points of a body (n, 2) in the world, at its pose x, z, θ."""
+    return pose[:2] + np.array([turned((a, b), pose[2]) for a, b in outline])
+
+
+def joint_outlines(scene: Scene, poses: np.ndarray, size: float) -> list[np.ndarray]:
+    """Circles of revolute joints and sleeves of prismatic ones."""
+    radius = 0.0085 * size
+    marks = []
+    for joint in scene.joints:
+        at = scene.place(joint.child, poses)
+        if joint.type == "revolute":
+            marks.append(symbols.circle(at, radius, corners=20))
+        elif joint.type == "prismatic":
+            turn = poses[joint.parent.body, 2] if joint.parent.body >= 0 else 0.0
+            along = turned(joint.direction or (1.0, 0.0), turn)
+            marks.append(symbols.box(at, 4.2 * radius, 2 * radius, along))
+    return marks

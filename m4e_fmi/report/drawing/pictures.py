@@ -1,0 +1,31 @@
+"""Pictures as files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from m4e_fmi.files.writing import check_suffix, written
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+SUFFIXES = (".png", ".svg", ".pdf")
+DOTS_PER_INCH = 130
+
+
+def check_picture_path(path: Path) -> None:
+    """InputError unless a picture can be written to a file of this name."""
+    check_suffix(path, SUFFIXES, "a picture")
+
+
+def save(figure: Figure, path: Path, *, margin: float | None = None) -> Path:
+    """Write `figure` to `path`, cut to what it shows and a `margin` [inches] if one is given.
+
+    InputError if no picture has such a suffix.
+    """
+    check_picture_path(path)
+    cut = {} if margin is None else {"bbox_inches": "tight", "pad_inches": margin}
+    with written(path) as part:
+        figure.savefig(part, dpi=DOTS_PER_INCH, **cut)
+    return path

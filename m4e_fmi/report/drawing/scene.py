@@ -1,0 +1,306 @@
+"""What a model looks like: numbers to draw from, at any pose.
+
+Lengths in metres, angles in radians; points (x, z) of a body are in its axes from its centre of
+gravity, those of the ground (index −1) in world axes from the origin.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from m4e_fmi.model import Model
+from m4e_fmi.model.elements import as_expression, parameter_values
+from m4e_fmi.model.expression import Values
+from m4e_fmi.multibody import Topology, model_program, topology
+from m4e_fmi.multibody.model_program.declaration import is_unset
+from m4e_fmi.program import Program
+from m4e_fmi.program.python_form import load_python
+from m4e_fmi.report.drawing import symbols
+from m4e_fmi.report.drawing.symbols import Line
+
+Pair = tuple[float, float]
+GROUND_INDEX = -1
+MOST_BODIES_ACROSS = 12  # bodies in a row at which symbols begin to shrink with the bodies
+
+
+@dataclass(frozen=True)
+class Anchor:
+    """A point of a body, or of the ground."""
+
+    body: int
+    at: Pair
+
+
+@dataclass(frozen=True)
+class JointMark:
+    """A joint: its point on parent and child; of a prismatic one the direction in parent axes."""
+
+    name: str
+    type: str
+    parent: Anchor
+    child: Anchor
+    direction: Pair | None = None
+
+
+@dataclass(frozen=True)
+class Tie:
+    """What acts between two points, or at a joint between two bodies; `kind` is the load's type."""
+
+    name: str
+    kind: str
+    ends: tuple[Anchor, Anchor]
+
+
+@dataclass(frozen=True)
+class Push:
+    """A force on a point along `direction` (world axes, length 1), or a moment (no direction)."""
+
+    name: str
+    at: Anchor
+    direction: Pair | None
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A model to be drawn: bodies in the order of their numbers, joints in that of their children.
+
+    `depths` are the bodies' distances from the ground in joints; `start` their poses, (N, 3).
+    """
+
+    title: str
+    description: str
+    bodies: tuple[str, ...]
+    depths: tuple[int, ...]
+    joints: tuple[JointMark, ...]
+    points: Mapping[str, Anchor]
+    ties: tuple[Tie, ...]
+    pushes: tuple[Push, ...]
+    gravity: float
+    start: np.ndarray
+
+    @cached_property
+    def attachments(self) -> list[list[Pair]]:
+        """For every body, all places where something holds it, its CG first."""
+        found: list[list[Pair]] = [[(0.0, 0.0)] for _ in self.bodies]
+        ends = [end for joint in self.joints for end in (joint.parent, joint.child)
+                if joint.type != "floating"]  # fmt: skip
+        for anchor in (*ends, *self.points.values()):
+            if anchor.body >= 0 and anchor.at not in found[anchor.body]:
+                found[anchor.body].append(anchor.at)
+        return found
+
+    def outline(self, body: int, radius: float) -> Line:
+        """Corners of a body's outline in its own axes [m]; thinner, the farther from the ground.
+
+        A body that slides is a block along the direction of its joint.
+        """
+        thickness = radius * max(0.6, 0.88 ** (self.depths[body] - 1))
+        joint = self.joints[body]
+        if joint.type == "prismatic" and joint.direction:
+            blocks = [symbols.box(at, 3.6 * radius, 2.4 * radius, joint.direction)
+                      for at in self.attachments[body]]  # fmt: skip
+            return symbols.convex_hull(np.vstack(blocks))
+        return symbols.rounded_hull(self.attachments[body], thickness)
+
+    @cached_property
+    def fixed(self) -> list[Pair]:
+        """Points of the ground that something is fastened to."""
+        ends = [joint.parent for joint in self.joints if joint.type != "floating"]
+        ends += [end for tie in self.ties for end in tie.ends]
+        return list(dict.fromkeys(end.at for end in ends if end.body == GROUND_INDEX))
+
+    def place(self, anchor: Anchor, poses: np.ndarray) -> np.ndarray:
+        """A point in the world [m], (2,); `poses` are x, z, θ of every body, (N, 3)."""
+        if anchor.body == GROUND_INDEX:
+            return np.array(anchor.at)
+        return turned(anchor.at, poses[anchor.body, 2]) + poses[anchor.body, :2]
+
+    def place_all(self, anchor: Anchor, poses: np.ndarray) -> np.ndarray:
+        """A point of a body in the world [m], (T, 2), at poses (T, N, 3)."""
+        return turned(anchor.at, poses[:, anchor.body, 2]) + poses[:, anchor.body, :2]
+
+    def extent(self, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Lower and upper corner of everything [m], over poses (T, N, 3)."""
+        places = [np.array(self.fixed).reshape(-1, 2)]
+        for body, attached in enumerate(self.attachments):
+            places += [self.place_all(Anchor(body, at), poses) for at in attached]
+        everything = np.vstack(places)
+        return everything.min(axis=0), everything.max(axis=0)
+
+    def diagonal(self, poses: np.ndarray) -> float:
+        """The diagonal of everything [m], over poses (T, N, 3); 1 m of a single point."""
+        low, high = self.extent(poses)
+        return float(np.hypot(*(high - low))) or 1.0
+
+    def size(self, poses: np.ndarray) -> float:
+        """A length to scale symbols by [m]: the diagonal, or less where bodies are small."""
+        spans = [float(np.hypot(*np.ptp(np.array(held), axis=0))) for held in self.attachments]
+        body = float(np.quantile(spans, 0.75))
+        diagonal = self.diagonal(poses)
+        return min(diagonal, MOST_BODIES_ACROSS * body) if body > 0 else diagonal
+
+    def poses(self, values: Mapping[str, Any]) -> np.ndarray:
+        """x, z, θ of every body, (T, N, 3), from variables by their names in a Program."""
+        columns = [
+            np.column_stack([np.atleast_1d(values[f"body.{b}.{c}"]) for c in ("x", "z", "theta")])
+            for b in self.bodies
+        ]
+        return np.stack(columns, axis=1)
+
+
+def turned(at: Pair, angle: Any) -> np.ndarray:
+    """A vector of a body in world axes, (2,) or (T, 2): θ > 0 turns +Z towards +X."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.stack([c * at[0] + s * at[1], c * at[1] - s * at[0]], axis=-1)
+
+
+def start_values(program: Program) -> dict[str, float]:
+    """States and outputs at t = 0, by name, at the start values of a Program.
+
+    Masses that nobody has set are 1 kg: places do not depend on them.
+    """
+    program = program.with_start({v.name: 1.0 for v in program.parameters if is_unset(v)})
+    form = load_python(program)
+    x, u, p = ([v.start for v in group] for group in (program.states, program.inputs,
+                                                       program.parameters))  # fmt: skip
+    outputs = form.outputs(0.0, x, u, p, form.constants(p))
+    values = dict(zip([v.name for v in program.states], x, strict=True))
+    return values | dict(zip([v.name for v in program.outputs], outputs, strict=True))
+
+
+def scene(model: Model, program: Program | None = None) -> Scene:
+    """What `model` looks like at the start values of `program`, its own one if none is given."""
+    program = program or model_program(model)
+    tree = topology(model)
+    values = parameter_values(model.parameters)
+    for parameter in program.parameters:
+        if parameter.name in values:
+            values[parameter.name] = parameter.start
+    numbers = _Numbers(model, tree, values)
+    made = Scene(
+        title=model.name,
+        description=" ".join(model.description.split()),
+        bodies=tuple(link.body for link in tree.links),
+        depths=tuple(len(path) for path in _paths(tree)),
+        joints=tuple(numbers.joints()),
+        points={name: numbers.point(name) for name in model.points},
+        ties=tuple(numbers.ties()),
+        pushes=(),
+        gravity=numbers.number(model.gravity, default=1.0),
+        start=np.zeros((len(tree.links), 3)),
+    )
+    start = made.poses(start_values(program))[0]
+    return Scene(**{**made.__dict__, "start": start, "pushes": tuple(numbers.pushes(start))})
+
+
+def _paths(tree: Topology) -> list[list[int]]:
+    """For every body, the indices of those that hold it, itself first."""
+    paths: list[list[int]] = []
+    for k, link in enumerate(tree.links):
+        paths.append([k, *(paths[link.parent] if link.parent >= 0 else [])])
+    return paths
+
+
+class _Numbers:
+    """Quantities of a model as numbers, at the start."""
+
+    def __init__(self, model: Model, tree: Topology, values: Values) -> None:
+        self.model, self.tree, self.values = model, tree, values
+
+    def number(self, quantity: Any, *, default: float = 0.0, time: float = 0.0) -> float:
+        """The value at a time [s]; `default` where it depends on the motion."""
+        known = Values({**self.values, "t": time})
+        try:
+            return float(as_expression(quantity).evaluate(known))
+        except (KeyError, ArithmeticError, ValueError):
+            return default
+
+    def pair(self, vector: Sequence[Any]) -> Pair:
+        return self.number(vector[0]), self.number(vector[1])
+
+    def point(self, name: str) -> Anchor:
+        point = self.model.points[name]
+        return Anchor(self.tree.index(point.body), self.pair(point.at))
+
+    def joints(self) -> list[JointMark]:
+        marks = []
+        for k, link in enumerate(self.tree.links):
+            joint = link.joint
+            x, z = self.pair(joint.joint_to_child)
+            direction = None
+            if joint.direction is not None:
+                dx, dz = self.pair(joint.direction)
+                length = math.hypot(dx, dz)
+                direction = (dx / length, dz / length)
+            parent = Anchor(link.parent, self.pair(joint.parent_to_joint))
+            child = Anchor(k, (-x, -z))
+            marks.append(JointMark(link.joint_name, joint.type, parent, child, direction))
+        return marks
+
+    def ties(self) -> list[Tie]:
+        """Loads between two points, and between two bodies at the joint that joins them."""
+        found = []
+        for name, load in self.model.loads.items():
+            if hasattr(load, "points"):
+                first, second = (self.point(end) for end in load.points)  # type: ignore[union-attr]
+                found.append(Tie(name, load.type, (first, second)))
+            elif hasattr(load, "bodies"):
+                first, second = (self.tree.index(body) for body in load.bodies)  # type: ignore[union-attr]
+                found.append(Tie(name, load.type, self._hinge(first, second)))
+        return found
+
+    def _hinge(self, first: int, second: int) -> tuple[Anchor, Anchor]:
+        """Where two bodies are joined; their centres of gravity if they are not."""
+        for mark in self.joints():
+            pair = {mark.parent.body, mark.child.body}
+            if mark.type != "floating" and pair == {first, second}:
+                ends = (mark.parent, mark.child)
+                return ends if ends[0].body == first else (ends[1], ends[0])
+        return Anchor(first, (0.0, 0.0)), Anchor(second, (0.0, 0.0))
+
+    def pushes(self, start: np.ndarray) -> list[Push]:
+        """Forces and moments, in the direction that they have when they are first not zero."""
+        found = []
+        for name, load in self.model.loads.items():
+            if hasattr(load, "effort") and not hasattr(load, "velocity"):
+                found.append(self._effort(name, load, start))
+            if not hasattr(load, "force"):
+                continue
+            if hasattr(load, "point"):
+                at = self.point(load.point)  # type: ignore[union-attr]
+            else:
+                at = Anchor(self.tree.index(load.body), (0.0, 0.0))  # type: ignore[union-attr]
+            direction = self._direction(load.force)  # type: ignore[union-attr]
+            if direction is not None:
+                if getattr(load, "axes", "world") == "body" and at.body >= 0:
+                    x, z = turned(direction, start[at.body, 2])
+                    direction = (float(x), float(z))
+                found.append(Push(name, at, direction))
+            moment = getattr(load, "moment", 0.0)
+            if any(self.number(moment, default=1.0, time=t) for t in (0.0, 0.37, 1.1)):
+                found.append(Push(name, at, None))
+        return found
+
+    def _effort(self, name: str, load: Any, start: np.ndarray) -> Push:
+        """A joint's effort on its child: along the direction of a slide, or a moment."""
+        mark = next(mark for mark in self.joints() if mark.name == load.joint)
+        if mark.direction is None:
+            return Push(name, mark.child, None)
+        turn = start[mark.parent.body, 2] if mark.parent.body >= 0 else 0.0
+        x, z = turned(mark.direction, turn)
+        sign = -1.0 if self.number(load.effort, default=1.0) < 0 else 1.0
+        return Push(name, mark.child, (float(sign * x), float(sign * z)))
+
+    def _direction(self, force: Sequence[Any]) -> Pair | None:
+        for time in (0.0, 0.37, 1.1):
+            x, z = (self.number(part, default=1.0, time=time) for part in force)
+            length = math.hypot(x, z)
+            if 0 < length < math.inf:
+                return x / length, z / length
+        return None

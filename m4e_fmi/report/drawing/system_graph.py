@@ -1,0 +1,275 @@
+"""A coupled system as a picture: components, what flows between them, how late, and loops."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from m4e_fmi.report.drawing.labels import covering
+from m4e_fmi.report.drawing.pictures import save
+from m4e_fmi.report.drawing.style import COLOURS, GREY, INK, PAPER, pale
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from m4e_fmi.cosim import Link, Prepared, Timing
+
+SPACE = (4.0, 2.2)  # inches between neighbours
+BOX = (1.5, 0.62)  # inches
+MOST_NAMES = 4  # variables named at an arrow
+BEND = 0.16
+BEND_BESIDE = 0.42  # of an arrow beside another from and to the same components
+BEND_OWN = -1.46  # in addition, of an arrow from a component to itself
+POINTS = 200  # of an arc
+ALONG = (0.5, 0.42, 0.58, 0.34, 0.66, 0.26, 0.74)  # where a name may stand beside its arrow
+GRID = np.linspace(-0.5, 0.5, 9)
+LOOP = COLOURS[4]
+OF_TIMING = {
+    "KNOWN": INK, "SOLVED": INK, "CORRECTED": INK, "PREDICTED": COLOURS[0],
+    "TAKEN": COLOURS[2], "HELD": COLOURS[2], "EXTRAPOLATED": COLOURS[3], "LATE": COLOURS[1],
+    "SWITCHED": COLOURS[2],
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Name:
+    """What is written at an arrow; `side` is 1 where it bends to the right of its way, or -1."""
+
+    text: str
+    colour: str
+    arc: np.ndarray
+    side: float
+
+
+def draw_system(prepared: Prepared, picture: Path) -> Path:
+    """Draw a prepared system to `picture` (PNG, SVG or PDF, by its suffix)."""
+    return save(system_figure(prepared), picture, margin=0.15)
+
+
+def system_figure(prepared: Prepared) -> Figure:
+    """The same as a figure of matplotlib, to be shown or changed."""
+    from matplotlib.figure import Figure
+
+    places = _places(prepared)
+    corners = np.array(list(places.values()))
+    low, high = corners.min(axis=0) - BOX, corners.max(axis=0) + BOX
+    size = np.maximum(high - low, (4.0, 2.0))
+    low = (low + high - size) / 2
+    figure = Figure(figsize=tuple(size))
+    axis = figure.add_axes((0, 0, 1, 1))
+    axis.set_axis_off()
+    axis.set_xlim(low[0], low[0] + size[0])
+    axis.set_ylim(low[1], low[1] + size[1])
+    arrows = _arrows(prepared)
+    looped = {port.component for loop in prepared.structure.loops for port in loop}
+    names = []
+    for (source, target, once), links in arrows.items():
+        beside = once and (source, target, False) in arrows
+        ends = (places[source], places[target])
+        names.append(_arrow(axis, prepared, ends, links, BEND_BESIDE if beside else BEND))
+    for name, place in places.items():
+        _box(axis, prepared, name, place, looped=name in looped)
+    _write_names(axis, names, places.values())
+    _legend(axis, prepared, bool(looped))
+    axis.set_title(prepared.system.name, fontsize=12, fontweight="bold", color=INK, pad=12)
+    return figure
+
+
+def _places(prepared: Prepared) -> dict[str, np.ndarray]:
+    """Centres of the components [inches]: neighbours near one another, none on top of another."""
+    import networkx as nx
+
+    graph: nx.Graph = nx.Graph()
+    graph.add_nodes_from(prepared.structure.sweep)
+    graph.add_edges_from((a, b) for a, b, _ in _arrows(prepared) if a != b)
+    found: dict[str, np.ndarray] = {}
+    left = 0.0
+    for part in sorted(nx.connected_components(graph), key=len, reverse=True):
+        members = graph.subgraph([name for name in prepared.structure.sweep if name in part])
+        raw = nx.kamada_kawai_layout(members)
+        points = np.array([raw[name] for name in members])
+        points = _turned(points - points.mean(axis=0))
+        points *= _spread(points)
+        points[:, 0] += left - points[:, 0].min()
+        left = points[:, 0].max() + SPACE[0]
+        found |= dict(zip(members, points, strict=True))
+    return found
+
+
+def _turned(points: np.ndarray) -> np.ndarray:
+    """The same points with their longest extent from left to right."""
+    if len(points) < 2:
+        return points
+    axes = np.linalg.svd(points, full_matrices=False)[2]
+    turned = points @ axes.T
+    return turned * np.where(turned[0] > 0, -1.0, 1.0)  # the first to step at the left
+
+
+def _spread(points: np.ndarray) -> float:
+    """The factor that keeps all boxes apart."""
+    factor = 1.0
+    for k, one in enumerate(points):
+        for other in points[k + 1 :]:
+            apart = np.abs(one - other) / SPACE
+            factor = max(factor, 1.0 / max(float(np.hypot(*apart)), 1e-3))
+    return factor
+
+
+def _arrows(prepared: Prepared) -> dict[tuple[str, str, bool], list[Link]]:
+    """All links by the components that they lead from and to, and whether they act only once."""
+    found: dict[tuple[str, str, bool], list[Link]] = {}
+    for once, links in ((False, prepared.wiring.links), (True, prepared.wiring.initial_links)):
+        for link in links:
+            found.setdefault((link.source.component, link.target.component, once), []).append(link)
+    return found
+
+
+def _box(axis: Any, prepared: Prepared, name: str, place: np.ndarray, *, looped: bool) -> None:
+    from matplotlib.patches import FancyBboxPatch
+
+    colour = LOOP if looped else COLOURS[0]
+    corner = place - np.array(BOX) / 2
+    axis.add_patch(
+        FancyBboxPatch(
+            tuple(corner), *BOX, boxstyle="round,pad=0,rounding_size=0.08", lw=1.4, ec=colour,
+            fc=pale(colour), zorder=4,
+        )
+    )  # fmt: skip
+    loose = sum(port.component == name for port in prepared.wiring.unconnected)
+    below = prepared.descriptions[name].path.name
+    if loose:
+        below = f"{loose} input{'s' * (loose > 1)} unconnected"
+    width = 9 if len(name) < 16 else 6.5
+    axis.text(place[0], place[1] + 0.09, name, ha="center", va="center", color=INK, fontsize=width,
+              fontweight="bold", zorder=5)  # fmt: skip
+    axis.text(place[0], place[1] - 0.14, below, ha="center", va="center", color=GREY, fontsize=6.5,
+              zorder=5)  # fmt: skip
+
+
+def _arrow(
+    axis: Any,
+    prepared: Prepared,
+    ends: tuple[np.ndarray, np.ndarray],
+    links: list[Link],
+    rad: float,
+) -> _Name:
+    """One arrow for all that flows from a component to another, in the colour of the latest."""
+    timings = prepared.timings
+    in_loop = _in_loop(prepared)
+    latest = max((_rank(timings[k]) for k in links if k in timings), default=-1)
+    names = list(OF_TIMING)
+    colour = GREY if latest < 0 else OF_TIMING[names[latest]]
+    knotted = any((k.source, k.target) in in_loop for k in links)
+    colour = LOOP if knotted else colour
+    first, last = ends
+    if np.allclose(first, last):
+        first, last = first + np.array([-0.3, 0.3]), last + np.array([0.3, 0.3])
+        rad += BEND_OWN
+    arc = _arc(first, last, rad)
+    axis.plot(*arc.T, color=colour, lw=2.4 if knotted else 1.2, ls="--" if latest < 0 else "-",
+              zorder=3 if knotted else 2)  # fmt: skip
+    _head(axis, arc, colour)
+    return _Name(_label(links), colour, arc, np.sign(rad))
+
+
+def _arc(first: np.ndarray, last: np.ndarray, rad: float) -> np.ndarray:
+    """Points of a parabola (n, 2), whose control point stands off by `rad` times its length."""
+    way = last - first
+    control = (first + last) / 2 + rad * np.array([way[1], -way[0]])
+    s = np.linspace(0, 1, POINTS)[:, None]
+    return (1 - s) ** 2 * first + 2 * s * (1 - s) * control + s**2 * last
+
+
+def _head(axis: Any, arc: np.ndarray, colour: str) -> None:
+    """An arrow's head where the arc meets the box of its target."""
+    outside = (np.abs(arc - arc[-1]) > np.array(BOX) / 2 + 0.02).any(axis=1)
+    if not outside.any():
+        return
+    tip = int(np.flatnonzero(outside)[-1])
+    style = {"arrowstyle": "-|>,head_width=0.22,head_length=0.5", "color": colour, "lw": 1.0,
+             "shrinkA": 0, "shrinkB": 0}  # fmt: skip
+    axis.annotate("", arc[tip], arc[max(tip - 8, 0)], arrowprops=style, zorder=5)
+
+
+def _write_names(axis: Any, names: list[_Name], places: Iterable[np.ndarray]) -> None:
+    """Write each name beside its arrow, where it covers as little as possible."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    dots = axis.figure.dpi  # per inch, the unit of the axis
+    renderer = FigureCanvasAgg(axis.figure).get_renderer()
+    inside = [place + np.array(BOX) * (a, b) for place in places for a in GRID for b in GRID]
+    obstacles = dots * np.vstack([*(name.arc[::5] for name in names), inside])
+    taken: list[Any] = []
+    for name in names:
+        text = axis.text(
+            0, 0, name.text, color=name.colour, ha="center", va="center", multialignment="left",
+            fontsize=6.5, zorder=6, bbox={"fc": PAPER, "ec": "none", "pad": 0.8, "alpha": 0.85},
+        )  # fmt: skip
+        extent = text.get_window_extent(renderer)
+        half = np.array([extent.width, extent.height]) / 2 / dots
+        found = []
+        for along, outwards in product(ALONG, (1, -1)):
+            at = int(along * POINTS)
+            way = name.arc[at + 1] - name.arc[at - 1]
+            side = outwards * name.side * np.array([way[1], -way[0]]) / np.hypot(*way)
+            middle = name.arc[at] + 0.07 * side + half * np.sign(side) * (np.abs(side) > 0.3)
+            corners = (dots * (middle - half), dots * (middle + half))
+            cost = covering(*corners, obstacles, taken) + abs(along - 0.5) + (outwards < 0)
+            found.append((cost, len(found), middle, corners))
+        _, _, best, corners = min(found)
+        text.set_position(best)
+        taken.append(corners)
+
+
+def _in_loop(prepared: Prepared) -> set[tuple[Any, Any]]:
+    """Pairs of ports that follow one another in an algebraic loop."""
+    return {
+        pair
+        for loop in prepared.structure.loops
+        for pair in zip(loop, (*loop[1:], loop[0]), strict=True)
+    }
+
+
+def _rank(timing: Timing) -> int:
+    return list(OF_TIMING).index(timing.name)
+
+
+def _label(links: list[Link]) -> str:
+    """Connector and variables at the source's end, as ``body.float: x, vx``."""
+    groups: dict[str, dict[str, None]] = {}
+    for link in links:
+        name = link.source.variable.partition("[")[0]
+        group, _, last = name.rpartition(".")
+        groups.setdefault(group, {}).setdefault(last if link.is_plain else f"{last} (converted)")
+    lines = []
+    for group, names in groups.items():
+        shown = list(names)
+        if len(shown) > MOST_NAMES:
+            shown = [*shown[: MOST_NAMES - 1], f"{len(shown) - MOST_NAMES + 1} more"]
+        lines.append(f"{group}: {', '.join(shown)}" if group else ", ".join(shown))
+    return "\n".join(lines[:3])
+
+
+def _legend(axis: Any, prepared: Prepared, loops: bool) -> None:
+    """The colours that occur."""
+    from matplotlib.lines import Line2D
+
+    present = {timing.name for timing in prepared.timings.values()}
+    entries = {}
+    for timing in prepared.timings.values():
+        entries.setdefault(timing.name, (OF_TIMING[timing.name], "-", timing.value))
+    rows = [entries[name] for name in OF_TIMING if name in present]
+    if prepared.wiring.initial_links:
+        rows.append((GREY, "--", "carried over once, at initialisation"))
+    if loops:
+        rows.append((LOOP, "-", "algebraic loop, to be solved"))
+    handles = [Line2D([], [], color=c, ls=ls, lw=1.6, label=text) for c, ls, text in rows]
+    if handles:
+        title = f"inputs during a step, algorithm {prepared.system.simulation.algorithm}"
+        axis.legend(handles=handles, title=title, loc="upper center", bbox_to_anchor=(0.5, 0.0),
+                    frameon=False, fontsize=7.5, title_fontsize=7.5, labelcolor=INK)  # fmt: skip

@@ -1,0 +1,197 @@
+"""The page that an FMU has about itself: one HTML file that loads nothing."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from html import escape
+from importlib.resources import files
+
+import m4e_fmi
+from m4e_fmi.fmu import ModelDescription
+from m4e_fmi.fmu.export.description.arrays import Grouped
+from m4e_fmi.fmu.export.description.quantities import QUANTITIES, display_factor
+from m4e_fmi.fmu.export.options import Options
+from m4e_fmi.multibody import Equations
+from m4e_fmi.report.page.mathml import equations_markup
+from m4e_fmi.simulate.simulation import FIXED
+
+MOST_COORDINATES = 12
+"""Of models whose equations are written out; longer ones nobody reads."""
+
+EQUATIONS = (
+    '<math><mrow><mi>M</mi><mo stretchy="false">(</mo><mi>q</mi><mo stretchy="false">)</mo>'
+    '<mi class="letter">u\u0307</mi><mo>=</mo><mi>f</mi><mo stretchy="false">(</mo><mi>t</mi>'
+    '<mo>,</mo><mi>q</mi><mo>,</mo><mi>u</mi><mo stretchy="false">)</mo></mrow></math> with '
+    '<math><mrow><mi class="letter">q\u0307</mi><mo>=</mo><mi>u</mi></mrow></math>'
+)
+
+CAUSALITIES = {
+    "input": "Inputs",
+    "output": "Outputs",
+    "parameter": "Parameters",
+    "calculatedParameter": "Calculated parameters",
+    "independent": "Time",
+    "local": "Others",
+}
+
+
+def fmu_page(
+    description: ModelDescription,
+    variables: Sequence[Grouped],
+    options: Options,
+    *,
+    drawing: str,
+    equations: Equations,
+    states: Mapping[str, str],
+    others: Sequence[str],
+) -> str:
+    """The page: what the FMU is, the `drawing` (SVG), connectors, `variables`, equations.
+
+    `states` says what the states of the model's program are called; `others` are lines about
+    further files.
+    """
+    sections = [
+        _facts(description, options, others),
+        f'<figure class="card">{drawing}</figure>',
+        "<h2>How to connect it</h2>",
+        _connectors(variables),
+        "<h2>Variables</h2>",
+        *_variables(variables),
+        "<h2>Equations of motion</h2>",
+        *_equations(equations, states),
+    ]
+    page = files("m4e_fmi.report.page").joinpath("fmu_page.html").read_text(encoding="utf-8")
+    texts = {
+        "@title@": escape(description.name),
+        "@description@": escape(" ".join(description.description.split())),
+        "@sections@": "\n".join(sections),
+    }
+    # all at once: a text may hold a mark
+    return re.sub("|".join(texts), lambda mark: texts[mark[0]], page)
+
+
+def _facts(description: ModelDescription, options: Options, others: Sequence[str]) -> str:
+    kinds = "co-simulation and model exchange" if options.native else "co-simulation"
+    needs = "nothing else" if options.native else "Python 3.10 to 3.13 in the importing tool"
+    experiment = (
+        f"0 to {description.stop_time:g} s in steps of {description.step_size:g} s, "
+        f"tolerance {description.tolerance:g}"
+    )
+    steps = "in fixed steps" if options.method == FIXED else "step size by error control"
+    rows = {
+        "Standard": f"FMI {options.fmi}.0, {kinds}",
+        "Needs": needs,
+        "Integrates with": f"{options.method}, {steps}",
+        "Default experiment": experiment,
+        "Values": "SI units, angles in radians; X to the right, Z up, angles from Z towards X",
+        "Written by": f"m4e_fmi {m4e_fmi.__version__}, whose runtime is inside",
+    }
+    listed = "".join(f"<dt>{name}</dt><dd>{escape(text)}</dd>" for name, text in rows.items())
+    more = "".join(f"<dt>File</dt><dd>{line}</dd>" for line in others)
+    more += '<dt>Licenses</dt><dd><a href="licenses/license.txt">of the code in it</a></dd>'
+    return f'<dl class="card">{listed}{more}</dl><br>'
+
+
+def _connectors(variables: Iterable[Grouped]) -> str:
+    """Groups of variables that have inputs, with what belongs to them."""
+    groups: dict[str, dict[str, list[str]]] = {}
+    for v in variables:
+        group, _, member = v.name.rpartition(".")
+        if v.first.causality in ("input", "output") and group:
+            parts = groups.setdefault(group, {"input": [], "output": []})
+            parts[v.first.causality].append(member)
+    rows = [
+        (f"<code>{escape(group)}</code>", _listed(parts["input"]), _listed(parts["output"]))
+        for group, parts in groups.items()
+        if parts["input"]
+    ]
+    if not rows:
+        return "<p>It has no inputs.</p>"
+    text = (
+        "A connector is a group of variables: forces and moments go in, the motion comes out. "
+        "Forces and positions are in world axes; what is not connected keeps its start value."
+    )
+    return f"<p>{text}</p>" + _table(("Connector", "In", "Out"), rows)
+
+
+def _listed(names: Iterable[str]) -> str:
+    return ", ".join(f"<code>{escape(name)}</code>" for name in names)
+
+
+def _variables(variables: Sequence[Grouped]) -> Iterable[str]:
+    for causality, title in CAUSALITIES.items():
+        chosen = [v for v in variables if v.first.causality == causality]
+        if not chosen:
+            continue
+        table = _table(
+            ("Name", "Description", "Unit", "#Start", "Limits"), [_row(v) for v in chosen]
+        )
+        if causality == "local":
+            summary = f"{len(chosen)} more, that are seen but not meant to be connected"
+            yield f"<details><summary>{summary}</summary>{table}</details>"
+        else:
+            yield f"<h3>{title}</h3>{table}"
+
+
+def _row(variable: Grouped) -> tuple[str, ...]:
+    v = variable.first
+    shown = v.display_unit or (QUANTITIES[v.unit].shown if v.unit in QUANTITIES else None)
+    start = ""
+    if isinstance(v.start, float | int):
+        start = f"#{_starts(variable)}"
+        if v.display_unit:
+            factor = display_factor(v.unit, v.display_unit)
+            start += f"<br>{_starts(variable, factor)} {v.display_unit}"
+    limits = [f"≥ {v.minimum:g}"] if v.minimum > float("-inf") else []
+    limits += [f"≤ {v.maximum:g}"] if v.maximum < float("inf") else []
+    limits += ["tunable"] if v.causality == "parameter" and v.variability == "tunable" else []
+    unit = escape(variable.unit or "")
+    if unit and shown:
+        unit += f" ({escape(shown)})"
+    size = str(list(variable.shape)) if variable.shape else ""
+    return (
+        f"!<code>{escape(variable.name)}</code>{size}",
+        escape(variable.description),
+        unit,
+        start,
+        ", ".join(limits),
+    )
+
+
+def _starts(variable: Grouped, factor: float = 1.0) -> str:
+    """Start values, times `factor`: a matrix row by row."""
+    texts = [f"{float(m.start or 0) * factor:.6g}" for m in variable.members]
+    width = variable.shape[-1] if variable.shape else 1
+    rows = [texts[k : k + width] for k in range(0, len(texts), width)]
+    return "<br>".join(map(", ".join, rows))
+
+
+def _table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A table; cells that begin with # are numbers, with ! names. Empty columns are left out."""
+    rows = list(rows)
+    used = [k for k in range(len(heads)) if any(row[k] for row in rows)]
+    heads, rows = [heads[k] for k in used], [[row[k] for k in used] for row in rows]
+    classes = {"#": ' class="number"', "!": ' class="name"'}
+
+    def cell(tag: str, text: str) -> str:
+        kind = classes.get(text[:1], "")
+        return f"<{tag}{kind}>{text[1:] if kind else text}</{tag}>"
+
+    head = "".join(cell("th", text) for text in heads)
+    body = "".join(f"<tr>{''.join(cell('td', text) for text in row)}</tr>" for row in rows)
+    return f'<div class="card scroll"><table><tr>{head}</tr>{body}</table></div>'
+
+
+def _equations(equations: Equations, states: Mapping[str, str]) -> Iterable[str]:
+    count = len(equations.topology.coordinate_names)
+    if count > MOST_COORDINATES:
+        yield (
+            f"<p>{count} coordinates: too long for a page. "
+            "<code>m4e-fmi equations</code> writes them.</p>"
+        )
+        return
+    yield f"<p>{EQUATIONS}</p>"
+    for title, lines in equations_markup(equations, states):
+        items = "".join(f"<li>{line}</li>" for line in lines)
+        yield f'<h3>{title}</h3><div class="card scroll"><ol class="equations">{items}</ol></div>'

@@ -1,0 +1,119 @@
+"""The equations of motion in MathML, which browsers show without a script or a network."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from html import escape
+from typing import Any
+
+from m4e_fmi.multibody import Equations
+from m4e_fmi.multibody.model_program.declaration import state_names
+from m4e_fmi.multibody.symbolic.intermediates import intermediates
+
+LETTERS = {"Theta": "θ", "Phi": "φ", "S": "s", "X": "x", "Z": "z", "A": "A"}
+DOTTED = '<mover>{}<mo lspace="0" rspace="0">.</mo></mover>'
+"""A full stop above, which every font has: an accent would need a font for mathematics."""
+
+
+def equations_markup(
+    equations: Equations, names: Mapping[str, str]
+) -> Iterator[tuple[str, list[str]]]:
+    """Titles and lines of the equations M u̇ = f: what is shared first, then M, then f.
+
+    Each line is HTML with a `math` element. What is zero is left out. `names` says what the states
+    of the model's program are called.
+    """
+    import sympy
+
+    M, f, n = equations.mass_matrix, equations.forcing, len(equations.topology.coordinate_names)
+    places = [(i, j) for i in range(n) for j in range(i, n) if M[i, j] != 0]
+    values = [sympy.sympify(M[at], strict=True) for at in places]
+    forces = [(i, sympy.sympify(f[i, 0], strict=True)) for i in range(n) if f[i, 0] != 0]
+    shared, reduced = intermediates([*values, *(v for _, v in forces)], equations.q.flat())
+    printer = _printer()
+    yield "Coordinates q, velocities u, and the states that they are", _vectors(equations, names)
+    if shared:
+        lines = [_line(_name(symbol.name), printer.doprint(value)) for symbol, value in shared]
+        yield "Used more than once below", lines
+    lines = [
+        _line(_indexed("M", i + 1, j + 1), printer.doprint(value))
+        for (i, j), value in zip(places, reduced, strict=False)
+    ]
+    yield "Mass matrix (symmetric: upper half, zeros left out)", lines
+    lines = [
+        _line(_indexed("f", i + 1), printer.doprint(value))
+        for (i, _), value in zip(forces, reduced[len(places) :], strict=True)
+    ]
+    yield "Forcing, without inputs", lines
+
+
+def _vectors(equations: Equations, names: Mapping[str, str]) -> list[str]:
+    tree, lines = equations.topology, []
+    for link in tree.links:
+        for states, k in zip(state_names(link), link.coordinates, strict=True):
+            symbols = tree.coordinate_names[k], tree.velocity_names[k]
+            for letter, symbol, state in zip("qu", symbols, states, strict=True):
+                math = _line(_indexed(letter, k + 1), _name(symbol))
+                lines.append(f"{math}<code>{escape(names[state])}</code>")
+    return lines
+
+
+def _line(left: str, right: str) -> str:
+    right = right.replace("<mo>-</mo>", "<mo>−</mo>")
+    return f'<math display="block"><mrow>{left}<mo>=</mo>{right}</mrow></math>'
+
+
+def _indexed(letter: str, *index: int) -> str:
+    numbers = "<mo>,</mo>".join(f"<mn>{k}</mn>" for k in index)
+    return f"<msub><mi>{letter}</mi><mrow>{numbers}</mrow></msub>"
+
+
+def _name(name: str) -> str:
+    """ThetaD_1 → θ̇₁; w12 → w₁₂; s1, a sine, upright; others as they are."""
+    base, _, index = name.partition("_")
+    stem = base.removesuffix("D")
+    if index and stem in LETTERS:
+        letter = f"<mi>{LETTERS[stem]}</mi>"
+        letter = letter if base == stem else DOTTED.format(letter)
+        numbers = "<mo>,</mo>".join(f"<mn>{k}</mn>" for k in index.split("_"))
+        return f"<msub>{letter}<mrow>{numbers}</mrow></msub>"
+    if name[0] in "wsc" and name[1:].isdigit():
+        upright = ' mathvariant="normal"' if name[0] in "sc" else ""
+        return f"<msub><mi{upright}>{name[0]}</mi><mn>{name[1:]}</mn></msub>"
+    words = "".join(f"<mi>{word}</mi>" for word in index.split("_") if word)
+    return f"<msub><mi>{base}</mi><mrow>{words}</mrow></msub>" if words else f"<mi>{name}</mi>"
+
+
+def _printer() -> Any:
+    from sympy.printing.mathml import MathMLPresentationPrinter
+
+    class Printer(MathMLPresentationPrinter):
+        """Symbols as `_name` writes them, powers over their indices, 9.81 instead of 981/100."""
+
+        def _print_Symbol(self, sym: Any, style: str = "plain") -> Any:  # noqa: ARG002
+            from xml.dom.minidom import parseString
+
+            return parseString(_name(sym.name)).documentElement
+
+        def _print_Pow(self, e: Any) -> Any:
+            node: Any = super()._print_Pow(e)
+            base, power = node.firstChild, node.lastChild
+            if node.nodeName != "msup" or base.nodeName != "msub":
+                return node
+            both = self.dom.createElement("msubsup")
+            for part in (*base.childNodes, power):
+                both.appendChild(part)
+            return both
+
+        def _print_Rational(self, e: Any) -> Any:
+            rest = e.q
+            for prime in (2, 5):
+                while rest % prime == 0:
+                    rest //= prime
+            if rest == 1 and e.q > 4:  # a decimal number; halves and quarters stay fractions
+                node = self.dom.createElement("mn")
+                node.appendChild(self.dom.createTextNode(f"{float(e):.15g}"))
+                return node
+            return super()._print_Rational(e)
+
+    return Printer()

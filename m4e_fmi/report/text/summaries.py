@@ -1,0 +1,219 @@
+"""What a person wants to know first, as text."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from functools import cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from m4e_fmi.report.digits import aligned, quantity
+from m4e_fmi.report.panels import fitting, panels
+from m4e_fmi.results.results_file import Results
+from m4e_fmi.units import BASE_UNITS, parse_unit
+
+if TYPE_CHECKING:
+    from m4e_fmi.cosim import BondEnergy, FmuMessage, Outcome
+    from m4e_fmi.simulate import Simulation
+
+
+MOST_MESSAGES = 20
+"""Kinds of messages that a summary has."""
+MOST_SWITCHES = 12
+"""Variables that are not Real and are told of."""
+LARGE = 0.1
+"""Coupling error over the range with which a run tells nothing but that it is wrong."""
+
+
+def run_summary(outcome: Outcome, told: Collection[str] = ()) -> str:
+    """Power, extremes, steps, time and energy balance of a run that wrote results.
+
+    Warnings and messages of FMUs that were `told` already, as `warn` of `run` got them, are left
+    out.
+    """
+    loaded = outcome.results()
+    settings = outcome.prepared.system.simulation
+    span = float(loaded.time[-1] - loaded.time[0])
+    factor = span / outcome.wall_time if outcome.wall_time else float("inf")
+    lines = [
+        f"simulated {span:g} s in {outcome.wall_time:.1f} s ({factor:.1f} × real time): "
+        f"{outcome.steps} steps of {_sizes(outcome)}, {settings.algorithm}",
+        *(f"  {note}" for note in outcome.notes),
+        *(f"  {line}" for line in map("warning: {}".format, outcome.warnings) if line not in told),
+        *_messages([message for message in outcome.messages if str(message) not in told]),
+        *_certified(outcome),
+        *_extremes(loaded, _rows(loaded, outcome.steps)),
+        *_switches(loaded, _rows(loaded, outcome.steps)),
+    ]
+    return "\n".join([*lines, *_bonds(outcome.energy, span)])
+
+
+def _bonds(energy: Sequence[BondEnergy], span: float) -> list[str]:
+    """The table of the energies over the connections within `span` [s]."""
+    if not energy:
+        return []
+    width = max(len(bond.connection) for bond in energy)
+    heads = ("given", "received", "lost or made", "mean power")
+    lines = ["energy over the connections, from the force's source into the body"]
+    lines.append(f"  {'':<{width}} " + " ".join(f"{head:>13}" for head in heads))
+    for bond in energy:
+        columns = (
+            quantity(bond.given, "J"),
+            quantity(bond.received, "J"),
+            f"{100 * bond.relative:+.4f} %",
+            quantity(bond.given / span if span else 0.0, "W"),
+        )
+        told = " ".join(f"{text:>13}" for text in columns)
+        lines.append(f"  {bond.connection:<{width}} {told}")
+        if bond.adds:
+            lines.append(f"    the sum of the forces of {', '.join(bond.adds)}, counted as one")
+    return lines
+
+
+def _messages(messages: Sequence[FmuMessage]) -> list[str]:
+    """Warnings and errors of FMUs; of many, the first and how many more there are."""
+    if not messages:
+        return []
+    lines = [f"  {message}" for message in messages[:MOST_MESSAGES]]
+    more = len(messages) - len(lines)
+    if more:
+        lines.append(f"  {more} more are in the results (attribute 'messages')")
+    return ["messages of FMUs:", *lines]
+
+
+def _certified(outcome: Outcome) -> list[str]:
+    lines = [f"  {outcome.certificate}"]
+    if isinstance(outcome.certificate, str):
+        lines = [f"  coupling error not known: {outcome.certificate}"]
+        if outcome.checked is None:
+            lines[0] += "; --check runs once more, at half the step"
+    else:
+        if outcome.certificate.coverage:
+            lines.append(f"  {outcome.certificate.coverage}")
+        if outcome.certificate.errors and outcome.certificate.errors[0].error > LARGE:
+            remedy = "take a smaller step_size, or another algorithm"
+            if not outcome.certificate.errors[0].falls:
+                remedy = "take another algorithm, or FMUs that announce their events"
+            lines.append(f"  warning: that is no result; {remedy}")
+    if outcome.checked is not None:
+        lines.append(f"  checked at half the step: {outcome.checked}")
+    return lines
+
+
+def _sizes(outcome: Outcome) -> str:
+    settings = outcome.prepared.system.simulation
+    if settings.coupling_tolerance is None:
+        shortened = f", {outcome.rejected} made again" if outcome.rejected else ""
+        return f"{settings.step_size:g} s{shortened}"
+    return f"up to {settings.step_size:g} s, {outcome.rejected} made again"
+
+
+def _rows(results: Results, steps: int) -> str:
+    """How far the rows are apart where there are fewer than communication points; else empty."""
+    if len(results.time) > steps:
+        return ""
+    return f"from rows every {np.diff(results.time).max(initial=0.0):.6g} s"
+
+
+def _extremes(results: Results, rows: str) -> list[str]:
+    """Mean of every power first; then smallest, mean, largest value of what a figure would show.
+
+    `rows` is what is said of figures that are from some communication points only.
+    """
+    reals = {name: one for name, one in results.series.items() if one.recorded.is_real}
+    found = [fitting(panel) for panel in panels(reals)]
+    shown = [(panel, name, one) for panel in found for name, one in panel.series.items()]
+    span = float(results.time[-1] - results.time[0])
+    lines = [
+        f"mean power {quantity(watts * _mean(results.time, one.values), 'W')} over {span:g} s "
+        f"({name}){rows and f', {rows}'}"
+        for name, one in reals.items()
+        if (watts := _watts(one.unit))
+    ]
+    if shown:
+        lines.append(f"  {rows:<36} {'min':>10} {'mean':>10} {'max':>10}")
+    for panel, name, one in shown:
+        values = panel.scale * one.values
+        low, mean, high = np.min(values), _mean(results.time, values), np.max(values)
+        told = " ".join(f"{text:>10}" for text in aligned(low, mean, high))
+        lines.append(f"  {name:<36} {told} {panel.unit}")
+    lines += [
+        f"  {panel.left_out} more in {panel.unit}, which vary less, are in the results"
+        for panel in found
+        if panel.left_out
+    ]
+    return lines
+
+
+@cache
+def _watts(unit: str) -> float:
+    """How many watts a unit of power is; 0 for what is none."""
+    try:
+        found, watt = parse_unit(unit), parse_unit("W")
+    except ValueError:
+        return 0.0
+    angles = BASE_UNITS.index("rad")
+    ours, theirs = (u.exponents[:angles] + u.exponents[angles + 1 :] for u in (found, watt))
+    return found.factor if ours == theirs else 0.0
+
+
+def _mean(time: np.ndarray, values: np.ndarray) -> float:
+    """The mean of `values` over `time` [s], by the trapezoidal rule."""
+    span = float(time[-1] - time[0])
+    return float(np.trapezoid(values, time) / span if span else values[0])
+
+
+def _switches(results: Results, rows: str) -> list[str]:
+    """Of what is not Real: how often it has changed, most often first, and its last value."""
+    others = {name: one for name, one in results.series.items() if not one.recorded.is_real}
+    counts = {name: int((one.values[1:] != one.values[:-1]).sum()) for name, one in others.items()}
+    ordered = sorted(others, key=lambda name: -counts[name])
+    lines = []
+    for name in ordered[:MOST_SWITCHES]:
+        one, count = others[name], counts[name]
+        last = one.recorded.told(one.values[-1]) if len(one.values) else "nothing"
+        changes = f"{count} change{'s' * (count != 1)}{rows and f' {rows}'}"
+        lines.append(f"  {name:<36} {one.recorded.type}: {changes}, {last} at the end")
+    if len(ordered) > MOST_SWITCHES:
+        lines.append(f"  {len(ordered) - MOST_SWITCHES} more that are not Real are in the results")
+    return lines
+
+
+def simulation_summary(simulation: Simulation) -> str:
+    """Steps and time, energy balance, events and final state of an in-process simulation."""
+    factor = simulation.time[-1] / simulation.wall_time
+    lines = [
+        f"{simulation.program.name}: {simulation.time[-1]:g} s in {simulation.wall_time:.2f} s "
+        f"({factor:.0f} × real time), {simulation.method}, {simulation.evaluations} evaluations",
+        *_energy(simulation),
+    ]
+    if simulation.events:
+        lines.append("changes of sign:")
+        lines += [
+            f"  {event.name:<32} {event.time: .9g} s{', the end' if event.terminal else ''}"
+            for event in simulation.events
+        ]
+    lines.append("state at the end:")
+    lines += [
+        f"  {state.name:<32} {simulation[state.name][-1]: .9g} {state.unit}"
+        for state in simulation.program.states
+    ]
+    return "\n".join(lines)
+
+
+def _energy(simulation: Simulation) -> list[str]:
+    """Energy at both ends, what each load and the inputs did to it, and how well that adds up."""
+    audit = simulation.energy
+    if audit is None:
+        return []
+    total, span = simulation["energy.total"], float(simulation.time[-1])
+    works = {name: work for name, work in simulation.values.items() if name.endswith(".work")}
+    lines = [f"total energy {total[0]:.6g} J at the start, {total[-1]:.6g} J at the end"]
+    if works:
+        lines.append(f"into the system within {span:g} s, and the mean power:")
+    lines += [
+        f"  {name:<32} {work[-1]: .6g} J, {work[-1] / span: .6g} W" for name, work in works.items()
+    ]
+    percent = 100 * audit.relative
+    return [*lines, f"energy balance closes to {percent:.1e} % of {audit.scale:.6g} J"]

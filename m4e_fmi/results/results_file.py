@@ -1,0 +1,299 @@
+"""Results files: what runs and simulations have written, in memory and in other forms.
+
+Whole files are netCDF-4: the dimension and the variable `time` are at the root; each group holds
+the variables of one component, or of the one model that was simulated. A run that goes on, or was
+killed, has rows in netCDF's classic form: see `row_file`. CSV and Parquet have one column for each
+variable, ``component.variable``; in CSV its unit follows in brackets.
+"""
+
+from __future__ import annotations
+
+import codecs
+import csv
+import json
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from m4e_fmi.errors import InputError, Named
+from m4e_fmi.files.writing import check_suffix, netcdf, written
+from m4e_fmi.results.recorded import recorded_as
+from m4e_fmi.results.row_file import is_row_file, read_rows
+from m4e_fmi.results.row_header import MAGIC, TIME, Numbered, Section
+from m4e_fmi.results.series import Series
+from m4e_fmi.shown import listing, span
+
+NETCDF, CSV, PARQUET = ".nc", ".csv", ".parquet"
+FORMAT = "m4e_fmi_format"
+"""The attribute that has the number of a file's form."""
+FORMAT_NUMBER = 1
+"""That of files which are written now; earlier ones have none."""
+WRITTEN = "give what `m4e-fmi run` or `m4e-fmi simulate` has written"
+_HDF5 = b"\x89HDF"
+_OTHERS = {
+    b"PAR1": "Parquet",
+    b"PK": "a ZIP archive, as an FMU and a system's package (.ssp) are",
+    b"\x89PNG": "a picture (PNG)",
+}
+"""What files of other kinds begin with."""
+_LOOKED_AT, _SHOWN = 4096, 60
+"""Bytes of a file and characters of its first line by which its kind is told."""
+
+
+@dataclass(frozen=True)
+class Results:
+    """A results file in memory: `time` [s], `components[component][variable]`, the attributes.
+
+    UnknownNameError, which is a KeyError, where there is no such component or variable.
+    """
+
+    path: Path
+    time: np.ndarray
+    components: dict[str, dict[str, Series]]
+    attributes: dict[str, str]
+
+    def __post_init__(self) -> None:
+        named = {c: Named(f"{c} has no variable", one) for c, one in self.components.items()}
+        components = Named(f"{self.path.name} has no component", named)
+        object.__setattr__(self, "components", components)
+
+    def __getitem__(self, name: str) -> Series:
+        """The series ``component.variable``."""
+        return self.series[name]
+
+    @property
+    def series(self) -> dict[str, Series]:
+        """All series by ``component.variable``."""
+        return Named(
+            f"{self.path.name} has no variable",
+            {
+                f"{component}.{name}": one
+                for component, members in self.components.items()
+                for name, one in members.items()
+            },
+        )
+
+    def __repr__(self) -> str:
+        changed = self.attributes.get("changed", "").splitlines()
+        return listing(
+            f"Results of {str(self.path)!r}: {span(self.time)}",
+            **{name: tuple(members) for name, members in self.components.items()},
+            **{"not as in the system's file": changed},
+        )
+
+
+def load(path: str | Path) -> Results:
+    """The results in a file that a run or a simulation has written.
+
+    Of a run that goes on or was killed: all rows that had reached the disk, each of them complete.
+    InputError for a file that is not there, empty, damaged, of another kind or of a newer form.
+    """
+    path = Path(path)
+    if not path.is_file():
+        what = "is a folder, not a file of results" if path.is_dir() else "no such file"
+        raise InputError.single(what, "", str(path))
+    if not path.stat().st_size:
+        raise InputError.single("is empty: it has no results", "run again", str(path))
+    try:
+        return _of_rows(path) if is_row_file(path) else _of_netcdf(path)
+    except (OSError, RuntimeError) as error:
+        with path.open("rb") as file:
+            head = file.read(_LOOKED_AT)
+        if head.startswith((_HDF5, MAGIC)):
+            message, remedy = f"is cut off or damaged: {error}", "copy it again, or run again"
+        else:
+            message = f"is not a file of results (netCDF), but {_kind(head)}"
+            remedy = _instead(path)
+        raise InputError.single(message, remedy, str(path)) from error
+
+
+def _kind(head: bytes) -> str:
+    """What a file that begins so looks like."""
+    for magic, kind in _OTHERS.items():
+        if head.startswith(magic):
+            return kind
+    try:
+        text = codecs.getincrementaldecoder("utf-8-sig")().decode(head)  # it may end in a character
+    except UnicodeDecodeError:
+        text = "\0"
+    if "\0" in text:
+        return "data of a kind that is not known here"
+    first = text.partition("\n")[0].strip()
+    kind = "a table (CSV)" if "," in first else "text"
+    return f"{kind} with the first line {first[:_SHOWN]!r}"
+
+
+def _instead(path: Path) -> str:
+    """What to do in place of loading a file that is not netCDF."""
+    beside = path.with_suffix(NETCDF)
+    if beside.name != path.name and beside.is_file():
+        return f"load {beside.name}, which is beside it"
+    if path.suffix.lower() in (CSV, PARQUET):
+        return f"load the {NETCDF} file that was written with it; pandas reads this one"
+    return WRITTEN
+
+
+def _of_rows(path: Path) -> Results:
+    attributes, variables = read_rows(path)
+    _check_format(path, attributes)
+    components: dict[str, dict[str, Series]] = {}
+    for column, values in variables[1:]:
+        component, _, name = column.name.partition(".")
+        one = column.recorded
+        series = Series(name, column.unit, column.long_name, one.values(values), one)
+        components.setdefault(component, {})[name] = series
+    told = {name: str(value) for name, value in attributes.items()}
+    return Results(path, variables[0][1], components, told)
+
+
+def _of_netcdf(path: Path) -> Results:
+    from netCDF4 import Dataset
+
+    with Dataset(path) as file:
+        file.set_auto_mask(False)
+        attributes = {name: file.getncattr(name) for name in file.ncattrs()}
+        _check_format(path, attributes)
+        if "time" not in file.variables:
+            message = "is netCDF, but not results: it has no variable `time`"
+            raise InputError.single(message, WRITTEN, str(path))
+        components = {
+            component: {name: _series(variable) for name, variable in group.variables.items()}
+            for component, group in file.groups.items()
+        }
+        told = {name: str(value) for name, value in attributes.items()}
+        return Results(path, file["time"][:], components, told)
+
+
+def _series(variable: Any) -> Series:
+    told = {name: variable.getncattr(name) for name in variable.ncattrs()}
+    one = recorded_as(variable.dtype, told)
+    return Series(variable.name, told["units"], told["long_name"], one.values(variable[:]), one)
+
+
+def _check_format(path: Path, attributes: Mapping[str, object]) -> None:
+    number = int(str(attributes.get(FORMAT, 0)))
+    if number > FORMAT_NUMBER:
+        message = f"is of format {number}, and this m4e_fmi reads formats up to {FORMAT_NUMBER}"
+        raise InputError.single(message, "update m4e_fmi", str(path))
+
+
+def write_netcdf(
+    path: Path,
+    sections: Sequence[Section],
+    attributes: Mapping[str, str],
+    count: int,
+    blocks: Iterable[Sequence[np.ndarray]],
+    texts: Numbered = (),
+) -> None:
+    """Write `count` rows as netCDF-4 to `path`, which appears whole or not at all.
+
+    Each of `blocks` holds further rows: the times (rows, 1), then an array (rows, columns) for each
+    of `sections`; what is not Real is there as cells, Strings by their places among `texts`.
+    RunError if the file cannot be written.
+    """
+    with written(path) as part:
+        with netcdf(part) as file:
+            file.set_fill_off()  # every value is written
+            file.setncatts({FORMAT: FORMAT_NUMBER, **attributes})
+            file.createDimension("time", count)
+            variables = []
+            for section in (TIME, *sections):
+                group = file.createGroup(section.component) if section.component else file
+                if section.component:
+                    group.setncatts(section.attributes)
+                variables.append([])
+                for column in section.columns:
+                    one = column.recorded
+                    variable = group.createVariable(column.name, one.file_type, ("time",))
+                    told = {"units": column.unit, "long_name": column.long_name}
+                    variable.setncatts({**told, **one.attributes})
+                    variables[-1].append((variable, one))
+            file.set_auto_maskandscale(False)  # nothing is missing, nothing is packed
+            first = 0
+            for block in blocks:  # after all declarations: half the time
+                last = first + len(block[0])
+                for members, values in zip(variables, block, strict=True):
+                    for (variable, one), column in zip(members, values.T, strict=True):
+                        variable[first:last] = one.stored(column, texts.__getitem__)
+                first = last
+        with part.open("rb+") as whole:
+            os.fsync(whole.fileno())
+
+
+def stream_of(path: str | Path) -> Path:
+    """The netCDF file that is written first if results are to be in `path`."""
+    path = Path(path)
+    return path.with_suffix(NETCDF) if path.suffix.lower() in (CSV, PARQUET) else path
+
+
+def as_given(given: Path, file: Path) -> Path:
+    """`given` if it leads to the folder of `file`, else `file`: one may have been renamed since."""
+    try:
+        return given if given.parent.samefile(file.parent) else file
+    except OSError:
+        return file
+
+
+def check_export(path: str | Path) -> None:
+    """InputError unless the suffix of `path` names a form in which results can be written."""
+    check_suffix(path, (NETCDF, CSV, PARQUET), "results")
+    if Path(path).suffix.lower() == PARQUET and find_spec("pyarrow") is None:
+        remedy = "install it with: pip install 'm4e_fmi[parquet]'; or write .nc or .csv"
+        raise InputError.single("Parquet needs the package pyarrow", remedy, str(path))
+
+
+def export(results: Path, path: Path) -> None:
+    """Write the results in the netCDF file `results` to `path`, CSV or Parquet by its suffix."""
+    suffix = path.suffix.lower()
+    if suffix == CSV:
+        _write_csv(load(results), path)
+    elif suffix == PARQUET:
+        _write_parquet(load(results), path)
+
+
+def _write_csv(results: Results, path: Path) -> None:
+    series = results.series
+    columns = [results.time.tolist(), *(_plain(one) for one in series.values())]
+    with written(path) as part, part.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        heads = (f"{name} [{one.unit}]" if one.unit else name for name, one in series.items())
+        writer.writerow(["time [s]", *heads])
+        writer.writerows(zip(*columns, strict=True))
+
+
+def _plain(series: Series) -> list:
+    """The values as they stand in CSV: all digits of numbers, 0 or 1 for Booleans, texts."""
+    values = series.values
+    return (values.astype(np.int8) if values.dtype == bool else values).tolist()
+
+
+def _write_parquet(results: Results, path: Path) -> None:
+    import pyarrow  # pyright: ignore[reportMissingImports]  an extra
+    import pyarrow.parquet  # pyright: ignore[reportMissingImports]
+
+    columns = {"time": Series("time", "s", "simulated time", results.time), **results.series}
+    arrays = [
+        pyarrow.array(one.values, pyarrow.string() if one.recorded.is_text else None)
+        for one in columns.values()
+    ]
+    fields = [
+        pyarrow.field(name, array.type, metadata=_parquet_metadata(one))
+        for (name, one), array in zip(columns.items(), arrays, strict=True)
+    ]
+    schema = pyarrow.schema(fields, metadata=results.attributes)
+    with written(path) as part:
+        pyarrow.parquet.write_table(pyarrow.table(arrays, schema=schema), part)
+
+
+def _parquet_metadata(series: Series) -> dict[str, str]:
+    items = dict(series.recorded.items)
+    return {
+        "unit": series.unit,
+        "long_name": series.long_name,
+        **({"items": json.dumps(items)} if items else {}),
+    }
