@@ -119,7 +119,7 @@ def _simulate_to(
 
 def _unmoved(model: Model, given: Iterable[str]) -> list[str]:
     """Joints whose start positions or velocities follow from parameters that are `given` anew."""
-    from m4e_fmi.model.expression import as_expression
+    from m4e_fmi.model.quantity import as_expression
 
     names = set(given)
     return [

@@ -22,7 +22,7 @@ from m4e_fmi.model.elements import (
     neutral_symbol,
     parameter_values,
 )
-from m4e_fmi.model.expression import CONSTANTS, FUNCTIONS, Expression, Values, as_expression
+from m4e_fmi.model.expression import CONSTANTS, FUNCTIONS, Expression, Values
 from m4e_fmi.model.findings import (
     TIME,
     Finding,
@@ -34,6 +34,7 @@ from m4e_fmi.model.findings import (
     vectors,
 )
 from m4e_fmi.model.load_checks import LoadChecks
+from m4e_fmi.model.quantity import as_expression
 from m4e_fmi.model.table import Table, TableError
 from m4e_fmi.program.program import TIME as PROGRAM_TIME
 from m4e_fmi.units import near_unit, parse_unit

@@ -12,8 +12,9 @@ from fractions import Fraction
 from typing import Any
 
 from m4e_fmi.files.document import Location
-from m4e_fmi.model.expression import CONSTANTS, Expression, as_expression
+from m4e_fmi.model.expression import CONSTANTS, Expression
 from m4e_fmi.model.findings import Finding
+from m4e_fmi.model.quantity import as_expression
 from m4e_fmi.units import BASE_UNITS, parse_unit
 
 Dimension = tuple[Fraction, ...]

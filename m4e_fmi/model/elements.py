@@ -13,7 +13,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar, Literal, TypeAlias
 
-from m4e_fmi.model.expression import Expression, Values, as_expression
+from m4e_fmi.model.expression import Expression, Values
+from m4e_fmi.model.quantity import as_expression
 from m4e_fmi.units import parse_unit
 
 if TYPE_CHECKING:

@@ -9,17 +9,15 @@ An `Expression` is then evaluated over any scalar: float, tape, SymPy.
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache, lru_cache
-from numbers import Real
 from typing import TYPE_CHECKING, Any
 
 from m4e_fmi import program as functions
 
 if TYPE_CHECKING:
-    import sympy
+    pass
 
 FUNCTIONS = {
     "abs": abs,
@@ -150,27 +148,6 @@ def _power(base: Any, exponent: Any) -> Any:
     if isinstance(base, int | float) and isinstance(exponent, int | float):
         return math.pow(base, exponent)
     return base**exponent
-
-
-def as_expression(value: float | str | Expression | sympy.Expr) -> Expression:
-    """`value` as an Expression; ExpressionError if a text does not follow the grammar.
-
-    Expressions of SymPy may hold numbers, π, symbols, + − * / **, and the functions known here.
-    """
-    if isinstance(value, Expression):
-        return value
-    if isinstance(value, str):
-        return parse(value)
-    if "sympy" in sys.modules:
-        from m4e_fmi.model.sympy_expression import from_sympy, is_sympy
-
-        if is_sympy(value):
-            return from_sympy(value)
-    if isinstance(value, bool) or not isinstance(value, Real):
-        raise ExpressionError(f"expected a number or an expression, got {value!r}")
-    if not math.isfinite(value):
-        raise ExpressionError(f"expected a finite number, got {value}")
-    return Expression("number", (float(value),))
 
 
 @lru_cache(maxsize=4096)

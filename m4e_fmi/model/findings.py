@@ -15,8 +15,8 @@ from m4e_fmi.model.expression import (
     FUNCTIONS,
     ExpressionError,
     UnknownFunctionError,
-    as_expression,
 )
+from m4e_fmi.model.quantity import as_expression
 from m4e_fmi.units import parse_quantity
 
 if TYPE_CHECKING:

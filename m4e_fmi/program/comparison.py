@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import fields
+from typing import TYPE_CHECKING
 
-from m4e_fmi.program.program import Program, Variable
 from m4e_fmi.program.tape import COMMUTATIVE, Tape
+
+if TYPE_CHECKING:
+    from m4e_fmi.program.program import Program, Variable
 
 GROUPS = ("parameters", "inputs", "states", "outputs", "calculated")
 LONGEST_FORMULA = 160
@@ -81,7 +84,7 @@ def _changed_variables(
     yield from (f"{group}: - {name}" for name in before if name not in after)
     yield from (f"{group}: + {name}" for name in after if name not in before)
     for name in (name for name in before if name in after):
-        for field in fields(Variable):
+        for field in fields(before[name]):
             was, now = (getattr(v[name], field.name) for v in (before, after))
             if was != now:
                 yield f"{group}: {name}.{field.name}: {was!r} -> {now!r}"

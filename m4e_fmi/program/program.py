@@ -10,12 +10,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import chain
-from pathlib import Path
 from typing import Protocol
 
-from m4e_fmi.errors import InputError, UnknownNameError
-from m4e_fmi.files.files_read import read_bytes
-from m4e_fmi.files.writing import written
+from m4e_fmi.errors import UnknownNameError
+from m4e_fmi.program.comparison import differences
 from m4e_fmi.program.tape import Scalar, Tape
 from m4e_fmi.shown import listing
 
@@ -99,8 +97,6 @@ class Program:
     solution: Solution | None = field(default=None, repr=False, compare=False)
 
     def __eq__(self, other: object) -> bool:
-        from m4e_fmi.program.comparison import differences
-
         return isinstance(other, Program) and not differences(self, other)
 
     def __hash__(self) -> int:
@@ -147,32 +143,6 @@ class Program:
             complaint = f"{self.name} has no parameter, input or state"
             raise UnknownNameError.of(complaint, unknown, known)
         return replace(self, **groups)
-
-    def save(self, path: str | Path) -> None:
-        """Write the program to a file in its binary form: see `binary_form`.
-
-        What was read back is equal to what was saved, and runs to the same bits; only `solution` is
-        not kept. RunError if the file cannot be written.
-        """
-        from m4e_fmi.program.binary_form import encode
-
-        with written(path) as part:
-            part.write_bytes(encode(self))
-
-    @staticmethod
-    def load(path: str | Path) -> Program:
-        """The program in a file; InputError if there is none, or if it is damaged or foreign."""
-        from m4e_fmi.program.binary_form import decode
-
-        try:
-            data = read_bytes(path)
-        except OSError as error:
-            raise InputError.single(f"{path}: cannot be read: {error.strerror}") from error
-        try:
-            return decode(data)[0]
-        except InputError as error:
-            problems = [replace(problem, file=str(path)) for problem in error.problems]
-            raise InputError(problems) from error
 
     def __str__(self) -> str:
         lines = [f"program {self.name}: {self.description}", self._size()]

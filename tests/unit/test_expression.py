@@ -16,9 +16,9 @@ from m4e_fmi.model.expression import (
     Expression,
     ExpressionError,
     Values,
-    as_expression,
     parse,
 )
+from m4e_fmi.model.quantity import as_expression
 
 NAMES = {"a": 1.75, "b": -0.5, "L_2": 3.0, "_x": 0.0}
 

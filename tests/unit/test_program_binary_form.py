@@ -14,6 +14,7 @@ from support.runtime_programs import chain, every_operation, robertson, van_der_
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.program import Program, Recorder, Variable
 from m4e_fmi.program.binary_form import OPERATIONS, decode, encode
+from m4e_fmi.program.program_file import load_program, save_program
 from m4e_fmi.runtime.library import library
 
 
@@ -49,20 +50,20 @@ def test_reading_gives_the_same_program(program: Program) -> None:
 
 def test_a_saved_program_is_loaded_as_it_was(tmp_path: Path) -> None:
     program, file = every_operation(), tmp_path / "every.m4e"
-    program.save(file)
-    assert Program.load(file) == program
+    save_program(program, file)
+    assert load_program(file) == program
 
 
 def test_files_that_are_no_programs_are_refused_by_name(tmp_path: Path) -> None:
     file = tmp_path / "chain.m4e"
-    chain(2).save(file)
+    save_program(chain(2), file)
     file.write_bytes(file.read_bytes()[:-1])
     with pytest.raises(InputError, match=r"chain\.m4e: the program file is truncated"):
-        Program.load(file)
+        load_program(file)
     with pytest.raises(InputError, match=r"none\.m4e: cannot be read: No such file"):
-        Program.load(tmp_path / "none.m4e")
+        load_program(tmp_path / "none.m4e")
     with pytest.raises(RunError, match="cannot be written"):
-        chain(2).save(tmp_path)
+        save_program(chain(2), tmp_path)
 
 
 @pytest.mark.parametrize("made", [van_der_pol(5.0), robertson()], ids=lambda made: made[0].name)

@@ -10,7 +10,8 @@ import sympy as sp
 
 from m4e_fmi.errors import InputError
 from m4e_fmi.model import Body, BodyForce, Joint, Model, Parameter
-from m4e_fmi.model.expression import ExpressionError, Values, as_expression
+from m4e_fmi.model.expression import ExpressionError, Values
+from m4e_fmi.model.quantity import as_expression
 from m4e_fmi.multibody import model_program
 
 a, b, c, t = sp.symbols("a b c t")

@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from m4e_fmi.fmu.validation.fmu_under_test import Subject, scale, start, within
-from m4e_fmi.fmu.validation.probe import Library, Probe
+from m4e_fmi.fmu.validation.library import Library
+from m4e_fmi.fmu.validation.probe import Probe
 
 SEED = 20
 PATIENCE = 8.0

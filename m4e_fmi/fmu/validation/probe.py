@@ -7,18 +7,16 @@ made that no importer would make.
 from __future__ import annotations
 
 import ctypes
-import os
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from pathlib import Path
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-from fmpy import fmi2, fmi3
+from fmpy import fmi2
 
 from m4e_fmi.fmu.importer.messages import STATUS, Messages
-from m4e_fmi.fmu.validation.call_journal import Journal
-from m4e_fmi.fmu.validation.fmu_under_test import Subject
+
+if TYPE_CHECKING:
+    from m4e_fmi.fmu.validation.library import Library
 
 OK, WARNING, DISCARD, ERROR, FATAL = range(5)
 LAST_SUCCESSFUL_TIME = 2
@@ -41,51 +39,6 @@ class RefusedError(Exception):
 
 class FatalError(RefusedError):
     """A call was answered with fmi2Fatal: this instance must not be called any more."""
-
-
-@dataclass
-class Library:
-    """The FMU's library, loaded once; `overruns` are the calls that wrote outside their array."""
-
-    subject: Subject
-    journal: Journal
-    overruns: list[str] = field(default_factory=list)
-    _loaded: dict[bool, Any] = field(default_factory=dict)
-
-    def functions(self, *, exchange: bool) -> Any:
-        """The functions, with the argument types of model exchange or of co-simulation."""
-        if exchange not in self._loaded:
-            here = Path.cwd()
-            kind = self.subject.kind(exchange=exchange)
-            ways = (fmi2.FMU2Slave, fmi2.FMU2Model)
-            if self.subject.fmi_3:
-                ways = (fmi3.FMU3Slave, fmi3.FMU3Model)
-            self.journal.write("loading the library")
-            try:
-                loaded: Any = ways[exchange](
-                    guid=self.subject.raw.guid,
-                    unzipDirectory=str(self.subject.folder),
-                    modelIdentifier=kind.modelIdentifier,
-                    instanceName="validation",
-                    requireFunctions=False,
-                )
-            finally:
-                os.chdir(here)  # loading leaves the process elsewhere when it fails
-            self._loaded[exchange] = loaded.dll
-        return self._loaded[exchange]
-
-    def probe(self, *, exchange: bool = False, name: str = "validation", **more: Any) -> Probe:
-        """A new instance; RefusedError if there is none."""
-        probe = self.attempt(exchange=exchange, name=name, **more)
-        if not probe.component:
-            raise RefusedError(INSTANTIATE, ERROR, probe.words())
-        return probe
-
-    def attempt(self, **how: Any) -> Probe:
-        """The same, but its `component` may be none. Of FMI 3.0, with event mode if `events`."""
-        from m4e_fmi.fmu.validation.probe_3 import Probe3
-
-        return (Probe3 if self.subject.fmi_3 else Probe)(self, **how)
 
 
 class Probe:

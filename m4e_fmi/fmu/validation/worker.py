@@ -18,7 +18,8 @@ from m4e_fmi.fmu.validation.checks.capabilities import refused
 from m4e_fmi.fmu.validation.context import Bench, Facts
 from m4e_fmi.fmu.validation.findings import Failure, Finding
 from m4e_fmi.fmu.validation.fmu_under_test import Subject
-from m4e_fmi.fmu.validation.probe import Library, RefusedError
+from m4e_fmi.fmu.validation.library import Library
+from m4e_fmi.fmu.validation.probe import RefusedError
 
 PACKAGE = "m4e_fmi.fmu.validation.checks"
 FACTS = "facts.json"

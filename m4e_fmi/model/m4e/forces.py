@@ -8,7 +8,7 @@ from typing import Any
 
 from m4e_fmi.files.document import Location
 from m4e_fmi.model.elements import GROUND, Point
-from m4e_fmi.model.expression import ExpressionError, as_expression
+from m4e_fmi.model.expression import ExpressionError
 from m4e_fmi.model.loads import (
     BodyForce,
     Load,
@@ -21,6 +21,7 @@ from m4e_fmi.model.loads import (
 from m4e_fmi.model.m4e.mechanism import Mechanism
 from m4e_fmi.model.m4e.points import PointName, point_name
 from m4e_fmi.model.m4e.values import added, is_number, is_row, is_whole
+from m4e_fmi.model.quantity import as_expression
 
 FORCES = (
     "PointsBD", "CG", "TensionSpring", "TensionDamper", "TorsionSpring", "TorsionDamper"

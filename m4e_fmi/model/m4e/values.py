@@ -7,8 +7,9 @@ from numbers import Integral, Real
 from typing import Any
 
 from m4e_fmi.files.document import Location
-from m4e_fmi.model.expression import Expression, ExpressionError, as_expression
+from m4e_fmi.model.expression import Expression, ExpressionError
 from m4e_fmi.model.findings import Finding
+from m4e_fmi.model.quantity import as_expression
 
 NAN = object()
 """Stands for an entry that is NaN: not given."""

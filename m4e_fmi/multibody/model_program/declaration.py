@@ -12,12 +12,12 @@ from m4e_fmi.model.checks import bounded_parameters
 from m4e_fmi.model.elements import (
     GROUND,
     Parameter,
-    as_expression,
     neutral_mass,
     parameter_values,
     quantity,
     vector,
 )
+from m4e_fmi.model.quantity import as_expression
 from m4e_fmi.multibody.assembly import Scalars
 from m4e_fmi.multibody.topology import Link, Topology
 from m4e_fmi.program import Recorder, Variable

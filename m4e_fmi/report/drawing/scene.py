@@ -15,8 +15,9 @@ from typing import Any
 import numpy as np
 
 from m4e_fmi.model import Model
-from m4e_fmi.model.elements import as_expression, parameter_values
+from m4e_fmi.model.elements import parameter_values
 from m4e_fmi.model.expression import Values
+from m4e_fmi.model.quantity import as_expression
 from m4e_fmi.multibody import Topology, model_program, topology
 from m4e_fmi.multibody.model_program.declaration import is_unset
 from m4e_fmi.program import Program

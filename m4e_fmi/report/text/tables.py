@@ -12,8 +12,8 @@ from numbers import Real
 from typing import Any
 
 from m4e_fmi.model import Model
-from m4e_fmi.model.elements import as_expression
 from m4e_fmi.model.expression import Expression, ExpressionError, Values
+from m4e_fmi.model.quantity import as_expression
 from m4e_fmi.multibody import Topology, topology
 
 Show = Callable[[Any], str]
