@@ -247,7 +247,7 @@ def _tree_findings(model: Any) -> Iterator[Finding]:
         parents.setdefault(joint.child, name)
     reached = _reached(model)
     for name in model.bodies:
-        if name not in parents:
+        if name not in parents and name != GROUND:
             remedy = "add a joint with this child (type: floating, if it is free)"
             yield Finding(("bodies", name), f"body {name!r} has no joint", remedy)
         elif name not in reached:

@@ -26,7 +26,7 @@ from m4e_fmi.cosim.time_loop.energy import EnergyBalance
 from m4e_fmi.cosim.time_loop.step_control import SMALLEST, StepControl
 from m4e_fmi.cosim.time_loop.time_events import NEVER, Announced, in_nanoseconds
 
-MOST_DISCARDED = 64
+MOST_DISCARDED = 128
 """Attempts that may be discarded within one step of the simulation's size, if they become SHORT."""
 SHORT = 1e-3
 """Share of the simulation's step: a run creeps where such steps are discarded again and again."""
@@ -60,7 +60,17 @@ class Course:
     `switches` are the steps within which values changed that are not Real.
     """
 
-    REMEMBERED = ("now", "_row", "steps", "shortened", "_jump", "switches", "discarded", "_full")
+    REMEMBERED = (
+        "now",
+        "_row",
+        "steps",
+        "shortened",
+        "_jump",
+        "switches",
+        "discarded",
+        "_full",
+        "_cap",
+    )
 
     def __init__(
         self,
@@ -98,6 +108,7 @@ class Course:
         self.steps = self.shortened = self.discarded = 0
         self.switches = Switches()
         self._jump = NEVER
+        self._cap = NEVER  # [ns]: a step as long was discarded since the last full one
 
     @property
     def time(self) -> float:
@@ -230,6 +241,8 @@ class Course:
         before = event_count(self._telling)
         size = self._step(size)
         self.now += size
+        full = (self.now - self._start) % self._size == 0
+        self._cap = NEVER if full else max(self._cap, 2 * size)
         within = event_count(self._telling) > before and self.now != self._jump
         jumped = within or self.now == self._jump
         if jumped:
@@ -291,7 +304,8 @@ class Course:
         """
         now = self.now
         if self._control is None:
-            size = min(self._size - (now - self._start) % self._size, self._stop - now)
+            rest = self._size - (now - self._start) % self._size
+            size = min(rest, self._stop - now, self._cap)
             return self._until_jump(size)
         row = self._row + self._every
         end = min(row, self._stop) if row > now + 1 else self._stop
@@ -334,6 +348,7 @@ class Course:
         if full != self._full:
             self._full, self.discarded = full, 0
         self.discarded += 1
+        self._cap = size
         creeps = self.discarded >= MOST_DISCARDED and size <= SHORT * self._size
         if creeps or self._hopeless():
             raise discarded
