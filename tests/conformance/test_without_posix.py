@@ -48,7 +48,7 @@ print(count, "modules")
 """
 RUNS = """
 from types import ModuleType, SimpleNamespace
-from m4e_fmi import locks
+from m4e_fmi.files import locks
 from m4e_fmi.cli import main
 locks.sys = SimpleNamespace(platform="win32")  # so that it locks as there, by this:
 sys.modules["msvcrt"] = windows = ModuleType("msvcrt")
