@@ -11,7 +11,7 @@ to build components, m4e_fmi.fmu.
 from m4e_fmi.cosim.connections.connect import Bond, Link, Port, Wiring
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.connections.timing import Timing
-from m4e_fmi.cosim.error_estimate.report import Certificate, CouplingError
+from m4e_fmi.cosim.error_estimate.report import CouplingError, CouplingErrorReport
 from m4e_fmi.cosim.exchange.fmu_log import FmuMessage
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.load import load_system
@@ -29,10 +29,10 @@ from m4e_fmi.results.results_file import Results, Series, load
 __all__ = [
     "Bond",
     "BondEnergy",
-    "Certificate",
     "CommunicationPoint",
     "Component",
     "CouplingError",
+    "CouplingErrorReport",
     "Execution",
     "ExportError",
     "FmuFile",

@@ -130,14 +130,14 @@ def assemble(model: Model, tree: Topology, scalars: Scalars) -> Assembly:
         points=points,
         gravity=quantity(model, "gravity").evaluate(values),
         masses=masses,
-        added_mass=_blocks(wet_links(model, tree), scalars.added_mass),
+        added_mass=_blocks(links_with_added_mass(model, tree), scalars.added_mass),
         wrenches=_wrenches(state, scalars, loads, efforts),
         efforts=efforts,
         loads=loads,
     )
 
 
-def wet_links(model: Model, tree: Topology) -> list[int]:
+def links_with_added_mass(model: Model, tree: Topology) -> list[int]:
     """Indices of the links with added mass."""
     return [k for k, link in enumerate(tree.links) if model.bodies[link.body].added_mass]
 

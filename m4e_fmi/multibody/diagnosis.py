@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from m4e_fmi.model import GROUND, Model
-from m4e_fmi.multibody.assembly import Assembly, Scalars, assemble, wet_links
+from m4e_fmi.multibody.assembly import Assembly, Scalars, assemble, links_with_added_mass
 from m4e_fmi.multibody.closed_form import mass_matrix
 from m4e_fmi.multibody.model_program.declaration import state_names
 from m4e_fmi.multibody.topology import Link, Topology, topology
@@ -56,7 +56,7 @@ def _scalars(model: Model, tree: Topology, values: Mapping[str, float], time: fl
     for link in tree.links:
         for (position, velocity), k in zip(state_names(link), link.coordinates, strict=True):
             q[k], u[k] = values.get(position, 0.0), values.get(velocity, 0.0)
-    wet = range(1, 3 * len(wet_links(model, tree)) + 1)
+    wet = range(1, 3 * len(links_with_added_mass(model, tree)) + 1)
 
     def numbers(owner: str, *names: str) -> Any:
         return tuple(values.get(f"{owner}.{name}", 0.0) for name in names)

@@ -24,7 +24,7 @@ from typing import Any
 
 from benchmark.masters import PEERS
 from m4e_fmi.cosim import Component, FmuFile, Prepared, Simulation, System, prepare
-from m4e_fmi.cosim.error_estimate.report import Certificate
+from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport
 from m4e_fmi.cosim.master.master import Master
 from m4e_fmi.cosim.results.writer import ResultsWriter
 
@@ -176,7 +176,7 @@ def _ours(
                     stack.enter_context(results)
                 master.run(results=results, observers=observers)
                 if certified:
-                    assert isinstance(master.certificate(), Certificate)
+                    assert isinstance(master.certificate(), CouplingErrorReport)
 
         return advance
 

@@ -27,7 +27,7 @@ from m4e_fmi.cosim import (
 )
 from m4e_fmi.cosim.connections.connect import connect
 from m4e_fmi.cosim.connections.loose_ends import loose_ends
-from m4e_fmi.cosim.connections.unconnected_parameters import forgotten
+from m4e_fmi.cosim.connections.unconnected_parameters import unconnected_parameters
 from m4e_fmi.fmu import read_description, validate_fmu
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "moored_buoy" / "system.yaml"
@@ -201,7 +201,7 @@ def test_each_connection_that_is_left_out_is_told(system: System, files: dict[st
     def told(connections: tuple[str, ...]) -> list[str]:
         part = replace(system, connections=connections)
         wiring = connect(part, found)
-        return [*forgotten(part, found, wiring), *loose_ends(part, found, wiring)]
+        return [*unconnected_parameters(part, found, wiring), *loose_ends(part, found, wiring)]
 
     wiring = connect(system, found)
     single = tuple(f"{k.source} -> {k.target}" for k in (*wiring.links, *wiring.initial_links))

@@ -11,7 +11,7 @@ from support.described import described
 
 from m4e_fmi.cosim import Component, FmuFile, Port, Simulation, System, load_system, prepare
 from m4e_fmi.cosim.connections.connect import Wiring, connect
-from m4e_fmi.cosim.connections.unconnected_parameters import forgotten
+from m4e_fmi.cosim.connections.unconnected_parameters import unconnected_parameters
 from m4e_fmi.errors import InputError
 from m4e_fmi.fmu.importer.reading import Description
 
@@ -95,7 +95,7 @@ def test_what_is_calculated_and_not_carried_over_is_told(
 ) -> None:
     parts = tuple(Component(name, FmuFile(Path(name))) for name in BOTH)
     system = System("s", parts, connections, SIMULATION)
-    found = forgotten(system, BOTH, connect(system, BOTH))
+    found = unconnected_parameters(system, BOTH, connect(system, BOTH))
     text = (
         "hydro.added_mass is calculated, but not carried over: "
         "'hydro.added_mass -> buoy.added_mass'"
@@ -110,7 +110,7 @@ def test_no_connection_is_suggested_between_arrays_of_two_sizes() -> None:
     both = {"buoy": BOTH["buoy"], "hydro": large}
     parts = tuple(Component(name, FmuFile(Path(name))) for name in both)
     system = System("s", parts, (), SIMULATION)
-    assert forgotten(system, both, connect(system, both)) == [
+    assert unconnected_parameters(system, both, connect(system, both)) == [
         "hydro.added_mass is calculated, but not carried over: buoy.added_mass, which differs in "
         "size (3 and 2 elements), keeps its start value"
     ]

@@ -29,7 +29,7 @@ from m4e_fmi.cosim import (
     run,
     save_system,
 )
-from m4e_fmi.cosim.error_estimate.report import Certificate
+from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport
 from m4e_fmi.errors import InputError, RunError
 
 Fmus = Callable[[str], Path]
@@ -59,7 +59,7 @@ def compared(system: System, name: str, true: Callable) -> tuple[float, float, O
     seen: dict[float, float] = {}
     outcome = run(system, observers=[lambda t, network: seen.update({t: network.read(name)})])
     times, values = np.array(list(seen)), np.array(list(seen.values()))
-    assert isinstance(outcome.certificate, Certificate)
+    assert isinstance(outcome.certificate, CouplingErrorReport)
     stated = outcome.certificate.errors[0].error
     return float(np.abs(values - true(times)).max() / np.ptp(true(times))), stated, outcome
 

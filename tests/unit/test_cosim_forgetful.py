@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from m4e_fmi.cosim import Component, FmuFile, Outcome, Simulation, System, prepare, run
-from m4e_fmi.cosim.error_estimate.report import Certificate
+from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport
 from m4e_fmi.cosim.preparation.state_trials import _different
 from m4e_fmi.cosim.system.start_values import Value
 from m4e_fmi.errors import RunError
@@ -42,7 +42,7 @@ def test_one_that_forgets_runs_as_one_that_cannot_go_back(
     right, _ = course(metered(c_fmu, f"{version}integrator", algorithm))
     values, outcome = course(metered(c_fmu, f"{version}integrator+state+forgets", algorithm))
     np.testing.assert_array_equal(values, right)
-    assert isinstance(outcome.certificate, Certificate)
+    assert isinstance(outcome.certificate, CouplingErrorReport)
     (warning,) = (text for text in outcome.warnings if "go back" in text)
     assert warning.startswith("meter: integrator_state_forgets")
     assert "steps made again after a return give another y" in warning

@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 
 from m4e_fmi.cosim import (
-    Certificate,
     Component,
+    CouplingErrorReport,
     FmuFile,
     Simulation,
     System,
@@ -27,8 +27,8 @@ from m4e_fmi.cosim import (
     run,
     save_system,
 )
-from m4e_fmi.cosim.algorithms.course import PARABOLA, Way
-from m4e_fmi.cosim.system.component_step import Rate, common_step, rate, seconds
+from m4e_fmi.cosim.algorithms.course import PARABOLA, InputInterpolation
+from m4e_fmi.cosim.system.component_step import ComponentStep, common_step, rate, seconds
 from m4e_fmi.cosim.system.system import TICK
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.fmu import read_description
@@ -72,13 +72,13 @@ def test_what_is_no_time(given: float | str) -> None:
 @pytest.mark.parametrize(
     ("step", "macro", "found"),
     [
-        (50 * MS, 50 * MS, Rate(0.05)),
-        (10 * MS, 50 * MS, Rate(0.01, pieces=5)),
-        (150 * MS, 50 * MS, Rate(0.15, every=3)),
-        (seconds(0.000333333), MS, Rate(float(MS / 3), pieces=3)),  # six digits of a third
+        (50 * MS, 50 * MS, ComponentStep(0.05)),
+        (10 * MS, 50 * MS, ComponentStep(0.01, pieces=5)),
+        (150 * MS, 50 * MS, ComponentStep(0.15, every=3)),
+        (seconds(0.000333333), MS, ComponentStep(float(MS / 3), pieces=3)),  # six digits of a third
     ],
 )
-def test_rates(step: Fraction, macro: Fraction, found: Rate) -> None:
+def test_rates(step: Fraction, macro: Fraction, found: ComponentStep) -> None:
     assert rate(step, macro) == found
 
 
@@ -151,7 +151,7 @@ def test_an_fmu_of_constant_step_keeps_the_one_that_was_given(c_fmu: Fmus) -> No
     part = Component("c", FmuFile(c_fmu("partner+state+constant")))
     prepared = prepare(replace(system, components=(*system.components, part)))
     assert prepared.system.simulation.step_size == 0.025
-    assert prepared.rates["c"] == Rate(0.05, every=2, constant=True)
+    assert prepared.rates["c"] == ComponentStep(0.05, every=2, constant=True)
 
 
 def test_a_step_that_does_not_fit_is_told_with_its_place(c_fmu: Fmus, tmp_path: Path) -> None:
@@ -185,7 +185,7 @@ def test_a_step_that_does_not_fit_is_told_with_its_place(c_fmu: Fmus, tmp_path: 
 def test_own_steps_are_told(c_fmu: Fmus, tmp_path: Path) -> None:
     system = pair(c_fmu, "10 ms")
     prepared = prepare(system)
-    assert prepared.rates == {"b": Rate(0.01, pieces=5)}
+    assert prepared.rates == {"b": ComponentStep(0.01, pieces=5)}
     assert "  b  steps by 0.01 s, 5 times in each step" in str(prepared)
     outcome = run(prepared, results=tmp_path / "r.nc")
     assert outcome.notes == ("b steps by 0.01 s, 5 times in each step",)
@@ -279,11 +279,13 @@ def test_outputs_that_follow_inputs_at_once_do_not_wait_for_a_step_inside(
     ("fmu", "rates"),
     [
         ("3:stage+tenth", {}),  # its output follows the input
-        ("3:stage+tenth+rigid", {"b": Rate(0.1, every=10, constant=True)}),
-        ("3:lag+tenth", {"b": Rate(0.1, every=10)}),
+        ("3:stage+tenth+rigid", {"b": ComponentStep(0.1, every=10, constant=True)}),
+        ("3:lag+tenth", {"b": ComponentStep(0.1, every=10)}),
     ],
 )
-def test_which_steps_inside_are_own_steps(c_fmu: Fmus, fmu: str, rates: dict[str, Rate]) -> None:
+def test_which_steps_inside_are_own_steps(
+    c_fmu: Fmus, fmu: str, rates: dict[str, ComponentStep]
+) -> None:
     parts = (Component("a", FmuFile(c_fmu("integrator"))), Component("b", FmuFile(c_fmu(fmu))))
     settings = Simulation(1.0, 0.01)
     assert prepare(System("s", parts, ("a.y -> b.u, units ignored",), settings)).rates == rates
@@ -298,14 +300,14 @@ def test_a_step_inside_an_fmu(c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch) -> N
         return replace(found, internal_step=0.01) if "partner" in path.name else found
 
     monkeypatch.setattr(sys.modules[prepare.__module__], "read_description", stiff)
-    assert prepare(pair(c_fmu)).rates == {"b": Rate(0.01, pieces=5)}
-    assert prepare(pair(c_fmu, "50 ms")).rates == {"b": Rate(0.05)}
+    assert prepare(pair(c_fmu)).rates == {"b": ComponentStep(0.01, pieces=5)}
+    assert prepare(pair(c_fmu, "50 ms")).rates == {"b": ComponentStep(0.05)}
     with pytest.raises(InputError, match=r"no multiple of 0.01 s, by which its FMU goes"):
         prepare(pair(c_fmu, "1/60 s"))
     with pytest.raises(InputError, match=r"goes by steps of 0.01 s .*: .* goes 3.7 times"):
         prepare(pair(c_fmu, step_size=0.037))
     found = prepare(pair(c_fmu, step_size=0.025))
-    assert found.rates == {"b": Rate(0.01, every=2)}
+    assert found.rates == {"b": ComponentStep(0.01, every=2)}
     assert found.notes == (
         "the system steps by 0.005 s, 5 times in each 0.025 s, to meet all points of b",
     )
@@ -369,7 +371,7 @@ def test_a_check_halves_the_steps_within_a_step(c_fmu: Fmus) -> None:
 @pytest.mark.parametrize("options", ["", "+constant"])
 def test_where_longer_steps_miss_points_shorter_ones_tell(c_fmu: Fmus, options: str) -> None:
     outcome = run(pair(c_fmu, "0.15 s", options=options), check=True)
-    assert isinstance(outcome.certificate, Certificate)
+    assert isinstance(outcome.certificate, CouplingErrorReport)
     assert outcome.checked is not None
     # both compare with a course at half the step
     assert outcome.certificate.errors[0].error == pytest.approx(
@@ -398,9 +400,9 @@ def test_rows_between_the_points_of_a_sampled_component_hold(c_fmu: Fmus, tmp_pa
 @pytest.mark.parametrize("pieces", range(1, 12))
 def test_held_values_have_the_moments_of_the_course(pieces: int) -> None:
     """∫u ds of one, ∫s u ds of two and ∫s² u ds of three values that are held one after another."""
-    bounds = Way.PARABOLA.known(pieces, held=True)
+    bounds = InputInterpolation.PARABOLA.known(pieces, held=True)
     assert (bounds[0], bounds[-1]) == (0, pieces)
-    held = np.array([Way.PARABOLA.held(k, pieces) for k in range(pieces)])
+    held = np.array([InputInterpolation.PARABOLA.held(k, pieces) for k in range(pieces)])
     edges = np.arange(pieces + 1) / pieces
     for first, last in pairwise(bounds):
         assert last - first == min(pieces, 3 if last == pieces and pieces % 2 else 2)
@@ -417,5 +419,5 @@ def test_held_values_have_the_moments_of_the_course(pieces: int) -> None:
 
 @pytest.mark.parametrize("pieces", range(1, 8))
 def test_held_values_have_the_means_of_straight_lines(pieces: int) -> None:
-    means = [Way.LINES.held(k, pieces) for k in range(pieces)]
-    np.testing.assert_allclose(np.mean(means, axis=0), Way.LINES.mean, atol=1e-15)
+    means = [InputInterpolation.LINES.held(k, pieces) for k in range(pieces)]
+    np.testing.assert_allclose(np.mean(means, axis=0), InputInterpolation.LINES.mean, atol=1e-15)

@@ -13,7 +13,7 @@ from m4e_fmi.cosim import Component, FmuFile, Simulation, System, prepare, run, 
 from m4e_fmi.cosim.error_estimate import step_doubling as witness
 from m4e_fmi.cosim.error_estimate.coverage import Coverage
 from m4e_fmi.cosim.error_estimate.repeated_steps import Recorded, SecondCourse
-from m4e_fmi.cosim.error_estimate.step_doubling import Witness
+from m4e_fmi.cosim.error_estimate.step_doubling import StepDoublingEstimator
 from m4e_fmi.cosim.master.master import Master
 
 Fmus = Callable[[str], Path]
@@ -82,7 +82,7 @@ def test_a_kink_in_the_first_steps_of_a_stretch_counts() -> None:
     for step in range(5):
         kinked = values + np.where(np.arange(40) > step, 0.3, 0.0)[:, None]
         run = Recorded(np.arange(40), kinked)
-        assert len(Witness._beyond_rounding(np.array([step]), run))
+        assert len(StepDoublingEstimator._beyond_rounding(np.array([step]), run))
 
 
 def test_what_could_not_be_followed_is_said_with_its_beginning() -> None:

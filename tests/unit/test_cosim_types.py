@@ -405,13 +405,13 @@ def test_a_system_without_reals_says_why_its_error_is_not_known(c_fmu: Fmus) -> 
 def test_reals_are_judged_where_only_other_values_are_taken(c_fmu: Fmus) -> None:
     parts = (part(c_fmu, "a", "kinds+state", period=0.3), part(c_fmu, "b", "kinds+state+through"))
     links = ("a.y_real -> b.u_real", "b.y_int -> a.u_int")
-    judged: set[str] = set()
+    monitored_outputs: set[str] = set()
 
     def observe(_: float, network: Network) -> None:
-        judged.update(str(port) for _, port in network.judged)
+        monitored_outputs.update(str(port) for _, port in network.monitored_outputs)
 
     run(System("s", parts, links, Simulation(1.0, H)), observers=[observe])
-    assert judged == {"a.y_real", "b.y_real"}
+    assert monitored_outputs == {"a.y_real", "b.y_real"}
 
 
 def test_the_same_bits_with_and_without_other_values(c_fmu: Fmus) -> None:

@@ -13,8 +13,8 @@ from support.random_systems import random_system
 from unit.test_cosim_versions import reworded
 
 from m4e_fmi.cosim import (
-    Certificate,
     Component,
+    CouplingErrorReport,
     FmuFile,
     Network,
     Simulation,
@@ -225,7 +225,7 @@ def test_where_longer_steps_fail_the_run_goes_on(c_fmu: Fmus, state: str) -> Non
     outcome = run(system, observers=[lambda t, _: times.append(t)])
     assert times[-1] == 40.0
     if state:  # then it is compared with shorter ones
-        assert isinstance(outcome.certificate, Certificate)
+        assert isinstance(outcome.certificate, CouplingErrorReport)
     else:
         assert str(outcome.certificate).startswith("steps of twice the length fail (a")
 
@@ -244,7 +244,7 @@ def test_where_longer_steps_grow_without_bound_shorter_ones_tell(c_fmu: Fmus) ->
         states.append(expm(matrix * step) @ states[-1])
     exact = np.array(states)[:, :2]
     true = (np.abs(np.array(found) - exact).max(axis=0) / np.ptp(exact, axis=0)).max()
-    assert isinstance(outcome.certificate, Certificate)
+    assert isinstance(outcome.certificate, CouplingErrorReport)
     assert true / 3 < outcome.certificate.errors[0].error < 5 * true
 
 
@@ -285,7 +285,7 @@ def test_a_step_that_is_cut_short_within_a_window(
     system = System("s", (a, b, c), ("a.m <-> b.end",), Simulation(1.0, 0.05))
     outcome = run(system, observers=observers)
     assert (outcome.steps, outcome.rejected) == (21, 1)
-    assert isinstance(outcome.certificate, Certificate)
+    assert isinstance(outcome.certificate, CouplingErrorReport)
     assert not observed or any(abs(t - when) < 1e-9 for t in times)
 
 
@@ -299,7 +299,7 @@ def test_every_number_of_steps_is_judged(c_fmu: Fmus, steps: int) -> None:
         if steps == 1 and "constant" in options:
             assert certificate == "the run has but one step"
         else:
-            assert isinstance(certificate, Certificate)
+            assert isinstance(certificate, CouplingErrorReport)
 
 
 @pytest.mark.parametrize("algorithm", ["corrector", "gauss_seidel", "implicit"])
@@ -314,7 +314,7 @@ def test_own_steps_are_halved_too(c_fmu: Fmus, algorithm: str, own: str) -> None
         for _ in stepped:
             stepped["a.damping"] = 0.0
     stated = [outcome.certificate, outcome.checked, stepped.outcome.certificate]
-    errors = [one.errors[0].error for one in stated if isinstance(one, Certificate)]
+    errors = [one.errors[0].error for one in stated if isinstance(one, CouplingErrorReport)]
     # of the range of the course at H, and of that at H/2
     assert errors[1] == pytest.approx(errors[2], rel=1e-2)
     # `corrector` is better than the order that it promises: 2H says up to twice as much
@@ -345,7 +345,7 @@ def test_where_half_the_step_does_not_help_the_line_says_so(c_fmu: Fmus) -> None
     errors = []
     for step in (0.1, 0.05, 0.025):
         certificate = run(System("s", parts, links, Simulation(20.0, step))).certificate
-        assert isinstance(certificate, Certificate)
+        assert isinstance(certificate, CouplingErrorReport)
         worst = certificate.errors[0]
         assert "halving the step does not help much" in str(certificate)
         assert not worst.falls
@@ -379,7 +379,7 @@ def test_errors_in_what_nobody_takes_are_stated(c_fmu: Fmus, options: str) -> No
     a = Component("a", FmuFile(c_fmu(f"integrator{options}")), {"u": 1.0})
     b = Component("b", FmuFile(c_fmu(f"integrator{options}")))
     outcome = run(System("s", (a, b), ("a.y -> b.u",), Simulation(STOP, STEP, "jacobi")))
-    assert isinstance(outcome.certificate, Certificate)
+    assert isinstance(outcome.certificate, CouplingErrorReport)
     (error,) = outcome.certificate.errors
     assert str(error.source) == "b.y"
     assert error.error == pytest.approx(STEP * STOP / 2 / (STOP**2 / 2 - STOP * STEP / 2), rel=1e-9)
@@ -399,7 +399,7 @@ def test_outputs_without_a_unit_have_ranges_of_their_own(c_fmu: Fmus, tmp_path: 
         outcome = run(
             System("s", tuple(parts), tuple(links), Simulation(5.0, 0.05, "gauss_seidel"))
         )
-        assert isinstance(outcome.certificate, Certificate)
+        assert isinstance(outcome.certificate, CouplingErrorReport)
         found = {str(one.source): one.error for one in outcome.certificate.errors}
         shares[fmu is bare] = found["a0.y"] / found["a1.y"]
     assert shares[True] == pytest.approx(1.0)

@@ -12,8 +12,8 @@ from netCDF4 import Dataset
 
 from m4e_fmi.cli import main
 from m4e_fmi.cosim import (
-    Certificate,
     Component,
+    CouplingErrorReport,
     FmuFile,
     Outcome,
     Simulation,
@@ -75,7 +75,7 @@ def test_the_run_ends_there(
         np.testing.assert_array_equal(found[name].values, other[name].values)
     assert outcome.notes[-1] == "fuse asked for the end of the simulation at t = 1 s"
     assert outcome.steps == 10
-    assert isinstance(outcome.certificate, Certificate)
+    assert isinstance(outcome.certificate, CouplingErrorReport)
     with Dataset(tmp_path / "r.nc") as file:
         assert file.ended == "fuse asked for the end of the simulation at t = 1 s"
 

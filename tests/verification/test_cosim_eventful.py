@@ -13,7 +13,7 @@ import xarray as xr
 from support.c_fmus.kinds import build_kinds
 from support.eventful_systems import Event, EventfulSystem, eventful_system, made
 
-from m4e_fmi.cosim import Certificate, Component, FmuFile, Simulation, run
+from m4e_fmi.cosim import Component, CouplingErrorReport, FmuFile, Simulation, run
 from m4e_fmi.cosim.error_estimate import step_doubling as witness
 
 Fmus = Callable[[str], Path]
@@ -37,7 +37,7 @@ def test_what_happens_at_once_is_in_the_stated_error(c_fmu: Fmus, event: Event, 
     true, stated, outcome = system.true_and_stated()
     assert true / 3 < stated < 10 * true
     certificate = outcome.certificate
-    assert isinstance(certificate, Certificate)
+    assert isinstance(certificate, CouplingErrorReport)
     assert certificate.coverage is not None
     assert certificate.coverage.share == 1.0
 
@@ -62,7 +62,7 @@ def test_the_error_of_a_switch_is_of_first_order(c_fmu: Fmus, seed: int) -> None
     )
     true, stated, outcome = system.true_and_stated()
     assert true < stated < 5 * true
-    assert isinstance(outcome.certificate, Certificate)
+    assert isinstance(outcome.certificate, CouplingErrorReport)
     assert outcome.certificate.errors[0].halved == pytest.approx(stated / 2)
 
 
@@ -78,7 +78,7 @@ def test_a_switch_beyond_the_first_window_is_followed(
     true, stated, outcome = system.true_and_stated()
     assert true / 3 < stated < 10 * true
     certificate = outcome.certificate
-    assert isinstance(certificate, Certificate)
+    assert isinstance(certificate, CouplingErrorReport)
     assert certificate.coverage is not None
     (kink, *_), ((since, until),) = certificate.coverage.kinks, certificate.coverage.followed
     step = system.system.simulation.step_size
@@ -94,7 +94,7 @@ def test_the_results_say_how_large_the_error_is(c_fmu: Fmus, tmp_path: Path) -> 
         c_fmu, rng, algorithm="corrector", event="contact", steps=(60, 61)
     ).system
     outcome = run(system, results=tmp_path / "r.nc")
-    assert isinstance(outcome.certificate, Certificate)
+    assert isinstance(outcome.certificate, CouplingErrorReport)
     attributes = xr.open_datatree(tmp_path / "r.nc").attrs
     assert attributes["coupling_error"] == str(outcome.certificate)
     assert attributes["coupling_error_from"] == str(outcome.certificate.coverage)
@@ -121,7 +121,7 @@ def test_many_kinks_are_judged_in_windows(c_fmu: Fmus, monkeypatch: pytest.Monke
     )
     true, stated, outcome = system.true_and_stated()
     assert true / 3 < stated < 5 * true
-    assert isinstance(outcome.certificate, Certificate)
+    assert isinstance(outcome.certificate, CouplingErrorReport)
     coverage = outcome.certificate.coverage
     assert coverage is not None
     assert coverage.crowded is not None
@@ -147,7 +147,7 @@ def test_the_order_of_kinks_is_measured_where_they_are(
     )
     true, stated, outcome = system.true_and_stated()
     assert true / 2 < stated < 5 * true
-    assert isinstance(outcome.certificate, Certificate)
+    assert isinstance(outcome.certificate, CouplingErrorReport)
     assert outcome.certificate.errors[0].halved > stated / 4
 
 
@@ -176,7 +176,7 @@ def test_hard_contacts_after_many_mild_ones(c_fmu: Fmus, monkeypatch: pytest.Mon
     monkeypatch.setattr(witness, "MANY", 8)
     true, stated, outcome = springs(c_fmu, 100.0, 0.05, 1250, 2200).true_and_stated()
     assert true / 3 < stated < 5 * true
-    assert isinstance(outcome.certificate, Certificate)
+    assert isinstance(outcome.certificate, CouplingErrorReport)
     assert outcome.certificate.coverage is not None
     assert outcome.certificate.coverage.crowded is not None
 
@@ -221,7 +221,7 @@ def test_kinks_of_fmus_that_make_one_size_of_step_only(c_fmu: Fmus) -> None:
     )
     true, stated, outcome = system.true_and_stated()
     assert true < stated < 10 * true
-    assert isinstance(outcome.certificate, Certificate)
+    assert isinstance(outcome.certificate, CouplingErrorReport)
     assert "kinks are not followed" in str(outcome.certificate.coverage)
 
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from m4e_fmi.cosim import (
-    Certificate,
     Component,
+    CouplingErrorReport,
     FmuFile,
     Network,
     Outcome,
@@ -75,7 +75,7 @@ def test_the_end_is_where_the_ball_asks_for_it(
     results = load(tmp_path / "r.nc")
     assert results.time[-1] == pytest.approx(IMPACTS[-1], abs=step + NANOSECOND)
     assert results["ball.hits"].values[-1] == 5.0
-    assert isinstance(outcome.certificate, Certificate)
+    assert isinstance(outcome.certificate, CouplingErrorReport)
     with start(system) as stepped:
         times = [point.time for point in stepped]
     assert len(set(times)) == len(times) == outcome.steps + 1
@@ -110,7 +110,7 @@ def test_all_stop_at_impacts(
     assert "ball asked for the end of the simulation at t = 1.2857" in outcome.notes[-1]
     if tolerance is None:
         assert outcome.rejected == (0 if announces else 5)
-    assert isinstance(outcome.certificate, Certificate)
+    assert isinstance(outcome.certificate, CouplingErrorReport)
     assert outcome.certificate.errors[0].error < 1e-8
 
 
@@ -134,7 +134,7 @@ def test_the_error_is_stated_where_impacts_hang_on_the_coupling(c_fmu: Fmus) -> 
     certificate = outcomes[0].certificate
     coarse, fine = np.array(heights)
     true = np.abs(coarse - fine).max() / np.ptp(fine)
-    assert isinstance(certificate, Certificate)
+    assert isinstance(certificate, CouplingErrorReport)
     assert true / 3 < certificate.errors[0].error < 20 * true
 
 

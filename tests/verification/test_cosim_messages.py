@@ -10,7 +10,16 @@ from pathlib import Path
 import pytest
 
 from m4e_fmi.cli import main
-from m4e_fmi.cosim import Certificate, Component, FmuFile, Outcome, Simulation, System, load, run
+from m4e_fmi.cosim import (
+    Component,
+    CouplingErrorReport,
+    FmuFile,
+    Outcome,
+    Simulation,
+    System,
+    load,
+    run,
+)
 from m4e_fmi.errors import RunError
 from m4e_fmi.report import run_summary
 
@@ -144,7 +153,7 @@ def test_instances_beside_the_run_are_not_heard(
     lines: list[str] = []
     outcome = run(System("s", parts, ring, Simulation(1.0, 0.1)), warn=lines.append)
     assert any("probed" in note for note in outcome.notes)
-    assert isinstance(outcome.certificate, Certificate)
+    assert isinstance(outcome.certificate, CouplingErrorReport)
     told = [f"{part}, warning at t = 0 s: here is {part}" for part in "ab"]
     assert (lines, [str(message) for message in outcome.messages]) == (told, told)
     assert capfd.readouterr() == ("", "")

@@ -10,7 +10,7 @@ import fmpy
 import numpy as np
 import pytest
 
-from m4e_fmi.cosim import Certificate, Component, FmuFile, Simulation, System, load, run
+from m4e_fmi.cosim import Component, CouplingErrorReport, FmuFile, Simulation, System, load, run
 from m4e_fmi.cosim.exchange.static_data import keeps_nothing
 
 Fmus = Callable[[str], Path]
@@ -49,7 +49,7 @@ def test_the_second_set_of_the_certificate(c_fmu: Fmus, tmp_path: Path, version:
     t = found.time
     np.testing.assert_array_equal(found["a.y"].values, t)
     np.testing.assert_allclose(found["b.y"].values, t * (t - 0.125) / 2, rtol=1e-13)
-    assert isinstance(outcome.certificate, Certificate)
+    assert isinstance(outcome.certificate, CouplingErrorReport)
     # b.y is of first order: half the step would leave half of t H/2, of a range of 7/16
     assert outcome.certificate.errors[0].error == pytest.approx(0.0625 / 1.0, rel=0.5)
 

@@ -14,7 +14,7 @@ import pytest
 from scipy.signal import find_peaks
 
 from m4e_fmi.cosim import load_system, run
-from m4e_fmi.cosim.error_estimate.report import Certificate
+from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "sphere_decay" / "system.yaml"
 SERIES = Path(__file__).parents[1] / "data" / "hydrodynamics" / "oes10_sphere_decay_1m.csv"
@@ -74,7 +74,7 @@ def test_the_implicit_algorithm_couples_it_too(decay, folder: Path, step: float)
     there = np.isin(np.round(times, 6), np.round(results.time, 6))
     # corrector is off by 2e-6 at 0.1 s, a hundredth of this
     error = np.abs(found[same] - heave[there]).max() / np.ptp(heave)
-    assert isinstance(outcome.certificate, Certificate)
+    assert isinstance(outcome.certificate, CouplingErrorReport)
     stated = {e.source.variable: e.error for e in outcome.certificate.errors}
     assert error / 3 < max(stated.values()) < 6 * error  # of the velocity, which is off by more
     assert error < 0.08 * step**2

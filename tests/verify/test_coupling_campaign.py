@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from support.eventful_systems import samples
 
-from m4e_fmi.cosim import Certificate, Outcome
+from m4e_fmi.cosim import CouplingErrorReport, Outcome
 
 SEED, COUNT = 13, 300
 ALGORITHMS = ("corrector", "gauss_seidel", "jacobi", "implicit")
@@ -49,6 +49,6 @@ def test_true_over_stated(c_fmu: Callable[[str], Path], capsys: pytest.CaptureFi
 
 def _is_unsure(outcome: Outcome) -> bool:
     certificate = outcome.certificate
-    if not isinstance(certificate, Certificate) or certificate.coverage is None:
+    if not isinstance(certificate, CouplingErrorReport) or certificate.coverage is None:
         return True
     return bool(certificate.coverage.lost)

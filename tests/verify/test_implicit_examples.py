@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 from m4e_fmi.cosim import Network, Outcome, System, load_system, run
-from m4e_fmi.cosim.error_estimate.report import Certificate
+from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 CASES = {
@@ -85,7 +85,7 @@ def course(case: str, folder: Path, **settings: Any) -> tuple[Courses, Network, 
 
     def observe(time: float, network: Network) -> None:
         networks[:] = [network]
-        places = [network.index(port) for _, port in network.judged]
+        places = [network.index(port) for _, port in network.monitored_outputs]
         seen[round(time * 1e9)] = network.values[places]
 
     changed = system(case).changed(stop_time=CASES[case], **settings)
@@ -112,11 +112,11 @@ def test_implicit_runs_the_examples(
     assert len(times) > len(found) / 3
     mine, others = (np.array([values[t] for t in times]) for values in (found, true))
     errors, ranges = np.abs(mine - others).max(axis=0), np.ptp(others, axis=0)
-    units = [network.unit(port) for _, port in network.judged]
+    units = [network.unit(port) for _, port in network.monitored_outputs]
     of_unit = {u: max(r for v, r in zip(units, ranges, strict=True) if v == u) for u in units}
     relative = [e / of_unit[u] for e, u in zip(errors, units, strict=True) if of_unit[u] > 0.0]
     error = max(relative)
-    assert isinstance(outcome.certificate, Certificate)
+    assert isinstance(outcome.certificate, CouplingErrorReport)
     stated = outcome.certificate.errors[0].error
     print(f"{case} step {step:g} s: true {error:.2e}, stated {stated:.2e}")
     assert error < 3 * stated + ROUGH.get(case, 0.0)

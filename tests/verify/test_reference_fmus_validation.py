@@ -34,7 +34,7 @@ pytestmark = [
 ]
 
 
-def judged(path: Path, folder: Path) -> list[str]:
+def monitored_outputs(path: Path, folder: Path) -> list[str]:
     """Errors that another checker finds in the FMU."""
     if CHECKER and path.parent.name != "3":
         command = [CHECKER, "-l", "2", "-o", str(folder / "out.csv"), str(path)]
@@ -58,7 +58,7 @@ def test_no_error_where_others_find_none(path: Path, tmp_path: Path) -> None:
     name = f"{path.parent.name}/{path.stem}"
     if path.stem == "Clocks":
         pytest.skip("clocks are not supported")
-    others = judged(path, tmp_path)
+    others = monitored_outputs(path, tmp_path)
     report = validate_fmu(path)
     errors: list[Finding] = [
         f for f in report.of_severity("error") if f.id not in TRUE.get(name, ())

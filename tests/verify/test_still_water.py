@@ -12,7 +12,7 @@ from support.published_coefficients import linear_system, transfer
 
 from m4e_adapters.hydrodynamics import HydrodynamicsConfig, coefficients_from_config, fit_radiation
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
-from m4e_fmi.cosim import Certificate, load, load_system, run
+from m4e_fmi.cosim import CouplingErrorReport, load, load_system, run
 
 pytestmark = pytest.mark.verify
 PANELS = 250
@@ -127,7 +127,7 @@ def test_three_hours_of_still_water(name: str, frequency: float, tmp_path: Path)
     outcome = run(load_system(tmp_path / "system.yaml"), results=tmp_path / "r.nc")
     results = load(tmp_path / "r.nc")
     away = np.abs(results["hull.joint.heave.q"].values - center[1])
-    assert isinstance(outcome.certificate, Certificate)
+    assert isinstance(outcome.certificate, CouplingErrorReport)
     stated = outcome.certificate.errors[0].error * 2 * away.max()
     hours = [
         away[(results.time >= t) & (results.time <= t + 600)].max() for t in range(0, 10800, 600)

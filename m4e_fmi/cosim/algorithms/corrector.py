@@ -35,10 +35,10 @@ from functools import cached_property
 import networkx as nx
 import numpy as np
 
-from m4e_fmi.cosim.algorithms.course import Way
+from m4e_fmi.cosim.algorithms.course import InputInterpolation
 from m4e_fmi.cosim.algorithms.gauss_seidel import GaussSeidel
 from m4e_fmi.cosim.algorithms.interface import Interface
-from m4e_fmi.cosim.algorithms.part import Part
+from m4e_fmi.cosim.algorithms.part import ComponentStepper
 from m4e_fmi.cosim.algorithms.scheduled import Scheduled
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.exchange.operations import Operation, gather
@@ -66,7 +66,7 @@ class Corrector(Scheduled):
     estimate_order = 3
 
     def __init__(self, network: Network) -> None:
-        self._interface = interface = Interface(network, Way.PARABOLA)
+        self._interface = interface = Interface(network, InputInterpolation.PARABOLA)
         parts = {part.name: part for part in interface.parts}
         self._knots = tuple(_Knot([parts[k] for k in names], c) for names, c in _knots(network))
         self._before = np.zeros_like(interface.end)
@@ -154,7 +154,7 @@ class _Knot:
     `again` are those that can make their step again, `once` the others.
     """
 
-    def __init__(self, parts: list[Part], cyclic: bool) -> None:
+    def __init__(self, parts: list[ComponentStepper], cyclic: bool) -> None:
         self.cyclic = cyclic
         self.gives = any(part.outputs.stop > part.outputs.start for part in parts)
         self.again = tuple(part for part in parts if part.can_return)
@@ -196,7 +196,7 @@ def _once(names: Sequence[str]) -> str:
     )
 
 
-def _moved(parts: Sequence[Part]) -> str:
+def _moved(parts: Sequence[ComponentStepper]) -> str:
     """That these move inputs along others; empty if there are none."""
     if not parts:
         return ""

@@ -51,7 +51,7 @@ HELD = {
 """Shares of b and c in the values of a group."""
 
 
-class Way(Enum):
+class InputInterpolation(Enum):
     """How inputs pass through their three values."""
 
     PARABOLA = "parabola"
@@ -60,7 +60,7 @@ class Way(Enum):
     @property
     def mean(self) -> np.ndarray:
         """The mean over the step: Simpson's rule, or the trapezoid."""
-        weight = 4.0 if self is Way.PARABOLA else 2.0
+        weight = 4.0 if self is InputInterpolation.PARABOLA else 2.0
         return np.array([1.0, weight, 1.0]) / (2.0 + weight)
 
     def at(self, s: float) -> np.ndarray:
@@ -69,13 +69,13 @@ class Way(Enum):
 
     def known(self, pieces: int, *, held: bool) -> list[int]:
         """The ends of pieces at which outputs are known, from 0 on; inputs are `held` or not."""
-        if not held or self is Way.LINES:
+        if not held or self is InputInterpolation.LINES:
             return list(range(pieces + 1))
         return [*range(0, max(1, pieces - 1), 2), pieces]
 
     def expansion(self, s: float) -> np.ndarray:
         """Value, first and half of the second derivative by s, at s and after it."""
-        if self is Way.PARABOLA:
+        if self is InputInterpolation.PARABOLA:
             start, slope, bend = PARABOLA
             return np.array([start + s * slope + s * s * bend, slope + 2 * s * bend, bend])
         if s < 0.5:
@@ -85,15 +85,15 @@ class Way(Enum):
     @property
     def held_pieces(self) -> int:
         """How many values are held in a step, at least."""
-        return 4 if self is Way.PARABOLA else 2
+        return 4 if self is InputInterpolation.PARABOLA else 2
 
     def lost(self, pieces: int) -> float:
         """What share of the first moment about the mean is lost in so many pieces that are held."""
-        return 1 / pieces**2 if self is Way.LINES or pieces == 1 else 0.0
+        return 1 / pieces**2 if self is InputInterpolation.LINES or pieces == 1 else 0.0
 
     def held(self, piece: int, pieces: int) -> np.ndarray:
         """What is held in one of so many pieces."""
-        if self is Way.LINES:
+        if self is InputInterpolation.LINES:
             start, end = self.at(piece / pieces), self.at((piece + 1) / pieces)
             if 2 * piece + 1 == pieces:
                 return (start + 2 * self.at(0.5) + end) / 4
@@ -108,4 +108,4 @@ class Way(Enum):
     @property
     def most_points(self) -> int:
         """How many known values the one in the middle is taken from, at most."""
-        return 4 if self is Way.PARABOLA else 2
+        return 4 if self is InputInterpolation.PARABOLA else 2

@@ -22,7 +22,7 @@ PLACE = 1
 class Doubling:
     """See the module; `algorithm` makes the steps on `network`."""
 
-    REMEMBERED = ("_algorithm",)
+    SNAPSHOT = ("_algorithm",)
 
     def __init__(self, network: Network, algorithm: Algorithm) -> None:
         self._network = network

@@ -22,9 +22,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from m4e_fmi.cosim.algorithms.course import Way
+from m4e_fmi.cosim.algorithms.course import InputInterpolation
 from m4e_fmi.cosim.algorithms.interface import Interface
-from m4e_fmi.cosim.algorithms.part import Courses, Part
+from m4e_fmi.cosim.algorithms.part import ComponentStepper, Courses
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.exchange.newton import DIFFERENCE, OF_NOMINAL, NotConvergedError, QuasiNewton
 from m4e_fmi.cosim.exchange.step_loop import Schedule
@@ -39,14 +39,14 @@ the difference of the input grows until then, and how often it is tried."""
 class Implicit:
     """See the module."""
 
-    REMEMBERED = ("_newton", "_scale", "_felt")
+    SNAPSHOT = ("_newton", "_scale", "_felt")
 
     def __init__(self, network: Network) -> None:
         self._network = network
         count = len(network.inputs)
         self._inputs = np.zeros(3 * count)
         courses = Courses(self._inputs, np.arange(3 * count).reshape(3, count))
-        self._interface = interface = Interface(network, Way.LINES, courses)
+        self._interface = interface = Interface(network, InputInterpolation.LINES, courses)
         self.held, self.followed = interface.held, interface.followed
         self.notes: tuple[str, ...] = ()
         self.order = 2
@@ -145,7 +145,7 @@ class Implicit:
 
     def _difference(
         self,
-        part: Part,
+        part: ComponentStepper,
         column: int,
         x: np.ndarray,
         found: np.ndarray,
@@ -168,7 +168,7 @@ class Implicit:
                 break
         return slope
 
-    def _at_once(self, part: Part) -> np.ndarray:
+    def _at_once(self, part: ComponentStepper) -> np.ndarray:
         """Columns of the Jacobian for a component's inputs, in the middle and at the end."""
         network = self._network
         instance = network.instances[part.name]

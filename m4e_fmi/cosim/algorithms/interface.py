@@ -10,8 +10,8 @@ import math
 
 import numpy as np
 
-from m4e_fmi.cosim.algorithms.course import Way
-from m4e_fmi.cosim.algorithms.part import Courses, Part, Sampled
+from m4e_fmi.cosim.algorithms.course import InputInterpolation
+from m4e_fmi.cosim.algorithms.part import ComponentStepper, Courses, Sampled
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.exchange.operations import Combine, Operation, gather
 
@@ -25,7 +25,9 @@ class Interface:
     and at the end of the step. Inputs follow the courses of their sources, unless others are given.
     """
 
-    def __init__(self, network: Network, way: Way, courses: Courses | None = None) -> None:
+    def __init__(
+        self, network: Network, way: InputInterpolation, courses: Courses | None = None
+    ) -> None:
         self._network = network
         values, self._count = network.values, len(network.outputs)
         self.middle, self.end = self._block(network.middle), self._block(network.stepped)
@@ -39,7 +41,9 @@ class Interface:
         found = Courses(values, places)
         given = courses or found
         due = {name: network.due(name) for name in network.sweep}
-        self.parts = tuple(Part(network, n, given, way) for n in network.sweep if not due[n])
+        self.parts = tuple(
+            ComponentStepper(network, n, given, way) for n in network.sweep if not due[n]
+        )
         self.sampled = tuple(Sampled(network, name) for name in network.sweep if due[name])
         self.held = np.zeros(len(self.sources))
         weight = np.repeat(way.mean[:, None], len(self.sources), axis=1)

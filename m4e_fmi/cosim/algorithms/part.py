@@ -22,7 +22,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from m4e_fmi.cosim.algorithms.course import Way
+from m4e_fmi.cosim.algorithms.course import InputInterpolation
 from m4e_fmi.cosim.algorithms.middle import FromEnds, FromPoints
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.exchange.operations import (
@@ -52,7 +52,7 @@ class Courses:
         return Combine(into, self.values, places.astype(np.uint32), weight.copy())
 
 
-class Part:
+class ComponentStepper:
     """One component's step along `courses`: its `operations`, once `prepare` knows the size.
 
     Outputs are read in the middle and at the end, into those blocks of the network's values.
@@ -60,7 +60,9 @@ class Part:
     `holds` tells that it holds its inputs, in one of `pieces` after the other.
     """
 
-    def __init__(self, network: Network, name: str, courses: Courses, way: Way) -> None:
+    def __init__(
+        self, network: Network, name: str, courses: Courses, way: InputInterpolation
+    ) -> None:
         self.name = name
         self._network, self._courses, self._way = network, courses, way
         self._instance = network.instances[name]
@@ -148,7 +150,9 @@ class Part:
         if 2 * known[0] == self.pieces:
             return None
         if points == [0, self.pieces]:
-            return FromEnds(self._network, self.outputs, straight=self._way is Way.LINES)
+            return FromEnds(
+                self._network, self.outputs, straight=self._way is InputInterpolation.LINES
+            )
         return FromPoints(self._network, self.outputs, points, self.pieces)
 
     def _read(self, piece: int) -> tuple[Operation, ...]:

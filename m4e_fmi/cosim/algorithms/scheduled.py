@@ -12,7 +12,7 @@ import numpy as np
 from m4e_fmi.cosim.exchange.events import has_events, telling
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.exchange.operations import Operation
-from m4e_fmi.cosim.exchange.step_loop import Loop, Schedule
+from m4e_fmi.cosim.exchange.step_loop import Schedule, StepLoop
 
 if TYPE_CHECKING:
     from m4e_fmi.cosim.algorithms import Algorithm
@@ -62,7 +62,7 @@ def looped(
     rows: Schedule | None = None,
     *,
     every: int = 1,
-) -> Loop | None:
+) -> StepLoop | None:
     """The operations of a step, to be repeated while the algorithm `repeats`, and `noted` after it.
 
     None where no step is like another: the algorithm is not `Scheduled`, loops are solved, or FMUs
@@ -75,4 +75,4 @@ def looped(
         return None
     step = Schedule([*algorithm.operations, *exchange, *noted])
     told = telling(network.instances.values())
-    return Loop(step, rows, every=every, telling=told, stops=network.stops)
+    return StepLoop(step, rows, every=every, telling=told, stops=network.stops)

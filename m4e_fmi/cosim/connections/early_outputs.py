@@ -14,7 +14,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 
 from m4e_fmi.cosim.connections.connect import Port
 from m4e_fmi.cosim.connections.recorded_variables import chosen
-from m4e_fmi.cosim.connections.structure import Loop, Transfer
+from m4e_fmi.cosim.connections.structure import AlgebraicLoop, Transfer
 from m4e_fmi.fmu.importer.reading import Description
 from m4e_fmi.fmu.importer.type_rules import DISCRETE, REAL
 
@@ -29,7 +29,7 @@ class Arrivals:
     def __init__(
         self,
         descriptions: Mapping[str, Description],
-        exchange: Sequence[Transfer | Loop],
+        exchange: Sequence[Transfer | AlgebraicLoop],
         recorded: Mapping[str, Collection[str]] | None,
         *,
         watched: bool,
@@ -94,12 +94,12 @@ class Arrivals:
         return self._early.get((transfer.component, transfer.discrete)) is transfer
 
 
-def _early(exchange: Sequence[Transfer | Loop]) -> dict[tuple[str, bool], Transfer]:
+def _early(exchange: Sequence[Transfer | AlgebraicLoop]) -> dict[tuple[str, bool], Transfer]:
     """Reads of each component before any of its inputs is set; apart those that are not Real."""
     found: dict[tuple[str, bool], Transfer] = {}
     begun: set[tuple[str, bool]] = set()
     for part in exchange:
-        for transfer in (*part.sets, *part.gets) if isinstance(part, Loop) else (part,):
+        for transfer in (*part.sets, *part.gets) if isinstance(part, AlgebraicLoop) else (part,):
             of_kind = transfer.component, transfer.discrete
             if of_kind not in begun and part is transfer and transfer.action == "get":
                 found[of_kind] = transfer
@@ -108,11 +108,11 @@ def _early(exchange: Sequence[Transfer | Loop]) -> dict[tuple[str, bool], Transf
     return found
 
 
-def _ports(exchange: Sequence[Transfer | Loop], action: str) -> dict[str, set[str]]:
+def _ports(exchange: Sequence[Transfer | AlgebraicLoop], action: str) -> dict[str, set[str]]:
     """Names of the variables that are got or set, by component."""
     found: dict[str, set[str]] = {}
     for part in exchange:
-        for transfer in (*part.sets, *part.gets) if isinstance(part, Loop) else (part,):
+        for transfer in (*part.sets, *part.gets) if isinstance(part, AlgebraicLoop) else (part,):
             if transfer.action == action:
                 found.setdefault(transfer.component, set()).update(transfer.variables)
     return found

@@ -12,13 +12,19 @@ from dataclasses import replace
 import networkx as nx
 
 from m4e_fmi.cosim.connections.connect import Link, Wiring
-from m4e_fmi.cosim.connections.structure import Loop, analyse, apart, exchange_graph, loop_links
-from m4e_fmi.cosim.system.component_step import Rate
+from m4e_fmi.cosim.connections.structure import (
+    AlgebraicLoop,
+    analyse,
+    apart,
+    exchange_graph,
+    loop_links,
+)
+from m4e_fmi.cosim.system.component_step import ComponentStep
 from m4e_fmi.fmu.importer.reading import Description
 
 
 def broken(
-    descriptions: Mapping[str, Description], wiring: Wiring, rates: Mapping[str, Rate]
+    descriptions: Mapping[str, Description], wiring: Wiring, rates: Mapping[str, ComponentStep]
 ) -> tuple[Wiring, list[str]]:
     """The wiring with delays where loops cannot be solved, and what is to be said of each.
 
@@ -76,7 +82,7 @@ def _loop_links(descriptions: Mapping[str, Description], wiring: Wiring, name: s
     """The links into and out of a component that are part of an algebraic loop."""
     found = []
     for step in analyse(descriptions, wiring).exchange:
-        if isinstance(step, Loop):
+        if isinstance(step, AlgebraicLoop):
             ports = {(t.component, v) for t in (*step.sets, *step.gets) for v in t.variables}
             found += [
                 link

@@ -8,7 +8,7 @@ from m4e_fmi.cosim.connections.connect import Link, Wiring
 from m4e_fmi.cosim.connections.overview import overview
 from m4e_fmi.cosim.connections.structure import Structure
 from m4e_fmi.cosim.connections.timing import Timing, timings
-from m4e_fmi.cosim.system.component_steps import Rates
+from m4e_fmi.cosim.system.component_steps import ComponentSteps
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.fmu.importer.reading import Description
 from m4e_fmi.shown import listing
@@ -27,7 +27,7 @@ class Prepared:
     descriptions: dict[str, Description] = field(repr=False)
     wiring: Wiring = field(repr=False)
     structure: Structure = field(repr=False)
-    rates: Rates = field(repr=False)
+    rates: ComponentSteps = field(repr=False)
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
 

@@ -9,7 +9,7 @@ from math import ceil
 
 from m4e_fmi.cosim.connections.connect import Port
 from m4e_fmi.cosim.connections.recorded_variables import chosen
-from m4e_fmi.cosim.system.system import SECOND, Simulation
+from m4e_fmi.cosim.system.system import NS_PER_SECOND, Simulation
 from m4e_fmi.fmu.importer.reading import Description
 
 LARGE = 1e9
@@ -71,8 +71,8 @@ def thinned(
     multiples = (factor * 10**power for power in count() for factor in (1, 2, 5))
     row, steps = 8 * whole.values, whole.rows - 1
     every = next(n for n in multiples if row * (ceil(steps / n) + 1) <= LARGE)
-    step = round(simulation.step_size * SECOND)
-    fewer = replace(simulation, output_interval=every * step / SECOND)
+    step = round(simulation.step_size * NS_PER_SECOND)
+    fewer = replace(simulation, output_interval=every * step / NS_PER_SECOND)
     size = volume(fewer, descriptions, variables, connected).size
     return fewer, (
         f"results of every step would be {whole.rows:,} rows, {size_text(whole.size)}: a row is "

@@ -33,7 +33,7 @@ class Transfer:
 
 
 @dataclass(frozen=True)
-class Loop:
+class AlgebraicLoop:
     """Inputs and outputs that depend on one another within an instant: to be solved together.
 
     `cycle` are some of them, each of which depends on the one before.
@@ -56,8 +56,8 @@ class Structure:
     are driven, but from which no Real is taken: what the coupling does to them shows there only.
     """
 
-    initial: tuple[Transfer | Loop, ...]
-    exchange: tuple[Transfer | Loop, ...]
+    initial: tuple[Transfer | AlgebraicLoop, ...]
+    exchange: tuple[Transfer | AlgebraicLoop, ...]
     sweep: tuple[str, ...]
     delayed: tuple[Link, ...]
     ends: tuple[Port, ...]
@@ -65,7 +65,7 @@ class Structure:
     @property
     def loops(self) -> tuple[tuple[Port, ...], ...]:
         """A cycle of inputs and outputs in each algebraic loop, at communication points."""
-        return tuple(step.cycle for step in self.exchange if isinstance(step, Loop))
+        return tuple(step.cycle for step in self.exchange if isinstance(step, AlgebraicLoop))
 
 
 def analyse(descriptions: Mapping[str, Description], wiring: Wiring) -> Structure:
@@ -212,10 +212,10 @@ def instant_graph(
 
 def _order(
     links: Sequence[Link], graph: nx.DiGraph, discrete: Container[Port]
-) -> tuple[Transfer | Loop, ...]:
+) -> tuple[Transfer | AlgebraicLoop, ...]:
     """Rounds of gets and sets in which each value is carried over when it is final."""
     driven = {link.target: link.source for link in links}
-    steps: list[Transfer | Loop] = []
+    steps: list[Transfer | AlgebraicLoop] = []
     transfers: list[Transfer] = []
     knots = nx.condensation(graph)
     for generation in nx.topological_generations(knots):
@@ -229,7 +229,7 @@ def _order(
                 steps += _merged(transfers)
                 transfers = []
                 sets, gets = ([t for t in calls if t.action == a] for a in ("set", "get"))
-                steps.append(Loop(tuple(sets), tuple(gets), _cycle(graph, ports)))
+                steps.append(AlgebraicLoop(tuple(sets), tuple(gets), _cycle(graph, ports)))
     return (*steps, *_merged(transfers))
 
 

@@ -13,7 +13,7 @@ import networkx as nx
 
 from m4e_fmi.cosim.connections.connect import Link, Wiring
 from m4e_fmi.cosim.connections.structure import Structure
-from m4e_fmi.cosim.system.component_step import Rate
+from m4e_fmi.cosim.system.component_step import ComponentStep
 from m4e_fmi.fmu.importer.reading import Description
 
 
@@ -37,7 +37,7 @@ def timings(
     wiring: Wiring,
     structure: Structure,
     algorithm: str,
-    rates: Mapping[str, Rate],
+    rates: Mapping[str, ComponentStep],
 ) -> dict[Link, Timing]:
     """The timing of every link that carries values at communication points."""
 

@@ -10,7 +10,9 @@ from m4e_fmi.cosim.system.system import System
 from m4e_fmi.fmu.importer.reading import Description, Variable
 
 
-def forgotten(system: System, descriptions: Mapping[str, Description], wiring: Wiring) -> list[str]:
+def unconnected_parameters(
+    system: System, descriptions: Mapping[str, Description], wiring: Wiring
+) -> list[str]:
     """What one component calculates, another has as a parameter of that name, and nothing carries.
 
     One line each: added mass, say, that would be left at its start value.

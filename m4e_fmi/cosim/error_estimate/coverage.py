@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from m4e_fmi.cosim.system.system import SECOND
+from m4e_fmi.cosim.system.system import NS_PER_SECOND
 
 NAMED = 3
 """Times that are named, of more."""
@@ -67,14 +67,14 @@ class Coverage:
         if self.kinks:
             text += f"; finer steps about {_listed(self.kinks)}"
         if self.crowded is not None:
-            since = f"{self.crowded / SECOND:.6g}"
+            since = f"{self.crowded / NS_PER_SECOND:.6g}"
             text += f"; kinks are many from t = {since} s on, and judged where it is made twice"
         for begin, why in self.lost:
-            text += f"; kinks are not followed from t = {begin / SECOND:.6g} s on: {why}"
+            text += f"; kinks are not followed from t = {begin / NS_PER_SECOND:.6g} s on: {why}"
         return text
 
 
 def _listed(times: Sequence[int]) -> str:
-    named = ", ".join(f"{time / SECOND:.6g}" for time in times[:NAMED])
+    named = ", ".join(f"{time / NS_PER_SECOND:.6g}" for time in times[:NAMED])
     more = len(times) - NAMED
     return f"t = {named} s" + (f" and {more} more" if more > 0 else "")

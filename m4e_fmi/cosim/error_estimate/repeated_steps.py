@@ -16,8 +16,8 @@ from m4e_fmi.cosim.exchange.events import ended
 from m4e_fmi.cosim.exchange.instance import EventWithinError
 from m4e_fmi.cosim.exchange.network import Change, Network
 from m4e_fmi.cosim.exchange.operations import gather
-from m4e_fmi.cosim.exchange.step_loop import Loop
-from m4e_fmi.cosim.system.system import SECOND
+from m4e_fmi.cosim.exchange.step_loop import StepLoop
+from m4e_fmi.cosim.system.system import NS_PER_SECOND
 from m4e_fmi.cosim.time_loop.energy import BLOCK
 from m4e_fmi.cosim.time_loop.time_events import NEVER, in_nanoseconds
 from m4e_fmi.errors import RunError
@@ -184,13 +184,13 @@ class SecondCourse:
         return self._network.made(self._make, self._length)
 
     @cached_property
-    def _loop(self) -> Loop | None:
+    def _loop(self) -> StepLoop | None:
         noted = gather(self._values, self._network.values, self._sources)
         return looped(self._algorithm, self._network, [noted])
 
     def halt(self) -> None:
         """End steps that are made at once at the next point, called by another thread."""
-        loop: Loop | None = self.__dict__.get("_loop")
+        loop: StepLoop | None = self.__dict__.get("_loop")
         if loop:
             loop.state.halt = 1
 
@@ -220,7 +220,7 @@ class SecondCourse:
         """Values after each of some steps of `size` from `now` [ns], one at least."""
         network, algorithm = self._network, self._algorithm
         loop = None if jumps else self._loop
-        if loop and isinstance(algorithm, Scheduled) and algorithm.repeats(size / SECOND):
+        if loop and isinstance(algorithm, Scheduled) and algorithm.repeats(size / NS_PER_SECOND):
             made = min(most, BLOCK)
             loop.state.now, loop.state.size, loop.state.noted, loop.state.halt = now, size, 0, 0
             try:
@@ -230,7 +230,7 @@ class SecondCourse:
                 if not isinstance(algorithm, Undoing):
                     raise
                 algorithm.undo()
-            network.time = loop.state.now / SECOND
+            network.time = loop.state.now / NS_PER_SECOND
             if network.settle() or loop.state.halt:
                 made = (loop.state.now - now) // size
             if loop.state.now < now + made * size:
@@ -249,7 +249,7 @@ class SecondCourse:
             if event > now:
                 size = min(size, event - 1 - now if event - 1 > now else 1)
             try:
-                algorithm.step(now / SECOND, size / SECOND)
+                algorithm.step(now / NS_PER_SECOND, size / NS_PER_SECOND)
             except EventWithinError as found:
                 if found.reached is None or not isinstance(algorithm, Undoing) or size == 1:
                     raise
@@ -262,4 +262,4 @@ class SecondCourse:
                 network.forget()
             elif now in jumps:
                 network.forget()
-            network.advance(now / SECOND)
+            network.advance(now / NS_PER_SECOND)

@@ -23,7 +23,7 @@ import numpy as np
 from m4e_fmi.cosim.connections.connect import Port
 from m4e_fmi.cosim.error_estimate.coverage import Coverage
 from m4e_fmi.cosim.exchange.network import Network
-from m4e_fmi.cosim.system.system import SECOND
+from m4e_fmi.cosim.system.system import NS_PER_SECOND
 from m4e_fmi.shown import short
 
 LEAST_RANGE = 1e-9
@@ -54,7 +54,7 @@ class CouplingError:
 
 @short
 @dataclass(frozen=True)
-class Certificate:
+class CouplingErrorReport:
     """Estimated coupling errors of a run, the largest first, and how much of it was watched."""
 
     errors: tuple[CouplingError, ...]
@@ -89,8 +89,10 @@ class Trace:
     def __call__(self, time: float, network: Network) -> None:
         if self.network is None:
             self.network = network
-            self._places = np.array([network.index(p) for _, p in network.judged], dtype=np.intp)
-        self.points[round(time * SECOND)] = network.values[self._places]
+            self._places = np.array(
+                [network.index(p) for _, p in network.monitored_outputs], dtype=np.intp
+            )
+        self.points[round(time * NS_PER_SECOND)] = network.values[self._places]
 
 
 class Spans:
@@ -102,11 +104,13 @@ class Spans:
     """
 
     def __init__(self, network: Network) -> None:
-        units = [network.unit(port) for _, port in network.judged]
+        units = [network.unit(port) for _, port in network.monitored_outputs]
         numbers = {unit: number for number, unit in enumerate(dict.fromkeys(units))}
         self._of_unit = np.array([numbers[unit] for unit in units], dtype=np.intp)
         self._bare = np.array([not unit for unit in units], dtype=bool)
-        self._places = np.array([network.index(port) for _, port in network.judged], dtype=np.intp)
+        self._places = np.array(
+            [network.index(port) for _, port in network.monitored_outputs], dtype=np.intp
+        )
         self._values, self._largest = network.values, np.zeros(len(numbers))
 
     def __call__(self, ranges: np.ndarray) -> np.ndarray:
@@ -126,21 +130,23 @@ def certificate(
     halved: np.ndarray,
     ranges: np.ndarray,
     coverage: Coverage | None = None,
-) -> Certificate:
+) -> CouplingErrorReport:
     """The certificate of a run; `errors`, what half the step would leave of them, and `ranges` are
     of the judged outputs, each in its unit.
     """
     largest: dict[int, CouplingError] = {}
     shares = over(np.array([errors, halved]), Spans(network)(ranges)).T.tolist()
-    for (connection, port), (error, half) in zip(network.judged, shares, strict=True):
+    for (connection, port), (error, half) in zip(network.monitored_outputs, shares, strict=True):
         known = largest.get(connection)
         if known is None or error > known.error:
             largest[connection] = CouplingError(connections[connection], port, error, half)
     ordered = sorted(largest.values(), key=lambda found: -found.error)
-    return Certificate(tuple(ordered), coverage)
+    return CouplingErrorReport(tuple(ordered), coverage)
 
 
-def compared(run: Trace, finer: Trace, connections: Sequence[str], order: float) -> Certificate:
+def compared(
+    run: Trace, finer: Trace, connections: Sequence[str], order: float
+) -> CouplingErrorReport:
     """The certificate of a run by another at half the step."""
     network = run.network
     assert network is not None

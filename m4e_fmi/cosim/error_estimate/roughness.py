@@ -29,7 +29,7 @@ class Roughness:
     The steps are of equal size; after any other `forget` is to be called.
     """
 
-    REMEMBERED = ("_past", "gate")
+    SNAPSHOT = ("_past", "gate")
 
     def __init__(self, network: Network) -> None:
         count = len(network.outputs)

@@ -20,9 +20,9 @@ from m4e_fmi.cosim.error_estimate.roughness import HISTORY, Roughness, fourth_di
 from m4e_fmi.cosim.error_estimate.step_doubling import NOISE, SMALL, halved_kinks
 from m4e_fmi.cosim.exchange.network import TWICE, Change, Network
 from m4e_fmi.cosim.exchange.operations import Operation, gather
-from m4e_fmi.cosim.system.system import SECOND, Simulation
+from m4e_fmi.cosim.system.system import NS_PER_SECOND, Simulation
 from m4e_fmi.cosim.time_loop.energy import BLOCK, EnergyBalance
-from m4e_fmi.cosim.time_loop.time_loop import Course
+from m4e_fmi.cosim.time_loop.time_loop import TimeLoop
 from m4e_fmi.errors import RunError
 
 KINKED = 1.0
@@ -44,7 +44,7 @@ class Recorder:
         self._size = 0
         self.kinks = np.zeros(len(sources))
         self._block = np.zeros((BLOCK, len(sources)))
-        self._now = round(network.time * SECOND)
+        self._now = round(network.time * NS_PER_SECOND)
         self._times = [np.zeros(0, dtype=np.int64)]
         self._values = [np.zeros((0, len(sources)))]
         self.count = 0
@@ -95,7 +95,7 @@ class Recorder:
         return times[:count], values[:count]
 
 
-class Companion:
+class ShadowRun:
     """Follows a run of `network` with `other`, a network of the same system at its start.
 
     `make` gives the algorithm that steps `other`; `simulation` is that of the run. Steps have this
@@ -122,17 +122,17 @@ class Companion:
         size = min(length * simulation.step_size, simulation.stop_time - simulation.start_time)
         longer = replace(simulation, step_size=size, output_interval=None)
         no_bonds = EnergyBalance(other, ())
-        self._course = Course(
+        self._course = TimeLoop(
             other, algorithm, no_bonds, longer, witness=self._other, most_time=np.inf
         )
-        self._size, stop = round(size * SECOND), round(simulation.stop_time * SECOND)
+        self._size, stop = round(size * NS_PER_SECOND), round(simulation.stop_time * NS_PER_SECOND)
         self._rest = stop if all(rate.shortens for rate in other.rates.values()) else None
         self._twice, self._order = length == TWICE, algorithm.order
         self._spans = spans
         self._steps = 0
         values = network.values[sources]
         self._difference = np.zeros(len(values))
-        self._start = round(network.time * SECOND)
+        self._start = round(network.time * NS_PER_SECOND)
         self._extremes = np.array([values, values])
         self.failure = ""
         """Why nothing can be told, if so."""
@@ -186,7 +186,7 @@ class Companion:
 
     def _follow(self) -> None:
         """Make the steps up to where the run is, as far as they are whole; compare."""
-        course, now = self._course, round(self._network.time * SECOND)
+        course, now = self._course, round(self._network.time * NS_PER_SECOND)
         try:
             while not course.over and (
                 now - course.now >= self._size or course.now < now == self._rest
@@ -227,7 +227,7 @@ class Companion:
 
     def coverage(self) -> Coverage:
         """All of the run was followed."""
-        start, end = self._start, round(self._network.time * SECOND)
+        start, end = self._start, round(self._network.time * NS_PER_SECOND)
         return Coverage(start, end, followed=((start, end),))
 
     def ranges(self) -> np.ndarray:

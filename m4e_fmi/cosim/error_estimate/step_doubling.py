@@ -70,10 +70,10 @@ from m4e_fmi.cosim.error_estimate.repeated_steps import (
 from m4e_fmi.cosim.error_estimate.report import over
 from m4e_fmi.cosim.error_estimate.roughness import HISTORY, Roughness, fourth_differences
 from m4e_fmi.cosim.error_estimate.windows import Told, pieces, throughout
-from m4e_fmi.cosim.exchange.network import HALF, TWICE, Change, Network, Point
+from m4e_fmi.cosim.exchange.network import HALF, TWICE, Change, Network, NetworkSnapshot
 from m4e_fmi.cosim.exchange.operations import Operation, gather
 from m4e_fmi.cosim.exchange.snapshot import Memory, recall, remember
-from m4e_fmi.cosim.system.system import SECOND
+from m4e_fmi.cosim.system.system import NS_PER_SECOND
 from m4e_fmi.cosim.time_loop.energy import BLOCK
 from m4e_fmi.errors import RunError
 
@@ -117,7 +117,7 @@ class _Stretch:
     number so far. A `window` is made again in any case, up to the step `end` of the run.
     """
 
-    start: Point
+    start: NetworkSnapshot
     window: bool
     recorded: bool
     end: int
@@ -160,13 +160,13 @@ class _Followed:
     It goes beside the run `since` a time [ns], and tells from the first kink on.
     """
 
-    point: Point
+    point: NetworkSnapshot
     since: int
     told: Told
 
 
 def _nanoseconds(time: float) -> int:
-    return round(time * SECOND)
+    return round(time * NS_PER_SECOND)
 
 
 def halved_kinks(errors: np.ndarray, spans: np.ndarray) -> np.ndarray:
@@ -192,7 +192,7 @@ class _UntoldError(Exception):
     """A course of steps of some length cannot tell the errors of a window; why not."""
 
 
-class Witness:
+class StepDoublingEstimator:
     """Follows a run of `network` by an algorithm of this `order`, which `make` makes anew.
 
     The `operations` are to be performed after each step of the run. `lengths` are those of the
@@ -201,7 +201,7 @@ class Witness:
     no steps of a part of the length, if so.
     """
 
-    REMEMBERED = (
+    SNAPSHOT = (
         "_steps", "_begins", "_told", "_bounds", "_kinked", "_kinked_since", "_met", "_followed",
         "_watched", "_rough", "_coverage", "_crowded", "_falls", "_size", "failure", "_others",
     )  # fmt: skip
@@ -370,7 +370,7 @@ class Witness:
         largest[self._sources] = found.max(axis=0)
         return largest
 
-    def _back_to(self, end: Point, why: str) -> None:
+    def _back_to(self, end: NetworkSnapshot, why: str) -> None:
         """Return to where the run is; RunError that says `why` courses have failed, if it fails."""
         try:
             self._network.restore(end)

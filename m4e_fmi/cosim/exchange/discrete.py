@@ -14,7 +14,7 @@ import numpy as np
 
 from m4e_fmi.cosim.connections.connect import Link, Port
 from m4e_fmi.cosim.connections.early_outputs import Arrivals
-from m4e_fmi.cosim.connections.structure import Loop, Transfer
+from m4e_fmi.cosim.connections.structure import AlgebraicLoop, Transfer
 from m4e_fmi.cosim.exchange.instance import WARNING, Instance
 from m4e_fmi.cosim.exchange.operations import Copy, Due, GetTyped, SetTyped
 from m4e_fmi.fmu.importer.calls import Access, Taken, Texts, value_in
@@ -37,7 +37,7 @@ class Discrete:
     def __init__(
         self,
         instances: Mapping[str, Instance],
-        steps: Sequence[Transfer | Loop],
+        steps: Sequence[Transfer | AlgebraicLoop],
         links: Mapping[Port, Link],
         texts: Texts,
         arrivals: Arrivals | None = None,
@@ -179,7 +179,7 @@ class Switches:
     its events, does not count: it changes at that very time.
     """
 
-    REMEMBERED = ("count", "first", "late")
+    SNAPSHOT = ("count", "first", "late")
 
     def __init__(self) -> None:
         self.count = 0

@@ -32,10 +32,10 @@ import numpy as np
 
 from m4e_fmi.cosim.connections.connect import Link, Port, Wiring
 from m4e_fmi.cosim.connections.early_outputs import Arrivals, following
-from m4e_fmi.cosim.connections.structure import Loop, Structure, Transfer, derivative_chain
+from m4e_fmi.cosim.connections.structure import AlgebraicLoop, Structure, Transfer, derivative_chain
 from m4e_fmi.cosim.exchange.discrete import Discrete, Kept
 from m4e_fmi.cosim.exchange.instance import WARNING, Call, Instance
-from m4e_fmi.cosim.exchange.newton import AlgebraicLoop
+from m4e_fmi.cosim.exchange.newton import LoopEquations
 from m4e_fmi.cosim.exchange.operations import (
     Combine,
     DoStep,
@@ -51,10 +51,10 @@ from m4e_fmi.cosim.exchange.operations import (
 )
 from m4e_fmi.cosim.exchange.snapshot import Memory, recall, remember
 from m4e_fmi.cosim.exchange.step_loop import Schedule
-from m4e_fmi.cosim.system.component_step import Rate
-from m4e_fmi.cosim.system.component_steps import Rates
+from m4e_fmi.cosim.system.component_step import ComponentStep
+from m4e_fmi.cosim.system.component_steps import ComponentSteps
 from m4e_fmi.cosim.system.start_values import Value
-from m4e_fmi.cosim.system.system import SECOND
+from m4e_fmi.cosim.system.system import NS_PER_SECOND
 from m4e_fmi.errors import UnknownNameError
 from m4e_fmi.fmu.importer.calls import Texts
 from m4e_fmi.shown import listing
@@ -71,7 +71,7 @@ TWICE, HALF = 2.0, 0.5
 
 
 @dataclass(frozen=True)
-class Point:
+class NetworkSnapshot:
     """A communication point to which a network can return; the FMUs keep their states in `place`.
 
     `values`, `inputs` and those that are not Real (`discrete`) are copies of the network's, `loops`
@@ -115,7 +115,7 @@ class Network:
         instances: Mapping[str, Instance],
         wiring: Wiring,
         structure: Structure,
-        rates: Rates,
+        rates: ComponentSteps,
         *,
         time: float,
         recorded: Mapping[str, Collection[str]] | None = None,
@@ -129,7 +129,7 @@ class Network:
         self._free: list[int] = []
         self._places = count(OWN_PLACES)
         self.rates = rates
-        self._origin = round(time * SECOND)
+        self._origin = round(time * NS_PER_SECOND)
         self.coarse = 1.0
         self.pause: Callable[[], None] = lambda: None
         self.time = time
@@ -143,7 +143,7 @@ class Network:
         self.links: list[Link] = [by_target[target] for target in self.targets]
         self.has_loops = bool(structure.loops)
         self.roughness = 0.0
-        self.judged = tuple(_judged(self.links, structure.ends, wiring.links))
+        self.monitored_outputs = tuple(_judged(self.links, structure.ends, wiring.links))
         size = len(self.outputs)
         self.now, self.before, self.stepped, self.middle, self.earlier, first_seen = (
             k * size for k in range(6)
@@ -239,7 +239,7 @@ class Network:
         rate = self.rates.get(component)
         if rate is None or not rate.is_sampled:
             return None
-        return Due(self._origin, round(rate.step * SECOND))
+        return Due(self._origin, round(rate.step * NS_PER_SECOND))
 
     def steps(self, component: str) -> list[DoStep]:
         """The steps of a component that make its macro step."""
@@ -252,7 +252,7 @@ class Network:
         count = pieces * steps
         return [DoStep(instance, k / count, 1 / count, rate.step) for k in range(count)]
 
-    def pieces(self, rate: Rate) -> tuple[int, int]:
+    def pieces(self, rate: ComponentStep) -> tuple[int, int]:
         """The pieces in which a component with this rate makes the macro step, and steps of each.
 
         Those are its own; where half of the simulation's step is made at once, half as long.
@@ -377,22 +377,22 @@ class Network:
         """
         return self.before + self.index(link.source) if link.delayed else None
 
-    def snapshot(self, place: int) -> Point:
+    def snapshot(self, place: int) -> NetworkSnapshot:
         """The present point, instead of the one kept before in the same place."""
         for instance in self.instances.values():
             instance.save_state(place)
         loops = tuple(remember(part) for part in self._exchange)
         copies = self.values.copy(), self.inputs.copy(), self.discrete.kept()
-        return Point(place, self.time, self.last, *copies, loops, self.roughness)
+        return NetworkSnapshot(place, self.time, self.last, *copies, loops, self.roughness)
 
-    def keep(self) -> Point:
+    def keep(self) -> NetworkSnapshot:
         """The present point, in a place of its own, which is free again when nothing holds it."""
         place = self._free.pop() if self._free else next(self._places)
         point = self.snapshot(place)
         finalize(point, self._free.append, place)
         return point
 
-    def restore(self, point: Point) -> None:
+    def restore(self, point: NetworkSnapshot) -> None:
         """Return to a point; an FMU that answered Fatal meanwhile cannot, which is a RunError."""
         for instance in self.instances.values():
             instance.restore_state(point.time, point.place)
@@ -427,8 +427,8 @@ class Network:
         others = Discrete(self.instances, self._structure.initial, everything, self.discrete.texts)
         arrived: set[str] = set()
         for transfer in self._structure.initial:
-            if isinstance(transfer, Loop):
-                loop = AlgebraicLoop(self.instances, transfer, sources)
+            if isinstance(transfer, AlgebraicLoop):
+                loop = LoopEquations(self.instances, transfer, sources)
                 loop.solve()
                 found.update(zip(loop.outputs, loop.output_values.tolist(), strict=True))
                 continue
@@ -492,7 +492,9 @@ class Network:
 
         return action
 
-    def _exchanged(self, transfers: Sequence[Transfer | Loop]) -> Iterator[Schedule | _SolvedLoop]:
+    def _exchanged(
+        self, transfers: Sequence[Transfer | AlgebraicLoop]
+    ) -> Iterator[Schedule | _SolvedLoop]:
         """The exchange at a communication point: schedules, and the loops between them."""
         now, places = self.values[: self.before], np.arange(len(self.outputs))
         for component in self.instances:
@@ -544,12 +546,12 @@ def _judged(
 class _SolvedLoop:
     """An algebraic loop within an exchange."""
 
-    REMEMBERED = ("_loop",)
+    SNAPSHOT = ("_loop",)
 
-    def __init__(self, network: Network, loop: Loop) -> None:
+    def __init__(self, network: Network, loop: AlgebraicLoop) -> None:
         sources = {link.target: link.source for link in network.links}
         self._network = network
-        self._loop = solved = AlgebraicLoop(network.instances, loop, sources)
+        self._loop = solved = LoopEquations(network.instances, loop, sources)
         self._outputs = np.array([network.index(port) for port in solved.outputs], dtype=np.intp)
         places = [network.place(port) for port in solved.inputs]
         self._inputs = np.array(places, dtype=np.intp)
@@ -562,12 +564,12 @@ class _SolvedLoop:
 
 
 def _grouped(
-    steps: Sequence[Transfer | Loop], action: str, components: Mapping[str, Instance]
+    steps: Sequence[Transfer | AlgebraicLoop], action: str, components: Mapping[str, Instance]
 ) -> list[Port]:
     """All variables of the transfers of one kind, by component and within it by call."""
     found: dict[str, list[Port]] = {component: [] for component in components}
     for step in steps:
-        for transfer in (*step.sets, *step.gets) if isinstance(step, Loop) else (step,):
+        for transfer in (*step.sets, *step.gets) if isinstance(step, AlgebraicLoop) else (step,):
             if transfer.action == action and not transfer.discrete:
                 found[transfer.component] += [
                     Port(transfer.component, name) for name in transfer.variables

@@ -13,7 +13,7 @@ from typing import Protocol
 import numpy as np
 
 from m4e_fmi.cosim.connections.connect import Port
-from m4e_fmi.cosim.connections.structure import Loop
+from m4e_fmi.cosim.connections.structure import AlgebraicLoop
 from m4e_fmi.cosim.exchange.instance import WARNING, Instance
 from m4e_fmi.errors import RunError
 
@@ -63,7 +63,7 @@ class QuasiNewton:
     iteration came no further; 0 if all have converged.
     """
 
-    REMEMBERED = ("_matrix", "roughness")
+    SNAPSHOT = ("_matrix", "roughness")
 
     def __init__(self) -> None:
         self._matrix: np.ndarray | None = None
@@ -127,16 +127,16 @@ def _solution(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
     return np.linalg.lstsq(matrix, right, rcond=None)[0]
 
 
-class AlgebraicLoop:
+class LoopEquations:
     """Inputs and outputs that depend on one another within an instant.
 
     `outputs` and `inputs` are the ports, `solve` finds values for both; the FMUs then have them.
     """
 
-    REMEMBERED = ("input_values", "output_values", "_newton", "_started", "_scale")
+    SNAPSHOT = ("input_values", "output_values", "_newton", "_started", "_scale")
 
     def __init__(
-        self, instances: Mapping[str, Instance], loop: Loop, sources: Mapping[Port, Port]
+        self, instances: Mapping[str, Instance], loop: AlgebraicLoop, sources: Mapping[Port, Port]
     ) -> None:
         self._instances = instances
         self.inputs = [Port(t.component, name) for t in loop.sets for name in t.variables]

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from m4e_fmi.cosim.exchange.instance import Instance
-from m4e_fmi.cosim.system.system import SECOND
+from m4e_fmi.cosim.system.system import NS_PER_SECOND
 from m4e_fmi.fmu.importer.calls import Access
 
 ROUNDING = 1e-9
@@ -33,7 +33,7 @@ class Due:
 
     def at(self, time: float) -> bool:
         """Whether it is performed in a step that ends at `time` [s]."""
-        return (round(time * SECOND) - self.origin) % self.period == 0
+        return (round(time * NS_PER_SECOND) - self.origin) % self.period == 0
 
 
 @dataclass(frozen=True, eq=False)

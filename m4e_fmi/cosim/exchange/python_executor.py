@@ -24,7 +24,7 @@ from m4e_fmi.cosim.exchange.operations import (
     SetDerivatives,
     SetTyped,
 )
-from m4e_fmi.cosim.system.system import SECOND
+from m4e_fmi.cosim.system.system import NS_PER_SECOND
 from m4e_fmi.fmu.importer.calls import Access
 
 Action = Callable[[float, float, int], int]
@@ -68,7 +68,7 @@ def run(
     for made in range(steps):
         if ended(telling) or (made and state.halt) or np.isfinite(stops).any():
             return 0
-        time, size = state.now / SECOND, state.size / SECOND
+        time, size = state.now / NS_PER_SECOND, state.size / NS_PER_SECOND
         at_row = state.since + 1 >= state.every or state.now + state.size >= state.rows_from
         status, state.failed = step.perform(time, size, state.noted, at_row=at_row)
         state.in_row = 0

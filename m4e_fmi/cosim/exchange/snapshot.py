@@ -1,4 +1,4 @@
-"""What an object must be given back so that it goes on as from here: its attributes `REMEMBERED`.
+"""What an object must be given back so that it goes on as from here: its attributes `SNAPSHOT`.
 
 Each class of the time loop names those in which its past lies. They are numbers, arrays, tuples, or
 objects that name their own. Arrays get their values back in place, because operations performed in
@@ -33,7 +33,7 @@ def recall(thing: object, memory: Memory) -> None:
 
 
 def _names(thing: object) -> tuple[str, ...]:
-    return getattr(type(thing), "REMEMBERED", ())
+    return getattr(type(thing), "SNAPSHOT", ())
 
 
 def _copied(value: Any) -> Any:

@@ -1,6 +1,6 @@
 """Schedules: operations performed in their order, by the C library or, without it, by Python.
 
-Both give the same bits. A `Loop` repeats a schedule, macro step by macro step.
+Both give the same bits. A `StepLoop` repeats a schedule, macro step by macro step.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from m4e_fmi.cosim.exchange.operations import (
     SetTyped,
 )
 from m4e_fmi.cosim.exchange.python_executor import PythonExecutor
-from m4e_fmi.cosim.system.system import SECOND
+from m4e_fmi.cosim.system.system import NS_PER_SECOND
 from m4e_fmi.fmu.importer.calls import DISCARD
 from m4e_fmi.runtime.library import library
 
@@ -136,7 +136,7 @@ class Schedule:
                 raise AssertionError("these do not fail")
 
 
-class Loop:
+class StepLoop:
     """A schedule for each macro step, and one for each step that is a row of the results.
 
     `state` has the present time `now`, the step `size` [ns], the next places of blocks that each
@@ -176,7 +176,7 @@ class Loop:
             assert isinstance(step, PythonExecutor)
             assert isinstance(row, PythonExecutor)
             status = python_loop.run(step, row, state, steps, self._telling, self._stops)
-        now, size = state.now / SECOND, state.size / SECOND
+        now, size = state.now / NS_PER_SECOND, state.size / NS_PER_SECOND
         if state.now > before:
             self.step.arrive(now)
         if status and state.in_row:

@@ -13,27 +13,27 @@ import numpy as np
 from m4e_fmi.cosim.algorithms import ALGORITHMS, Algorithm, Returning, Undoing, returning
 from m4e_fmi.cosim.connections.connect import Wiring
 from m4e_fmi.cosim.connections.structure import Structure
-from m4e_fmi.cosim.error_estimate.report import Certificate, Spans, certificate
-from m4e_fmi.cosim.error_estimate.shadow_run import Companion
-from m4e_fmi.cosim.error_estimate.step_doubling import Seen, Witness
+from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport, Spans, certificate
+from m4e_fmi.cosim.error_estimate.shadow_run import ShadowRun
+from m4e_fmi.cosim.error_estimate.step_doubling import Seen, StepDoublingEstimator
 from m4e_fmi.cosim.exchange.binary import Binary, binaries
 from m4e_fmi.cosim.exchange.events import ended, ended_at_once, event_notes
 from m4e_fmi.cosim.exchange.fmu_log import FmuMessage, Journal, Warn
 from m4e_fmi.cosim.exchange.instance import DiscardedError, EventWithinError, Instance
 from m4e_fmi.cosim.exchange.interruption import quiet, same_folder, setting_up, stepping
-from m4e_fmi.cosim.exchange.network import HALF, TWICE, Change, Network, Point
+from m4e_fmi.cosim.exchange.network import HALF, TWICE, Change, Network, NetworkSnapshot
 from m4e_fmi.cosim.exchange.snapshot import Memory, recall, remember
 from m4e_fmi.cosim.monitoring.instability import Stability
 from m4e_fmi.cosim.monitoring.late_dependence import SecondLook
 from m4e_fmi.cosim.results.writer import Mark, ResultsWriter
-from m4e_fmi.cosim.system.component_steps import Rates
+from m4e_fmi.cosim.system.component_steps import ComponentSteps
 from m4e_fmi.cosim.system.start_values import Value, start_values
-from m4e_fmi.cosim.system.system import SECOND, System
+from m4e_fmi.cosim.system.system import NS_PER_SECOND, System
 from m4e_fmi.cosim.time_loop.energy import BLOCK as ENERGY_BLOCK
 from m4e_fmi.cosim.time_loop.energy import BondEnergy, EnergyBalance
 from m4e_fmi.cosim.time_loop.step_control import SMALLEST, StepControl
 from m4e_fmi.cosim.time_loop.time_events import NEXT_EVENT_TIME
-from m4e_fmi.cosim.time_loop.time_loop import MOST_DISCARDED, Course
+from m4e_fmi.cosim.time_loop.time_loop import MOST_DISCARDED, TimeLoop
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.importer.reading import Description
 from m4e_fmi.signals import not_lost
@@ -58,7 +58,7 @@ class State:
     """
 
     master: Master = field(repr=False)
-    point: Point = field(repr=False)
+    point: NetworkSnapshot = field(repr=False)
     memory: Memory = field(repr=False)
     row: Mark | None = field(repr=False)
     seen: Seen | None = field(repr=False)
@@ -72,7 +72,7 @@ class State:
 class Master:
     """Owns the instances of a system from `with` to the end of the block."""
 
-    REMEMBERED = ("_algorithm", "_control", "_energy", "_course", "_second_look")
+    SNAPSHOT = ("_algorithm", "_control", "_energy", "_course", "_second_look")
 
     def __init__(
         self,
@@ -80,7 +80,7 @@ class Master:
         descriptions: dict[str, Description],
         wiring: Wiring,
         structure: Structure,
-        rates: Rates,
+        rates: ComponentSteps,
         *,
         certify: bool = True,
         changeable: bool = False,
@@ -107,7 +107,7 @@ class Master:
             self._recorded = {c: {*recorded.get(c, ()), NEXT_EVENT_TIME} for c in descriptions}
         self._changes: list[Change] = []
         self._open = ExitStack()
-        self._stop = round(system.simulation.stop_time * SECOND)
+        self._stop = round(system.simulation.stop_time * NS_PER_SECOND)
 
     def __enter__(self) -> Master:
         with setting_up(), ExitStack() as stack:
@@ -159,7 +159,7 @@ class Master:
             for instance in self.network.instances.values():
                 instance.stop_at_events()
         self._energy = EnergyBalance(self.network, self._wiring.bonds, self._algorithm.followed)
-        self._witness: Witness | Companion | None = None
+        self._witness: StepDoublingEstimator | ShadowRun | None = None
         self._unwatched = ""
         self._second_look = SecondLook(self.network)
         if self._certify and self.network.links:
@@ -194,7 +194,7 @@ class Master:
         rates = self._rates.items()
         odd = [f"{n} {r}" for n, r in rates if r.is_sampled and r.every % 2]
         whole = [f"{n} {r}" for n, r in rates if not r.shortens]
-        if self._rigid() and round(self._system.simulation.step_size * SECOND) % 2:
+        if self._rigid() and round(self._system.simulation.step_size * NS_PER_SECOND) % 2:
             whole.append("FMUs that cannot go back, and steps of an odd number of nanoseconds")
         if odd and whole:
             return (
@@ -208,11 +208,11 @@ class Master:
         if isinstance(lengths, str):
             self._unwatched = lengths
             return
-        places = [self.network.index(port) for _, port in self.network.judged]
+        places = [self.network.index(port) for _, port in self.network.monitored_outputs]
         sources = np.array(places, dtype=np.intp)
         rigid = self._rigid()
         if not rigid:
-            self._witness = Witness(
+            self._witness = StepDoublingEstimator(
                 self.network,
                 self._make,
                 sources,
@@ -234,7 +234,7 @@ class Master:
         settings = self._system.simulation
         single = settings.stop_time - settings.start_time <= settings.step_size
         length = lengths[-1] if self._changeable or single else lengths[0]
-        self._witness = Companion(
+        self._witness = ShadowRun(
             self.network,
             other,
             self._make,
@@ -244,11 +244,11 @@ class Master:
             spans=Spans(self.network),
         )
 
-    def certificate(self) -> Certificate | str:
+    def certificate(self) -> CouplingErrorReport | str:
         """The coupling errors of the run that has ended, or why they are not known."""
         witness, network = self._witness, self.network
         if not network.links and not network.discrete:
-            return Certificate(())
+            return CouplingErrorReport(())
         if not network.links:
             return "no Real is exchanged"
         if witness is None:
@@ -257,7 +257,7 @@ class Master:
             witness.finish()
         if witness.failure:
             return witness.failure
-        if isinstance(witness, Companion) and self._course.switches.count:
+        if isinstance(witness, ShadowRun) and self._course.switches.count:
             witness.switched = True  # the two sets switch at different times
         return certificate(
             network,
@@ -271,13 +271,17 @@ class Master:
     def _stated(self) -> float | None:
         """The largest coupling error up to the present point, over the range, if it is known."""
         found = self.certificate()
-        return found.errors[0].error if isinstance(found, Certificate) and found.errors else None
+        return (
+            found.errors[0].error
+            if isinstance(found, CouplingErrorReport) and found.errors
+            else None
+        )
 
     def _step_control(self, algorithm: Returning) -> StepControl:
         simulation = self._system.simulation
         tolerance = simulation.coupling_tolerance
         assert tolerance is not None
-        largest = round(simulation.step_size * SECOND)
+        largest = round(simulation.step_size * NS_PER_SECOND)
         return StepControl(self.network, tolerance, largest, algorithm.estimate_order)
 
     def _refuse_rigid(self) -> None:
@@ -359,7 +363,7 @@ class Master:
             while not self.done:
                 self._advance()
                 self._observe(observers)
-                tell(self._course.now / SECOND)
+                tell(self._course.now / NS_PER_SECOND)
                 check()
 
     @contextmanager
@@ -375,7 +379,7 @@ class Master:
     def begin(self, results: ResultsWriter | None = None, *, singly: bool) -> None:
         """Make ready for steps that are recorded in `results`, one at a time if `singly`."""
         self._results = results
-        self._course = Course(
+        self._course = TimeLoop(
             self.network,
             self._algorithm,
             self._energy,
@@ -463,7 +467,7 @@ class Master:
             )
         point = self.network.keep()
         row = self._results.mark() if self._results else None
-        seen = self._witness.seen() if isinstance(self._witness, Witness) else None
+        seen = self._witness.seen() if isinstance(self._witness, StepDoublingEstimator) else None
         return State(self, point, remember(self), row, seen)
 
     @not_lost()
@@ -476,7 +480,7 @@ class Master:
         self.network.restore(state.point)
         recall(self, state.memory)
         self._stability.back(state.time, self.steps)
-        if isinstance(self._witness, Witness) and state.seen:
+        if isinstance(self._witness, StepDoublingEstimator) and state.seen:
             self._witness.back(state.seen)
         self._changes = []
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.connections.recorded_variables import chosen
 from m4e_fmi.cosim.connections.result_size import thinned as thinned_settings
-from m4e_fmi.cosim.error_estimate.report import Certificate
+from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport
 from m4e_fmi.cosim.master.master import Master
 from m4e_fmi.cosim.results.writer import ResultsWriter
 from m4e_fmi.errors import RunError
@@ -58,7 +58,7 @@ def closing_attributes(master: Master, *, certify: bool) -> dict[str, str]:
     if certify:
         certificate = master.certificate()
         found["coupling_error"] = str(certificate) or "not known"
-        if isinstance(certificate, Certificate) and certificate.coverage:
+        if isinstance(certificate, CouplingErrorReport) and certificate.coverage:
             found["coupling_error_from"] = str(certificate.coverage)
     return found
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.connections.recorded_variables import chosen
-from m4e_fmi.cosim.error_estimate.report import Certificate, Trace, compared
+from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport, Trace, compared
 from m4e_fmi.cosim.exchange.fmu_log import FmuMessage, Warn
 from m4e_fmi.cosim.master.master import Master, Observer, Progress
 from m4e_fmi.cosim.master.recording import (
@@ -27,7 +27,7 @@ from m4e_fmi.cosim.monitoring.flotation import start_warnings
 from m4e_fmi.cosim.preparation.prepare import prepare
 from m4e_fmi.cosim.results.writer import AT_STOP, ResultsWriter
 from m4e_fmi.cosim.system.component_steps import pace
-from m4e_fmi.cosim.system.system import SECOND, Component, Simulation, System
+from m4e_fmi.cosim.system.system import NS_PER_SECOND, Component, Simulation, System
 from m4e_fmi.cosim.time_loop.energy import BondEnergy
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.results.results_file import Results, as_given, load, stream_of
@@ -55,8 +55,8 @@ class Outcome:
     order: int
     notes: tuple[str, ...] = ()
     rejected: int = 0
-    certificate: Certificate | str = ""
-    checked: Certificate | None = None
+    certificate: CouplingErrorReport | str = ""
+    checked: CouplingErrorReport | None = None
     messages: tuple[FmuMessage, ...] = ()
     warnings: tuple[str, ...] = ()
 
@@ -334,7 +334,9 @@ def _told_if_complete() -> Iterator[list[str]]:
 
 
 def _is_at_stop(begun: _Begun, settings: Simulation) -> bool:
-    return round(begun.master.network.time * SECOND) >= round(settings.stop_time * SECOND)
+    return round(begun.master.network.time * NS_PER_SECOND) >= round(
+        settings.stop_time * NS_PER_SECOND
+    )
 
 
 def _reached(begun: _Begun, settings: Simulation) -> str:

@@ -52,7 +52,7 @@ class _Part:
 class SecondLook:
     """Looks at such outputs of a `network`; `notes` tell of those that have changed."""
 
-    REMEMBERED = ("_next", "_seen")
+    SNAPSHOT = ("_next", "_seen")
 
     def __init__(self, network: Network) -> None:
         self._network = network

@@ -12,7 +12,7 @@ from m4e_fmi.cosim.connections.loop_breaking import broken
 from m4e_fmi.cosim.connections.loose_ends import loose_ends
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.connections.structure import analyse
-from m4e_fmi.cosim.connections.unconnected_parameters import forgotten
+from m4e_fmi.cosim.connections.unconnected_parameters import unconnected_parameters
 from m4e_fmi.cosim.load import load_system
 from m4e_fmi.cosim.preparation.components import ready_fmus
 from m4e_fmi.cosim.preparation.dependence_probing import probed
@@ -75,7 +75,7 @@ def prepare(
     wiring, late = broken(descriptions, wiring, rates)
     structure = analyse(descriptions, wiring)
     notes = (*rounded(system.simulation), *([note] if note else []), *found, *late)
-    missing = [find(system, descriptions, wiring) for find in (forgotten, loose_ends)]
+    missing = [find(system, descriptions, wiring) for find in (unconnected_parameters, loose_ends)]
     warnings = tuple(line for lines in (forgetful, *missing) for line in lines)
     return Prepared(paced, descriptions, wiring, structure, rates, notes, warnings)
 

@@ -28,7 +28,7 @@ DIGITS = 5e-6
 
 
 @dataclass(frozen=True)
-class Rate:
+class ComponentStep:
     """A component's own step [s]: `pieces` in each macro step, or one in `every` so many.
 
     `constant` is one whose FMU makes no other steps, `adaptive` one in a system whose steps change:
@@ -132,7 +132,7 @@ def fits(step: Fraction, macro: Fraction) -> bool:
     return abs(ratio - round(ratio)) <= DIGITS * ratio
 
 
-def rate(step: Fraction, macro: Fraction, *, constant: bool = False) -> Rate:
+def rate(step: Fraction, macro: Fraction, *, constant: bool = False) -> ComponentStep:
     """The rate of a component that steps by `step` in a system that steps by `macro` [s].
 
     ValueError, whose arguments are message and remedy, if neither is a multiple of the other.
@@ -141,8 +141,8 @@ def rate(step: Fraction, macro: Fraction, *, constant: bool = False) -> Rate:
         raise ValueError(*_misfit(step, macro))
     count = round(max(step, macro) / min(step, macro))
     if step > macro and count > 1:
-        return Rate(float(count * macro), every=count, constant=constant)
-    return Rate(float(macro / count), pieces=count, constant=constant)
+        return ComponentStep(float(count * macro), every=count, constant=constant)
+    return ComponentStep(float(macro / count), pieces=count, constant=constant)
 
 
 def _clash(step: Fraction, steps: Mapping[str, Fraction]) -> tuple[str, str]:

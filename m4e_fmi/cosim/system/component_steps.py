@@ -6,12 +6,12 @@ from collections.abc import Mapping
 from dataclasses import replace
 from fractions import Fraction
 
-from m4e_fmi.cosim.system.component_step import Rate, common_step, fits, rate, seconds
-from m4e_fmi.cosim.system.system import SECOND, TICK, Component, Simulation, System, is_whole
+from m4e_fmi.cosim.system.component_step import ComponentStep, common_step, fits, rate, seconds
+from m4e_fmi.cosim.system.system import NS_PER_SECOND, TICK, Component, Simulation, System, is_whole
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.fmu.importer.reading import Description
 
-Rates = Mapping[str, Rate]
+ComponentSteps = Mapping[str, ComponentStep]
 """Component → its rate; those that algorithms may step as they like are not in it."""
 
 
@@ -22,7 +22,7 @@ def rounded(simulation: Simulation) -> list[str]:
         return []
     return [
         f"steps are whole nanoseconds: those of step_size {size:.12g} s are "
-        f"{round(size * SECOND)} ns long"
+        f"{round(size * NS_PER_SECOND)} ns long"
     ]
 
 
@@ -57,7 +57,7 @@ def refined(system: System, descriptions: Mapping[str, Description]) -> tuple[Sy
     return replace(system, components=components, simulation=finer), note
 
 
-def pace(system: System, descriptions: Mapping[str, Description]) -> dict[str, Rate]:
+def pace(system: System, descriptions: Mapping[str, Description]) -> dict[str, ComponentStep]:
     """The rates of the components that have one: given in the system, or wanted by their FMU.
 
     An FMU that makes no steps of different sizes (canHandleVariableCommunicationStepSize) is
@@ -67,7 +67,7 @@ def pace(system: System, descriptions: Mapping[str, Description]) -> dict[str, R
     to what the FMU says; that the run or adaptive steps do not allow.
     """
     problems: list[Problem] = []
-    found: dict[str, Rate] = {}
+    found: dict[str, ComponentStep] = {}
     for component in system.components:
         description = descriptions[component.name]
         try:
@@ -99,7 +99,7 @@ def _internal_step(description: Description, macro: Fraction) -> float | None:
     return inside
 
 
-def _rate(component: Component, description: Description, system: System) -> Rate | None:
+def _rate(component: Component, description: Description, system: System) -> ComponentStep | None:
     macro, constant = system.simulation.step, description.constant_step
     if component.step_size is None:
         inside = _internal_step(description, macro)
@@ -126,7 +126,7 @@ def _rate(component: Component, description: Description, system: System) -> Rat
     return rate(own, macro, constant=constant)
 
 
-def _check(own: Rate, system: System) -> None:
+def _check(own: ComponentStep, system: System) -> None:
     """ValueError, whose arguments are message and remedy, if the run does not allow this rate."""
     simulation = system.simulation
     only = "its FMU makes steps of one size only (canHandleVariableCommunicationStepSize)"
@@ -136,10 +136,13 @@ def _check(own: Rate, system: System) -> None:
             f"{why}, and with a coupling_tolerance the steps of the system change",
             "leave coupling_tolerance out",
         )
-    begin, end = round(simulation.start_time * SECOND), round(simulation.stop_time * SECOND)
-    left = Fraction(end - begin, SECOND) % simulation.step
+    begin, end = (
+        round(simulation.start_time * NS_PER_SECOND),
+        round(simulation.stop_time * NS_PER_SECOND),
+    )
+    left = Fraction(end - begin, NS_PER_SECOND) % simulation.step
     if left and not own.shortens:
-        stop = Fraction(end, SECOND) - left
+        stop = Fraction(end, NS_PER_SECOND) - left
         raise ValueError(
             f"{only}, and the last step would be one of {float(left):g} s",
             f"take a stop_time of {float(stop):g} s or {float(stop + simulation.step):g} s",

@@ -23,11 +23,11 @@ from m4e_fmi.units import Quantity, Unit
 
 ALGORITHMS = ("corrector", "gauss_seidel", "implicit", "jacobi")
 KIND_GROUP = "m4e_fmi.fmus"
-SECOND = 1_000_000_000
+NS_PER_SECOND = 1_000_000_000
 """Nanoseconds, in which the master counts time."""
 LONGEST = 4e9
 """Seconds that fit twice into 63 bits of them, more than a hundred years."""
-TICK = Fraction(1, SECOND)
+TICK = Fraction(1, NS_PER_SECOND)
 """One of them [s]."""
 ODD = 1e-3
 """Nanoseconds by which a time may miss whole ones for being a number in floating point."""
@@ -114,7 +114,7 @@ class Simulation:
     @property
     def step(self) -> Fraction:
         """`step_size` as the master counts it [s]: whole nanoseconds."""
-        return Fraction(round(self.step_size * SECOND), SECOND)
+        return Fraction(round(self.step_size * NS_PER_SECOND), NS_PER_SECOND)
 
     def __post_init__(self) -> None:
         problems = [Problem(message, remedy) for _, message, remedy in simulation_problems(self)]
@@ -289,7 +289,7 @@ def simulation_problems(
     elif max(abs(simulation.start_time), abs(simulation.stop_time)) > LONGEST:
         text = f"stop_time {simulation.stop_time:g} s: times are counted up to {LONGEST:g} s"
         found.append(("stop_time", text, "shorten the run"))
-    if not (math.isfinite(step) and step * SECOND >= 1):
+    if not (math.isfinite(step) and step * NS_PER_SECOND >= 1):
         found.append(("step_size", f"step_size {step:g} s: expected 1e-9 s or more", ""))
     elif span > 0 and step > span:
         found.append(
@@ -299,15 +299,15 @@ def simulation_problems(
     if interval is not None and not math.isfinite(interval):
         text = f"output_interval {interval:g} s: expected a multiple of step_size"
         found.append(("output_interval", text, "leave it out for a row after every step"))
-    elif interval is not None and math.isfinite(step) and step * SECOND >= 1:
-        count = round(interval * SECOND) / round(step * SECOND)
+    elif interval is not None and math.isfinite(step) and step * NS_PER_SECOND >= 1:
+        count = round(interval * NS_PER_SECOND) / round(step * NS_PER_SECOND)
         if count < 1 or count != int(count):
             text = f"output_interval {interval:g} s is not a multiple of step_size {step:g} s"
             remedy = f"take {max(1, round(count)) * step:g} s, or leave it out"
             if not is_whole(step):
                 text = (
                     f"output_interval {interval:g} s: steps are whole nanoseconds, so that the "
-                    f"step_size of {step:.12g} s is one of {round(step * SECOND)} ns"
+                    f"step_size of {step:.12g} s is one of {round(step * NS_PER_SECOND)} ns"
                 )
                 nearest = _fitting(step, interval)
                 remedy = f"take a step_size of {nearest:.12g} s, or leave output_interval out"
@@ -325,17 +325,17 @@ def simulation_problems(
 
 def is_whole(time: float) -> bool:
     """Whether a time [s] is one of whole nanoseconds."""
-    return abs(time * SECOND - round(time * SECOND)) < ODD
+    return abs(time * NS_PER_SECOND - round(time * NS_PER_SECOND)) < ODD
 
 
 def _fitting(step: float, interval: float) -> float:
     """A time [s] near `step` of whole nanoseconds, of which `interval` [s] is a multiple."""
-    whole, part = round(interval * SECOND), round(step * SECOND)
+    whole, part = round(interval * NS_PER_SECOND), round(step * NS_PER_SECOND)
     count = max(1, round(whole / part))
     near = min(count, part)
     numbers = (n for k in range(near) for n in (near - k, near + k))
     found = next(n for n in numbers if whole % n == 0)
-    return (whole // found if near == count else found) / SECOND
+    return (whole // found if near == count else found) / NS_PER_SECOND
 
 
 def step_problems(

@@ -83,7 +83,7 @@ class EnergyBalance:
     mean forces up to there.
     """
 
-    REMEMBERED = (
+    SNAPSHOT = (
         "_points", "_held", "_sizes", "_steps", "_given", "_received",
         "_way", "_distance", "_impulse", "_time", "_swing",
     )  # fmt: skip

@@ -18,7 +18,7 @@ NO_SMOOTH_COURSE = 0.5
 class Foresight:
     """Follows `count` outputs from the point (`time` [ns], `values`) on."""
 
-    REMEMBERED = ("_times", "_values", "_known")
+    SNAPSHOT = ("_times", "_values", "_known")
 
     def __init__(self, time: int, values: np.ndarray) -> None:
         self._times = np.zeros(POINTS)

@@ -42,7 +42,7 @@ class StepControl:
     the tolerance, being the smallest: something has jumped in it.
     """
 
-    REMEMBERED = (
+    SNAPSHOT = (
         "size",
         "rejected",
         "passed",
@@ -62,7 +62,7 @@ class StepControl:
         self.rejected = 0
         self.passed = False
         self._just_rejected = False
-        sources = {network.index(port) for _, port in network.judged}
+        sources = {network.index(port) for _, port in network.monitored_outputs}
         self._sources = np.array(sorted(sources), dtype=np.intp)
         self._scale = Scale(network, self._sources)
         self._reached = np.zeros(len(self._sources))
@@ -139,7 +139,7 @@ class StepControl:
 class Scale:
     """Largest magnitudes so far of some outputs, `sources`, shared among those of one unit."""
 
-    REMEMBERED = ("_largest",)
+    SNAPSHOT = ("_largest",)
 
     def __init__(self, network: Network, sources: np.ndarray) -> None:
         self._sources = sources

@@ -22,7 +22,7 @@ import numpy as np
 from m4e_fmi.cosim.connections.connect import Port
 from m4e_fmi.cosim.exchange.instance import WARNING, Instance
 from m4e_fmi.cosim.exchange.network import Network
-from m4e_fmi.cosim.system.system import SECOND
+from m4e_fmi.cosim.system.system import NS_PER_SECOND
 from m4e_fmi.fmu.importer.reading import Description
 from m4e_fmi.units import parse_unit
 
@@ -42,11 +42,11 @@ def announces(description: Description) -> bool:
 
 def in_nanoseconds(time: float) -> int:
     """The first whole nanosecond at or after a time [s] of an event, which may be rounded."""
-    exact = time * SECOND
+    exact = time * NS_PER_SECOND
     return math.ceil(exact - min(4 * sys.float_info.epsilon * abs(exact), 0.5))
 
 
-class Announced:
+class TimeEvents:
     """The jumps ahead of the instances of a network."""
 
     def __init__(self, network: Network) -> None:

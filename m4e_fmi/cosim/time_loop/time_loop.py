@@ -18,13 +18,13 @@ from m4e_fmi.cosim.exchange.instance import DiscardedError, EndWithinError, Even
 from m4e_fmi.cosim.exchange.native_executor import State
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.exchange.operations import Operation
-from m4e_fmi.cosim.exchange.step_loop import Loop, Schedule
+from m4e_fmi.cosim.exchange.step_loop import Schedule, StepLoop
 from m4e_fmi.cosim.results.writer import ResultsWriter
-from m4e_fmi.cosim.system.system import SECOND, Simulation
+from m4e_fmi.cosim.system.system import NS_PER_SECOND, Simulation
 from m4e_fmi.cosim.time_loop.energy import BLOCK as ENERGY_BLOCK
 from m4e_fmi.cosim.time_loop.energy import EnergyBalance
 from m4e_fmi.cosim.time_loop.step_control import SMALLEST, StepControl
-from m4e_fmi.cosim.time_loop.time_events import NEVER, Announced, in_nanoseconds
+from m4e_fmi.cosim.time_loop.time_events import NEVER, TimeEvents, in_nanoseconds
 
 MOST_DISCARDED = 128
 """Attempts that may be discarded within one step of the simulation's size, if they become SHORT."""
@@ -49,7 +49,7 @@ class Watcher(Protocol):
     ) -> None: ...
 
 
-class Course:
+class TimeLoop:
     """Macro steps from `now` [ns] on, and the rows of the results.
 
     Steps of a `Scheduled` algorithm are made many at once, as long as `most_time` [s of wall time]
@@ -60,7 +60,7 @@ class Course:
     `switches` are the steps within which values changed that are not Real.
     """
 
-    REMEMBERED = (
+    SNAPSHOT = (
         "now",
         "_row",
         "steps",
@@ -91,12 +91,12 @@ class Course:
         self._results, self._witness, self._control = results, witness, control
         self._returns, self._singly, self._most_time = returns, singly, most_time
         self._hopeless = hopeless
-        self._start = round(simulation.start_time * SECOND)
-        self._stop = round(simulation.stop_time * SECOND)
-        self._size = round(simulation.step_size * SECOND)
-        every = round((simulation.output_interval or simulation.step_size) * SECOND)
+        self._start = round(simulation.start_time * NS_PER_SECOND)
+        self._stop = round(simulation.stop_time * NS_PER_SECOND)
+        self._size = round(simulation.step_size * NS_PER_SECOND)
+        every = round((simulation.output_interval or simulation.step_size) * NS_PER_SECOND)
         self._every = every if simulation.output_interval or control is None else 1
-        self._announced = Announced(network)
+        self._announced = TimeEvents(network)
         self._announces = bool(self._announced)
         self._telling = telling(network.instances.values())
         self._events = tuple(instance.events for instance in network.instances.values())
@@ -113,15 +113,15 @@ class Course:
     @property
     def time(self) -> float:
         """Simulated time [s] up to which whole steps are made, also while many are being made."""
-        return (self._running.now if self._running else self.now) / SECOND
+        return (self._running.now if self._running else self.now) / NS_PER_SECOND
 
     @property
     def since(self) -> float:
         """The time [s] from which on steps are `discarded`."""
-        return self._full / SECOND
+        return self._full / NS_PER_SECOND
 
     @cached_property
-    def _loop(self) -> Loop | None:
+    def _loop(self) -> StepLoop | None:
         if self._control or self._announces:
             return None
         watched = self._witness.operations if self._witness else ()
@@ -141,7 +141,7 @@ class Course:
 
     def halt(self) -> None:
         """End what `advance` does at the next point, called by another thread."""
-        loop: Loop | None = self.__dict__.get("_loop")
+        loop: StepLoop | None = self.__dict__.get("_loop")
         if loop:
             loop.state.halt = 1
         if self._witness:
@@ -165,9 +165,9 @@ class Course:
             self.now = now
             return
         for name in network.instances:
-            Schedule(network.arrival(name)).run(self.now / SECOND)
-        network.size = (self.now - now) / SECOND
-        network.advance(self.now / SECOND)
+            Schedule(network.arrival(name)).run(self.now / NS_PER_SECOND)
+        network.size = (self.now - now) / NS_PER_SECOND
+        network.advance(self.now / NS_PER_SECOND)
         self._energy.add(self._algorithm.held, network.size)
         self.steps += 1
         self._record()
@@ -180,7 +180,7 @@ class Course:
         if self._announces:
             self._jump = min(self._jump, self._announced.next(self.now))
         size, loop = self._wanted(), self._loop
-        if loop and cast("Scheduled", self._algorithm).repeats(size / SECOND):
+        if loop and cast("Scheduled", self._algorithm).repeats(size / NS_PER_SECOND):
             try:
                 self._repeat(loop, size, most)
             except DiscardedError as discarded:
@@ -189,7 +189,7 @@ class Course:
                 return
         self._single(size)
 
-    def _repeat(self, loop: Loop, size: int, most: int) -> None:
+    def _repeat(self, loop: StepLoop, size: int, most: int) -> None:
         """Make equal steps of `size` [ns], `most` at most."""
         state, began, first = loop.state, clock.perf_counter(), self.now
         state.now, state.size, state.noted, state.halt = first, size, self._energy.noted, 0
@@ -202,13 +202,13 @@ class Course:
         finally:
             self._running = None
             made = (state.now - first) // size
-            self.now, self._network.time = state.now, state.now / SECOND
+            self.now, self._network.time = state.now, state.now / NS_PER_SECOND
             self.steps += made
-            self._energy.note(made, size / SECOND)
+            self._energy.note(made, size / NS_PER_SECOND)
             if self._results and state.written > row:
                 rows, apart = state.written - row, state.every * size
                 self._row = start + rows * apart
-                self._results.keep(np.arange(start + apart, self._row + 1, apart) / SECOND)
+                self._results.keep(np.arange(start + apart, self._row + 1, apart) / NS_PER_SECOND)
             changed = self._network.settle()
             switched = self._switched(changed, size)
             if self._witness:
@@ -217,7 +217,7 @@ class Course:
             self._record()
         self._adapt(clock.perf_counter() - began)
 
-    def _count(self, loop: Loop, size: int) -> int:
+    def _count(self, loop: StepLoop, size: int) -> int:
         """Steps until the wall time, the run or a block may be over."""
         if size < self._size:  # to where steps would end had none been shortened
             return 1
@@ -247,9 +247,9 @@ class Course:
         jumped = within or self.now == self._jump
         if jumped:
             self._network.forget()
-        changed = self._network.advance(self.now / SECOND)
+        changed = self._network.advance(self.now / NS_PER_SECOND)
         within = self._switched(changed, size) or within
-        self._energy.add(self._algorithm.held, size / SECOND)
+        self._energy.add(self._algorithm.held, size / NS_PER_SECOND)
         self.steps += 1
         if self._witness:
             self._note.run(self._network.time)
@@ -261,7 +261,7 @@ class Course:
     def _switched(self, changed: Sequence[Port], size: int) -> bool:
         """Note outputs that have `changed` at the present point; whether within the last step."""
         within = self._network.within_step(changed)
-        self.switches.note(within, self.now / SECOND, size / SECOND)
+        self.switches.note(within, self.now / NS_PER_SECOND, size / NS_PER_SECOND)
         return bool(within)
 
     def _record(self) -> None:
@@ -275,7 +275,7 @@ class Course:
         discrete = self._network.discrete.values.copy()
         while True:
             try:
-                algorithm.step(now / SECOND, size / SECOND)
+                algorithm.step(now / NS_PER_SECOND, size / NS_PER_SECOND)
             except DiscardedError as discarded:
                 size = self._shorter(size, discarded)
                 continue
@@ -337,7 +337,7 @@ class Course:
         if event and discarded.reached is not None:
             self._jump = max(self.now + 1, in_nanoseconds(discarded.reached))
             return self._until_jump(size - 1)
-        reached = round((discarded.reached or 0.0) * SECOND) - self.now
+        reached = round((discarded.reached or 0.0) * NS_PER_SECOND) - self.now
         if isinstance(discarded, EndWithinError) and discarded.reached is not None:
             reached = in_nanoseconds(discarded.reached) - self.now
         return reached if smallest <= reached < size else max(smallest, size // 2)

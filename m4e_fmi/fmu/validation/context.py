@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from m4e_fmi.fmu.validation.fmu_under_test import Subject, scale, start, within
+from m4e_fmi.fmu.validation.fmu_under_test import FmuUnderTest, scale, start, within
 from m4e_fmi.fmu.validation.library import Library
 from m4e_fmi.fmu.validation.probe import Probe
 
@@ -30,14 +30,14 @@ class Facts:
 
 
 @dataclass
-class Bench:
+class Context:
     """One group's process: `folder` is for files that the next group reads.
 
     `pace` is by how much inputs and communication steps are smaller than the FMU's own, `holds`
     whether its values hold between steps of a solver inside: see `pace`.
     """
 
-    subject: Subject
+    subject: FmuUnderTest
     library: Library
     facts: Facts
     folder: Path
@@ -91,7 +91,7 @@ class Bench:
 
 
 def first_difference(
-    subject: Subject, one: list[np.ndarray], other: list[np.ndarray]
+    subject: FmuUnderTest, one: list[np.ndarray], other: list[np.ndarray]
 ) -> tuple[int, list[str]] | None:
     """Row of the first difference of two runs, bit by bit, and the variables that differ there."""
     for k, (a, b) in enumerate(zip(one, other, strict=True)):

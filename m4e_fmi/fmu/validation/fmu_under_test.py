@@ -34,7 +34,7 @@ class TooLargeError(Exception):
 
 
 @dataclass(frozen=True)
-class Subject:
+class FmuUnderTest:
     """The FMU unpacked into `folder`; `raw` is its description as FMPy reads it.
 
     Of FMI 3.0, the description is that of the elements: see `elements`.
@@ -44,11 +44,11 @@ class Subject:
     raw: Any
 
     @classmethod
-    def read(cls, folder: Path) -> Subject:
+    def read(cls, folder: Path) -> FmuUnderTest:
         return cls.of(folder, fmpy.read_model_description(str(folder), validate=False))
 
     @classmethod
-    def of(cls, folder: Path, raw: Any) -> Subject:
+    def of(cls, folder: Path, raw: Any) -> FmuUnderTest:
         """The same from FMPy's reading of the description; TooLargeError beyond MOST_ELEMENTS."""
         count = sum(math.prod(v.shape or ()) for v in raw.modelVariables)
         if count > MOST_ELEMENTS:

@@ -10,7 +10,7 @@ from typing import Any
 from fmpy import fmi2, fmi3
 
 from m4e_fmi.fmu.validation.call_journal import Journal
-from m4e_fmi.fmu.validation.fmu_under_test import Subject
+from m4e_fmi.fmu.validation.fmu_under_test import FmuUnderTest
 from m4e_fmi.fmu.validation.probe import ERROR, INSTANTIATE, Probe, RefusedError
 from m4e_fmi.fmu.validation.probe_3 import Probe3
 
@@ -19,7 +19,7 @@ from m4e_fmi.fmu.validation.probe_3 import Probe3
 class Library:
     """The FMU's library, loaded once; `overruns` are the calls that wrote outside their array."""
 
-    subject: Subject
+    subject: FmuUnderTest
     journal: Journal
     overruns: list[str] = field(default_factory=list)
     _loaded: dict[bool, Any] = field(default_factory=dict)

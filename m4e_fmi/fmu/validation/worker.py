@@ -15,9 +15,9 @@ from pathlib import Path
 
 from m4e_fmi.fmu.validation.call_journal import Journal
 from m4e_fmi.fmu.validation.checks.capabilities import refused
-from m4e_fmi.fmu.validation.context import Bench, Facts
+from m4e_fmi.fmu.validation.context import Context, Facts
 from m4e_fmi.fmu.validation.findings import Failure, Finding
-from m4e_fmi.fmu.validation.fmu_under_test import Subject
+from m4e_fmi.fmu.validation.fmu_under_test import FmuUnderTest
 from m4e_fmi.fmu.validation.library import Library
 from m4e_fmi.fmu.validation.probe import RefusedError
 
@@ -40,7 +40,7 @@ MODULES = {
 FOLLOWS = {"state_elsewhere": "state"}
 """Groups that need what another has left."""
 
-Check = Callable[[Bench], Iterator[Finding | Facts | Failure | str]]
+Check = Callable[[Context], Iterator[Finding | Facts | Failure | str]]
 """Yields findings; a text is the reason why there is nothing to check."""
 
 
@@ -76,14 +76,14 @@ def _work_on(
     group: str, folder: Path, fmu: Path, tell: Callable[[dict[str, object]], None]
 ) -> None:
     check: Check = import_module(f"{PACKAGE}.{MODULES[group]}").check
-    subject = Subject.read(fmu)
+    subject = FmuUnderTest.read(fmu)
     version = subject.raw.fmiVersion
     facts = Facts()
     if (folder / FACTS).exists():
         known = json.loads((folder / FACTS).read_text())
         facts = Facts(known["amplitude"], tuple(known["works"]))
     library = Library(subject, Journal(journal_file(folder, group)))
-    bench = Bench(subject, library, facts, folder)
+    bench = Context(subject, library, facts, folder)
     try:
         for found in check(bench):
             if isinstance(found, Facts):

@@ -10,7 +10,7 @@ from typing import Any
 
 from m4e_fmi.model import Body, Model, Point, as_model
 from m4e_fmi.model.elements import GROUND
-from m4e_fmi.multibody.assembly import Accelerations, Assembly, assemble, wet_links
+from m4e_fmi.multibody.assembly import Accelerations, Assembly, assemble, links_with_added_mass
 from m4e_fmi.multibody.closed_form import ClosedForm
 from m4e_fmi.multibody.energy import kinetic_energy, potential_energy
 from m4e_fmi.multibody.model_program.declaration import declared, in_words, state_names
@@ -57,7 +57,7 @@ def _collection_paused() -> Iterator[None]:
 def _shortest(model: Model, tree: Topology, inputs: Container[str] | None) -> Program:
     """By the algorithm that needs fewer operations without inputs: it is one for all their choices,
     so that a model gives the same bits whichever inputs there are."""
-    if len(wet_links(model, tree)) > 1:
+    if len(links_with_added_mass(model, tree)) > 1:
         return recorded(model, tree, ClosedForm, inputs)
     if len(tree.coordinate_names) > LARGEST_CLOSED_FORM:
         return recorded(model, tree, Recursion, inputs)

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from m4e_fmi.fmu.validation.checks.simulated import check_simulated
-from m4e_fmi.fmu.validation.context import Bench, Facts
+from m4e_fmi.fmu.validation.context import Context, Facts
 from m4e_fmi.fmu.validation.findings import Failure, Finding, some
 from m4e_fmi.fmu.validation.fmu_under_test import WRITTEN, scale, start
 from m4e_fmi.fmu.validation.probe import ERROR, INSTANTIATE, FatalError, Probe, RefusedError
@@ -21,7 +21,7 @@ EPS = float(np.finfo(float).eps)
 WRONG_GUID = "{00000000-not-the-guid-of-this-fmu}"
 
 
-def check(bench: Bench) -> Iterator[Finding | Failure | Facts]:
+def check(bench: Context) -> Iterator[Finding | Failure | Facts]:
     """Findings, and last the facts for the other groups, unless the FMU does not even start."""
     if bench.subject.fmi_3:
         yield from check_simulated(bench)
@@ -72,7 +72,7 @@ def refused(group: str, error: RefusedError, *, exchange: bool | None = None) ->
     return Finding(f"{group}.{name}", "error", f"{error}{how}", basis, error.words)
 
 
-def _assumed_step(bench: Bench, error: RefusedError) -> Finding:
+def _assumed_step(bench: Context, error: RefusedError) -> Finding:
     """The finding that a step was refused of which nobody knows whether the FMU makes it."""
     message = (
         f"the checks that make steps were left out: {error}, but that step of "
@@ -83,7 +83,7 @@ def _assumed_step(bench: Bench, error: RefusedError) -> Finding:
     return Finding("start.step_unknown", "warning", message, basis, error.words)
 
 
-def _version(bench: Bench) -> tuple[str, str]:
+def _version(bench: Context) -> tuple[str, str]:
     dll = bench.library.functions(exchange=bench.subject.exchanges)
     bench.library.journal.write("GetVersion()")
     if bench.subject.fmi_3:
@@ -91,7 +91,7 @@ def _version(bench: Bench) -> tuple[str, str]:
     return dll.fmi2GetVersion().decode(), dll.fmi2GetTypesPlatform().decode()
 
 
-def _first_steps(bench: Bench, facts: Facts, *, exchange: bool) -> Facts:
+def _first_steps(bench: Context, facts: Facts, *, exchange: bool) -> Facts:
     """Twice through all phases; the largest amplitude of the inputs at which that is possible."""
     amplitudes = (facts.amplitude,) if exchange and bench.subject.steps else AMPLITUDES
     for amplitude in amplitudes:
@@ -108,7 +108,7 @@ def _first_steps(bench: Bench, facts: Facts, *, exchange: bool) -> Facts:
     raise AssertionError("the last amplitude returns or raises")
 
 
-def _through(bench: Bench, probe: Probe) -> None:
+def _through(bench: Context, probe: Probe) -> None:
     probe.begin()
     for row in bench.random_inputs(STEPS):
         probe.put(bench.subject.inputs, row)
@@ -120,7 +120,7 @@ def _through(bench: Bench, probe: Probe) -> None:
     probe.terminate()
 
 
-def _other_starts(bench: Bench, *, exchange: bool) -> list[str]:
+def _other_starts(bench: Context, *, exchange: bool) -> list[str]:
     """What a new instance has, before anything is set, where it is not the start value declared.
 
     Read in initialization mode, where FMI allows it; there `exact` ones are as they were before.
@@ -141,7 +141,7 @@ def _other_starts(bench: Bench, *, exchange: bool) -> list[str]:
     ]
 
 
-def _finite(bench: Bench, *, exchange: bool) -> Iterator[Finding]:
+def _finite(bench: Context, *, exchange: bool) -> Iterator[Finding]:
     outputs = bench.subject.outputs
     with bench.probe(exchange=exchange) as probe:
         probe.begin()
@@ -156,7 +156,7 @@ def _finite(bench: Bench, *, exchange: bool) -> Iterator[Finding]:
             yield Finding("start.not_finite", "error", message, "check its start values")
 
 
-def _guid(bench: Bench) -> Iterator[Finding]:
+def _guid(bench: Context) -> Iterator[Finding]:
     way = not bench.subject.steps
     probe = bench.library.attempt(exchange=way, name="stranger", guid=WRONG_GUID)
     if probe.component:
@@ -165,7 +165,7 @@ def _guid(bench: Bench) -> Iterator[Finding]:
         yield Finding("start.guid_unchecked", "note", message, "FMI 2.0.4, section 2.1.5")
 
 
-def _tests(bench: Bench, *, exchange: bool) -> dict[str, Callable[[Probe], object]]:
+def _tests(bench: Context, *, exchange: bool) -> dict[str, Callable[[Probe], object]]:
     """Declared capability → calls that show whether it is there.
 
     What is not declared is not called: its behaviour is unspecified (FMI 2.0.4, section 2.3).
@@ -188,7 +188,7 @@ def _tests(bench: Bench, *, exchange: bool) -> dict[str, Callable[[Probe], objec
     return {name: test for name, test in tests.items() if getattr(kind, name)}
 
 
-def _capabilities(bench: Bench, works: list[str], *, exchange: bool) -> Iterator[Finding]:
+def _capabilities(bench: Context, works: list[str], *, exchange: bool) -> Iterator[Finding]:
     """Declared capabilities that are not there; what is there goes to `works`."""
     for name, test in _tests(bench, exchange=exchange).items():
         found, words = _possible(bench, test, exchange=exchange)
@@ -200,7 +200,7 @@ def _capabilities(bench: Bench, works: list[str], *, exchange: bool) -> Iterator
             yield Finding("capabilities.missing", "error", message, basis, words)
 
 
-def _event_mode(bench: Bench) -> Iterator[Finding]:
+def _event_mode(bench: Context) -> Iterator[Finding]:
     """Of FMI 3.0: whether there are instances with event mode in co-simulation, if declared."""
     stepping = bench.subject.raw.coSimulation
     if stepping is None or not stepping.hasEventMode:
@@ -215,7 +215,7 @@ def _event_mode(bench: Bench) -> Iterator[Finding]:
 
 
 def _possible(
-    bench: Bench, test: Callable[[Probe], object], *, exchange: bool
+    bench: Context, test: Callable[[Probe], object], *, exchange: bool
 ) -> tuple[bool, tuple[str, ...]]:
     try:
         with bench.probe(exchange=exchange) as probe:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from m4e_fmi.fmu.importer.elements import owner
-from m4e_fmi.fmu.validation.context import Bench
+from m4e_fmi.fmu.validation.context import Context
 from m4e_fmi.fmu.validation.findings import Finding, some
 from m4e_fmi.fmu.validation.fmu_under_test import scale, within
 from m4e_fmi.fmu.validation.sampling.points import INITIAL, Place, places
@@ -38,7 +38,7 @@ class _Measured:
     slopes: np.ndarray
 
 
-def check(bench: Bench) -> Iterator[Finding | str]:
+def check(bench: Context) -> Iterator[Finding | str]:
     found = False
     for place in places(bench):
         found = True

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from m4e_fmi.fmu.validation.context import Bench
+from m4e_fmi.fmu.validation.context import Context
 from m4e_fmi.fmu.validation.findings import Finding, some
 from m4e_fmi.fmu.validation.fmu_under_test import WRITTEN, nominal
 from m4e_fmi.fmu.validation.probe import TOLERANCE, RefusedError
@@ -27,7 +27,7 @@ FMU is coarse: another variable's derivative would not be that near in most wind
 BASIS = "FMI 2.0.4, section 2.2.7, attribute `derivative`"
 
 
-def check(bench: Bench) -> Iterator[Finding | str]:
+def check(bench: Context) -> Iterator[Finding | str]:
     subject = bench.subject
     if subject.exchanges and subject.states:
         yield from _order_of_states(bench)
@@ -42,7 +42,7 @@ def check(bench: Bench) -> Iterator[Finding | str]:
         yield from _input_derivatives(bench)
 
 
-def _order_of_states(bench: Bench) -> Iterator[Finding]:
+def _order_of_states(bench: Context) -> Iterator[Finding]:
     """In model exchange: the vectors of states and rates, against the variables they stand for."""
     subject, wrong = bench.subject, []
     with bench.probe(exchange=True) as probe:
@@ -65,7 +65,7 @@ def _order_of_states(bench: Bench) -> Iterator[Finding]:
         yield Finding("derivatives.order", "error", message, basis)
 
 
-def _nominals(bench: Bench) -> Iterator[Finding]:
+def _nominals(bench: Context) -> Iterator[Finding]:
     """Nominal values of the states that the FMU tells, against those that are declared."""
     states = bench.subject.states
     try:
@@ -85,7 +85,7 @@ def _nominals(bench: Bench) -> Iterator[Finding]:
         yield Finding("derivatives.nominal", "warning", message, basis)
 
 
-def _along_a_run(bench: Bench, pairs: list, outputs: list) -> Iterator[Finding]:
+def _along_a_run(bench: Context, pairs: list, outputs: list) -> Iterator[Finding]:
     """Samples of a run with inputs that are constant in each window.
 
     A solver inside that advances in fixed steps of its own is sampled at communication points.
@@ -130,7 +130,7 @@ class _Samples:
 
 
 def _sampled(
-    bench: Bench, inputs: np.ndarray, spacing: float, pairs: tuple[list, list], outputs: list
+    bench: Context, inputs: np.ndarray, spacing: float, pairs: tuple[list, list], outputs: list
 ) -> tuple[_Samples, _Samples]:
     """Variables with their declared derivatives, and outputs with what the FMU derives of them."""
     seen: list[list[np.ndarray]] = [[], [], [], []]
@@ -208,7 +208,7 @@ def _contradictions(
         yield Finding("derivatives.rough", "warning", message, remedy)
 
 
-def _input_derivatives(bench: Bench) -> Iterator[Finding]:
+def _input_derivatives(bench: Context) -> Iterator[Finding]:
     """A step with inputs that grow linearly, against short steps with inputs in the middle."""
     subject = bench.subject
     held = np.array([v.derivative is not None for v in subject.inputs])
@@ -235,7 +235,7 @@ def _input_derivatives(bench: Bench) -> Iterator[Finding]:
         yield Finding("derivatives.input", "error", message, basis)
 
 
-def _grown(bench: Bench, first: np.ndarray, last: np.ndarray, *, parts: int) -> np.ndarray:
+def _grown(bench: Context, first: np.ndarray, last: np.ndarray, *, parts: int) -> np.ndarray:
     """All Reals after a step in which inputs grow from `first` to `last`: in that many parts, told
     as input derivatives (0), or with no growth before the end (-1)."""
     subject, size = bench.subject, bench.step_size

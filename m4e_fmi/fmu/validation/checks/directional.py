@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from m4e_fmi.fmu.validation.context import Bench
+from m4e_fmi.fmu.validation.context import Context
 from m4e_fmi.fmu.validation.findings import Finding, some
 from m4e_fmi.fmu.validation.fmu_under_test import limits, scale
 from m4e_fmi.fmu.validation.probe import RefusedError
@@ -27,7 +27,7 @@ CAPABILITY = "providesDirectionalDerivative"
 ADJOINT = "providesAdjointDerivatives"
 
 
-def check(bench: Bench) -> Iterator[Finding | str]:
+def check(bench: Context) -> Iterator[Finding | str]:
     works = bench.facts.works
     if not any(name.startswith((CAPABILITY, ADJOINT)) for name in works):
         yield f"{CAPABILITY} is not declared, or not there"

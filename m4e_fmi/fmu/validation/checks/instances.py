@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from m4e_fmi.fmu.validation.context import Bench, first_difference
+from m4e_fmi.fmu.validation.context import Context, first_difference
 from m4e_fmi.fmu.validation.findings import Finding, some
 from m4e_fmi.fmu.validation.fmu_under_test import scale, start, within
 from m4e_fmi.fmu.validation.probe import Probe
@@ -22,7 +22,7 @@ that compiles a small script (5 to 8 kB have been measured)."""
 _STATM = Path("/proc/self/statm")
 
 
-def check(bench: Bench) -> Iterator[Finding | str]:
+def check(bench: Context) -> Iterator[Finding | str]:
     for exchange in bench.subject.ways:
         yield from _reset(bench, exchange=exchange)
         if not bench.subject.once:
@@ -30,7 +30,7 @@ def check(bench: Bench) -> Iterator[Finding | str]:
     yield from _leak(bench)
 
 
-def _trace(bench: Bench, probe: Probe, inputs: np.ndarray) -> list[np.ndarray]:
+def _trace(bench: Context, probe: Probe, inputs: np.ndarray) -> list[np.ndarray]:
     """All Reals along a run; in model exchange at the start, with inputs that change."""
     if not probe.exchange:
         return bench.run(probe, inputs, bench.subject.step_size)
@@ -41,7 +41,7 @@ def _trace(bench: Bench, probe: Probe, inputs: np.ndarray) -> list[np.ndarray]:
     return seen
 
 
-def _reset(bench: Bench, *, exchange: bool) -> Iterator[Finding]:
+def _reset(bench: Context, *, exchange: bool) -> Iterator[Finding]:
     inputs = bench.random_inputs(STEPS)
     with bench.probe(exchange=exchange) as probe:
         probe.begin()
@@ -59,7 +59,7 @@ def _reset(bench: Bench, *, exchange: bool) -> Iterator[Finding]:
         yield Finding("instances.reset", "error", message, "FMI 2.0.4, section 2.1.6")
 
 
-def _perturbed(bench: Bench, probe: Probe) -> None:
+def _perturbed(bench: Context, probe: Probe) -> None:
     """Begin with other parameters and inputs than the start values."""
     given = [v for v in bench.subject.given if v.causality != "input"]
     changed = {}
@@ -69,7 +69,7 @@ def _perturbed(bench: Bench, probe: Probe) -> None:
     probe.begin(changed)
 
 
-def _shared(bench: Bench, *, exchange: bool) -> Iterator[Finding]:
+def _shared(bench: Context, *, exchange: bool) -> Iterator[Finding]:
     inputs = bench.random_inputs(STEPS)
     with bench.probe(exchange=exchange) as alone:
         alone.begin()
@@ -92,7 +92,7 @@ def _shared(bench: Bench, *, exchange: bool) -> Iterator[Finding]:
         yield Finding("instances.shared", "error", message, basis)
 
 
-def _leak(bench: Bench) -> Iterator[Finding]:
+def _leak(bench: Context) -> Iterator[Finding]:
     if not _STATM.exists():
         return
     sizes: list[int] = []

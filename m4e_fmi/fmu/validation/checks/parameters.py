@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from m4e_fmi.fmu.validation.context import Bench
+from m4e_fmi.fmu.validation.context import Context
 from m4e_fmi.fmu.validation.findings import Finding, some
 from m4e_fmi.fmu.validation.fmu_under_test import scale, start, within
 from m4e_fmi.fmu.validation.probe import OK, WARNING, Probe, RefusedError
@@ -19,14 +19,14 @@ MOST = 30
 BASIS = "FMI 2.0.4, section 2.2.7, variability and causality"
 
 
-def check(bench: Bench) -> Iterator[Finding | str]:
+def check(bench: Context) -> Iterator[Finding | str]:
     way = not bench.subject.steps
     if bench.subject.steps:
         yield from _tunable(bench)
     yield from _not_settable(bench, exchange=way)
 
 
-def _tunable(bench: Bench) -> Iterator[Finding]:
+def _tunable(bench: Context) -> Iterator[Finding]:
     tunable = [v for v in bench.subject.parameters if v.variability == "tunable"][:MOST]
     if not tunable:
         return
@@ -49,7 +49,7 @@ def _tunable(bench: Bench) -> Iterator[Finding]:
         yield Finding("parameters.tunable_refused", "error", message, BASIS)
 
 
-def _run(bench: Bench, inputs: np.ndarray, parameter: Any, when: int) -> np.ndarray:
+def _run(bench: Context, inputs: np.ndarray, parameter: Any, when: int) -> np.ndarray:
     """Last values of all but parameters, where one is changed after `when` steps (0: at first)."""
     change = {}
     if parameter is not None:
@@ -65,7 +65,7 @@ def _run(bench: Bench, inputs: np.ndarray, parameter: Any, when: int) -> np.ndar
         return probe.read([v for v in bench.subject.readable if v.causality != "parameter"])
 
 
-def _not_settable(bench: Bench, *, exchange: bool) -> Iterator[Finding]:
+def _not_settable(bench: Context, *, exchange: bool) -> Iterator[Finding]:
     """Set one variable of each kind that cannot be set any more, as an importer's mistake."""
     for what, variables in _kinds(bench).items():
         if not variables:
@@ -95,7 +95,7 @@ def noticed(probe: Probe) -> int:
     return probe.listen()
 
 
-def _kinds(bench: Bench) -> dict[str, list[Any]]:
+def _kinds(bench: Context) -> dict[str, list[Any]]:
     subject = bench.subject
     return {
         "fixed parameters": [v for v in subject.parameters if v.variability == "fixed"],

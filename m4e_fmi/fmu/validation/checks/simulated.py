@@ -8,7 +8,7 @@ import fmpy
 import numpy as np
 from fmpy.fmi1 import FMICallException
 
-from m4e_fmi.fmu.validation.context import Bench
+from m4e_fmi.fmu.validation.context import Context
 from m4e_fmi.fmu.validation.findings import Failure, Finding, some
 from m4e_fmi.fmu.validation.probe import TOLERANCE
 
@@ -16,7 +16,7 @@ STEPS = 20
 WAYS = {"coSimulation": "CoSimulation", "modelExchange": "ModelExchange"}
 
 
-def check_simulated(bench: Bench) -> Iterator[Finding | Failure]:
+def check_simulated(bench: Context) -> Iterator[Finding | Failure]:
     """Every way twice: no failure, finite values, the same bits."""
     raw = bench.subject.raw
     for way in (text for key, text in WAYS.items() if getattr(raw, key) is not None):
@@ -40,7 +40,7 @@ def check_simulated(bench: Bench) -> Iterator[Finding | Failure]:
             yield Finding("start.not_finite", "error", message, "check its start values")
 
 
-def _simulated(bench: Bench, way: str) -> np.ndarray:
+def _simulated(bench: Context, way: str) -> np.ndarray:
     subject = bench.subject
     return fmpy.simulate_fmu(
         str(subject.folder),

@@ -9,7 +9,7 @@ import fmpy
 import numpy as np
 
 from m4e_fmi.fmu.importer.elements import array_name
-from m4e_fmi.fmu.validation.context import Bench
+from m4e_fmi.fmu.validation.context import Context
 from m4e_fmi.fmu.validation.findings import Finding, some
 from m4e_fmi.fmu.validation.probe import TOLERANCE, RefusedError
 from m4e_fmi.fmu.validation.sampling.coarse import follows
@@ -29,7 +29,7 @@ REFERENCE = 1e-10
 """Relative tolerance of the solver of model exchange."""
 
 
-def check(bench: Bench) -> Iterator[Finding | str]:
+def check(bench: Context) -> Iterator[Finding | str]:
     subject = bench.subject
     if not subject.steps or not subject.outputs:
         yield "there is no output of co-simulation"
@@ -49,7 +49,7 @@ def check(bench: Bench) -> Iterator[Finding | str]:
         yield from _exchange(bench, inputs, whole, error)
 
 
-def _stepped(bench: Bench, inputs: np.ndarray, sizes: Sequence[float] | np.ndarray) -> np.ndarray:
+def _stepped(bench: Context, inputs: np.ndarray, sizes: Sequence[float] | np.ndarray) -> np.ndarray:
     """Outputs at the start and after each step; sizes in steps of the bench."""
     with bench.probe() as probe:
         probe.begin(initial_inputs=inputs)
@@ -61,7 +61,7 @@ def _stepped(bench: Bench, inputs: np.ndarray, sizes: Sequence[float] | np.ndarr
 
 
 def _convergence(
-    bench: Bench, whole: np.ndarray, half: np.ndarray, quarter: np.ndarray
+    bench: Context, whole: np.ndarray, half: np.ndarray, quarter: np.ndarray
 ) -> Iterator[Finding]:
     """The first difference of a sequence that converges, even slowly, is above the second."""
     first, second = (np.max(np.abs(d), axis=0) for d in (half - whole, quarter - half))
@@ -79,7 +79,7 @@ def _convergence(
         yield Finding("solution.step_size", severity, message, basis)
 
 
-def _odd_steps(bench: Bench, inputs: np.ndarray, equal: np.ndarray) -> Iterator[Finding]:
+def _odd_steps(bench: Context, inputs: np.ndarray, equal: np.ndarray) -> Iterator[Finding]:
     """The same time in steps of unequal size: within what `equal` ones of three sizes differ by.
 
     At any time: at the end their errors may happen to cancel.
@@ -105,7 +105,7 @@ def _odd_steps(bench: Bench, inputs: np.ndarray, equal: np.ndarray) -> Iterator[
 
 
 def _exchange(
-    bench: Bench, inputs: np.ndarray, stepped: np.ndarray, error: np.ndarray
+    bench: Context, inputs: np.ndarray, stepped: np.ndarray, error: np.ndarray
 ) -> Iterator[Finding]:
     """Model exchange with CVODE, at two tolerances for the reference's own error."""
     reference, rough = (_integrated(bench, inputs, t) for t in (REFERENCE, 100 * REFERENCE))
@@ -128,7 +128,7 @@ def _exchange(
         yield Finding("solution.exchange", severity, message, basis)
 
 
-def _follows(bench: Bench, inputs: np.ndarray) -> bool:
+def _follows(bench: Context, inputs: np.ndarray) -> bool:
     """True if states of co-simulation change as the rates of model exchange at them allow."""
     subject = bench.subject
     states, times = [], []
@@ -151,7 +151,7 @@ def _follows(bench: Bench, inputs: np.ndarray) -> bool:
     return bool(follows(np.array(states), np.array(rates), bench.step_size).all())
 
 
-def _integrated(bench: Bench, inputs: np.ndarray, tolerance: float) -> np.ndarray | None:
+def _integrated(bench: Context, inputs: np.ndarray, tolerance: float) -> np.ndarray | None:
     subject = bench.subject
     values: dict[str, Any] = {v.name: u for v, u in zip(subject.inputs, inputs, strict=True)}
     outputs = [v.name for v in subject.outputs]

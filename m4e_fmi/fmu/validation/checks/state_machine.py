@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from m4e_fmi.fmu.validation.context import Bench
+from m4e_fmi.fmu.validation.context import Context
 from m4e_fmi.fmu.validation.findings import Finding, some
 from m4e_fmi.fmu.validation.probe import (
     WARNING,
@@ -37,7 +37,7 @@ BASIS = "FMI 2.0.4, section 3.2.3 and 4.2.4"
 Action = Callable[[Probe], int]
 
 
-def check(bench: Bench) -> Iterator[Finding | str]:
+def check(bench: Context) -> Iterator[Finding | str]:
     refused: dict[str, None] = {}
     accepted: dict[str, None] = {}
     readable: dict[str, None] = {}
@@ -68,7 +68,7 @@ def check(bench: Bench) -> Iterator[Finding | str]:
         yield Finding("phases.readable", "note", message + some(readable), BASIS)
 
 
-def _outcome(bench: Bench, state: str, action: Action, *, exchange: bool) -> tuple[int, int]:
+def _outcome(bench: Context, state: str, action: Action, *, exchange: bool) -> tuple[int, int]:
     """Status of the call, and the worst one among what the FMU logs meanwhile."""
     with bench.probe(exchange=exchange) as probe:
         _bring(bench, probe, state)
@@ -79,7 +79,7 @@ def _outcome(bench: Bench, state: str, action: Action, *, exchange: bool) -> tup
             return error.status, error.status
 
 
-def _bring(bench: Bench, probe: Probe, state: str) -> None:
+def _bring(bench: Context, probe: Probe, state: str) -> None:
     if state == INSTANTIATED:
         probe.setup()  # which entering initialization mode needs, and may be done twice
         return
@@ -100,7 +100,7 @@ def _plain(function: str) -> Action:
     return lambda probe: probe.call(function)
 
 
-def _functions(bench: Bench, *, exchange: bool) -> dict[str, tuple[tuple[str, ...], Action]]:
+def _functions(bench: Context, *, exchange: bool) -> dict[str, tuple[tuple[str, ...], Action]]:
     """Function → states in which it may be called, and how."""
     subject = bench.subject
     found: dict[str, tuple[tuple[str, ...], Action]] = {
@@ -126,7 +126,7 @@ def _functions(bench: Bench, *, exchange: bool) -> dict[str, tuple[tuple[str, ..
     return found | (_of_exchange(bench) if exchange else _of_stepping(bench))
 
 
-def _of_stepping(bench: Bench) -> dict[str, tuple[tuple[str, ...], Action]]:
+def _of_stepping(bench: Context) -> dict[str, tuple[tuple[str, ...], Action]]:
     subject, works, size = bench.subject, bench.facts.works, bench.subject.step_size
     found: dict[str, tuple[tuple[str, ...], Action]] = {
         "DoStep": ((STEP,), lambda p: p.step(size)),
@@ -147,7 +147,7 @@ def _of_stepping(bench: Bench) -> dict[str, tuple[tuple[str, ...], Action]]:
     return found
 
 
-def _of_exchange(bench: Bench) -> dict[str, tuple[tuple[str, ...], Action]]:
+def _of_exchange(bench: Context) -> dict[str, tuple[tuple[str, ...], Action]]:
     x = np.array([float(v.start or 0.0) for v in bench.subject.states])
     t = bench.subject.start_time
     values = (INITIALIZATION, EVENT, CONTINUOUS, TERMINATED)

@@ -8,12 +8,12 @@ from collections.abc import Iterator
 import numpy as np
 
 from m4e_fmi.fmu.validation.checks.states import BASIS, RESUME, deserialise
-from m4e_fmi.fmu.validation.context import Bench, first_difference
+from m4e_fmi.fmu.validation.context import Context, first_difference
 from m4e_fmi.fmu.validation.findings import Finding, some
 from m4e_fmi.fmu.validation.probe import RefusedError
 
 
-def check(bench: Bench) -> Iterator[Finding | str]:
+def check(bench: Context) -> Iterator[Finding | str]:
     path = bench.folder / RESUME
     if not path.exists():
         yield "there is no serialised state"

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from m4e_fmi.fmu.validation.context import Bench, first_difference
+from m4e_fmi.fmu.validation.context import Context, first_difference
 from m4e_fmi.fmu.validation.findings import Finding, some
 from m4e_fmi.fmu.validation.probe import OK, Probe, RefusedError
 
@@ -19,7 +19,7 @@ RESUME = "resume.json"
 _GUARD = b"\xa5guard\x5a" * 4
 
 
-def check(bench: Bench) -> Iterator[Finding | str]:
+def check(bench: Context) -> Iterator[Finding | str]:
     if not bench.subject.steps or "canGetAndSetFMUstate" not in bench.facts.works:
         yield "canGetAndSetFMUstate is not declared for co-simulation, or not there"
         return
@@ -48,7 +48,7 @@ def check(bench: Bench) -> Iterator[Finding | str]:
 
 
 def _compare(
-    bench: Bench, one: list[np.ndarray], other: list[np.ndarray], name: str, what: str
+    bench: Context, one: list[np.ndarray], other: list[np.ndarray], name: str, what: str
 ) -> Iterator[Finding]:
     difference = first_difference(bench.subject, one, other)
     if difference is not None:
@@ -89,7 +89,7 @@ def deserialise(probe: Probe, content: bytes) -> None:
 
 
 def _serialised(
-    bench: Bench, before: np.ndarray, after: np.ndarray, expected: list[np.ndarray]
+    bench: Context, before: np.ndarray, after: np.ndarray, expected: list[np.ndarray]
 ) -> Iterator[Finding]:
     size = bench.subject.step_size
     with bench.probe() as probe:
@@ -121,7 +121,7 @@ def _serialised(
 
 
 def _into_another(
-    bench: Bench, before: np.ndarray, after: np.ndarray, expected: list[np.ndarray]
+    bench: Context, before: np.ndarray, after: np.ndarray, expected: list[np.ndarray]
 ) -> Iterator[Finding]:
     """A state of one instance in another: as bytes, and last as it is, which FMI leaves open."""
     ways: dict[str, Callable[[Probe, Probe], None]] = {}

@@ -13,7 +13,7 @@ import numpy as np
 
 from m4e_fmi.fmu.importer.elements import owner
 from m4e_fmi.fmu.validation.checks.parameters import noticed
-from m4e_fmi.fmu.validation.context import Bench
+from m4e_fmi.fmu.validation.context import Context
 from m4e_fmi.fmu.validation.findings import Finding, some
 from m4e_fmi.fmu.validation.probe import (
     DISCARD,
@@ -37,7 +37,7 @@ FATAL_REMEDY = "fmi2Error is enough: after fmi2Fatal the importer can only give 
 UNUSABLE = "FMI 2.0.4, section 2.1.3: fmi2Reset makes an FMU usable again after fmi2Error"
 
 
-def check(bench: Bench) -> Iterator[Finding | str]:
+def check(bench: Context) -> Iterator[Finding | str]:
     exchange = not bench.subject.steps
     baseline = _plain_run(bench, exchange=exchange)
     yield from _references(bench, exchange=exchange)
@@ -47,12 +47,12 @@ def check(bench: Bench) -> Iterator[Finding | str]:
         yield from _steps(bench, baseline)
 
 
-def _plain_run(bench: Bench, *, exchange: bool) -> np.ndarray:
+def _plain_run(bench: Context, *, exchange: bool) -> np.ndarray:
     with bench.probe(exchange=exchange) as probe:
         return _go(bench, probe)
 
 
-def _go(bench: Bench, probe: Probe) -> np.ndarray:
+def _go(bench: Context, probe: Probe) -> np.ndarray:
     """From a new or reset instance through a few steps; all Reals at the end."""
     probe.begin()
     for _ in range(0 if probe.exchange else STEPS):
@@ -64,7 +64,7 @@ def _chosen(variables: list[Any]) -> list[Any]:
     return variables[:: max(1, math.ceil(len(variables) / MOST))]
 
 
-def _special(bench: Bench, baseline: np.ndarray, *, exchange: bool) -> Iterator[Finding]:
+def _special(bench: Context, baseline: np.ndarray, *, exchange: bool) -> Iterator[Finding]:
     subject = bench.subject
     others = [v for v in subject.given if v.causality not in ("input", "parameter")]
     silent: list[str] = []
@@ -110,7 +110,7 @@ def _special(bench: Bench, baseline: np.ndarray, *, exchange: bool) -> Iterator[
         yield Finding("values.unusable", "error", message, UNUSABLE)
 
 
-def _with_special(bench: Bench, probe: Probe, variable: Any, value: float) -> bool:
+def _with_special(bench: Context, probe: Probe, variable: Any, value: float) -> bool:
     """Step with a special value; False if non-finite outputs are returned without an error."""
     is_input = variable.causality == "input"
     probe.begin(None if is_input else {variable.valueReference: value})
@@ -124,7 +124,7 @@ def _with_special(bench: Bench, probe: Probe, variable: Any, value: float) -> bo
     return bool(np.isfinite(np.concatenate(values)).all()) or probe.listen() >= WARNING
 
 
-def _timely(bench: Bench, probe: Probe) -> bool:
+def _timely(bench: Context, probe: Probe) -> bool:
     """Whether the FMU tells how far it came in the step that it discarded."""
     try:
         status, reached = probe.last_successful_time()
@@ -135,7 +135,7 @@ def _timely(bench: Bench, probe: Probe) -> bool:
     return status <= WARNING and low <= reached <= high
 
 
-def _usable(bench: Bench, probe: Probe, baseline: np.ndarray) -> bool:
+def _usable(bench: Context, probe: Probe, baseline: np.ndarray) -> bool:
     try:
         probe.reset()
         return _go(bench, probe).tobytes() == baseline.tobytes()
@@ -143,7 +143,7 @@ def _usable(bench: Bench, probe: Probe, baseline: np.ndarray) -> bool:
         return False
 
 
-def _steps(bench: Bench, baseline: np.ndarray) -> Iterator[Finding]:
+def _steps(bench: Context, baseline: np.ndarray) -> Iterator[Finding]:
     """Steps that no importer should ask for; nan last, of which the standard says nothing."""
     size, t = bench.subject.step_size, bench.subject.start_time
     stop = t + 2 * size
@@ -187,7 +187,7 @@ def _steps(bench: Bench, baseline: np.ndarray) -> Iterator[Finding]:
     bench.library.journal.unasked = False
 
 
-def _references(bench: Bench, *, exchange: bool) -> Iterator[Finding]:
+def _references(bench: Context, *, exchange: bool) -> Iterator[Finding]:
     absent = max((owner(v) for v in bench.subject.readable), default=0) + 100_000
     basis = "FMI 2.0.4, section 2.1.7"
     cases: dict[str, Callable[[Probe], int]] = {
@@ -218,7 +218,7 @@ def _references(bench: Bench, *, exchange: bool) -> Iterator[Finding]:
         yield Finding("values.nothing", "note", message, basis)
 
 
-def _names(bench: Bench, *, exchange: bool) -> Iterator[Finding]:
+def _names(bench: Context, *, exchange: bool) -> Iterator[Finding]:
     """Instance names and texts that formats and buffers stumble over."""
     texts = {"long": "x" * 10_000, "format": "100 %s%n%d", "UTF-8": "Schwimmkörper π 浮"}
     for what, text in texts.items():
@@ -235,7 +235,7 @@ def _names(bench: Bench, *, exchange: bool) -> Iterator[Finding]:
             yield Finding("values.text", "warning", message, basis, error.words)
 
 
-def _text(bench: Bench, text: str, what: str, *, exchange: bool) -> Iterator[Finding]:
+def _text(bench: Context, text: str, what: str, *, exchange: bool) -> Iterator[Finding]:
     """Set a String that can be set, and read it again."""
     strings = [
         v

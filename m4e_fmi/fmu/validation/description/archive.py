@@ -21,7 +21,7 @@ from m4e_fmi.fmu.validation.description.terminals import check_terminals
 from m4e_fmi.fmu.validation.description.units import check_units
 from m4e_fmi.fmu.validation.description.variables import check_variables
 from m4e_fmi.fmu.validation.findings import Finding, some
-from m4e_fmi.fmu.validation.fmu_under_test import Subject, TooLargeError
+from m4e_fmi.fmu.validation.fmu_under_test import FmuUnderTest, TooLargeError
 
 LIBRARIES = {
     "2.0": ("fmi2", fmi2.FMU2Slave, fmi2.FMU2Model),
@@ -45,7 +45,7 @@ def description_findings(folder: Path) -> tuple[tuple[Finding, ...], str]:
     if version not in LIBRARIES:
         return tuple(found), f"made for FMI 2.0 and 3.0, this is {version}"
     try:
-        subject = Subject.of(folder, raw)
+        subject = FmuUnderTest.of(folder, raw)
     except TooLargeError as error:
         found.append(Finding("description.limits", "warning", str(error), "it is not run, either"))
         return tuple(found), str(error)
@@ -92,7 +92,7 @@ def _of_aliases(problem: str, text: bytes) -> bool:
     return expected - listed <= set(aliases) and listed <= expected
 
 
-def _experiment(subject: Subject) -> Iterator[Finding]:
+def _experiment(subject: FmuUnderTest) -> Iterator[Finding]:
     experiment = subject.raw.defaultExperiment
     if experiment is None:
         return
@@ -115,7 +115,7 @@ def _experiment(subject: Subject) -> Iterator[Finding]:
             yield Finding("capabilities.serialise", "error", message, "FMI 2.0.4, section 2.1.8")
 
 
-def _library(subject: Subject) -> Iterator[Finding]:
+def _library(subject: FmuUnderTest) -> Iterator[Finding]:
     binaries = subject.folder / "binaries"
     platform = fmpy.platform if subject.raw.fmiVersion == "2.0" else fmpy.platform_tuple
     here = binaries / platform
@@ -135,7 +135,7 @@ def _library(subject: Subject) -> Iterator[Finding]:
             yield from _elf(subject, elf)
 
 
-def _elf(subject: Subject, elf: SharedLibrary) -> Iterator[Finding]:
+def _elf(subject: FmuUnderTest, elf: SharedLibrary) -> Iterator[Finding]:
     prefix, stepping, exchanging = LIBRARIES[subject.raw.fmiVersion]
     classes = [stepping] * subject.steps + [exchanging] * subject.exchanges
     needed = sorted({name for c in classes for name in dir(c) if name.startswith(prefix)})

@@ -9,12 +9,12 @@ from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no
 from m4e_fmi.fmu.export.description.terminals import TERMINALS
 from m4e_fmi.fmu.importer.elements import array_name
 from m4e_fmi.fmu.validation.findings import Finding, some
-from m4e_fmi.fmu.validation.fmu_under_test import Subject
+from m4e_fmi.fmu.validation.fmu_under_test import FmuUnderTest
 
 BASIS = "FMI 3.0.2, section 2.4.9"
 
 
-def check_terminals(subject: Subject) -> Iterator[Finding]:
+def check_terminals(subject: FmuUnderTest) -> Iterator[Finding]:
     path = subject.folder / TERMINALS
     if not (subject.fmi_3 and path.is_file()):
         return

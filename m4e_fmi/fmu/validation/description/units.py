@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from m4e_fmi.fmu.validation.findings import Finding, some
-from m4e_fmi.fmu.validation.fmu_under_test import Subject
+from m4e_fmi.fmu.validation.fmu_under_test import FmuUnderTest
 from m4e_fmi.units import BASE_UNITS, parse_unit
 
 _SECOND, _RADIAN = BASE_UNITS.index("s"), BASE_UNITS.index("rad")
@@ -14,7 +14,7 @@ _ROUNDING = 1e-9
 """Relative; factors are written in decimals."""
 
 
-def check_units(subject: Subject) -> Iterator[Finding]:
+def check_units(subject: FmuUnderTest) -> Iterator[Finding]:
     definitions = {unit.name: unit.baseUnit for unit in subject.raw.unitDefinitions}
     yield from _names(definitions)
     for variable in subject.reals():

@@ -9,10 +9,10 @@ from typing import Any
 
 from m4e_fmi.fmu.validation.description.units import unit_of
 from m4e_fmi.fmu.validation.findings import Finding
-from m4e_fmi.fmu.validation.fmu_under_test import Subject, limits
+from m4e_fmi.fmu.validation.fmu_under_test import FmuUnderTest, limits
 
 
-def check_variables(subject: Subject) -> Iterator[Finding]:
+def check_variables(subject: FmuUnderTest) -> Iterator[Finding]:
     yield from _aliases(subject)
     for variable in subject.reals():
         yield from _limits(variable)
@@ -28,7 +28,7 @@ def _settable(variable: Any) -> bool:
     return variable.causality in ("input", "parameter", "independent")
 
 
-def _aliases(subject: Subject) -> Iterator[Finding]:
+def _aliases(subject: FmuUnderTest) -> Iterator[Finding]:
     """Two variables with one value reference are one variable; some pairs cannot be."""
     sets: dict[tuple[str, int], list[Any]] = defaultdict(list)
     for variable in subject.raw.modelVariables:

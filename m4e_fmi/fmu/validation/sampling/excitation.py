@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from m4e_fmi.fmu.validation.context import Bench
+from m4e_fmi.fmu.validation.context import Context
 from m4e_fmi.fmu.validation.probe import RefusedError
 from m4e_fmi.fmu.validation.sampling.coarse import stands
 
@@ -21,7 +21,7 @@ CURVED = 0.1
 motion: an oscillation then has fewer than fourteen samples."""
 
 
-def paced(bench: Bench) -> Bench:
+def paced(bench: Context) -> Context:
     """The bench at the pace at which samples of each step show the motion.
 
     At 1 if they do, or as much slower as it takes: inputs of the size 1 spin a small and light link
@@ -43,7 +43,7 @@ def paced(bench: Bench) -> Bench:
     return bench
 
 
-def _samples(bench: Bench) -> np.ndarray:
+def _samples(bench: Context) -> np.ndarray:
     """All Reals along a run with constant inputs, PARTS times a step."""
     inputs = bench.random_inputs()[0]
     with bench.probe() as probe:

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from m4e_fmi.fmu.validation.context import Bench
+from m4e_fmi.fmu.validation.context import Context
 from m4e_fmi.fmu.validation.probe import Probe, RefusedError
 
 INITIAL, STEPPING, EXCHANGE = "initialization mode", "co-simulation", "model exchange"
@@ -26,7 +26,7 @@ class Place:
     """One of the three; `declared` are the entries of ModelStructure for its unknowns."""
 
     name: str
-    bench: Bench
+    bench: Context
     probe: Probe
     knowns: list[Any]
     unknowns: list[Any]
@@ -59,11 +59,11 @@ class Place:
         arrive(self.bench, self.probe, self.name)
 
 
-def _new_probe(bench: Bench, name: str) -> Probe:
+def _new_probe(bench: Context, name: str) -> Probe:
     return bench.library.probe(exchange=name == EXCHANGE or not bench.subject.steps)
 
 
-def arrive(bench: Bench, probe: Probe, name: str) -> None:
+def arrive(bench: Context, probe: Probe, name: str) -> None:
     """Bring a new instance to the place of this name."""
     if name == INITIAL:
         probe.setup()
@@ -77,7 +77,7 @@ def arrive(bench: Bench, probe: Probe, name: str) -> None:
 
 
 @contextmanager
-def _place(bench: Bench, name: str, knowns: list[Any], entries: list[Any]) -> Iterator[Place]:
+def _place(bench: Context, name: str, knowns: list[Any], entries: list[Any]) -> Iterator[Place]:
     entries = [e for e in entries if e.variable.type == "Real"]
     unknowns = [e.variable for e in entries]
     probe = _new_probe(bench, name)
@@ -89,7 +89,7 @@ def _place(bench: Bench, name: str, knowns: list[Any], entries: list[Any]) -> It
         place.probe.free()
 
 
-def places(bench: Bench) -> Iterator[Place]:
+def places(bench: Context) -> Iterator[Place]:
     """Those that the FMU has, one after the other."""
     subject, raw = bench.subject, bench.subject.raw
     continuous = [e for e in raw.outputs if e.variable.variability == "continuous"]
