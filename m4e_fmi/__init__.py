@@ -6,9 +6,7 @@ The verbs and what they need are here, imported when they are first used:
     motion = m4e_fmi.simulate(model, stop_time=60.0)
     outcome = m4e_fmi.run(m4e_fmi.load_system("system.yaml"), results="buoy.nc")
 
-Layers, each importing only what stands before it:
-`errors`, `shown`, `series`, `units`, `document`, `results`, `program` → `model` → `multibody` →
-`simulate` → `fmu` → `cosim` → `study` → `report` → `cli`.
+Packages, and the order in which they import each other: docs/architecture.md.
 """
 
 from importlib import import_module

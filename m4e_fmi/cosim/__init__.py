@@ -2,10 +2,9 @@
 
     System ──prepare──► Prepared (FMUs built, connections checked, order known) ──run──► Outcome
 
-Start reading at `system` (what is coupled), then `connect` and `structure` (what follows from it),
-`network` and `master` (the time loop; `execution` steps it from Python), `algorithms` (how a step
-is made; `corrector` is the default). Imports m4e_fmi.errors, document, units and,
-to build components, m4e_fmi.fmu.
+Start reading at `system/` (what is coupled), then `connections/` (what follows from it),
+`exchange/` and `time_loop/`, `algorithms/` (how a step is made; `corrector` is the default), and
+`error_estimate/`. `master/` runs it all. See docs/architecture.md.
 """
 
 from m4e_fmi.cosim.connections.connect import Bond, Link, Port, Wiring

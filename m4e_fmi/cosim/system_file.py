@@ -109,7 +109,7 @@ def _further_problems(
 
     A sound system is checked so before its FMUs are built, and not each time when it is read.
     """
-    from m4e_fmi.cosim.preparation.input_checks import checked_inputs
+    from m4e_fmi.cosim.input_checks.inputs import checked_inputs
 
     section = document.valid_part(_PortsSection, drop=_OTHERS) or _PortsSection()
     unread = dict.fromkeys(map(str, _mapping(document, "buses").keys() - section.buses.keys()))

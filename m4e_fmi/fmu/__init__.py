@@ -1,9 +1,7 @@
 """FMUs: what they say of themselves, how they are built, how anyone's are read.
 
-`build_fmu` packages a Program or a Python slave; `embedded/` holds what travels inside.
-`read_description` reads what an FMU file says, before anything of it is unpacked or run;
-`fmu_contents` reads all of it, `validation/` checks whether it is so. Imports `program`, `runtime`,
-`units`, `errors`. Start with `description`, then `build`; or with `reading`, then `validation`.
+`export/` builds FMUs of Programs and Python slaves; `importer/` reads and calls anyone's, and
+`validation/` checks whether they do what they say.
 """
 
 from m4e_fmi.fmu.export.build import build_fmu, described, shown

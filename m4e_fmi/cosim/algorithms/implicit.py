@@ -25,10 +25,10 @@ import numpy as np
 from m4e_fmi.cosim.algorithms.course import InputInterpolation
 from m4e_fmi.cosim.algorithms.interface import Interface
 from m4e_fmi.cosim.algorithms.part import ComponentStepper, Courses
+from m4e_fmi.cosim.algorithms.step_control import Scale
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.exchange.newton import DIFFERENCE, OF_NOMINAL, NotConvergedError, QuasiNewton
 from m4e_fmi.cosim.exchange.step_loop import Schedule
-from m4e_fmi.cosim.time_loop.step_control import Scale
 from m4e_fmi.errors import RunError
 
 SEEN, WIDER, WIDENINGS = 1e-10, 1e3, 5

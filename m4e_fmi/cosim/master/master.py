@@ -11,6 +11,7 @@ from typing import cast
 import numpy as np
 
 from m4e_fmi.cosim.algorithms import ALGORITHMS, Algorithm, Returning, Undoing, returning
+from m4e_fmi.cosim.algorithms.step_control import SMALLEST, StepControl
 from m4e_fmi.cosim.connections.connect import Wiring
 from m4e_fmi.cosim.connections.structure import Structure
 from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport, Spans, certificate
@@ -31,7 +32,6 @@ from m4e_fmi.cosim.system.start_values import Value, start_values
 from m4e_fmi.cosim.system.system import NS_PER_SECOND, System
 from m4e_fmi.cosim.time_loop.energy import BLOCK as ENERGY_BLOCK
 from m4e_fmi.cosim.time_loop.energy import BondEnergy, EnergyBalance
-from m4e_fmi.cosim.time_loop.step_control import SMALLEST, StepControl
 from m4e_fmi.cosim.time_loop.time_events import NEXT_EVENT_TIME
 from m4e_fmi.cosim.time_loop.time_loop import MOST_DISCARDED, TimeLoop
 from m4e_fmi.errors import RunError

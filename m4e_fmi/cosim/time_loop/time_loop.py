@@ -11,6 +11,7 @@ import numpy as np
 
 from m4e_fmi.cosim.algorithms import Algorithm, Returning, Undoing
 from m4e_fmi.cosim.algorithms.scheduled import Scheduled, looped
+from m4e_fmi.cosim.algorithms.step_control import SMALLEST, StepControl
 from m4e_fmi.cosim.connections.connect import Port
 from m4e_fmi.cosim.exchange.discrete import Switches
 from m4e_fmi.cosim.exchange.events import event_count, is_over, telling
@@ -23,7 +24,6 @@ from m4e_fmi.cosim.results.writer import ResultsWriter
 from m4e_fmi.cosim.system.system import NS_PER_SECOND, Simulation
 from m4e_fmi.cosim.time_loop.energy import BLOCK as ENERGY_BLOCK
 from m4e_fmi.cosim.time_loop.energy import EnergyBalance
-from m4e_fmi.cosim.time_loop.step_control import SMALLEST, StepControl
 from m4e_fmi.cosim.time_loop.time_events import NEVER, TimeEvents, in_nanoseconds
 
 MOST_DISCARDED = 128

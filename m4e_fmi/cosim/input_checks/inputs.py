@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from m4e_fmi.cosim.connections.connect import connection_problems
-from m4e_fmi.cosim.preparation.drafts import Draft, drafted, takes_long
+from m4e_fmi.cosim.input_checks.drafts import Draft, drafted, takes_long
 from m4e_fmi.cosim.system.component_units import with_units
 from m4e_fmi.cosim.system.system import Component, FmuFile, Kind, System, kind_module
 from m4e_fmi.errors import InputError, Problem, RunError

@@ -24,8 +24,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from m4e_fmi.cosim.algorithms.jump_detection import Foresight
 from m4e_fmi.cosim.exchange.network import Network
-from m4e_fmi.cosim.time_loop.jump_detection import Foresight
 from m4e_fmi.errors import RunError
 
 SMALLEST = 1e-6
