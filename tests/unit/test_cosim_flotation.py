@@ -39,20 +39,33 @@ joints: {sea: {type: floating, child: float, initial: {z: -1.0}}}
 CONNECTIONS = ("buoy.float <-> hydro.float", "hydro.added_mass -> buoy.added_mass")
 
 
-def calm(bodies: tuple[str, ...], area: float = AREA) -> Coefficients:
-    """Bodies that do not feel each other, each with a waterplane [m2], in calm water."""
+def calm(
+    bodies: tuple[str, ...],
+    area: float = AREA,
+    *,
+    lever: float = 0.0,
+    pitch: float = 200.0,
+    places: tuple[float, ...] = (),
+) -> Coefficients:
+    """Bodies that do not feel each other, each with a waterplane [m2], in calm water.
+
+    Their centres of gravity are at `places`, `lever` [m] right of the centres of buoyancy; `pitch`
+    [m4] is the pitch stiffness over the weight of water.
+    """
     n, omega = len(bodies), np.linspace(0.2, 3.0, 15)
     added = np.diag([2e4, 6e4, 3e5] * n)
+    for k in range(n):
+        added[3 * k + 1, 3 * k + 2] = added[3 * k + 2, 3 * k + 1] = 6e4 * lever
     return Coefficients(
         bodies=bodies,
-        centers=np.array([[0.0, -1.0]] * n),
+        centers=np.array([[x, -1.0] for x in places or [0.0] * n]),
         omega=omega,
         added_mass=np.tile(added, (len(omega), 1, 1)),
         radiation_damping=np.zeros((len(omega), 3 * n, 3 * n)),
         added_mass_inf=added,
         excitation=np.zeros((len(omega), 3 * n), dtype=complex),
-        hydrostatic_stiffness=RHO * G * np.diag([0.0, area, 200.0] * n),
-        buoyancy=np.array([0.0, DISPLACED * G, 0.0] * n),
+        hydrostatic_stiffness=RHO * G * np.diag([0.0, area, pitch] * n),
+        buoyancy=DISPLACED * G * np.array([0.0, 1.0, lever] * n),
         density=RHO,
     )
 
@@ -82,7 +95,7 @@ def floated(
     **start: float | str,
 ) -> Outcome:
     """A run of the buoy in this water, beside the waters of other names."""
-    paths = {name: path for name, path in fmus.items() if name != "deep"}
+    paths = {name: path for name, path in fmus.items() if name not in ("deep", water)}
     paths["hydro"] = fmus[water]
     system = System(
         name="float",
@@ -110,6 +123,81 @@ def test_weight_and_buoyancy_that_differ_are_told(fmus: dict[str, Path], tmp_pat
         )
         assert "it rises by 0.2 m from there" in told  # 10 t over 1 t/m3 over 50 m2
         assert "say 'mass: neutral' in its model: hydro.float.neutral_mass (100000 kg)" in told
+
+
+def test_a_moment_out_of_balance_is_told_as_trim(fmus: dict[str, Path], tmp_path: Path) -> None:
+    """The centre of gravity 0.2 m right of the centre of buoyancy: 200 kN.m, against 1962 kN.m/rad.
+
+    Added mass couples heave and pitch: the moment accelerates heave, and is no weight.
+    """
+    aside = water(tmp_path / "aside.fmu", calm(("float",), lever=0.2))
+    (told,) = floated({**fmus, "aside": aside}, tmp_path, water="aside").warnings
+    assert told.startswith("buoy.body.float: a moment of 196.2 kN.m about its centre of gravity")
+    assert "the trim is 5.73 deg; put center_of_gravity above the centre of buoyancy" in told
+    little = water(tmp_path / "little.fmu", calm(("float",), lever=0.03))  # 0.86 deg
+    assert floated({**fmus, "aside": little}, tmp_path, water="aside").warnings == ()
+
+
+def test_the_mass_that_balances_is_told_at_once(fmus: dict[str, Path], tmp_path: Path) -> None:
+    """A load of 98.1 kN on a buoy of 100 t: 90 t are right, whatever is there now."""
+    pulled = {**fmus, "buoy": pulled_buoy(tmp_path, MODEL, -98.1e3)}
+    for mass in ("100 t", "110 t"):
+        (told,) = floated(pulled, tmp_path, m=mass).warnings
+        assert "its mass is 90000 kg (now 1" in told
+        assert f"'hydro.float.neutral_mass - 10000 -> buoy.{MASS}'" in told
+    assert floated(pulled, tmp_path, m="90 t").warnings == ()
+
+
+def test_no_mass_is_told_where_none_balances(
+    fmus: dict[str, Path], neutral: dict[str, Path], tmp_path: Path
+) -> None:
+    """Loads of 1100 kN on a body that displaces 981 kN."""
+    for text, others in ((MODEL, fmus), (NEUTRAL, neutral)):
+        pulled = {**others, "buoy": pulled_buoy(tmp_path, text, -1.1e6)}
+        told, *_ = floated(pulled, tmp_path).warnings
+        assert "no mass balances that, for the other forces alone are more than the" in told
+        assert "->" not in told
+
+
+RAFT = """\
+name: raft
+gravity: 9.81
+parameters: {m: {value: 100, unit: t}}
+bodies:
+  fore: {mass: m, inertia: 1e6, added_mass: true}
+  aft: {mass: neutral, inertia: 1e6, added_mass: true}
+joints:
+  sea: {type: floating, child: fore, initial: {x: -5, z: -1}}
+  hinge: {type: revolute, parent: fore, child: aft, parent_to_joint: [5, 1],
+    joint_to_child: [5, -1]}
+"""
+
+
+def test_joined_bodies_are_judged_as_one(tmp_path: Path) -> None:
+    """A fore body of 140 t, not 100: 40 t too much, a moment of 40 t at 5 m; none is aft's."""
+    (tmp_path / "raft.model.yaml").write_text(RAFT)
+    program = model_program(load_model(tmp_path / "raft.model.yaml"))
+    hulls = calm(("fore", "aft"), places=(-5.0, 5.0))
+    system = System(
+        name="raft",
+        components=(
+            Component("raft", FmuFile(build_fmu(program, tmp_path / "raft.fmu", native=True))),
+            Component("hydro", FmuFile(water(tmp_path / "hydro.fmu", hulls))),
+        ),
+        connections=(
+            "raft.fore <-> hydro.fore",
+            "raft.aft <-> hydro.aft",
+            "hydro.added_mass -> raft.added_mass",
+        ),
+        simulation=Simulation(0.1, 0.05),
+    )
+    assert run(system, results=tmp_path / "r.nc").warnings == ()
+    heavy = system.changed(start={"raft.m": "140 t"})
+    weight, trim = run(heavy, results=tmp_path / "r.nc").warnings
+    assert weight.startswith("raft.body.fore and body.aft: weight and connected forces are 2354.4")
+    assert "they sink by 0.4 m" in weight
+    assert "give them 40000 kg less (together now 240000 kg)" in weight
+    assert trim.startswith("raft.body.fore and body.aft: a moment of -1962 kN.m about the middle")
 
 
 def test_the_neutral_mass_can_be_connected(fmus: dict[str, Path], tmp_path: Path) -> None:
@@ -186,14 +274,18 @@ def neutral(fmus: dict[str, Path]) -> dict[str, Path]:
     return {**fmus, "buoy": fmu}
 
 
-def loaded(fmus: dict[str, Path], folder: Path, *connections: str) -> Outcome:
-    """The neutral buoy with a force of -98.1 kN."""
+def pulled_buoy(folder: Path, model: str, force: float) -> Path:
+    """The FMU of a buoy with a vertical force [N]."""
     (folder / "moored.model.yaml").write_text(
-        NEUTRAL + "loads: {lines: {type: body_force, body: float, force: [0, -98.1e3]}}"
+        model + f"loads: {{lines: {{type: body_force, body: float, force: [0, {force}]}}}}"
     )
     program = model_program(load_model(folder / "moored.model.yaml"))
-    moored = build_fmu(program, folder / "moored.fmu", native=True)
-    return floated({**fmus, "buoy": moored}, folder, *connections)
+    return build_fmu(program, folder / "moored.fmu", native=True)
+
+
+def loaded(fmus: dict[str, Path], folder: Path, *connections: str) -> Outcome:
+    """The neutral buoy with a force of -98.1 kN."""
+    return floated({**fmus, "buoy": pulled_buoy(folder, NEUTRAL, -98.1e3)}, folder, *connections)
 
 
 def heave(outcome: Outcome) -> np.ndarray:

@@ -175,6 +175,7 @@ def _assembled(
         arguments = (hull.center, water.density, water.gravity)
         stiffness[own, own] = hull.hydrostatics.stiffness(*arguments)
         buoyancy[own] = hull.hydrostatics.buoyancy(*arguments)
+    levels = [hull.panels.vertices[:, 2] for hull in hulls]
     result = Coefficients(
         bodies=tuple(hull.name for hull in hulls),
         centers=np.array([hull.center for hull in hulls]),
@@ -193,4 +194,5 @@ def _assembled(
         depth=water.depth,
         gravity=water.gravity,
         resolved=tuple(resolved_frequency(hull, water) for hull in hulls),
+        heights=tuple((float(z.min()), float(z.max())) for z in levels),
     )

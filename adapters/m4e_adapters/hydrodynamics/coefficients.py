@@ -47,6 +47,8 @@ class Coefficients:
     density [kg/m3], depth [m] (inf: deep), gravity [m/s2].
     resolved : (N,) angular frequencies [rad/s] up to which the panels of each body resolve the
         waves; empty: all frequencies.
+    heights : (N, 2) lowest and highest points (z) [m] of the wetted hulls in the reference pose;
+        empty: not known.
     """
 
     bodies: tuple[str, ...]
@@ -63,6 +65,7 @@ class Coefficients:
     depth: float = np.inf
     gravity: float = 9.81
     resolved: Sequence[float] = ()
+    heights: Sequence[tuple[float, float]] = ()
 
     def __post_init__(self) -> None:
         n, count = 3 * len(self.bodies), len(self.omega)
@@ -85,6 +88,8 @@ class Coefficients:
             raise ValueError("omega must be positive and increasing")
         if len(self.resolved) not in (0, len(self.bodies)):
             raise ValueError(f"resolved has {len(self.resolved)} values, expected one per body")
+        if len(self.heights) not in (0, len(self.bodies)):
+            raise ValueError(f"heights has {len(self.heights)} pairs, expected one per body")
 
     @property
     def motions(self) -> tuple[str, ...]:

@@ -19,6 +19,7 @@ from m4e_adapters.hydrodynamics.coefficients import MOTIONS, Coefficients
 from m4e_adapters.hydrodynamics.config import Drag, Radiation, Still
 from m4e_adapters.hydrodynamics.memory.radiation import RadiationGroup, fit_radiation
 from m4e_adapters.hydrodynamics.sea import AnyWaves, record_sea
+from m4e_adapters.hydrodynamics.small_motions import motion_ranges
 from m4e_fmi.program import Program, Recorder, Scalar, Variable
 
 Vector = list[Scalar | float]
@@ -34,7 +35,6 @@ STIFFNESS_UNIT = (
     ("N/m", "N/m", "N/rad"),
     ("N.m/m", "N.m/m", "N.m/rad"),
 )
-HEAVE, PITCH = 0.5, math.radians(15.0)  # limits of small motions: mean drafts, rad
 SMALL = 1e-9  # relative: stiffness and added mass below it are panels' noise
 
 
@@ -197,22 +197,15 @@ def _record_displacement(
     displacement: Vector,
     k: int,
 ) -> None:
-    """Outputs surge, heave and pitch from the reference pose; the last two with limits.
-
-    Linear hydrodynamics is of small motions: heave within HEAVE of the mean draft (displaced volume
-    over waterplane; a submerged body has none), pitch within PITCH.
-    """
-    waterplane = float(coefficients.hydrostatic_stiffness[3 * k + 1, 3 * k + 1])
-    buoyancy = float(coefficients.buoyancy[3 * k + 1])
-    floats = waterplane > SMALL * buoyancy
-    heave = HEAVE * buoyancy / waterplane if floats else math.inf
-    limits = {"surge": math.inf, "heave": heave, "pitch": PITCH}
-    about = {"heave": f"{HEAVE:g} of the mean draft", "pitch": f"{math.degrees(PITCH):g} deg"}
+    """Outputs surge, heave and pitch from the reference pose, with the limits of small motions."""
+    limits = motion_ranges(coefficients, k)
     for (motion, limit), value, unit in zip(limits.items(), displacement, STATE_UNIT, strict=True):
         text = f"{motion} from the reference pose"
-        if math.isfinite(limit):
-            text += f"; the water is linear, for motions within {about[motion]}"
-        variable = Variable(f"{body}.{motion}", unit, text, minimum=-limit, maximum=limit)
+        if not limit.is_open:
+            text += f"; {limit.reason}"
+        variable = Variable(
+            f"{body}.{motion}", unit, text, minimum=limit.minimum, maximum=limit.maximum
+        )
         recorder.output(variable, value)
 
 

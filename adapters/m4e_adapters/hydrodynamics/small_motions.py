@@ -1,0 +1,58 @@
+"""Ranges of surge, heave and pitch from the reference pose in which linear hydrodynamics holds."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from m4e_adapters.hydrodynamics.coefficients import NO_WATERPLANE, Coefficients
+
+HEAVE, PITCH = 0.5, math.radians(15.0)  # limits: mean drafts, rad
+
+
+@dataclass(frozen=True)
+class Range:
+    """From `minimum` to `maximum` [m or rad]; `reason` tells both in words."""
+
+    minimum: float = -math.inf
+    maximum: float = math.inf
+    reason: str = ""
+
+    @property
+    def is_open(self) -> bool:
+        return math.isinf(self.minimum) and math.isinf(self.maximum)
+
+
+def motion_ranges(coefficients: Coefficients, k: int) -> dict[str, Range]:
+    """The ranges of body `k` by motion."""
+    pitch = Range(
+        -PITCH, PITCH, f"the water is linear, for motions within {math.degrees(PITCH):g} deg"
+    )
+    return {"surge": Range(), "heave": _heave(coefficients, k), "pitch": pitch}
+
+
+def _heave(coefficients: Coefficients, k: int) -> Range:
+    """Up and down to half the mean draft (displaced volume over waterplane), or to the surface.
+
+    A submerged body has no waterplane: it may rise, and sink, by the depth of its highest point.
+    Nor may a body leave the water or reach the sea bed.
+    """
+    weight = coefficients.density * coefficients.gravity
+    waterplane = float(coefficients.hydrostatic_stiffness[3 * k + 1, 3 * k + 1]) / weight
+    volume = float(coefficients.buoyancy[3 * k + 1]) / weight
+    keel, top = coefficients.heights[k] if len(coefficients.heights) else (-math.inf, 0.0)
+    if waterplane > NO_WATERPLANE * math.cbrt(volume) ** 2:
+        limit = HEAVE * volume / waterplane
+        reason = f"the water is linear, for motions within {HEAVE:g} of the mean draft"
+    elif top < 0.0:
+        limit = -top
+        reason = f"the water is linear, its surface is {limit:.4g} m above the body"
+    else:
+        return Range()
+    down = min(limit, coefficients.depth + keel) if math.isfinite(keel) else limit
+    if down < limit:
+        reason += f", and the sea bed {down:.4g} m below it"
+    up = min(limit, -keel)
+    if up < limit:
+        reason += f", and the body leaves the water {up:.4g} m higher"
+    return Range(-down, up, reason)

@@ -1,0 +1,53 @@
+"""Ranges of the motions from the reference pose: drafts, the surface, the sea bed."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+
+from m4e_adapters.hydrodynamics.build import check_config
+from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig
+from m4e_fmi.files.document import Document
+from m4e_fmi.program import Variable
+
+BALL = "{shape: {sphere: {radius: 3, center_z: -8}}, center_of_gravity: [0, -8], panels: 100}"
+BOX = "{shape: {box: {length: 12, width: 8, draft: 1.5}}, center_of_gravity: [0, -0.3], panels: 60}"
+STILL = "spectrum: still"
+
+
+def motions(body: str, *, depth: str = "deep", waves: str = STILL) -> dict[str, Variable]:
+    text = f"water: {{depth: {depth}}}\nbodies:\n  float: {body}\nwaves: {{{waves}}}\n"
+    config = Document.parse(text).validate(HydrodynamicsConfig)
+    outputs = check_config(config, folder=Path()).outputs
+    names = ("surge", "heave", "pitch")
+    return {v.name.removeprefix("float."): v for v in outputs if v.name.endswith(names)}
+
+
+def test_a_floating_body_moves_by_half_its_draft() -> None:
+    """Deep water, and water whose bed is below that."""
+    for depth in ("deep", "10"):
+        heave = motions(BOX, depth=depth)["heave"]
+        assert (heave.minimum, heave.maximum) == pytest.approx((-0.75, 0.75), rel=1e-9)
+        assert heave.description.endswith("for motions within 0.5 of the mean draft")
+
+
+def test_the_keel_stays_above_the_sea_bed() -> None:
+    heave = motions(BOX, depth="1.6")["heave"]
+    assert (heave.minimum, heave.maximum) == pytest.approx((-0.1, 0.75), rel=1e-9)
+    assert "and the sea bed 0.1 m below it" in heave.description
+
+
+def test_a_submerged_body_stays_below_the_surface() -> None:
+    """A ball of 3 m radius, 8 m deep; panels are within 0.3 m of it."""
+    heave = motions(BALL)["heave"]
+    assert heave.maximum == -heave.minimum == pytest.approx(5.0, abs=0.3)
+    assert "its surface is" in heave.description
+    shallow = motions(BALL, depth="12")["heave"]
+    assert shallow.minimum == pytest.approx(-1.0, abs=0.3)
+
+
+def test_pitch_is_within_15_deg() -> None:
+    pitch = motions(BOX)["pitch"]
+    assert pitch.maximum == -pitch.minimum == math.radians(15.0)
