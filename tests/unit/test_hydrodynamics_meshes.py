@@ -140,6 +140,45 @@ def test_doubled_panels_are_refused() -> None:
         checked(Panels(good.vertices, np.concatenate([good.faces, wall])), "float")
 
 
+def smaller(*, draft: float = 1.0, z: float = 0.0, closed: bool = True) -> Panels:
+    """A box of 3 by 2 m whose top, a lid if `closed`, is at `z`."""
+    lower = box_panels(Box(length=3.0, width=2.0, draft=draft), 60)
+    lid = make_lid(lower)
+    assert lid is not None
+    whole = joined(lower, lid.reversed) if closed else lower
+    return Panels(whole.vertices + [0, 0, z], whole.faces)
+
+
+@pytest.mark.parametrize(
+    "inner",
+    [
+        smaller(z=-0.5),
+        smaller(z=-0.5).reversed,
+        smaller(closed=False),
+        smaller(closed=False).reversed,
+        smaller(z=-0.5, draft=4.0),
+    ],
+    ids=["a box", "a tank", "a box through the waterline", "a double skin", "partly inside"],
+)
+def test_closed_shells_inside_the_hull_are_refused(inner: Panels, tmp_path: Path) -> None:
+    """They made the displaced volume larger or smaller by their own."""
+    with pytest.raises(InputError, match="a closed shell is inside the hull near x = ") as caught:
+        hull(joined(box(), inner), tmp_path)
+    (problem,) = caught.value.problems
+    assert problem.remedy.startswith("remove it")
+    assert problem.file == str(tmp_path / "hull.gdf")
+
+
+def test_hulls_of_one_body_side_by_side_and_moonpools_are_meshes(tmp_path: Path) -> None:
+    """One of the hulls with its normals turned round is not, small as it may be."""
+    aside = Panels(smaller().vertices + [0, 5.0, 0], smaller().faces)
+    made = hull(joined(box(), aside), tmp_path)
+    assert made.hydrostatics.volume == pytest.approx(48 + 6, rel=1e-6)
+    with pytest.raises(InputError, match=r"normals point out of the water near x = .*, y = [456]"):
+        hull(joined(box(), aside.reversed), tmp_path)
+    assert hull(ring_of_panels(), tmp_path).hydrostatics.volume > 0
+
+
 def test_a_missing_or_unreadable_file(tmp_path: Path) -> None:
     body = Body.model_validate({"shape": {"mesh": "none.gdf"}, "center_of_gravity": [0, 0]})
     with pytest.raises(InputError, match="no such mesh file"):
@@ -339,12 +378,17 @@ def test_bodies_that_overlap_or_nearly_touch_are_refused_before_any_flow_is_comp
     assert boxes(6.5, panels=1000) == []
 
 
-def test_a_body_in_the_opening_of_another_does_not_overlap() -> None:
-    """A spar in a ring: closed by its mirror image, the ring is not filled."""
+def ring_of_panels() -> Panels:
+    """A ring of 4 to 6 m, 2 m deep: one surface with an opening."""
     angle = np.linspace(0.0, 2 * np.pi, 33)
     rim = [(6.0, 0.0), (6.0, -1.0), (6.0, -2.0), (5.0, -2.0), (4.0, -2.0), (4.0, -1.0), (4.0, 0.0)]
     points = [[[r * np.cos(a), r * np.sin(a), z] for r, z in rim] for a in angle[::-1]]
-    ring = grid(np.array(points)).merged()
+    return grid(np.array(points)).merged()
+
+
+def test_a_body_in_the_opening_of_another_does_not_overlap() -> None:
+    """A spar in a ring: closed by its mirror image, the ring is not filled."""
+    ring = ring_of_panels()
     assert hydrostatics_of(ring).volume > 0
 
     def spar(radius: float) -> Panels:

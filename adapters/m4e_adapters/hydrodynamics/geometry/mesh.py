@@ -241,12 +241,24 @@ def checked(panels: Panels, name: str) -> Panels:
             f"neighbouring panels face opposite ways {place(twisted[0])}",
             "turn the panels so that all normals point into the water",
         )
-    if hydrostatics_of(panels).volume <= 0:
-        raise wrong(
-            "the mesh is inverted: the normals point out of the water, the displaced volume is "
-            f"{hydrostatics_of(panels).volume:.4g} m3",
-            "reverse the order of the vertices of every panel: normals point into the water",
-        )
+    shells = sorted(panels.shells(), key=lambda shell: abs(hydrostatics_of(shell).volume))
+    outwards = [shell if hydrostatics_of(shell).volume > 0 else shell.reversed for shell in shells]
+    for first, second in combinations(outwards, 2):
+        if (point := overlap(first, second)) is not None:
+            raise wrong(
+                f"a closed shell is inside the hull {_place(point)}",
+                "remove it: a hull is the surface that the water touches; of parts that intersect "
+                "make one surface",
+            )
+    for shell, right in zip(shells, outwards, strict=True):
+        if shell is not right:
+            raise wrong(
+                "the mesh is inverted: the normals point out of the water "
+                f"{_place(shell.centers[0])}, the volume within is "
+                f"{hydrostatics_of(shell).volume:.4g} m3",
+                "reverse the order of the vertices of every panel there: normals point into the "
+                "water",
+            )
     return panels
 
 
