@@ -146,7 +146,7 @@ def smaller(*, draft: float = 1.0, z: float = 0.0, closed: bool = True) -> Panel
     lid = make_lid(lower)
     assert lid is not None
     whole = joined(lower, lid.reversed) if closed else lower
-    return Panels(whole.vertices + [0, 0, z], whole.faces)
+    return Panels(whole.vertices + np.array([0, 0, z]), whole.faces)
 
 
 @pytest.mark.parametrize(
@@ -171,7 +171,7 @@ def test_closed_shells_inside_the_hull_are_refused(inner: Panels, tmp_path: Path
 
 def test_hulls_of_one_body_side_by_side_and_moonpools_are_meshes(tmp_path: Path) -> None:
     """One of the hulls with its normals turned round is not, small as it may be."""
-    aside = Panels(smaller().vertices + [0, 5.0, 0], smaller().faces)
+    aside = Panels(smaller().vertices + np.array([0, 5.0, 0]), smaller().faces)
     made = hull(joined(box(), aside), tmp_path)
     assert made.hydrostatics.volume == pytest.approx(48 + 6, rel=1e-6)
     with pytest.raises(InputError, match=r"normals point out of the water near x = .*, y = [456]"):
