@@ -367,15 +367,29 @@ def test_bodies_that_overlap_or_nearly_touch_are_refused_before_any_flow_is_comp
     largest value; from half a side on, a warning tells that they are inaccurate."""
     assert boxes(20.0, panels=100) == []
     assert boxes(8.0, panels=100) == []
-    for apart in (0.0, 1.0, 5.9):
+    for apart in (0.0, 1.0, 5.8):
         (text,) = boxes(apart, panels=100)
         assert text.startswith("bodies 'a' and 'b' overlap near x = ")
+    (text,) = boxes(5.95, panels=100)
+    assert text.startswith("the gap between bodies 'a' and 'b' is narrower than their panels")
     for apart, width in ((6.0, "0"), (6.2, "0.2")):
         (text,) = boxes(apart, panels=100)
         assert f"gap between bodies 'a' and 'b' is about {width} m wide near x = 3" in text
     (text,) = boxes(6.5, panels=100)
     assert text.startswith("warning: the gap between bodies 'a' and 'b' is about 0.5 m wide")
     assert boxes(6.5, panels=1000) == []
+
+
+@pytest.mark.parametrize(("gap", "message"), [(0.01, "the gap between"), (-0.5, "bodies 'first'")])
+def test_panels_of_a_round_body_reach_beyond_it(gap: float, message: str) -> None:
+    """A ball 1 cm below a flat bottom does not overlap, though its panels, as large in volume, do:
+    they are too coarse for the gap. Half a metre is an overlap."""
+    ball = {"sphere": {"radius": 1.0, "center_z": -3.0 - gap}}
+    with pytest.raises(InputError) as caught:
+        two_hulls(ball)
+    (problem,) = caught.value.problems
+    assert problem.message.startswith(message)
+    assert ("use more panels" in problem.remedy) == (gap > 0)
 
 
 def ring_of_panels() -> Panels:

@@ -26,6 +26,7 @@ from m4e_fmi.errors import InputError, Problem, missing_file
 Keys = tuple[str | int, ...]
 """The way to a value in a HydrodynamicsConfig."""
 LID_TRIALS = (1.0, 0.8, 0.6, 1.3)  # panel sizes tried, relative to the hull's
+SHALLOW = 0.15  # overlap, over a panel's side, that the flat panels of round bodies may make
 NARROW = 0.25  # gap over the side of a panel below which the flow in it is of no use
 
 
@@ -88,10 +89,14 @@ def _too_near(
     negative, by several times its largest value in gaps of a fifth of a side.
     """
     names = f"bodies {first.name!r} and {second.name!r}"
-    point = overlap(first.panels, second.panels)
+    point = overlap(first.panels, second.panels, inwards=SHALLOW)
     if point is not None:
         remedy = "move one of them (center_x, or mesh_origin of a mesh), or make one body of both"
         return f"{names} overlap {_place(point)}", remedy
+    point = overlap(first.panels, second.panels)
+    if point is not None:
+        text = f"the gap between {names} is narrower than their panels can tell {_place(point)}"
+        return text, "use more panels (a finer mesh) where the bodies are round, or a wider gap"
     gap = narrowest_gap(first.panels, second.panels)
     if gap is None:
         return None
