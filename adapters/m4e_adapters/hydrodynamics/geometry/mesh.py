@@ -20,7 +20,12 @@ from m4e_adapters.hydrodynamics.geometry.clearance import narrowest_gap, overlap
 from m4e_adapters.hydrodynamics.geometry.hydrostatics import Hydrostatics, hydrostatics_of
 from m4e_adapters.hydrodynamics.geometry.mesh_files import FORMATS, MeshFileError, read_mesh
 from m4e_adapters.hydrodynamics.geometry.panels import RELATIVE_TOLERANCE, Panels, grid
-from m4e_adapters.hydrodynamics.geometry.shapes import box_panels, cylinder_panels, sphere_panels
+from m4e_adapters.hydrodynamics.geometry.shapes import (
+    box_panels,
+    cylinder_panels,
+    sphere_hydrostatics,
+    sphere_panels,
+)
 from m4e_fmi.errors import InputError, Problem, missing_file
 
 Keys = tuple[str | int, ...]
@@ -132,7 +137,9 @@ def make_hull(
         )
     for text in _misplaced(name, body, panels):
         progress(f"warning: {text}")
-    return Hull(name, panels, lid, body.center_of_gravity, hydrostatics_of(panels))
+    ball = body.shape.sphere
+    hydrostatics = hydrostatics_of(panels) if ball is None else sphere_hydrostatics(ball)
+    return Hull(name, panels, lid, body.center_of_gravity, hydrostatics)
 
 
 def _misplaced(name: str, body: Body, panels: Panels) -> Iterator[str]:
