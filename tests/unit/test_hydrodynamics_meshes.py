@@ -1,12 +1,13 @@
 """Meshes from files and of the built-in shapes: what passes, what is refused, symmetry, lids."""
 
+import re
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from m4e_adapters.hydrodynamics.build import frequency_table
+from m4e_adapters.hydrodynamics.build import check_config, frequency_table
 from m4e_adapters.hydrodynamics.config import Body, Box, Cylinder, HydrodynamicsConfig
 from m4e_adapters.hydrodynamics.geometry.clearance import narrowest_gap, overlap
 from m4e_adapters.hydrodynamics.geometry.hydrostatics import hydrostatics_of
@@ -21,7 +22,7 @@ from m4e_adapters.hydrodynamics.geometry.mesh import (
 from m4e_adapters.hydrodynamics.geometry.panels import Panels, grid, joined
 from m4e_adapters.hydrodynamics.geometry.shapes import box_panels, cylinder_panels
 from m4e_fmi.cosim import prepare
-from m4e_fmi.errors import InputError
+from m4e_fmi.errors import InputError, Problem
 
 SHAPES = [
     {"cylinder": {"radius": 4.0, "draft": 3.0}},
@@ -328,6 +329,40 @@ components:
 connections: []
 simulation: {stop_time: 1, step_size: 0.1}
 """
+
+
+def counted(count: int, **more: float) -> Problem | None:
+    """The problem of a cylinder of 60 panels, coarse above 2.03 rad/s, with so many frequencies."""
+    shape = {"cylinder": {"radius": 4, "draft": 4}}
+    body = {"shape": shape, "center_of_gravity": [0, -0.1], "panels": 60}
+    frequencies = {"count": count, **more}
+    given = {"bodies": {"a": body}, "frequencies": frequencies}
+    try:
+        check_config(HydrodynamicsConfig.model_validate(given), folder=Path())
+    except InputError as error:
+        (problem,) = error.problems
+        return problem
+    return None
+
+
+@pytest.mark.parametrize("more", [{}, {"maximum": 8.0}, {"minimum": 0.3}])
+def test_too_few_frequencies_are_told_with_a_number_that_works(more: dict) -> None:
+    problem = counted(12, **more)
+    assert problem is not None
+    assert problem.keys == ("frequencies", "count")
+    assert ("where the panels resolve the waves" in problem.message) == ("maximum" not in more)
+    assert ("use more panels" in problem.remedy) == ("maximum" not in more)
+    enough = int(re.findall(r"frequencies.count of (\d+)", problem.remedy)[0])
+    assert counted(enough, **more) is None
+    assert counted(enough - 1, **more) is not None
+
+
+def test_frequencies_that_begin_too_high_are_told() -> None:
+    problem = counted(12, minimum=3.5, maximum=8.0)
+    assert problem is not None
+    assert problem.keys == ("frequencies", "minimum")
+    assert "leave out frequencies.minimum" in problem.remedy
+    assert "0 of the 12 frequencies" in problem.message
 
 
 def test_the_waterline_is_one_loop_around_the_hull() -> None:
