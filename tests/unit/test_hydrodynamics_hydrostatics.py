@@ -6,8 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from m4e_adapters.hydrodynamics.config import Body
+from m4e_adapters.hydrodynamics.config import Body, Sphere
+from m4e_adapters.hydrodynamics.geometry.hydrostatics import hydrostatics_of
 from m4e_adapters.hydrodynamics.geometry.mesh import make_hull
+from m4e_adapters.hydrodynamics.geometry.shapes import sphere_hydrostatics, sphere_panels
 
 RHO, G = 1025.0, 9.81
 ROUNDING = 1e-10
@@ -40,6 +42,20 @@ def test_cylinder() -> None:
     moment = np.pi * radius**4 / 4
     pitch = RHO * G * (moment + area * draft * (-draft / 2 - z_g))
     assert k[2, 2] == pytest.approx(pitch, abs=RHO * G * moment * (2 * np.pi / 32) ** 4 / 180)
+
+
+@pytest.mark.parametrize("z", [0.0, -2.0, 2.0, -5.0, -8.0])
+def test_a_sphere_has_no_stiffness_in_pitch_about_its_centre(z: float) -> None:
+    """Water presses through its centre. Its panels alone say something else: by 1/panels."""
+    shape = Sphere(radius=5.0, center_z=z, center_x=3.0)
+    k, buoyancy = stiffness({"sphere": shape.model_dump()}, (3.0, z))
+    largest = RHO * G * 4 / 3 * np.pi * 5.0**4
+    np.testing.assert_allclose(k[2], 0.0, atol=ROUNDING * largest)
+    assert buoyancy[2] == pytest.approx(0.0, abs=ROUNDING * largest)
+    exact, panels = sphere_hydrostatics(shape), hydrostatics_of(sphere_panels(shape, 3000))
+    assert exact.volume == pytest.approx(panels.volume, rel=ROUNDING)
+    np.testing.assert_allclose(exact.waterplane, panels.waterplane, rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(exact.center_of_buoyancy, panels.center_of_buoyancy, rtol=1e-3)
 
 
 def test_the_lever_of_a_body_off_its_center_of_gravity() -> None:

@@ -1,12 +1,13 @@
 """Meshes from files and of the built-in shapes: what passes, what is refused, symmetry, lids."""
 
+import re
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from m4e_adapters.hydrodynamics.build import frequency_table
+from m4e_adapters.hydrodynamics.build import check_config, frequency_table
 from m4e_adapters.hydrodynamics.config import Body, Box, Cylinder, HydrodynamicsConfig
 from m4e_adapters.hydrodynamics.geometry.clearance import narrowest_gap, overlap
 from m4e_adapters.hydrodynamics.geometry.hydrostatics import hydrostatics_of
@@ -21,7 +22,7 @@ from m4e_adapters.hydrodynamics.geometry.mesh import (
 from m4e_adapters.hydrodynamics.geometry.panels import Panels, grid, joined
 from m4e_adapters.hydrodynamics.geometry.shapes import box_panels, cylinder_panels
 from m4e_fmi.cosim import prepare
-from m4e_fmi.errors import InputError
+from m4e_fmi.errors import InputError, Problem
 
 SHAPES = [
     {"cylinder": {"radius": 4.0, "draft": 3.0}},
@@ -138,6 +139,45 @@ def test_doubled_panels_are_refused() -> None:
     wall = good.faces[np.argmin(good.centers[:, 2])][None, :]
     with pytest.raises(InputError, match="more than two panels"):
         checked(Panels(good.vertices, np.concatenate([good.faces, wall])), "float")
+
+
+def smaller(*, draft: float = 1.0, z: float = 0.0, closed: bool = True) -> Panels:
+    """A box of 3 by 2 m whose top, a lid if `closed`, is at `z`."""
+    lower = box_panels(Box(length=3.0, width=2.0, draft=draft), 60)
+    lid = make_lid(lower)
+    assert lid is not None
+    whole = joined(lower, lid.reversed) if closed else lower
+    return Panels(whole.vertices + np.array([0, 0, z]), whole.faces)
+
+
+@pytest.mark.parametrize(
+    "inner",
+    [
+        smaller(z=-0.5),
+        smaller(z=-0.5).reversed,
+        smaller(closed=False),
+        smaller(closed=False).reversed,
+        smaller(z=-0.5, draft=4.0),
+    ],
+    ids=["a box", "a tank", "a box through the waterline", "a double skin", "partly inside"],
+)
+def test_closed_shells_inside_the_hull_are_refused(inner: Panels, tmp_path: Path) -> None:
+    """They made the displaced volume larger or smaller by their own."""
+    with pytest.raises(InputError, match="a closed shell is inside the hull near x = ") as caught:
+        hull(joined(box(), inner), tmp_path)
+    (problem,) = caught.value.problems
+    assert problem.remedy.startswith("remove it")
+    assert problem.file == str(tmp_path / "hull.gdf")
+
+
+def test_hulls_of_one_body_side_by_side_and_moonpools_are_meshes(tmp_path: Path) -> None:
+    """One of the hulls with its normals turned round is not, small as it may be."""
+    aside = Panels(smaller().vertices + np.array([0, 5.0, 0]), smaller().faces)
+    made = hull(joined(box(), aside), tmp_path)
+    assert made.hydrostatics.volume == pytest.approx(48 + 6, rel=1e-6)
+    with pytest.raises(InputError, match=r"normals point out of the water near x = .*, y = [456]"):
+        hull(joined(box(), aside.reversed), tmp_path)
+    assert hull(ring_of_panels(), tmp_path).hydrostatics.volume > 0
 
 
 def test_a_missing_or_unreadable_file(tmp_path: Path) -> None:
@@ -291,6 +331,40 @@ simulation: {stop_time: 1, step_size: 0.1}
 """
 
 
+def counted(count: int, **more: float) -> Problem | None:
+    """The problem of a cylinder of 60 panels, coarse above 2.03 rad/s, with so many frequencies."""
+    shape = {"cylinder": {"radius": 4, "draft": 4}}
+    body = {"shape": shape, "center_of_gravity": [0, -0.1], "panels": 60}
+    frequencies = {"count": count, **more}
+    given = {"bodies": {"a": body}, "frequencies": frequencies}
+    try:
+        check_config(HydrodynamicsConfig.model_validate(given), folder=Path())
+    except InputError as error:
+        (problem,) = error.problems
+        return problem
+    return None
+
+
+@pytest.mark.parametrize("more", [{}, {"maximum": 8.0}, {"minimum": 0.3}])
+def test_too_few_frequencies_are_told_with_a_number_that_works(more: dict) -> None:
+    problem = counted(12, **more)
+    assert problem is not None
+    assert problem.keys == ("frequencies", "count")
+    assert ("where the panels resolve the waves" in problem.message) == ("maximum" not in more)
+    assert ("use more panels" in problem.remedy) == ("maximum" not in more)
+    enough = int(re.findall(r"frequencies.count of (\d+)", problem.remedy)[0])
+    assert counted(enough, **more) is None
+    assert counted(enough - 1, **more) is not None
+
+
+def test_frequencies_that_begin_too_high_are_told() -> None:
+    problem = counted(12, minimum=3.5, maximum=8.0)
+    assert problem is not None
+    assert problem.keys == ("frequencies", "minimum")
+    assert "leave out frequencies.minimum" in problem.remedy
+    assert "0 of the 12 frequencies" in problem.message
+
+
 def test_the_waterline_is_one_loop_around_the_hull() -> None:
     panels = box()
     edges = waterline(panels)
@@ -328,9 +402,11 @@ def test_bodies_that_overlap_or_nearly_touch_are_refused_before_any_flow_is_comp
     largest value; from half a side on, a warning tells that they are inaccurate."""
     assert boxes(20.0, panels=100) == []
     assert boxes(8.0, panels=100) == []
-    for apart in (0.0, 1.0, 5.9):
+    for apart in (0.0, 1.0, 5.8):
         (text,) = boxes(apart, panels=100)
         assert text.startswith("bodies 'a' and 'b' overlap near x = ")
+    (text,) = boxes(5.95, panels=100)
+    assert text.startswith("the gap between bodies 'a' and 'b' is narrower than their panels")
     for apart, width in ((6.0, "0"), (6.2, "0.2")):
         (text,) = boxes(apart, panels=100)
         assert f"gap between bodies 'a' and 'b' is about {width} m wide near x = 3" in text
@@ -339,12 +415,29 @@ def test_bodies_that_overlap_or_nearly_touch_are_refused_before_any_flow_is_comp
     assert boxes(6.5, panels=1000) == []
 
 
-def test_a_body_in_the_opening_of_another_does_not_overlap() -> None:
-    """A spar in a ring: closed by its mirror image, the ring is not filled."""
+@pytest.mark.parametrize(("gap", "message"), [(0.01, "the gap between"), (-0.5, "bodies 'first'")])
+def test_panels_of_a_round_body_reach_beyond_it(gap: float, message: str) -> None:
+    """A ball 1 cm below a flat bottom does not overlap, though its panels, as large in volume, do:
+    they are too coarse for the gap. Half a metre is an overlap."""
+    ball = {"sphere": {"radius": 1.0, "center_z": -3.0 - gap}}
+    with pytest.raises(InputError) as caught:
+        two_hulls(ball)
+    (problem,) = caught.value.problems
+    assert problem.message.startswith(message)
+    assert ("use more panels" in problem.remedy) == (gap > 0)
+
+
+def ring_of_panels() -> Panels:
+    """A ring of 4 to 6 m, 2 m deep: one surface with an opening."""
     angle = np.linspace(0.0, 2 * np.pi, 33)
     rim = [(6.0, 0.0), (6.0, -1.0), (6.0, -2.0), (5.0, -2.0), (4.0, -2.0), (4.0, -1.0), (4.0, 0.0)]
     points = [[[r * np.cos(a), r * np.sin(a), z] for r, z in rim] for a in angle[::-1]]
-    ring = grid(np.array(points)).merged()
+    return grid(np.array(points)).merged()
+
+
+def test_a_body_in_the_opening_of_another_does_not_overlap() -> None:
+    """A spar in a ring: closed by its mirror image, the ring is not filled."""
+    ring = ring_of_panels()
     assert hydrostatics_of(ring).volume > 0
 
     def spar(radius: float) -> Panels:

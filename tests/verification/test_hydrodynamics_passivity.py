@@ -267,12 +267,77 @@ def test_pitch_of_a_ball_about_its_centre_has_no_memory() -> None:
     assert not any("ball pitch" in text for text in told)
 
 
+def two_spheres(every: int = 1) -> Coefficients:
+    """The sphere and one four times as large, far apart; each `every`th frequency up to 3 rad/s.
+
+    By Froude's law: A of the large one at ω is 4³ that of the small one at 2ω.
+    """
+    one = sphere()
+    omega = one.omega[: len(one.omega) // 2][every - 1 :: every]
+    first, second = (np.isin(np.round(one.omega, 9), np.round(w, 9)) for w in (omega, 2 * omega))
+
+    def both(small: np.ndarray, large: np.ndarray) -> np.ndarray:
+        nothing = np.zeros_like(small)
+        return np.block([[small, nothing], [nothing, large]])
+
+    turns = np.array([1.0, 1.0, 4.0])  # moments per angle grow by another square of the length
+    size = np.outer(turns, turns)
+    return replace(
+        one,
+        bodies=("small", "large"),
+        centers=np.array([[0.0, -2.0], [1e4, -8.0]]),
+        omega=omega,
+        added_mass=both(one.added_mass[first], 64 * size * one.added_mass[second]),
+        radiation_damping=both(
+            one.radiation_damping[first], 32 * size * one.radiation_damping[second]
+        ),
+        added_mass_inf=both(one.added_mass_inf, 64 * size * one.added_mass_inf),
+        excitation=np.zeros((len(omega), 6), dtype=complex),
+        hydrostatic_stiffness=both(
+            one.hydrostatic_stiffness, 16 * size * one.hydrostatic_stiffness
+        ),
+        buoyancy=np.concatenate([one.buoyancy, 64 * one.buoyancy]),
+        resolved=(3.0, 1.486),
+    )
+
+
 def test_a_small_body_does_not_extend_the_memory_of_a_large_one() -> None:
-    data = rm3()
-    small, large = data.memory_limits[3], data.memory_limits[0]
-    assert small == pytest.approx(np.sqrt(4.5 * 9.81 / np.sqrt(277_019 / (9810 * np.pi))), rel=1e-9)
-    assert large == pytest.approx(np.sqrt(4.5 * 9.81 / np.cbrt(1.5 * 725.834 / np.pi)), rel=1e-9)
-    assert data.memory_limit == small
+    """Damping of the large one is of no use above k a = 4.5, as of panels that are coarse for it:
+    both memories are those that each body has alone."""
+    data = two_spheres()
+    damping = data.radiation_damping.copy()
+    wild = 1 + 0.5 * np.sin(30 * data.omega)
+    damping[:, 4, 4] *= np.where(data.omega > 1.5, wild, 1.0)
+    memory = fit_radiation(replace(data, radiation_damping=damping))
+    assert [group.motions for group in memory.groups] == [(1,), (4,)]
+    for body, end in ((0, 2.9), (1, 1.45)):
+        band = (data.omega > 0.2) & (data.omega < end)
+        heave = 3 * body + 1
+        found = np.real(transfer(memory, data.omega[band]))[:, heave, heave]
+        exact = data.radiation_damping[band, heave, heave]
+        assert np.abs(found - exact).max() < 0.01 * exact.max()
+
+
+def test_a_small_body_does_not_vouch_for_the_frequencies_of_a_large_one() -> None:
+    """Of 14 frequencies, 7 are where the large one radiates; of 16, 8 are."""
+    with pytest.raises(InputError) as caught:
+        fit_radiation(two_spheres(every=4))
+    (problem,) = caught.value.problems
+    assert "body 'large': 7 of the 14 frequencies are up to 1.486 rad/s" in problem.message
+    assert problem.remedy == "use a frequencies.count of 16 or more"
+    assert problem.keys == ("frequencies", "count")
+    assert (np.linspace(2.8 / 16, 2.8, 16) <= 1.486).sum() == 8
+
+
+def test_a_body_without_memory_is_named() -> None:
+    data = two_spheres()
+    calm = data.radiation_damping.copy()
+    calm[:, 3:, 3:] = 0.0
+    told: list[str] = []
+    fit_radiation(replace(data, radiation_damping=calm), progress=told.append)
+    assert [text for text in told if "no radiation memory" in text] == [
+        "body 'large' has no radiation memory: it makes next to no waves"
+    ]
 
 
 def test_an_added_mass_that_disagrees_is_fitted_and_told() -> None:

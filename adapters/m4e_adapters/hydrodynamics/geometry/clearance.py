@@ -31,10 +31,15 @@ class Gap:
     side: float
 
 
-def overlap(first: Panels, second: Panels) -> tuple[float, float, float] | None:
-    """A point [m] on one surface that is inside the other; None if they do not overlap."""
+def overlap(
+    first: Panels, second: Panels, *, inwards: float = INWARDS
+) -> tuple[float, float, float] | None:
+    """A point [m] on one surface that is inside the other; None if they do not overlap.
+
+    Points lie behind their panel by the share `inwards` of its side: a shallower overlap is none.
+    """
     for one, other in ((first, second), (second, first)):
-        points = _behind(one)
+        points = _behind(one, inwards)
         points = points[_within(points, other.vertices, 0.0)]
         inside = _inside(points, other)
         if inside.any():
@@ -80,11 +85,11 @@ def _sides(panels: Panels) -> np.ndarray:
     return np.sqrt(np.linalg.norm(_normals(panels), axis=1))
 
 
-def _behind(panels: Panels) -> np.ndarray:
-    """A point just behind the middle of each panel, (nf, 3)."""
+def _behind(panels: Panels, inwards: float) -> np.ndarray:
+    """A point behind the middle of each panel, by that share of its side, (nf, 3)."""
     normals, sides = _normals(panels), _sides(panels)
     units = normals / np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
-    return panels.centers - INWARDS * sides[:, None] * units
+    return panels.centers - inwards * sides[:, None] * units
 
 
 def _points(panels: Panels) -> np.ndarray:

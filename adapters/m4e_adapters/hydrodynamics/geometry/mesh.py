@@ -20,12 +20,18 @@ from m4e_adapters.hydrodynamics.geometry.clearance import narrowest_gap, overlap
 from m4e_adapters.hydrodynamics.geometry.hydrostatics import Hydrostatics, hydrostatics_of
 from m4e_adapters.hydrodynamics.geometry.mesh_files import FORMATS, MeshFileError, read_mesh
 from m4e_adapters.hydrodynamics.geometry.panels import RELATIVE_TOLERANCE, Panels, grid
-from m4e_adapters.hydrodynamics.geometry.shapes import box_panels, cylinder_panels, sphere_panels
+from m4e_adapters.hydrodynamics.geometry.shapes import (
+    box_panels,
+    cylinder_panels,
+    sphere_hydrostatics,
+    sphere_panels,
+)
 from m4e_fmi.errors import InputError, Problem, missing_file
 
 Keys = tuple[str | int, ...]
 """The way to a value in a HydrodynamicsConfig."""
 LID_TRIALS = (1.0, 0.8, 0.6, 1.3)  # panel sizes tried, relative to the hull's
+SHALLOW = 0.15  # overlap, over a panel's side, that the flat panels of round bodies may make
 NARROW = 0.25  # gap over the side of a panel below which the flow in it is of no use
 
 
@@ -88,10 +94,14 @@ def _too_near(
     negative, by several times its largest value in gaps of a fifth of a side.
     """
     names = f"bodies {first.name!r} and {second.name!r}"
-    point = overlap(first.panels, second.panels)
+    point = overlap(first.panels, second.panels, inwards=SHALLOW)
     if point is not None:
         remedy = "move one of them (center_x, or mesh_origin of a mesh), or make one body of both"
         return f"{names} overlap {_place(point)}", remedy
+    point = overlap(first.panels, second.panels)
+    if point is not None:
+        text = f"the gap between {names} is narrower than their panels can tell {_place(point)}"
+        return text, "use more panels (a finer mesh) where the bodies are round, or a wider gap"
     gap = narrowest_gap(first.panels, second.panels)
     if gap is None:
         return None
@@ -127,7 +137,9 @@ def make_hull(
         )
     for text in _misplaced(name, body, panels):
         progress(f"warning: {text}")
-    return Hull(name, panels, lid, body.center_of_gravity, hydrostatics_of(panels))
+    ball = body.shape.sphere
+    hydrostatics = hydrostatics_of(panels) if ball is None else sphere_hydrostatics(ball)
+    return Hull(name, panels, lid, body.center_of_gravity, hydrostatics)
 
 
 def _misplaced(name: str, body: Body, panels: Panels) -> Iterator[str]:
@@ -241,12 +253,24 @@ def checked(panels: Panels, name: str) -> Panels:
             f"neighbouring panels face opposite ways {place(twisted[0])}",
             "turn the panels so that all normals point into the water",
         )
-    if hydrostatics_of(panels).volume <= 0:
-        raise wrong(
-            "the mesh is inverted: the normals point out of the water, the displaced volume is "
-            f"{hydrostatics_of(panels).volume:.4g} m3",
-            "reverse the order of the vertices of every panel: normals point into the water",
-        )
+    shells = sorted(panels.shells(), key=lambda shell: abs(hydrostatics_of(shell).volume))
+    outwards = [shell if hydrostatics_of(shell).volume > 0 else shell.reversed for shell in shells]
+    for first, second in combinations(outwards, 2):
+        if (point := overlap(first, second)) is not None:
+            raise wrong(
+                f"a closed shell is inside the hull {_place(point)}",
+                "remove it: a hull is the surface that the water touches; of parts that intersect "
+                "make one surface",
+            )
+    for shell, right in zip(shells, outwards, strict=True):
+        if shell is not right:
+            raise wrong(
+                "the mesh is inverted: the normals point out of the water "
+                f"{_place(shell.centers[0])}, the volume within is "
+                f"{hydrostatics_of(shell).volume:.4g} m3",
+                "reverse the order of the vertices of every panel there: normals point into the "
+                "water",
+            )
     return panels
 
 

@@ -68,6 +68,32 @@ class Panels:
         """The panels where `mask` (nf,) is true."""
         return Panels(self.vertices, self.faces[mask])
 
+    @property
+    def reversed(self) -> Panels:
+        """The same surface with its normals turned round."""
+        return Panels(self.vertices, self.faces[:, ::-1])
+
+    def shells(self) -> list[Panels]:
+        """The parts that share no edge with each other, each with vertices of its own."""
+        from scipy.sparse import coo_array
+        from scipy.sparse.csgraph import connected_components
+
+        firsts: dict[tuple[int, int], int] = {}
+        pairs = []
+        for number, face in enumerate(self.faces.tolist()):
+            for a, b in zip(face, [*face[1:], face[0]], strict=True):
+                if a != b:
+                    pairs.append((number, firsts.setdefault((min(a, b), max(a, b)), number)))
+        rows, columns = np.array(pairs).T
+        count = len(self.faces)
+        shared = coo_array((np.ones(len(pairs)), (rows, columns)), shape=(count, count))
+        number, label = connected_components(shared, directed=False)
+        found = []
+        for k in range(number):
+            used, faces = np.unique(self.faces[label == k], return_inverse=True)
+            found.append(Panels(self.vertices[used], faces.reshape(-1, 4)))
+        return found
+
     def edges(self) -> dict[tuple[int, int], list[int]]:
         """Every edge (lower, upper vertex) with +1 or −1 for each panel that runs along it."""
         found: dict[tuple[int, int], list[int]] = {}

@@ -14,7 +14,7 @@ import math
 import numpy as np
 
 from m4e_adapters.hydrodynamics.config import Box, Cylinder, Sphere
-from m4e_adapters.hydrodynamics.geometry.hydrostatics import hydrostatics_of
+from m4e_adapters.hydrodynamics.geometry.hydrostatics import Hydrostatics, hydrostatics_of
 from m4e_adapters.hydrodynamics.geometry.panels import Panels, grid, joined
 
 
@@ -48,6 +48,23 @@ def sphere_panels(shape: Sphere, panels: int) -> Panels:
         depth = radius - height  # of the cap
         volume, pivot = math.pi * depth**2 * (3 * radius - depth) / 3, 0.0
     return _shifted(_revolved(radii, heights, around, volume, pivot=pivot), shape.center_x)
+
+
+def sphere_hydrostatics(shape: Sphere) -> Hydrostatics:
+    """Hydrostatics in closed form: the metacentre is the centre of the sphere.
+
+    That of the panels is off by 0.003 radii at 144 panels, and by as much less as there are more.
+    """
+    radius, height, x = shape.radius, shape.center_z, shape.center_x
+    if height <= -radius:
+        return Hydrostatics(4 / 3 * math.pi * radius**3, (x, height), (0.0, 0.0, 0.0))
+    depth = radius - height  # of the cap
+    volume = math.pi * depth**2 * (3 * radius - depth) / 3
+    area = math.pi * (radius**2 - height**2)
+    second = area**2 / (4 * math.pi)
+    return Hydrostatics(
+        volume, (x, height - second / volume), (area, area * x, second + area * x**2)
+    )
 
 
 def box_panels(shape: Box, panels: int) -> Panels:

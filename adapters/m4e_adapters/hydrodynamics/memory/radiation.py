@@ -33,7 +33,7 @@ import numpy as np
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.memory import soundness
 from m4e_adapters.hydrodynamics.memory.passivity import Fit, UnprovenError, passive_fit
-from m4e_adapters.hydrodynamics.memory.reach import Reach
+from m4e_adapters.hydrodynamics.memory.reach import Reach, check_counts
 from m4e_adapters.hydrodynamics.memory.vector_fitting import Complex, Samples, evaluate
 from m4e_fmi.errors import InputError
 
@@ -161,12 +161,13 @@ def fit_radiation(
     signal = soundness.meaningful(coefficients)
     reach = Reach.of(coefficients)
     below = coefficients.omega[:, None] <= reach.resolved
-    _check_count(coefficients, below)
+    check_counts(coefficients, reach)
     sound = soundness.dissipative(coefficients, below, progress)
     data = soundness.symmetric(coefficients, below, progress)
     added_mass_inf = data.added_mass_inf.copy()
-    groups = []
-    for motions in _coupled(data, signal):
+    groups, coupled = [], _coupled(data, signal)
+    _tell_of_silent_bodies(data, coupled, progress)
+    for motions in coupled:
         group = _group(data, motions, signal, sound, reach, order)
         text = _report(group, data)
         if group.error > USELESS:
@@ -180,16 +181,14 @@ def fit_radiation(
     return RadiationMemory(tuple(groups), added_mass_inf)
 
 
-def _check_count(data: Coefficients, below: np.ndarray) -> None:
-    """InputError if there are too few frequencies where radiation matters."""
-    count = int(below.sum(axis=0).max())
-    if count < soundness.FEWEST:
-        raise InputError.single(
-            f"{count} of the {len(data.omega)} frequencies are below "
-            f"{data.memory_limit:.4g} rad/s, where radiation matters; a radiation memory needs "
-            f"{soundness.FEWEST} or more",
-            "give more frequencies, from a low one on",
-        )
+def _tell_of_silent_bodies(
+    data: Coefficients, groups: list[tuple[int, ...]], progress: Callable[[str], object]
+) -> None:
+    """Name the bodies none of whose motions has a memory."""
+    radiating = {motion // 3 for motions in groups for motion in motions}
+    for k, name in enumerate(data.bodies):
+        if k not in radiating:
+            progress(f"body {name!r} has no radiation memory: it makes next to no waves")
 
 
 def _coupled(data: Coefficients, signal: np.ndarray) -> list[tuple[int, ...]]:

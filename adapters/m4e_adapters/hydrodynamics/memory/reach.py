@@ -13,8 +13,10 @@ import numpy as np
 
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.memory import soundness
+from m4e_fmi.errors import InputError, Problem
 
 TAIL = 0.05  # of the largest B
+MOST_FREQUENCIES = 400  # that the key `count` accepts
 COARSEST = 0.5  # of a motion's memory limit that counts as resolved, however coarse the panels
 
 
@@ -55,6 +57,55 @@ class Reach:
             end = min(end, soundness.smooth_to(data.omega[below], own[below, k, k]))
         resolved = np.minimum(self.resolved, np.maximum(end, COARSEST * self.limits))
         return replace(self, resolved=resolved).shorter()
+
+
+def check_counts(data: Coefficients, reach: Reach) -> None:
+    """InputError that names each body with too few frequencies for a memory."""
+    problems = []
+    for k, name in enumerate(data.bodies):
+        limit, resolved = float(reach.limits[3 * k]), float(reach.resolved[3 * k])
+        matter, used = (int((data.omega <= end).sum()) for end in (limit, resolved))
+        if used >= soundness.FEWEST:
+            continue
+        text = (
+            f"radiation of body {name!r}: {matter} of the {len(data.omega)} frequencies are up to "
+            f"{limit:.4g} rad/s, where it matters"
+        )
+        panels = matter >= soundness.FEWEST
+        if panels:
+            text += f", and {used} up to {resolved:.4g} rad/s, where the panels resolve the waves"
+        text += f"; a radiation memory needs {soundness.FEWEST} or more"
+        key, remedy = _more_frequencies(data.omega, resolved)
+        remedy = f"use more panels for it, or {remedy}" if panels else remedy
+        problems.append(Problem(text, remedy, keys=("frequencies", key)))
+    if problems:
+        raise InputError(problems)
+
+
+def _more_frequencies(omega: np.ndarray, end: float) -> tuple[str, str]:
+    """The key and the words for FEWEST frequencies up to `end` [rad/s] in a table as `omega`.
+
+    That begins at its spacing, unless with another minimum, and ends with wider steps.
+    """
+    few, first = soundness.FEWEST, float(omega[0])
+    steps = np.diff(omega)
+    even = int((np.cumsum(steps > 1.01 * steps[:1].sum()) == 0).sum())
+    last = float(omega[even])
+    by_default = abs(first * (even + 1) - last) < 0.01 * first
+    count = max(few, math.ceil(few * last / end - 1e-9))
+    if count > MOST_FREQUENCIES:
+        remedy = (
+            "put bodies of so different sizes into hydrodynamics components of their own (each "
+            "then has no part in the waves that others make)"
+        )
+        return "count", remedy
+    if by_default:
+        return "count", f"use a frequencies.count of {count} or more"
+    if first >= end:
+        remedy = f"leave out frequencies.minimum, and use a frequencies.count of {count} or more"
+        return "minimum", remedy
+    count = max(few, 1 + math.ceil((few - 1) * (last - first) / (end - first) - 1e-9))
+    return "count", f"use a frequencies.count of {count} or more, or a lower frequencies.minimum"
 
 
 def _tail(data: Coefficients, motion: int, limit: float) -> float:
