@@ -68,15 +68,12 @@ class Net:
 
     def settle(self):
         """Move free nodes to the equilibrium; whether it was found to `PRECISION`."""
-        coarse = self._coarse()
+        coarse, known = self._coarse(), False
         if coarse is not None:
             known = coarse.settle()
             self._follow(coarse)
-            if not known:
-                return False
-        stages = STAGES if coarse is None else STAGES[-1:]
         parts = [_Part(self, numbers) for numbers in self._connected()]
-        return all(part.settle(stages) for part in parts if part.order)
+        return all(part.settle_from(known) for part in parts if part.order)
 
     def _coarse(self):
         """The same points and lines with fewer segments; None if these are few enough."""
@@ -135,6 +132,15 @@ class _Part:
         self.first = self._first_columns()
         self.share = min(1.0, COARSE / max(line["segments"] for line, _ in self.lines))
         self.soft = inf
+
+    def settle_from(self, known):
+        """Settle, by the last stage alone if nodes are near a `known` equilibrium and it finds it."""
+        start = [self.net.position[k] for k in self.order]
+        if known and self.settle(STAGES[-1:]):
+            return True
+        for k, place in zip(self.order, start, strict=True):
+            self.net.position[k] = place
+        return self.settle(STAGES)
 
     def settle(self, stages):
         found = False
