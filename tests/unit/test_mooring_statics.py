@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from m4e_adapters.moordyn.node_forces import submerged
-from m4e_adapters.moordyn.statics import Net, solved
+from m4e_adapters.moordyn.statics import PRECISION, STAGES, Net, _Part, solved
 
 
 def line(**changes: float | tuple[int, int]) -> dict:
@@ -110,8 +110,28 @@ def test_a_fine_line_is_found_where_the_coarse_one_is_not(monkeypatch):
             return False
 
     ends, rope = held((0, 0, -50), (80, 10, -5)), line(segments=48)
-    monkeypatch.setattr(Net, "_coarse", lambda net: Lost(ends, [line(segments=12)], -200.0, 3e6))
+    monkeypatch.setattr(Net, "_coarse", lambda _: Lost(ends, [line(segments=12)], -200.0, 3e6))
     assert Net(ends, [rope], -200.0, 3e6).settle()
+
+
+def test_a_step_that_was_not_taken_is_not_the_best_there_is(monkeypatch):
+    net = Net(held((0, 0, -50), (80, 10, -5)), [line(segments=60)], -200.0, 3e6)
+    part = _Part(net, [0])
+    assert part.settle(STAGES)
+    node = net.nodes[0][30]
+    net.position[node] = [x + 2e-9 for x in net.position[node]]
+
+    def left():
+        force, scale = part._evaluate()
+        return max(map(abs, force)) / (PRECISION * scale)
+
+    assert part.share < left() < 1.0
+    answers = iter([None])
+    monkeypatch.setattr(
+        "m4e_adapters.moordyn.statics.solved", lambda *args: next(answers, solved(*args))
+    )
+    assert part.settle(STAGES[-1:])
+    assert left() <= part.share
 
 
 def test_a_line_of_many_segments_that_is_not_found_takes_little_time(monkeypatch):

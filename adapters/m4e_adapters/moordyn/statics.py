@@ -134,7 +134,7 @@ class _Part:
         self.soft = inf
 
     def settle_from(self, known):
-        """Settle, by the last stage alone if nodes are near a `known` equilibrium and it finds it."""
+        """Settle by the last stage alone if nodes are near a `known` equilibrium, else by all."""
         start = [self.net.position[k] for k in self.order]
         if known and self.settle(STAGES[-1:]):
             return True
@@ -180,18 +180,18 @@ class _Part:
                 return True
             if before / 2 < left <= precision * scale:  # as near as rounding lets it come
                 return True
-            before = left
             top = max(row[-1] for row in rows) or 1.0
             for row in rows:
                 row[-1] += shift * top
             step = solved(rows, self.first, force)
             if step is None:
-                shift *= 10
+                shift, before = 10 * shift, inf
                 continue
             longest = max(map(abs, step))
             if longest > LONGEST_MOVE * self.longest:
                 step = [s * LONGEST_MOVE * self.longest / longest for s in step]
             whole = self._go_along(step, force)
+            before = left if whole and shift == SHIFTS[0] else inf
             shift = max(SHIFTS[0], shift / 10) if whole else min(SHIFTS[2], 3 * shift)
         return False
 
