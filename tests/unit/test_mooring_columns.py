@@ -216,3 +216,17 @@ def test_a_file_of_version_1_is_named_as_such(tmp_path):
 def test_a_missing_column_alone_is_no_file_of_version_1(tmp_path):
     (problem,) = problems(tmp_path, FILE.replace("1.2 1 0.1 0\n", "1.2 1 0.1\n"))
     assert problem.message == "10 values are needed here, 9 are given"
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "mark"),
+    [
+        ("2e7 -0.8 0 1.2", "0 -0.8 0 1.2", "rope 0.1 20 ^"),  # not the 0 of 0.1
+        ("rope 0.1 20", "rope 0.1 0", "rope 0.1 ^"),
+        ("3 rope 1 3 99", "3 rope 9 3 99", "3 rope ^"),
+        ("2 rope R2B 2", "2 rope 7 2", "2 rope ^"),
+    ],
+)
+def test_the_mark_stands_below_the_wrong_word(tmp_path, before, after, mark):
+    (problem,) = problems(tmp_path, FILE.replace(before, after))
+    assert problem.column == mark.index("^") + 1

@@ -26,7 +26,7 @@ chain\t0.1 60 2e8 -0.8 0 1.2 1.0 0.1 0
 ---------------------------- BODIES -----------------------------------------------------
 ID   Attachment  X0  Y0  Z0  r0  p0  y0  Mass  CG*   I*  Volume   CdA*   Ca
 (#)     (-)      (m) (m) (m) (deg) (deg) (deg) (kg) (m) (kg-m^2) (m^3) (m^2)  (-)
-1  Vessel   4 1 -6   20 30 -50    1e5 0|0|-1 1e5|1e5|1e5 100 0 0
+1  Vessel   4 1 -6   20 30 -50    0 0|0|-1 0|0|0 0 0 0
 ---------------------- POINT PROPERTIES -----------------------------------------
 ID      Attachment    X      Y     Z            Mass   Volume     CdA     CA
 (#)     (word/ID)    (m)    (m)   (m)           (kg)   (m^3)      (m^2)   (-)
@@ -165,6 +165,32 @@ def test_rods_that_a_body_would_carry_are_refused_with_reason(tmp_path, kind):
     assert "their weight and moments would be lost" in problem.message
     assert problem.line == 19
     assert "points of the body" in problem.remedy
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "word", "message"),
+    [
+        ("0 0|0|-1", "1e5 0|0|-1", "1e5", "the mass 1e5 of coupled body 1 would be lost"),
+        ("0|0|0 0", "0|1e3|0 0", "0|1e3|0", "the moment of inertia 0|1e3|0 of coupled body 1"),
+        ("0|0|0 0", "0|0|0 5e2", "5e2", "the volume 5e2 of coupled body 1 would be lost"),
+        ("0|0|0 0 0", "0|0|0 0 5", "5", "the drag area 5 of coupled body 1 would be lost"),
+        ("-7  0 0", "-7  5e5 0", "5e5", "the inertia of coupled point 6 would be lost: its mass"),
+        ("-7  0 0 0 0", "-7  0 4 0 .5", ".5", "added mass of coupled point 6, CA .5 of 4 m³"),
+        ("1.5     0", "1.5     5e5", "5e5", "the inertia of coupled point 1 would be lost"),
+    ],
+)
+def test_what_a_moved_body_or_point_would_lose_is_refused(tmp_path, before, after, word, message):
+    path, text = tmp_path / "lines.txt", FILE.replace("@", "")
+    assert text.count(before) == 1
+    path.write_text(text.replace(before, after))
+    with pytest.raises(InputError) as caught:
+        ready_mooring(path, fairleads={})
+    (problem,) = caught.value.problems
+    assert message in problem.message
+    assert "in the model that moves" in problem.remedy
+    assert problem.source == path.read_text().splitlines()[problem.line - 1]
+    assert problem.source[problem.column - 1 :].split()[0] == word
+    assert after in problem.source
 
 
 def test_a_free_rod_is_left_to_moordyn(tmp_path):

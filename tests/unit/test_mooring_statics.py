@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from m4e_adapters.moordyn.node_forces import submerged
-from m4e_adapters.moordyn.statics import Net, solved
+from m4e_adapters.moordyn.statics import PRECISION, STAGES, Net, _Part, solved
 
 
 def line(**changes: float | tuple[int, int]) -> dict:
@@ -87,6 +87,51 @@ def test_fine_lines_at_a_free_point_start_from_coarse_ones():
     # second order: (70/12 m)² over the radius of curvature squared, some 100 m, by 24
     assert tensions[0] == pytest.approx(tensions[1], rel=1e-3)
     assert points[2]["position"] == (9, 5, -30)
+
+
+@pytest.mark.parametrize(
+    ("depth", "span", "z", "length", "weight", "stiffness"),
+    [(27.87, 11.62, -2.58, 32.18, 48.81, 1.95e8), (40.8, 5.34, -1.1, 43.488, 45.8, 1.83e8)],
+)
+def test_a_fine_line_is_found_where_the_last_stage_alone_fails(
+    depth, span, z, length, weight, stiffness
+):
+    rope = line(segments=60, length=length, weight=weight, stiffness=stiffness)
+    net = Net(held((0, 0, -depth), (span, 0, z)), [{**rope, "buoyancy": 0.9 * weight}], -depth, 3e6)
+    assert net.settle()
+    (_, end), *_ = net.end_forces()
+    # of a line that hangs down to the seabed: the weight in water of what hangs, at least
+    assert -end[2] > 0.99 * 0.1 * weight * (depth + z)
+
+
+def test_a_fine_line_is_found_where_the_coarse_one_is_not(monkeypatch):
+    class Lost(Net):
+        def settle(self):
+            return False
+
+    ends, rope = held((0, 0, -50), (80, 10, -5)), line(segments=48)
+    monkeypatch.setattr(Net, "_coarse", lambda _: Lost(ends, [line(segments=12)], -200.0, 3e6))
+    assert Net(ends, [rope], -200.0, 3e6).settle()
+
+
+def test_a_step_that_was_not_taken_is_not_the_best_there_is(monkeypatch):
+    net = Net(held((0, 0, -50), (80, 10, -5)), [line(segments=60)], -200.0, 3e6)
+    part = _Part(net, [0])
+    assert part.settle(STAGES)
+    node = net.nodes[0][30]
+    net.position[node] = [x + 2e-9 for x in net.position[node]]
+
+    def left():
+        force, scale = part._evaluate()
+        return max(map(abs, force)) / (PRECISION * scale)
+
+    assert part.share < left() < 1.0
+    answers = iter([None])
+    monkeypatch.setattr(
+        "m4e_adapters.moordyn.statics.solved", lambda *args: next(answers, solved(*args))
+    )
+    assert part.settle(STAGES[-1:])
+    assert left() <= part.share
 
 
 def test_a_line_of_many_segments_that_is_not_found_takes_little_time(monkeypatch):

@@ -34,6 +34,7 @@ START_STEP = 1e-12  # [s] length of the step that evaluates the forces at the st
 LAST_PART = 1e-9  # the part of each step that is left to the evaluation of its end
 PIECE = 4  # internal steps of MoorDyn during which fairleads keep their velocity, at most
 SWITCHED_OFF = "the input switches the static equilibrium off (static_equilibrium, or TmaxIC 0)"
+NOT_FOUND = "the static equilibrium was not found, and lines start in MoorDyn's own solution"
 LATER = "start the run before the time that counts"
 LONGER = (  # of a file with rods or free bodies, where TmaxIC alone changes nothing
     "give MoorDyn a smaller threshIC (1e-6) and more time (TmaxIC 1000), or its other method "
@@ -339,7 +340,11 @@ class LineSystem:
         ]
         counts = [last for _, last in self._ends]
         remedy = LONGER if self._net is None else LATER
-        return left_over(self._names, forces, tensions, counts, remedy)
+        texts = left_over(self._names, forces, tensions, counts, remedy)
+        if not texts and self._net is not None and self._at_rest:
+            worst = max(zip(forces, self._names, strict=True))
+            return [f"{NOT_FOUND}: it leaves {worst[0]:.3g} N on a node of {worst[1]}"]
+        return texts
 
     def overstretched(self, remedy="check its length and stiffness, and what holds the body"):
         """A text for each line that is stretched far beyond its length, and was not before."""

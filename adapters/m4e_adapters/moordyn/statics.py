@@ -68,15 +68,12 @@ class Net:
 
     def settle(self):
         """Move free nodes to the equilibrium; whether it was found to `PRECISION`."""
-        coarse = self._coarse()
+        coarse, known = self._coarse(), False
         if coarse is not None:
             known = coarse.settle()
             self._follow(coarse)
-            if not known:
-                return False
-        stages = STAGES if coarse is None else STAGES[-1:]
         parts = [_Part(self, numbers) for numbers in self._connected()]
-        return all(part.settle(stages) for part in parts if part.order)
+        return all(part.settle_from(known) for part in parts if part.order)
 
     def _coarse(self):
         """The same points and lines with fewer segments; None if these are few enough."""
@@ -136,6 +133,15 @@ class _Part:
         self.share = min(1.0, COARSE / max(line["segments"] for line, _ in self.lines))
         self.soft = inf
 
+    def settle_from(self, known):
+        """Settle by the last stage alone if nodes are near a `known` equilibrium, else by all."""
+        start = [self.net.position[k] for k in self.order]
+        if known and self.settle(STAGES[-1:]):
+            return True
+        for k, place in zip(self.order, start, strict=True):
+            self.net.position[k] = place
+        return self.settle(STAGES)
+
     def settle(self, stages):
         found = False
         for self.soft in stages:
@@ -174,18 +180,18 @@ class _Part:
                 return True
             if before / 2 < left <= precision * scale:  # as near as rounding lets it come
                 return True
-            before = left
             top = max(row[-1] for row in rows) or 1.0
             for row in rows:
                 row[-1] += shift * top
             step = solved(rows, self.first, force)
             if step is None:
-                shift *= 10
+                shift, before = 10 * shift, inf
                 continue
             longest = max(map(abs, step))
             if longest > LONGEST_MOVE * self.longest:
                 step = [s * LONGEST_MOVE * self.longest / longest for s in step]
             whole = self._go_along(step, force)
+            before = left if whole and shift == SHIFTS[0] else inf
             shift = max(SHIFTS[0], shift / 10) if whole else min(SHIFTS[2], 3 * shift)
         return False
 

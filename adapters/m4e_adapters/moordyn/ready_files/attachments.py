@@ -12,8 +12,8 @@ import re
 
 import numpy as np
 
-from m4e_adapters.moordyn.ready_files.read_file import ReadFile
-from m4e_adapters.moordyn.ready_files.sections import Row
+from m4e_adapters.moordyn.ready_files.read_file import ReadFile, has_force
+from m4e_adapters.moordyn.ready_files.sections import Row, number
 from m4e_fmi.errors import suggestion
 
 COUPLED = ("FAIRLEAD", "VESSEL", "VES", "COUPLED", "CPLD")
@@ -26,6 +26,8 @@ POINT_END = re.compile(r"(?:CON|C|POINT|P)?(\d+)")
 ROD_END = re.compile(r"(?:ROD|R)(\d+)([AB])")
 POSE = slice(2, 8)
 DRAG, LOST = 12, (3, 6)  # word of a body's drag areas; of so many MoorDyn 2.7.2 leaves the first 0
+MASS, VOLUME, ADDED_MASS = 5, 6, 8  # words of a point without a force
+BODY_LOST = {8: "mass", 10: "moment of inertia", 11: "volume", 12: "drag area"}
 Place = tuple[float, float, float]
 
 
@@ -90,17 +92,17 @@ class Attachments:
         found = []
         points = {row.words[0] for row in self.file.rows("points")}
         rods = {row.words[0] for row in self.file.rows("rods")}
-        for word in row.words[2:4]:
+        for k, word in enumerate(row.words[2:4], 2):
             point, rod = POINT_END.fullmatch(word.upper()), ROD_END.fullmatch(word.upper())
             if point and point[1] in points:
                 found.append(point[1])
             elif not rod or rod[1] not in rods:
                 message = f"there is no point {word}" if point else f"there is no rod end {word!r}"
                 remedy = suggestion(point[1] if point else word, points, "points")
-                self.file.wrong(row, message, remedy, word)
+                self.file.wrong(row, message, remedy, k)
         if row.words[2] == row.words[3]:
             message = f"line {row.words[0]} begins and ends at {row.words[2]}"
-            self.file.wrong(row, message, "let it end at another point", row.words[3])
+            self.file.wrong(row, message, "let it end at another point", 3)
         return found
 
     def _check_body(self, row: Row) -> None:
@@ -109,18 +111,30 @@ class Attachments:
             self.file.wrong(row, "coupled pinned bodies are not supported", "use 'Coupled'")
         elif not _is(kind, (*FIXED, *COUPLED, *FREE)):
             remedy = suggestion(kind, ("Fixed", "Coupled", "Free"), "types")
-            self.file.wrong(row, f"there is no type of body {kind!r}", remedy, kind)
+            self.file.wrong(row, f"there is no type of body {kind!r}", remedy, 1)
         areas = row.words[DRAG]
         if _is(kind, FREE) and len(areas.split("|")) in LOST:
             message = f"drag area CdA: MoorDyn would take the first of {areas!r} for 0"
             remedy = "give one value, or two: of displacements and of rotations"
-            self.file.wrong(row, message, remedy, areas)
+            self.file.wrong(row, message, remedy, DRAG)
+        if _is(kind, COUPLED):
+            self._check_lost(row)
+
+    def _check_lost(self, row: Row) -> None:
+        """Note the first value of a coupled body that would have no effect."""
+        body = f"coupled body {row.words[0]}"
+        for k, name in BODY_LOST.items():
+            if _is_given(row.words[k]):
+                message = f"the {name} {row.words[k]} of {body} would be lost"
+                remedy = f"set it to 0, and give it to the body in the model that moves {body}"
+                self.file.wrong(row, message, remedy, k)
+                return
 
     def _check_rod(self, row: Row, types: list[str]) -> None:
         if row.words[1] not in types:
             message = f"there is no rod type {row.words[1]!r}"
             remedy = suggestion(row.words[1], types, "rod types")
-            self.file.wrong(row, message, remedy, row.words[1])
+            self.file.wrong(row, message, remedy, 1)
         kind = row.words[2].upper()
         body = BODY.fullmatch(kind)
         coupled = body and body[1] in self.bodies and _is(self.bodies[body[1]].words[1], COUPLED)
@@ -132,28 +146,48 @@ class Attachments:
                 "attach the lines to points of the body, and make the rod part of the body",
             )
         elif body and body[1] not in self.bodies:
-            self._no_body(row, row.words[2])
+            self._no_body(row, 2)
         elif not body and not _is(kind, (*FIXED, *HINGED, *FREE)):
             known = ("Fixed", "Pinned", "Free", *(f"Body{k}" for k in self.bodies))
             remedy = suggestion(row.words[2], known, "types")
-            self.file.wrong(row, f"there is no type of rod {row.words[2]!r}", remedy, row.words[2])
+            self.file.wrong(row, f"there is no type of rod {row.words[2]!r}", remedy, 2)
 
     def _check_point(self, row: Row) -> None:
         kind, body = row.words[1], BODY.fullmatch(row.words[1].upper())
         if body and body[1] not in self.bodies:
-            self._no_body(row, kind)
+            self._no_body(row, 1)
         elif not body and not _is(kind, (*FIXED, *COUPLED, *FREE)):
             known = ("Fixed", "Coupled", "Free", *(f"Body{k}" for k in self.bodies))
             remedy = suggestion(kind, known, "types")
-            self.file.wrong(row, f"there is no type of point {kind!r}", remedy, kind)
+            self.file.wrong(row, f"there is no type of point {kind!r}", remedy, 1)
+        elif self.moved(row):
+            self._check_inertia(row)
 
-    def _no_body(self, row: Row, word: str) -> None:
+    def _check_inertia(self, row: Row) -> None:
+        """Note mass and added mass of a point that is moved: MoorDyn has their weight only."""
+        point, body = f"coupled point {row.words[0]}", "the body in the model that moves it"
+        mass, volume = row.words[MASS], row.words[VOLUME]
+        if _is_given(mass):
+            message = f"the inertia of {point} would be lost: its mass {mass} kg would only weigh"
+            self.file.wrong(row, message, f"set it to 0, and add the mass to {body}", MASS)
+        k = ADDED_MASS + 3 * has_force(row)
+        if _is_given(volume) and _is_given(row.words[k]):
+            message = f"the added mass of {point}, CA {row.words[k]} of {volume} m³, would be lost"
+            self.file.wrong(row, message, f"set CA to 0, and add it to {body}", k)
+
+    def _no_body(self, row: Row, column: int) -> None:
+        word = row.words[column]
         remedy = suggestion(word, [f"Body{k}" for k in self.bodies], "bodies")
-        self.file.wrong(row, f"there is no body for {word!r}", remedy, word)
+        self.file.wrong(row, f"there is no body for {word!r}", remedy, column)
 
 
 def _is(word: str, kinds: tuple[str, ...]) -> bool:
     return word.upper() in kinds
+
+
+def _is_given(word: str) -> bool:
+    """True if a value of `word` is a number other than 0."""
+    return any(number(value) and float(value) != 0 for value in word.split("|"))
 
 
 def _rotation(roll: float, pitch: float, yaw: float) -> np.ndarray:

@@ -87,22 +87,23 @@ def check_columns(file: ReadFile, section: str, row: Row) -> None:
     """Note the words of `row` that are no number, or none that can be meant."""
     columns = _point(row) if section == "points" else TABLES[section]
     for k, column in columns.items():
-        _check_values(file, row, row.words[k], column)
+        _check_values(file, row, k, column)
 
 
-def _check_values(file: ReadFile, row: Row, word: str, column: Column) -> None:
-    """Note the first value in `word` that is not one of `column`, or how many there are."""
+def _check_values(file: ReadFile, row: Row, k: int, column: Column) -> None:
+    """Note the first value in word `k` that is not one of `column`, or how many there are."""
+    word = row.words[k]
     values = word.split("|") if len(column.counts) > 1 else [word]
     if len(values) not in column.counts:
         message = f"{column.name}: {word!r} has {len(values)} values"
         *few, most = map(str, column.counts)
         remedy = f"give {', '.join(few)} or {most} of them, with | in between"
-        file.wrong(row, message, remedy, word)
+        file.wrong(row, message, remedy, k)
         return
     for value in values:
         fault = _fault(column, value)
         if fault:
-            file.wrong(row, *fault, word)
+            file.wrong(row, *fault, k)
             return
 
 

@@ -109,7 +109,7 @@ def _check_numbers_of(file: ReadFile, section: str) -> None:
         if row.words[0] != str(k + 1):
             message = f"number {row.words[0]} where {k + 1} is expected"
             remedy = f"number the {section} 1, 2, 3, … in the order of the file"
-            file.wrong(row, message, remedy, row.words[0])
+            file.wrong(row, message, remedy, 0)
             return
 
 
@@ -126,11 +126,11 @@ def _check_types(file: ReadFile, short: set[Row]) -> None:
     for row in file.rows("lines"):
         if row not in short and row.words[1] not in types:
             remedy = suggestion(row.words[1], types, "line types")
-            file.wrong(row, f"there is no line type {row.words[1]!r}", remedy, row.words[1])
+            file.wrong(row, f"there is no line type {row.words[1]!r}", remedy, 1)
 
 
 def _check_lift(file: ReadFile, row: Row) -> None:
-    for word in row.words[10:11]:
+    for k, word in enumerate(row.words[10:11], 10):
         if not number(word) or float(word) != 0:
             message = "vortex-induced vibration (Cl) is not supported"
-            file.wrong(row, message, "set Cl to 0: MoorDyn does not save its state", word)
+            file.wrong(row, message, "set Cl to 0: MoorDyn does not save its state", k)

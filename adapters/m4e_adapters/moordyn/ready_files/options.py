@@ -65,7 +65,7 @@ def check_options(file: ReadFile) -> None:
     row = file.options.get("tscheme")
     if row and not SCHEMES.fullmatch(row.words[0]):
         message = f"there is no time scheme {row.words[0]!r}"
-        file.wrong(row, message, "use RK2 or RK4", row.words[0])
+        file.wrong(row, message, "use RK2 or RK4", 0)
 
 
 def _check_option(file: ReadFile, row: Row, key: str) -> None:
@@ -73,15 +73,15 @@ def _check_option(file: ReadFile, row: Row, key: str) -> None:
     if key not in RANGES and key not in WORDS:
         spelled = name if not number(name) else value
         remedy = suggestion(spelled.lower(), {*RANGES, *WORDS}, "options")
-        file.wrong(row, f"unknown option {name!r}", remedy, name)
+        file.wrong(row, f"unknown option {name!r}", remedy, 1)
     elif key in RANGES and not number(value):
         remedy = "tables in other files are not supported: give a constant"
         if value.upper() == "DEFAULT":
             without = CHOSEN.get(key, "MoorDyn takes its own default")
             remedy = f"remove the line: without it, {without}"
-        file.wrong(row, *no_number(name, value, remedy), value)
+        file.wrong(row, *no_number(name, value, remedy), 0)
     elif key in RANGES and not RANGES[key][0] <= float(value) <= RANGES[key][1]:
-        file.wrong(row, *out_of_range(Column(name, *RANGES[key]), value), value)
+        file.wrong(row, *out_of_range(Column(name, *RANGES[key]), value), 0)
 
 
 def _check_files(file: ReadFile) -> None:

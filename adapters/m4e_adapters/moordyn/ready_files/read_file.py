@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from m4e_adapters.moordyn.ready_files.sections import Row, number, tables
 from m4e_fmi.errors import InputError, Problem, missing_file
 from m4e_fmi.files.files_read import TooLongError, read_text
 
+WORD = re.compile(r"\S+")
 LARGEST = 10_000_000  # bytes of a file
 FORCED_POINT = 12  # words of a point on which a force acts
 ALIASES = {
@@ -59,16 +61,17 @@ class ReadFile:
         zs = [float(r.words[4]) for r in self.rows("points") if r.words[4:] and number(r.words[4])]
         return self.option("wtrdpth", max(0.0, -min(zs, default=0.0)))
 
-    def wrong(self, row: Row | None, message: str, remedy: str, word: str = "") -> None:
-        """Note a problem: with the file, a row or a word of it."""
+    def wrong(self, row: Row | None, message: str, remedy: str, column: int | None = None) -> None:
+        """Note a problem: with the file, a row or its word in a `column`, from 0."""
         if row is None:
             self.problems.append(Problem(message, remedy, str(self.path)))
             return
         text = self._lines[row.line - 1]
-        at = text.find(word) if word else len(text) - len(text.lstrip())
-        width = len(word) if word else len(text.strip())
+        words = list(WORD.finditer(text))
+        first, last = (0, -1) if column is None else (column, column)
+        at, end = words[first].start(), words[last].end()
         self.problems.append(
-            Problem(message, remedy, str(self.path), row.line, max(at, 0) + 1, text, width)
+            Problem(message, remedy, str(self.path), row.line, at + 1, text, end - at)
         )
 
 
