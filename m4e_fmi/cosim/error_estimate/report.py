@@ -30,6 +30,8 @@ LEAST_RANGE = 1e-9
 """Below this share of the largest, the range of an output without unit may be noise."""
 OF_VALUE = 1e-3
 """The least range of such an output over its value: what moves less is an invariant."""
+LARGE = 0.1
+"""Coupling error over the range with which a run tells nothing but that it is wrong."""
 LITTLE = 0.8
 """The part of an error that half the step leaves, above which it is not worth the time."""
 
@@ -59,6 +61,19 @@ class Certificate:
 
     errors: tuple[CouplingError, ...]
     coverage: Coverage | None = None
+
+    def warning(self, *, advice: bool = True) -> str:
+        """The warning of an error that leaves no result; empty if the largest is not LARGE."""
+        if not self.errors or self.errors[0].error <= LARGE:
+            return ""
+        worst = self.errors[0]
+        told = f"the coupling error is {worst.error:.1e} of range, at {worst.source}: "
+        told += "that is no result"
+        if not advice:
+            return told
+        if not worst.falls:
+            return f"{told}; take another algorithm, or FMUs that announce their events"
+        return f"{told}; take a smaller step_size, or another algorithm"
 
     def __str__(self) -> str:
         if not self.errors:
