@@ -59,7 +59,7 @@ def _bonds(energy: Sequence[BondEnergy], span: float) -> list[str]:
         columns = (
             quantity(bond.given, "J"),
             quantity(bond.received, "J"),
-            f"{100 * bond.relative:+.4f} %",
+            "–" if bond.is_idle else f"{100 * bond.relative:+.4f} %",
             quantity(bond.given / span if span else 0.0, "W"),
         )
         told = " ".join(f"{text:>13}" for text in columns)
