@@ -175,6 +175,34 @@ def test_one_mistake_one_message_with_remedy(connection: str, message: str, reme
     assert remedy in problem.remedy
 
 
+def test_an_output_is_carried_into_a_tunable_parameter_at_every_point() -> None:
+    parts = {**BOTH, "buoy": with_variability(BUOY, "tunable")}
+    wiring = wired(
+        parts, "hydro.plain -> buoy.mass, delayed", "hydro.added_mass -> buoy.added_mass"
+    )
+    (link,) = wiring.links
+    assert (str(link), link.delayed) == ("hydro.plain -> buoy.mass", True)
+    assert len(wiring.initial_links) == 2
+
+
+def test_an_output_does_not_lead_into_a_fixed_parameter() -> None:
+    parts = {**BOTH, "buoy": with_variability(BUOY, "fixed")}
+    with pytest.raises(InputError) as caught:
+        wired(parts, "hydro.plain -> buoy.mass")
+    (problem,) = caught.value.problems
+    assert "fixed parameter, which cannot follow the output hydro.plain" in problem.message
+    assert "tunable: true" in problem.remedy
+
+
+def with_variability(description: Description, variability: str) -> Description:
+    """The description with this variability of all parameters."""
+    variables = {
+        name: replace(v, variability=variability) if v.causality == "parameter" else v
+        for name, v in description.variables.items()
+    }
+    return replace(description, variables=variables)
+
+
 def test_forces_and_velocities_may_be_connected_one_by_one() -> None:
     """The power is the same; what the body takes of the force is known where a factor is given."""
     back = ("buoy.body.float.vx -> hydro.float.vx", "buoy.body.float.x -> hydro.float.x")

@@ -604,8 +604,12 @@ def test_a_coupling_that_is_all_wrong_is_warned_of(
     a = Component("a", FmuFile(c_fmu("mass+state")), {"body.m.x": 1.0})
     b = Component("b", FmuFile(c_fmu("partner+state")), {"coupling": 10.0})
     settings = Simulation(10.0, step, "gauss_seidel" if step < 0.1 else "jacobi")
-    outcome = run(System("s", (a, b), ("a.m <-> b.end",), settings), results=tmp_path / "r.nc")
-    assert ("warning: that is no result" in run_summary(outcome)) == warned
+    told: list[str] = []
+    system = System("s", (a, b), ("a.m <-> b.end",), settings)
+    outcome = run(system, results=tmp_path / "r.nc", warn=told.append)
+    notes = outcome.results().attributes.get("notes", "")
+    for text in (run_summary(outcome), "\n".join(outcome.warnings), "\n".join(told), notes):
+        assert ("that is no result" in text) == warned
 
 
 def test_results_tell_what_was_changed(c_fmu: Fmus, tmp_path: Path) -> None:

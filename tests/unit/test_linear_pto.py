@@ -35,6 +35,8 @@ def test_variables():
     # a program holds its inputs: it does not move x along vx, so it must not say so
     assert [v.derivative_of for v in pto.inputs] == [None] * 4
     assert {v.name for v in pto.parameters if v.tunable} == {"damping", "stiffness"}
+    bounded = {"damping", "stiffness", "rest_length"}
+    assert {v.name for v in pto.parameters if v.minimum == 0.0} == bounded
     assert [v.name for v in pto.states] == ["energy"]
 
 

@@ -104,6 +104,22 @@ def test_several_sources_in_other_units(tmp_path: Path) -> None:
     assert outcome.results()["both.sum"].values == pytest.approx([1.25] * 3, rel=1e-15)
 
 
+@pytest.mark.parametrize("algorithm", ["jacobi", "gauss_seidel", "corrector", "implicit"])
+def test_a_tunable_parameter_follows_an_output(algorithm: str, tmp_path: Path) -> None:
+    """With y the sum of 2 x, x = 3, whose factor a table raises from 2 to 7 at 0.5 s."""
+    signals = {"f": {"values": [2, 2, 7, 7]}, "x": {"values": [3, 3, 3, 3]}}
+    steps = table.Config(times=[0, 0.5, 0.5, 1], signals=signals)  # pyright: ignore
+    total = Component("c", Kind("sum", Config(inputs=["u"], unit="1")))  # pyright: ignore
+    parts = (total, Component("t", Kind("table", steps)))
+    links = ("t.x -> c.u", "t.f -> c.factor.u")
+    system = System("s", parts, links, Simulation(1.0, 0.25, algorithm))  # pyright: ignore
+    outcome = run(prepare(system, build_directory=tmp_path), results=tmp_path / "r.nc")
+    results = outcome.results()
+    expected = np.where(results.time < 0.5, 6.0, 21.0)
+    at_jump = np.isclose(results.time, 0.5)  # one row on either side
+    np.testing.assert_allclose(results["c.sum"].values[~at_jump], expected[~at_jump], rtol=1e-14)
+
+
 def test_two_sources_of_one_input_lead_to_the_sum(tmp_path: Path) -> None:
     one = Kind("table", table.Config(times=[0, 1], signals={"f": {"values": [0, 1]}}))  # pyright: ignore
     parts = (

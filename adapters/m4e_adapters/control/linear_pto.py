@@ -92,9 +92,12 @@ def linear_pto(config: LinearPtoConfig, *, name: str) -> Program:
 def _parameters(
     r: Recorder, config: LinearPtoConfig
 ) -> tuple[Scalar, Scalar, Scalar, Scalar, tuple[Scalar, Scalar]]:
-    damping = Variable("damping", "N.s/m", "damping", start=config.damping, tunable=True)
-    stiffness = Variable("stiffness", "N/m", "stiffness", start=config.stiffness, tunable=True)
-    rest = Variable("rest_length", "m", "length without spring force", start=config.length)
+    damping, stiffness = (
+        Variable(key, unit, key, start=getattr(config, key), tunable=True, minimum=0.0)
+        for key, unit in (("damping", "N.s/m"), ("stiffness", "N/m"))
+    )
+    text = "length without spring force"
+    rest = Variable("rest_length", "m", text, start=config.length, minimum=0.0)
     text = "constant tension: positive pulls the point to the anchor"
     pretension = Variable("pretension", "N", text, start=config.pretension)
     anchor = [

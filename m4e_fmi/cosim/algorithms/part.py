@@ -5,8 +5,8 @@ How the inputs follow depends on what the FMU can do:
 =============================  =================================================================
 it interpolates its inputs     two pieces; value and two derivatives of the course at the start of
                                each
-it holds its inputs            four pieces, or two along straight lines, in which it holds what
-                               acts like the course (`course`)
+it holds its inputs, or a      four pieces, or two along straight lines, in which it holds what
+tunable parameter is driven    acts like the course (`course`)
 it moves input w along input   as many pieces; w at the start of each, and the slope that brings it
 u (u is declared w's rate)     to where its course is at the end of the piece: second order
 =============================  =================================================================
@@ -71,7 +71,10 @@ class ComponentStepper:
         description = self._instance.description
         self.can_return = description.saves_state
         self._names = tuple(port.variable for port in network.targets[self.inputs])
-        self._follows = bool(self._names) and description.interpolates_inputs
+        parameters = {v.name for v in description.of_causality("parameter")}.intersection(
+            self._names
+        )
+        self._follows = bool(self._names) and description.interpolates_inputs and not parameters
         rates = {} if self._follows else description.input_derivatives
         known = self._names
         self.moved = [(w, u) for w, u in rates.items() if w in known and u in known]

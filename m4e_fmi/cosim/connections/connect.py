@@ -7,9 +7,10 @@ ways. So is a calculated parameter with a parameter, unless that has a start val
 by ``->``.
 
 ``a.variable -> b.variable`` connects one variable, or all elements of an array given by its base
-name; `connection` tells how a factor and an offset are written. What leads into a parameter is
-carried over once, at initialisation. Values are converted where units differ; `type_rules` tells
-which types fit.
+name; `connection` tells how a factor and an offset are written. A calculated parameter is carried
+over into a parameter once, at initialisation. An output may lead into a tunable parameter, and is
+then carried at every communication point, as into an input (`is_carried`); into a fixed one it may
+not. Values are converted where units differ; `type_rules` tells which types fit.
 
 A bus of the system (`bus`) may stand on either side, its signals as a component's variables. Its
 name alone is the connector of all its signals that have no dot.
@@ -76,6 +77,11 @@ class Link:
     kind: str = REAL
 
     @property
+    def ends(self) -> tuple[Port, Port]:
+        """Source and target."""
+        return self.source, self.target
+
+    @property
     def is_real(self) -> bool:
         """True if it carries a Real; other values are exchanged at communication points only."""
         return self.kind == REAL
@@ -120,7 +126,8 @@ class Bond:
 class Wiring:
     """All connections of a system, resolved.
 
-    `links` carry values at every communication point, `initial_links` into parameters, once.
+    `links` carry values at every communication point, into inputs and tunable parameters;
+    `initial_links` carry them into parameters, once.
     `signals` are those of all buses.
     """
 
@@ -147,15 +154,15 @@ def connect(system: System, descriptions: Mapping[str, Description]) -> Wiring:
         raise InputError(problems)
     links, signals, variables = resolved
 
-    def causality(link: Link) -> str:
-        return descriptions[link.target.component].variables[link.target.variable].causality
+    def is_steady(link: Link) -> bool:
+        return is_carried(*(descriptions[p.component].variables[p.variable] for p in link.ends))
 
-    steady = tuple(link for link in links if causality(link) == "input")
+    steady = tuple(filter(is_steady, links))
     driven = {link.target for link in steady}
     inputs = [Port(c, v.name) for c, d in descriptions.items() for v in d.of_causality("input")]
     return Wiring(
         links=steady,
-        initial_links=tuple(link for link in links if causality(link) == "parameter"),
+        initial_links=tuple(link for link in links if not is_steady(link)),
         bonds=tuple(_bonds(system, variables, [link for link in steady if link.is_real])),
         unconnected=tuple(port for port in inputs if port not in driven),
         signals=tuple(signals),
@@ -236,7 +243,8 @@ def _resolved(
     problems += _through_problems(system, variables, links)
     problems += start_problems(system, descriptions)
     problems += dependency_problems(system, descriptions)
-    problems += _delay_problems(system, descriptions, links)
+    problems += _delay_problems(system, variables, links)
+    problems += _frozen_problems(system, variables, links)
     problems += _moved_problems(system, descriptions, links)
     driven = {link.target for link in links}
     problems += _outside_problems(system, descriptions, driven)
@@ -465,17 +473,44 @@ def _through_problems(
             yield system.problem(("connections", link.connection), message, CARRIED_ONCE)
 
 
+def is_carried(give: Variable, take: Variable) -> bool:
+    """True if values go over at every communication point; otherwise they do once, at the start."""
+    return take.causality == "input" or (_is_varying(give) and take.variability == "tunable")
+
+
+def _is_varying(give: Variable) -> bool:
+    return give.causality == "output" and give.variability != "constant"
+
+
 def _delay_problems(
-    system: System, descriptions: Mapping[str, Description], links: Iterable[Link]
+    system: System, variables: Mapping[str, Mapping[str, Variable]], links: Iterable[Link]
 ) -> Iterable[Problem]:
-    """Parameters that take values with a delay."""
+    """Parameters that take values once, with a delay."""
     for link in links:
-        taking = descriptions[link.target.component].variables[link.target.variable]
-        if link.delayed and taking.causality == "parameter":
+        give, take = (variables[port.component][port.variable] for port in link.ends)
+        if link.delayed and not is_carried(give, take) and not _is_varying(give):
             message = (
                 f"{link.target} is a parameter, to which values are carried once, at the start"
             )
             remedy = "leave out ', delayed'"
+            yield system.problem(("connections", link.connection), message, remedy)
+
+
+def _frozen_problems(
+    system: System, variables: Mapping[str, Mapping[str, Variable]], links: Iterable[Link]
+) -> Iterable[Problem]:
+    """Outputs that lead into parameters which cannot change during a run."""
+    for link in links:
+        give, take = (variables[port.component][port.variable] for port in link.ends)
+        if _is_varying(give) and not is_carried(give, take):
+            message = (
+                f"{link.target} is a {take.variability} parameter, which cannot follow the output "
+                f"{link.source} during a run"
+            )
+            remedy = (
+                "connect to an input or a tunable parameter (of a model: tunable: true), or give "
+                "a number under start:"
+            )
             yield system.problem(("connections", link.connection), message, remedy)
 
 

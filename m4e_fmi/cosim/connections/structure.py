@@ -128,12 +128,30 @@ def apart(links: Iterable[Link]) -> list[Link]:
 def exchange_graph(descriptions: Mapping[str, Description], wiring: Wiring) -> nx.DiGraph:
     """Which ports wait for which at a communication point."""
 
+    tuned = _driven_parameters(descriptions, wiring.links)
+
     def now(port: Port) -> frozenset[str]:
-        return descriptions[port.component].dependencies[port.variable]
+        described = descriptions[port.component]
+        initially = described.initial_dependencies.get(port.variable, frozenset())
+        return described.dependencies[port.variable] | (initially & tuned[port.component])
 
     ends = _ends(descriptions, wiring.links)
     needed = dict.fromkeys((*_with_derivatives(descriptions, wiring.links), *ends))
     return instant_graph(wiring.links, list(needed), now)
+
+
+def _driven_parameters(
+    descriptions: Mapping[str, Description], links: Iterable[Link]
+) -> dict[str, set[str]]:
+    """Tunable parameters that connections lead to, by component.
+
+    FMI declares what depends on them for the initial values only, which holds later, too.
+    """
+    found: dict[str, set[str]] = {name: set() for name in descriptions}
+    for _, target in (link.ends for link in links):
+        if descriptions[target.component].variables[target.variable].causality == "parameter":
+            found[target.component].add(target.variable)
+    return found
 
 
 def _ends(descriptions: Mapping[str, Description], links: Sequence[Link]) -> Iterator[Port]:

@@ -19,7 +19,7 @@ def unconnected_parameters(
     """
     taken = {link.source for link in wiring.initial_links}
     given = {Port(c.name, name) for c in system.components for name in c.start}
-    given |= {link.target for link in wiring.initial_links}
+    given |= {link.target for link in (*wiring.initial_links, *wiring.links)}
     offered, wanted = (
         _arrays(descriptions, causality, done)
         for causality, done in (("calculatedParameter", taken), ("parameter", given))

@@ -8,7 +8,8 @@ at H/2, differ by most of the error of the first:
     error of y = |y − z| · 2^p/(2^p − 1)
 
 The largest over the run is told for each connection, relative to the range: how far the values of
-any judged output of that unit have been apart; of the output itself, if it has no unit. Judged are
+any judged output of that unit have been apart; of the output itself, if it has no unit. A range of
+rounding noise counts as NOISE times the largest value of the unit. Judged are
 the sources of all connections; of a component from which no Real is taken, all outputs. This is the
 error of the coupling alone; each FMU's own error is the same in both courses.
 """
@@ -28,8 +29,13 @@ from m4e_fmi.shown import short
 
 LEAST_RANGE = 1e-9
 """Below this share of the largest, the range of an output without unit may be noise."""
+NOISE = 1e-12
+"""The least range over the largest present value of the unit, and over the nominal values: what
+moves less is noise of rounding."""
 OF_VALUE = 1e-3
 """The least range of such an output over its value: what moves less is an invariant."""
+LARGE = 0.1
+"""Coupling error over the range with which a run tells nothing but that it is wrong."""
 LITTLE = 0.8
 """The part of an error that half the step leaves, above which it is not worth the time."""
 
@@ -59,6 +65,19 @@ class CouplingErrorReport:
 
     errors: tuple[CouplingError, ...]
     coverage: Coverage | None = None
+
+    def warning(self, *, advice: bool = True) -> str:
+        """The warning of an error that leaves no result; empty if the largest is not LARGE."""
+        if not self.errors or self.errors[0].error <= LARGE:
+            return ""
+        worst = self.errors[0]
+        told = f"the coupling error is {worst.error:.1e} of range, at {worst.source}: "
+        told += "that is no result"
+        if not advice:
+            return told
+        if not worst.falls:
+            return f"{told}; take another algorithm, or FMUs that announce their events"
+        return f"{told}; take a smaller step_size, or another algorithm"
 
     def __str__(self) -> str:
         if not self.errors:
@@ -99,8 +118,9 @@ class Spans:
     """What the errors of all judged outputs are relative to: the largest range of all of its unit.
 
     Outputs that have no unit may be anything: each has its own range, but at least OF_VALUE of its
-    present value, which an invariant keeps, and LEAST_RANGE of the largest range of them. 0 where
-    nothing moves.
+    present value, which an invariant keeps, and LEAST_RANGE of the largest range of them. At least
+    NOISE of the largest present or nominal value of the unit, which ranges of bodies at rest are
+    not.
     """
 
     def __init__(self, network: Network) -> None:
@@ -112,14 +132,24 @@ class Spans:
             [network.index(port) for _, port in network.monitored_outputs], dtype=np.intp
         )
         self._values, self._largest = network.values, np.zeros(len(numbers))
+        self._nominal = np.zeros(len(numbers))
+        np.maximum.at(self._nominal, self._of_unit, [network.nominal(p) for _, p in network.judged])
 
     def __call__(self, ranges: np.ndarray) -> np.ndarray:
         """For the range of each of them."""
         self._largest[:] = 0.0
         np.maximum.at(self._largest, self._of_unit, ranges)
         found = self._largest[self._of_unit]
-        least = np.maximum(LEAST_RANGE * found, OF_VALUE * np.abs(self._values[self._places]))
-        return np.where(self._bare & (found > 0.0), np.maximum(ranges, least), found)
+        present = np.abs(self._values[self._places])
+        least = np.maximum(LEAST_RANGE * found, OF_VALUE * present)
+        spans = np.where(self._bare & (found > 0.0), np.maximum(ranges, least), found)
+        return np.where(found > 0.0, np.maximum(spans, self._noise(present)), 0.0)
+
+    def _noise(self, present: np.ndarray) -> np.ndarray:
+        """The least range of each, for the magnitudes of the present values."""
+        largest = self._nominal.copy()
+        np.maximum.at(largest, self._of_unit, present)
+        return NOISE * largest[self._of_unit]
 
 
 def certificate(

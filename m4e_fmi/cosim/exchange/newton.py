@@ -199,7 +199,9 @@ class LoopEquations:
         matrix = np.zeros((len(x), len(x)))
         for column, port in enumerate(self.inputs):
             instance = self._instances[port.component]
-            if not instance.description.directional_derivatives:
+            described = instance.description
+            is_input = described.variables[port.variable].causality == "input"
+            if not (is_input and described.directional_derivatives):
                 delta = DIFFERENCE * max(abs(float(x[column])), float(self._scale[column]))
                 moved = x.copy()
                 moved[column] += delta

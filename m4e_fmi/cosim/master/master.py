@@ -336,7 +336,12 @@ class Master:
         """What is wrong with the course up to the present point, by all appearances."""
         grown = self._stability.warning()
         at_once = [] if self.steps else ended_at_once(self.network.instances.values())
-        return (*at_once, *self._second_look.notes, *([grown] if grown else []))
+        certificate = self.certificate() if self._certify else ""
+        if isinstance(certificate, Certificate):
+            useless = certificate.warning(advice=not grown)
+        else:
+            useless = ""
+        return (*at_once, *self._second_look.notes, *filter(None, (grown, useless)))
 
     @property
     def messages(self) -> tuple[FmuMessage, ...]:

@@ -48,14 +48,17 @@ def place_of(results: str | Path) -> Iterator[Path]:
         yield place
 
 
-def closing_attributes(master: Master, *, certify: bool) -> dict[str, str]:
+def closing_attributes(master: Master, prepared: Prepared, *, certify: bool) -> dict[str, str]:
     """Attributes of the results that are known at the end of the run.
 
-    These are the warnings and errors of FMUs, a line each, and how large the coupling errors are.
+    These are the warnings and errors of FMUs, a line each, how large the coupling errors are, and
+    the notes, with warnings of the course of the run.
     """
     lines = "\n".join(map(str, master.messages))
     found = {"messages": lines} if lines else {}
     if certify:
+        warnings = (f"warning: {line}" for line in master.warnings)
+        found["notes"] = "\n".join((*prepared.notes, *warnings))
         certificate = master.certificate()
         found["coupling_error"] = str(certificate) or "not known"
         if isinstance(certificate, CouplingErrorReport) and certificate.coverage:

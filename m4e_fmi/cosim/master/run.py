@@ -255,7 +255,9 @@ def _begun(
                 master.network,
                 attributes_of(system),
                 variables=variables,
-                closing=lambda: closing_attributes(master, certify=certify and not found.failed),
+                closing=lambda: closing_attributes(
+                    master, system, certify=certify and not found.failed
+                ),
                 beside=[path.absolute() for path in (file, *beside) if path.resolve() != place],
             )
             found.results = writer

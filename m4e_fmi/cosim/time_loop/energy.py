@@ -45,6 +45,8 @@ BLOCK = 1024
 """Steps that are noted before they are evaluated."""
 LIKE = 4.0
 """How much longer than the one beside it a step may be, for both to tell a second derivative."""
+NOISE = 1e-12
+"""A swing of a coordinate, in its own unit (m, rad), that rounding gives a body at rest."""
 MOST_KEPT = 1024
 """Rows that are kept for the swing of the energy."""
 
@@ -63,6 +65,12 @@ class BondEnergy:
     received: float
     exchanged: float
     adds: tuple[str, ...] = ()
+    noise: float = 0.0
+
+    @property
+    def is_idle(self) -> bool:
+        """True if nothing is exchanged, but for rounding noise."""
+        return self.exchanged <= self.noise
 
     @property
     def residual(self) -> float:
@@ -71,8 +79,8 @@ class BondEnergy:
 
     @property
     def relative(self) -> float:
-        """The residual over the energy exchanged; 0 if nothing was."""
-        return self.residual / self.exchanged if self.exchanged else 0.0
+        """The residual over the energy exchanged; 0 if nothing was, but for rounding noise."""
+        return 0.0 if self.is_idle else self.residual / self.exchanged
 
 
 class EnergyBalance:
@@ -85,7 +93,7 @@ class EnergyBalance:
 
     SNAPSHOT = (
         "_points", "_held", "_sizes", "_steps", "_given", "_received",
-        "_way", "_distance", "_impulse", "_time", "_swing",
+        "_way", "_distance", "_impulse", "_time", "_swing", "_peak",
     )  # fmt: skip
 
     def __init__(
@@ -120,7 +128,7 @@ class EnergyBalance:
         self._given = np.zeros(len(self._bonds))
         self._received = np.zeros(len(self._bonds))
         self._bond_of = np.array([k for k, _ in axes], dtype=np.intp)
-        self._way, self._distance, self._impulse = np.zeros((3, count))
+        self._way, self._distance, self._impulse, self._peak = np.zeros((4, count))
         self._time = 0.0
         self._swing = np.zeros((1, len(self._bonds) + count))
         self._values.take(self._index, out=self._points[0], mode="clip")
@@ -186,6 +194,7 @@ class EnergyBalance:
         bent = sizes / 12 * np.diff(force, axis=0) * np.diff(velocity, axis=0)
         self._received += (bent @ (self._followed[:, None] * self._of_bond)).sum(axis=0)
         self._impulse += (half * (force[1:] + force[:-1])).sum(axis=0)
+        self._peak = np.maximum(self._peak, np.abs(force).max(axis=0))
         self._time += float(self._sizes[:count].sum())
         self._distance += np.abs(passed).sum(axis=0)
         ways = self._way + np.cumsum(passed, axis=0)  # by the same rule as the energy given
@@ -218,10 +227,13 @@ class EnergyBalance:
     def result(self) -> tuple[BondEnergy, ...]:
         """The balance up to the present point, one entry per bond."""
         self._evaluate()
-        columns = (self._given, self._received, np.ptp(self._work(self._swing), axis=0))
+        noise = NOISE * (self._peak @ np.abs(self._way_of_bond))
+        columns = (self._given, self._received, np.ptp(self._work(self._swing), axis=0), noise)
         rows = zip(*(column.tolist() for column in columns), strict=True)
-        pairs = zip(self._bonds, rows, strict=True)
-        return tuple(BondEnergy(bond.name, *row, adds=bond.adds) for bond, row in pairs)
+        return tuple(
+            BondEnergy(bond.name, given, received, exchanged, adds=bond.adds, noise=least)
+            for bond, (given, received, exchanged, least) in zip(self._bonds, rows, strict=True)
+        )
 
 
 def _passed(rates: np.ndarray, sizes: np.ndarray) -> np.ndarray:

@@ -22,8 +22,6 @@ MOST_MESSAGES = 20
 """Kinds of messages that a summary has."""
 MOST_SWITCHES = 12
 """Variables that are not Real and are told of."""
-LARGE = 0.1
-"""Coupling error over the range with which a run tells nothing but that it is wrong."""
 
 
 def run_summary(outcome: Outcome, told: Collection[str] = ()) -> str:
@@ -61,7 +59,7 @@ def _bonds(energy: Sequence[BondEnergy], span: float) -> list[str]:
         columns = (
             quantity(bond.given, "J"),
             quantity(bond.received, "J"),
-            f"{100 * bond.relative:+.4f} %",
+            "–" if bond.is_idle else f"{100 * bond.relative:+.4f} %",
             quantity(bond.given / span if span else 0.0, "W"),
         )
         told = " ".join(f"{text:>13}" for text in columns)
@@ -91,11 +89,6 @@ def _certified(outcome: Outcome) -> list[str]:
     else:
         if outcome.certificate.coverage:
             lines.append(f"  {outcome.certificate.coverage}")
-        if outcome.certificate.errors and outcome.certificate.errors[0].error > LARGE:
-            remedy = "take a smaller step_size, or another algorithm"
-            if not outcome.certificate.errors[0].falls:
-                remedy = "take another algorithm, or FMUs that announce their events"
-            lines.append(f"  warning: that is no result; {remedy}")
     if outcome.checked is not None:
         lines.append(f"  checked at half the step: {outcome.checked}")
     return lines
