@@ -26,7 +26,7 @@ from m4e_fmi.cosim.system.system import (
     step_problems,
 )
 from m4e_fmi.errors import InputError, Problem, missing_file, suggestion
-from m4e_fmi.files.document import Document, Location, Number, Section, SectionType
+from m4e_fmi.files.document import Document, Location, Section, SectionType
 from m4e_fmi.files.file_kinds import SYSTEM, check_keys
 
 _NAME = re.compile(r"[A-Za-z_]\w*$")
@@ -58,7 +58,7 @@ class _ComponentSection(Section):
     """What every component may have."""
 
     start: dict[str, bool | int | float | str] = Field(default_factory=dict)
-    step_size: Number | str | None = None
+    step_size: float | str | None = None
     dependencies: dict[str, tuple[str, ...]] = Field(default_factory=dict)
 
 

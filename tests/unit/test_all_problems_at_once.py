@@ -201,3 +201,33 @@ def test_a_tree_is_not_judged_where_a_joint_is_wrong(tmp_path: Path) -> None:
         with pytest.raises(InputError) as caught:
             load_model(tmp_path / "a.model.yaml")
         assert "has no joint" not in str(caught.value)
+
+
+def test_a_kind_may_fail_on_what_is_left_of_a_wrong_configuration(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its failure does not hide the problems that are known."""
+
+    def fail(*_: object, **__: object) -> None:
+        raise AttributeError("'NoneType' object has no attribute 'high'")
+
+    monkeypatch.setattr(mooring, "make", fail)
+    found = told(tmp_path, SOUND.replace("depth: 50", "depth: 50, densty: 1000"))
+    assert [problem.message for problem in found] == ["unknown key 'densty'"]
+
+
+@pytest.mark.parametrize("key", ["step_size: 0.1", "step_size: 0.1, output_interval: 0.1"])
+def test_times_too_long_to_be_counted(key: str, tmp_path: Path) -> None:
+    wrong = key.removesuffix("0.1") + "1.0e+300"
+    (problem,) = told(tmp_path, SOUND.replace("step_size: 0.1", wrong))
+    assert "1e+300 s" in problem.message
+    assert problem.remedy
+
+
+def test_true_is_no_number(tmp_path: Path) -> None:
+    """Wherever a number stands: in a kind's keys, in lists, in a table of names."""
+    system = SOUND.replace("depth: 50", "depth: true").replace("[-180, -50]", "[-180, true]")
+    system = system.replace("draft: 3", "draft: true").replace("segments: 20", "segments: true")
+    found = told(tmp_path, system)
+    assert all(problem.message.endswith(" number, got true") for problem in found)
+    assert len({(problem.line, problem.column) for problem in found}) == 4
