@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig
 from m4e_adapters.moordyn import MooringConfig
+from m4e_fmi.cli import main
 from m4e_fmi.cosim import prepare
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.files.document import Document
@@ -231,3 +233,26 @@ def test_true_is_no_number(tmp_path: Path) -> None:
     found = told(tmp_path, system)
     assert all(problem.message.endswith(" number, got true") for problem in found)
     assert len({(problem.line, problem.column) for problem in found}) == 4
+
+
+@pytest.mark.parametrize("offers_check", [False, True])
+def test_nothing_is_made_twice(
+    offers_check: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By `info`, which asks first what takes long; and `check` is for kinds that take long."""
+    calls = []
+    make = mooring.make
+
+    def counted(*given: Any, **named: Any) -> Any:
+        calls.append("make")
+        return make(*given, **named)
+
+    monkeypatch.setattr(mooring, "make", counted)
+    if offers_check:
+        monkeypatch.setattr(mooring, "check", lambda *_, **__: calls.append("check"), raising=False)
+    system = f"name: s\ncomponents:\n  lines:\n    kind: mooring\n{LINES}"
+    system += "simulation: {stop_time: 1, step_size: 0.1}\n"
+    (tmp_path / "s.yaml").write_text(system)
+    monkeypatch.chdir(tmp_path)
+    assert main(["info", "s.yaml", "--output-file", "s.svg"]) == 0
+    assert calls == ["make"]
