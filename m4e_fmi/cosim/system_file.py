@@ -13,6 +13,8 @@ from pydantic import Field, StringConstraints
 from m4e_fmi.cosim.system.connection_text import parse_connection, unknown_component
 from m4e_fmi.cosim.system.origins import ParameterSet
 from m4e_fmi.cosim.system.system import (
+    LONGEST,
+    SECOND,
     Component,
     FmuFile,
     Kind,
@@ -20,6 +22,7 @@ from m4e_fmi.cosim.system.system import (
     Simulation,
     SimulationSection,
     System,
+    Time,
     kind_module,
     kinds,
     simulation_problems,
@@ -49,6 +52,13 @@ class _SystemSection(_PortsSection):
     components: dict[str, dict[str, Any]]
     connections: tuple[str, ...] = ()
     simulation: SimulationSection
+
+
+class _PartOfSimulation(SimulationSection):
+    """A simulation with values in place of wrong ones, which fit whatever the others are."""
+
+    stop_time: Time = LONGEST
+    step_size: Time = 1 / SECOND
 
 
 _OTHERS = tuple(_SystemSection.model_fields.keys() - _PortsSection.model_fields.keys())
@@ -158,12 +168,15 @@ def _read_simulation(document: Document, problems: list[Problem]) -> Simulation 
     try:
         section = document.validate(SimulationSection, at=("simulation",), drop=unknown)
     except InputError:
-        return None
-    found = simulation_problems(section)
+        section = document.valid_part(_PartOfSimulation, at=("simulation",))
+    found = simulation_problems(section) if section else []
     problems += [
-        document.problem(("simulation", key), message, remedy) for key, message, remedy in found
+        document.problem(("simulation", key), message, remedy)
+        for key, message, remedy in found
+        if section and key in section.model_fields_set
     ]
-    return None if found else Simulation(**section.model_dump())
+    sound = isinstance(section, SimulationSection) and not isinstance(section, _PartOfSimulation)
+    return Simulation(**section.model_dump()) if sound and not found else None
 
 
 def _connection_problems(document: Document) -> Iterator[Problem]:

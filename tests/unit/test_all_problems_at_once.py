@@ -256,3 +256,38 @@ def test_nothing_is_made_twice(
     monkeypatch.chdir(tmp_path)
     assert main(["info", "s.yaml", "--output-file", "s.svg"]) == 0
     assert calls == ["make"]
+
+
+def test_references_and_settings_beside_other_mistakes_of_their_section(tmp_path: Path) -> None:
+    """Lines to unknown types and points where types, anchors or lines are wrong; a simulation."""
+    system = SOUND.replace("diameter: 0.09", "diameter: -1").replace("-180, -50", "-180, -60")
+    lines = ("type: chian, from: east, to: baw", "type: chain, from: west, to: bow")
+    for k, ends in enumerate(lines):
+        line = f"      l{k}: {{{ends}, unstretched_length: 188, segments: 0}}\n"
+        system = system.replace("connections:", f"{line}connections:")
+    system = system.replace("lines: {l: {", "lines:\n      l: {").replace("20}}", "20}")
+    system = system.replace(
+        "stop_time: 1, step_size: 0.1", "stop_time: one, step_size: 0, algorithm: gauss"
+    )
+    system = system.replace("float <-> hydro.float", "float <-> hydro.float <-> buoy.bow")
+    messages = [problem.message for problem in told(tmp_path, system)]
+    for part in (
+        "diameter",
+        "below the seabed",
+        "l0: there is no line type 'chian'",
+        "l0: there is no anchor or fairlead 'east'",
+        "l0: there is no fairlead 'baw'",
+        "more than one arrow",
+        "'one' is not a valid duration",
+        "step_size 0 s",
+        "unknown algorithm 'gauss'",
+    ):
+        assert [part in message for message in messages].count(True) == 1, (part, messages)
+    assert len(messages) == 11  # and the segments of two lines
+
+
+def test_one_of_two_that_exclude_each_other_is_to_be_dropped(tmp_path: Path) -> None:
+    system = SOUND.replace("axial_damping_ratio: 1", "axial_damping_ratio: 1, axial_damping: 1")
+    pto = "  p: {kind: linear_pto, point: a, anchor: [0, 0], damping: 1, rest_length: 1, "
+    system = system.replace("connections:", f"{pto}point_at: [0, 1]}}\nconnections:")
+    assert [p.remedy.split()[0] for p in told(tmp_path, system)] == ["drop", "drop"]

@@ -291,7 +291,7 @@ def simulation_problems(
         found.append(("stop_time", text, "shorten the run"))
     if not (math.isfinite(step) and step * SECOND >= 1):
         text = f"step_size {step:g} s: expected 1e-9 s or more"
-        found.append(("step_size", text, f"the run is of {span:g} s: take a part of that"))
+        found.append(("step_size", text, "give it in seconds, as 0.01, or as '10 ms'"))
     elif span > 0 and step > span:
         text = f"step_size {step:g} s is longer than the run of {span:g} s"
         found.append(("step_size", text, f"take {span:g} s or less, or a longer run"))
