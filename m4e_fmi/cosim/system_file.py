@@ -165,17 +165,20 @@ def _read_simulation(document: Document, problems: list[Problem]) -> Simulation 
     if not isinstance(written, dict):
         return None
     unknown = tuple(key for key in written if key not in SimulationSection.model_fields)
+    sound = True
     try:
         section = document.validate(SimulationSection, at=("simulation",), drop=unknown)
     except InputError:
+        sound = False
         section = document.valid_part(_PartOfSimulation, at=("simulation",))
-    found = simulation_problems(section) if section else []
+    if section is None:
+        return None
+    found = simulation_problems(section)
     problems += [
         document.problem(("simulation", key), message, remedy)
         for key, message, remedy in found
-        if section and key in section.model_fields_set
+        if key in section.model_fields_set
     ]
-    sound = isinstance(section, SimulationSection) and not isinstance(section, _PartOfSimulation)
     return Simulation(**section.model_dump()) if sound and not found else None
 
 
