@@ -11,13 +11,13 @@ import argparse
 import re
 import sys
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NoReturn
 
 import m4e_fmi
 from m4e_fmi.cli import build, doctor, draw, equations, info, linearize, run, simulate, validate
 from m4e_fmi.cli.options import EXIT_FAILED
 from m4e_fmi.cli.output import clean_output
-from m4e_fmi.errors import InputError, M4eError, RunError
+from m4e_fmi.errors import InputError, M4eError, RunError, suggestion
 from m4e_fmi.signals import Terminated, ending_cleanly
 
 EXIT_USAGE = 2
@@ -76,12 +76,46 @@ def _with_notes(text: str, error: BaseException) -> str:
 class _Parser(argparse.ArgumentParser):
     """A parser that takes whatever begins like a negative number for a value.
 
-    Argparse takes -1e7 and -5mm for options; no option here begins so.
+    Argparse takes -1e7 and -5mm for options; no option here begins so. Wrong values and unknown
+    options are told together, with what is like them.
     """
 
     def __init__(self, **settings: Any) -> None:
         super().__init__(**settings)
         self._negative_number_matcher = _NEGATIVE
+        self._wrong: list[str] = []
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:  # pyright: ignore[reportIncompatibleMethodOverride]
+        """As argparse's; exits with all wrong values and unknown arguments."""
+        found, unknown = super().parse_known_args(args, namespace)
+        for text in unknown:
+            option = text.partition("=")[0]
+            known = [name for name in self._option_string_actions if name.startswith("--")]
+            remedy = f": {suggestion(option, known)}" if option.startswith("-") else ""
+            self._wrong.append(f"unrecognized argument {text}{remedy}")
+        if self._wrong:
+            self.error("")
+        return found, []
+
+    def error(self, message: str) -> NoReturn:
+        """Exit with `message` and all that has been found before; an example of a start value."""
+        if "--start-value: expected" in message:
+            message += ", as in --start-value mass 3"
+        found = [*self._wrong, *filter(None, [message])]
+        self._wrong = []
+        super().error("\n  ".join(found))
+
+    def _get_value(self, action: argparse.Action, arg_string: str) -> Any:
+        try:
+            return super()._get_value(action, arg_string)  # pyright: ignore
+        except argparse.ArgumentError as error:
+            self._wrong.append(str(error))
+            return None
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        if action.choices is not None and value is not None and value not in action.choices:
+            remedy = suggestion(str(value), map(str, action.choices))
+            raise argparse.ArgumentError(action, f"invalid choice: {value!r}; {remedy}")
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -49,11 +49,11 @@ def _run(options: argparse.Namespace) -> None:
             check_picture_path(options.output_file)
         system = load_system(options.source).changed(algorithm=options.algorithm)
         folder = options.build_folder
-        later = waiting(system, folder)
+        later, drafts = waiting(system, folder)
         if later and not options.output_file:
             print(outline(system, later))
             return
-        prepared = prepare(system, build_directory=folder, tell=say)
+        prepared = prepare(system, build_directory=folder, tell=say, drafts=drafts)
         print(prepared)
         if options.output_file:
             print_files([draw_system(prepared, options.output_file)])

@@ -6,14 +6,17 @@ import argparse
 import math
 import re
 import sys
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from m4e_fmi.errors import InputError, Problem
 
 if TYPE_CHECKING:
     from m4e_fmi.cosim import System
     from m4e_fmi.model import Model
 
+Result = TypeVar("Result")
 EXIT_FAILED = 1
 BUILD_FOLDER = "build"
 MODEL_FILE = "a model: ours, Chrono's or the paper's lists (YAML)"
@@ -128,6 +131,33 @@ def say(text: str) -> None:
         print(f"\r\033[K{text}", end="\n" if last else "", flush=True)
     elif not counting or int(counting[1]) % 10 == 0:
         print(text, flush=True)
+
+
+class Gathered:
+    """Problems of several steps, of which a later one is taken although an earlier one failed.
+
+    >>> with Gathered() as gathered:
+    ...     path = gathered.of(checked, "x.txt")  # None if it raises an InputError
+    """
+
+    def __init__(self) -> None:
+        self.problems: list[Problem] = []
+
+    def of(self, step: Callable[..., Result], *given: Any, **named: Any) -> Result | None:
+        """The result of a step; None if it has raised an InputError."""
+        try:
+            return step(*given, **named)
+        except InputError as error:
+            self.problems += error.problems
+        return None
+
+    def __enter__(self) -> Gathered:
+        return self
+
+    def __exit__(self, kind: object, *_: object) -> None:
+        """InputError with all problems; other errors pass."""
+        if kind is None and self.problems:
+            raise InputError(dict.fromkeys(self.problems))
 
 
 def print_files(paths: Iterable[Path]) -> None:

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Iterable, Iterator, Mapping
+from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from m4e_fmi.cli.options import (
+    Gathered,
     add_build_folder,
     add_native,
     add_output_file,
@@ -18,6 +21,7 @@ from m4e_fmi.cli.options import (
     say,
     start_values,
 )
+from m4e_fmi.errors import InputError, Problem, suggestion
 
 if TYPE_CHECKING:
     from m4e_fmi.cosim import System
@@ -72,24 +76,63 @@ def _time(text: str) -> float:
 
 
 def _run(options: argparse.Namespace) -> None:
-    from m4e_fmi.cosim import read_parameters
     from m4e_fmi.files.locks import claimed
     from m4e_fmi.results.results_file import stream_of
 
-    system = load_system(options.system)
-    if options.parameters:
-        system = system.changed(start=read_parameters(options.parameters))
-    system = system.changed(
-        start=start_values(options),
-        origin="command line",
-        stop_time=options.stop_time,
-        step_size=options.step_size,
-        output_interval=options.output_interval,
-        algorithm=options.algorithm,
-    )
+    system = _system(options)
     output = output_file(options, system.name)
     with claimed(stream_of(output)):  # and the picture
         _run_to(output, system, options)
+
+
+def _system(options: argparse.Namespace) -> System:
+    """The system with what the command line changes; InputError with all problems of both."""
+    from m4e_fmi.cosim import read_parameters
+    from m4e_fmi.cosim.preparation.input_checks import checked_inputs
+
+    with Gathered() as gathered:
+        gathered.of(output_file, options, "system")
+        system = gathered.of(load_system, options.system)
+        given = [(start_values(options), "command line")]
+        if options.parameters and (read := gathered.of(read_parameters, options.parameters)):
+            given.insert(0, (read, ""))
+        if system is None:
+            raise InputError(gathered.problems)
+        gathered.problems += _unknown_variables(system, options.variables)
+        for start, origin in given:
+            system = _with_start(system, start, origin, gathered)
+        times = ("stop_time", "step_size", "output_interval", "algorithm")
+        settings = {key: getattr(options, key) for key in times}
+        system = gathered.of(system.changed, origin="command line", **settings) or system
+        if gathered.problems:
+            gathered.problems += checked_inputs(system)[0]
+    return system
+
+
+def _with_start(
+    system: System, start: Mapping[str, Any], origin: str, gathered: Gathered
+) -> System:
+    """The system with those start values whose component is there; the others are problems."""
+    from m4e_fmi.cosim.system.origins import ParameterSet
+
+    names = {component.name for component in system.components}
+    right = [name for name in start if name.partition(".")[0] in names and "." in name]
+    if len(right) < len(start):
+        gathered.of(system.changed, start=start, origin=origin)
+        values = {name: start[name] for name in right}
+        file = start.origin if isinstance(start, ParameterSet) else None
+        start = ParameterSet(values, Path(file.name), file.document) if file else values
+    return system.changed(start=start, origin=origin)
+
+
+def _unknown_variables(system: System, patterns: Iterable[str]) -> Iterator[Problem]:
+    """Patterns of --variables whose component is not there, before anything is built."""
+    names = [component.name for component in system.components]
+    for pattern in patterns:
+        component, dot, _ = pattern.partition(".")
+        if dot and not any(fnmatchcase(name, component) for name in names):
+            remedy = suggestion(component, names, "components")
+            yield Problem(f"--variables {pattern}: no component {component!r}", remedy)
 
 
 def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:

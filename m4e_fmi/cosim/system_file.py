@@ -13,6 +13,8 @@ from pydantic import Field, StringConstraints
 from m4e_fmi.cosim.system.connection_text import parse_connection, unknown_component
 from m4e_fmi.cosim.system.origins import ParameterSet
 from m4e_fmi.cosim.system.system import (
+    LONGEST,
+    NS_PER_SECOND,
     Component,
     FmuFile,
     Kind,
@@ -20,13 +22,14 @@ from m4e_fmi.cosim.system.system import (
     Simulation,
     SimulationSection,
     System,
+    Time,
     kind_module,
     kinds,
     simulation_problems,
     step_problems,
 )
 from m4e_fmi.errors import InputError, Problem, missing_file, suggestion
-from m4e_fmi.files.document import Document, Location, Number, Section, SectionType
+from m4e_fmi.files.document import Document, Location, Section, SectionType
 from m4e_fmi.files.file_kinds import SYSTEM, check_keys
 
 _NAME = re.compile(r"[A-Za-z_]\w*$")
@@ -51,6 +54,13 @@ class _SystemSection(_PortsSection):
     simulation: SimulationSection
 
 
+class _PartOfSimulation(SimulationSection):
+    """A simulation with values in place of wrong ones, which fit whatever the others are."""
+
+    stop_time: Time = LONGEST
+    step_size: Time = 1 / NS_PER_SECOND
+
+
 _OTHERS = tuple(_SystemSection.model_fields.keys() - _PortsSection.model_fields.keys())
 
 
@@ -58,7 +68,7 @@ class _ComponentSection(Section):
     """What every component may have."""
 
     start: dict[str, bool | int | float | str] = Field(default_factory=dict)
-    step_size: Number | str | None = None
+    step_size: float | str | None = None
     dependencies: dict[str, tuple[str, ...]] = Field(default_factory=dict)
 
 
@@ -155,15 +165,21 @@ def _read_simulation(document: Document, problems: list[Problem]) -> Simulation 
     if not isinstance(written, dict):
         return None
     unknown = tuple(key for key in written if key not in SimulationSection.model_fields)
+    sound = True
     try:
         section = document.validate(SimulationSection, at=("simulation",), drop=unknown)
     except InputError:
+        sound = False
+        section = document.valid_part(_PartOfSimulation, at=("simulation",))
+    if section is None:
         return None
     found = simulation_problems(section)
     problems += [
-        document.problem(("simulation", key), message, remedy) for key, message, remedy in found
+        document.problem(("simulation", key), message, remedy)
+        for key, message, remedy in found
+        if key in section.model_fields_set
     ]
-    return None if found else Simulation(**section.model_dump())
+    return Simulation(**section.model_dump()) if sound and not found else None
 
 
 def _connection_problems(document: Document) -> Iterator[Problem]:

@@ -11,9 +11,9 @@ import types
 import typing
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Any, Literal, TypeVar
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError
 from ruamel.yaml import YAML
@@ -29,9 +29,23 @@ Location = tuple[str | int, ...]
 
 
 class Section(BaseModel):
-    """Base of everything read from a file: unknown keys are errors, values do not change."""
+    """Base of everything read from a file: unknown keys are errors, values do not change.
+
+    Where a number is expected, true and false do not pass as 1 and 0.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=False, defer_build=True)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _no_words_for_numbers(cls, data: Any) -> Any:
+        if not isinstance(data, dict):
+            return data
+        found = {key: field.annotation for key, field in _fields(cls).items()}
+        return {
+            key: _marked(value, found[key]) if key in found else value
+            for key, value in data.items()
+        }
 
 
 LARGEST_FILE = 10_000_000
@@ -65,14 +79,32 @@ def rejected(message: str, remedy: str = "") -> PydanticCustomError:
     return PydanticCustomError("rejected", "{message}", context)
 
 
-def _no_word(value: Any) -> Any:
+class _Word:
+    """A true or false where a number is expected, which no validator takes for 1 or 0."""
+
+    def __init__(self, value: bool) -> None:
+        self.value = value
+
+    def __repr__(self) -> str:
+        return str(self.value).lower()
+
+
+def _marked(value: Any, annotation: Any, location: Location = ()) -> Any:
+    """Data of type `annotation`, a true and false marked as a `_Word` where numbers are expected.
+
+    Sections within are left as they are: they do this themselves.
+    """
+    if not isinstance(value, bool | dict | list):
+        return value
+    kinds = _types_at(annotation, location)
     if isinstance(value, bool):
-        raise rejected(f"expected a number, got {str(value).lower()}")
-    return value
-
-
-Number = Annotated[float, BeforeValidator(_no_word)]
-"""A number, for which true and false do not pass as 1 and 0."""
+        number = any(kind in (int, float) for kind in kinds)
+        return _Word(value) if number and not any(kind in (bool, Any) for kind in kinds) else value
+    if any(_fields(kind) for kind in kinds):
+        return value
+    if isinstance(value, list):
+        return [_marked(member, annotation, (*location, k)) for k, member in enumerate(value)]
+    return {key: _marked(member, annotation, (*location, key)) for key, member in value.items()}
 
 
 class Document:
@@ -371,7 +403,8 @@ def _got(item: Any) -> str:
     value = item.get("input")
     if isinstance(value, list | dict):
         return f", got {'a list' if isinstance(value, list) else 'a mapping'}"
-    return f", got {value!r}" if isinstance(value, str | int | float | bool | None) else ""
+    shown = isinstance(value, str | int | float | bool | _Word | None)
+    return f", got {value!r}" if shown else ""
 
 
 class _TooMany(Exception):  # noqa: N818  caught where it is raised

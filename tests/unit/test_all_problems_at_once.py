@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig
 from m4e_adapters.moordyn import MooringConfig
+from m4e_fmi.cli import main
 from m4e_fmi.cosim import prepare
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.files.document import Document
@@ -201,3 +203,91 @@ def test_a_tree_is_not_judged_where_a_joint_is_wrong(tmp_path: Path) -> None:
         with pytest.raises(InputError) as caught:
             load_model(tmp_path / "a.model.yaml")
         assert "has no joint" not in str(caught.value)
+
+
+def test_a_kind_may_fail_on_what_is_left_of_a_wrong_configuration(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its failure does not hide the problems that are known."""
+
+    def fail(*_: object, **__: object) -> None:
+        raise AttributeError("'NoneType' object has no attribute 'high'")
+
+    monkeypatch.setattr(mooring, "make", fail)
+    found = told(tmp_path, SOUND.replace("depth: 50", "depth: 50, densty: 1000"))
+    assert [problem.message for problem in found] == ["unknown key 'densty'"]
+
+
+@pytest.mark.parametrize("key", ["step_size: 0.1", "step_size: 0.1, output_interval: 0.1"])
+def test_times_too_long_to_be_counted(key: str, tmp_path: Path) -> None:
+    wrong = key.removesuffix("0.1") + "1.0e+300"
+    (problem,) = told(tmp_path, SOUND.replace("step_size: 0.1", wrong))
+    assert "1e+300 s" in problem.message
+    assert problem.remedy
+
+
+def test_true_is_no_number(tmp_path: Path) -> None:
+    """Wherever a number stands: in a kind's keys, in lists, in a table of names."""
+    system = SOUND.replace("depth: 50", "depth: true").replace("[-180, -50]", "[-180, true]")
+    system = system.replace("draft: 3", "draft: true").replace("segments: 20", "segments: true")
+    found = told(tmp_path, system)
+    assert all(problem.message.endswith(" number, got true") for problem in found)
+    assert len({(problem.line, problem.column) for problem in found}) == 4
+
+
+@pytest.mark.parametrize("offers_check", [False, True])
+def test_nothing_is_made_twice(
+    offers_check: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By `info`, which asks first what takes long; and `check` is for kinds that take long."""
+    calls = []
+    make = mooring.make
+
+    def counted(*given: Any, **named: Any) -> Any:
+        calls.append("make")
+        return make(*given, **named)
+
+    monkeypatch.setattr(mooring, "make", counted)
+    if offers_check:
+        monkeypatch.setattr(mooring, "check", lambda *_, **__: calls.append("check"), raising=False)
+    system = f"name: s\ncomponents:\n  lines:\n    kind: mooring\n{LINES}"
+    system += "simulation: {stop_time: 1, step_size: 0.1}\n"
+    (tmp_path / "s.yaml").write_text(system)
+    monkeypatch.chdir(tmp_path)
+    assert main(["info", "s.yaml", "--output-file", "s.svg"]) == 0
+    assert calls == ["make"]
+
+
+def test_references_and_settings_beside_other_mistakes_of_their_section(tmp_path: Path) -> None:
+    """Lines to unknown types and points where types, anchors or lines are wrong; a simulation."""
+    system = SOUND.replace("diameter: 0.09", "diameter: -1").replace("-180, -50", "-180, -60")
+    lines = ("type: chian, from: east, to: baw", "type: chain, from: west, to: bow")
+    for k, ends in enumerate(lines):
+        line = f"      l{k}: {{{ends}, unstretched_length: 188, segments: 0}}\n"
+        system = system.replace("connections:", f"{line}connections:")
+    system = system.replace("lines: {l: {", "lines:\n      l: {").replace("20}}", "20}")
+    system = system.replace(
+        "stop_time: 1, step_size: 0.1", "stop_time: one, step_size: 0, algorithm: gauss"
+    )
+    system = system.replace("float <-> hydro.float", "float <-> hydro.float <-> buoy.bow")
+    messages = [problem.message for problem in told(tmp_path, system)]
+    for part in (
+        "diameter",
+        "below the seabed",
+        "l0: there is no line type 'chian'",
+        "l0: there is no anchor or fairlead 'east'",
+        "l0: there is no fairlead 'baw'",
+        "more than one arrow",
+        "'one' is not a valid duration",
+        "step_size 0 s",
+        "unknown algorithm 'gauss'",
+    ):
+        assert [part in message for message in messages].count(True) == 1, (part, messages)
+    assert len(messages) == 11  # and the segments of two lines
+
+
+def test_one_of_two_that_exclude_each_other_is_to_be_dropped(tmp_path: Path) -> None:
+    system = SOUND.replace("axial_damping_ratio: 1", "axial_damping_ratio: 1, axial_damping: 1")
+    pto = "  p: {kind: linear_pto, point: a, anchor: [0, 0], damping: 1, rest_length: 1, "
+    system = system.replace("connections:", f"{pto}point_at: [0, 1]}}\nconnections:")
+    assert [p.remedy.split()[0] for p in told(tmp_path, system)] == ["drop", "drop"]

@@ -605,3 +605,41 @@ def test_negative_numbers_are_values_and_no_options(
     system = tmp_path / "none.yaml"
     assert "no such file" in refused(capsys, "run", system, "--step-size", "-1e-7")
     assert main(["linearize", str(PENDULUM), "--at", "start", "--time", "-1e-7"]) == 0
+
+
+def test_mistakes_in_options_are_told_together(capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(["run", "s.yaml", "--stop-tiem", "3", "--step-size", "5 cm", "--stop-time", "x"])
+    assert ended.value.code == 2
+    text = capsys.readouterr().err
+    for part in ("--stop-tiem: did you mean '--stop-time'?", "'5 cm' is not", "'x' is not"):
+        assert part in text
+    for words, part in (
+        (["rnu", "s.yaml"], "did you mean 'run'?"),
+        (["run", "s.yaml", "--start-value", "a=3"], "as in --start-value mass 3"),
+    ):
+        with pytest.raises(SystemExit) as ended:
+            main(words)
+        assert ended.value.code == 2
+        assert part in capsys.readouterr().err
+
+
+def test_mistakes_of_a_run_are_told_before_anything_is_built(here, capsys):
+    """In the system, and in the options' names of components, variables and files."""
+    options = ["--output-file", "x.txt", "--variables", "bdy.*", "--algorithm", "gauss"]
+    options += ["--start-value", "bdy.M", "1", "--start-value", "body.N", "1"]
+    text = refused(capsys, "run", FLEXIBLE / "system.yaml", *options)
+    for part in (
+        "x.txt",
+        "--variables bdy.*: no component 'bdy'",
+        "unknown algorithm 'gauss'",
+        "start value 'bdy.M': there is no component 'bdy'",
+        "'body' has no variable 'N'",
+        "5 problems",
+    ):
+        assert part in text
+    assert not (here / "build").exists()
+    (here / "s.yaml").write_text("name: s\ncomponents: {}\n")
+    text = refused(capsys, "run", "s.yaml", "--output-file", "x.txt")
+    assert "x.txt" in text
+    assert "simulation" in text

@@ -109,7 +109,7 @@ def test_ranges_of_rounding_noise_are_no_scale_of_errors() -> None:
     """Of a force of 4 MN and a speed of 0, whose noise is all that they range over."""
     places = {Port("a", "f"): 0, Port("b", "v"): 1}
     network = SimpleNamespace(
-        judged=tuple(enumerate(places)),
+        monitored_outputs=tuple(enumerate(places)),
         unit=lambda port: {"f": "N", "v": "m/s"}[port.variable],
         index=places.__getitem__,
         nominal=lambda _: 1.0,

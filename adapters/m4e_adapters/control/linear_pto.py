@@ -39,7 +39,9 @@ class LinearPtoConfig(Section):
         if (self.rest_length is None) == (self.point_at is None):
             raise rejected(
                 "the rest length must be given in one way",
-                "add 'rest_length: …' in m, or 'point_at: [x, z]' where the point is at rest",
+                "drop one of 'rest_length' and 'point_at'"
+                if self.point_at is not None
+                else "add 'rest_length: …' in m, or 'point_at: [x, z]' where the point is at rest",
             )
         if self.point_at == self.anchor:
             raise rejected(

@@ -5,9 +5,18 @@ Either the lines are described here, or `file` names a ready MoorDyn v2 input fi
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, StringConstraints, ValidationInfo, field_validator, model_validator
+from pydantic import (
+    BeforeValidator,
+    Field,
+    StringConstraints,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
 from pydantic_core import InitErrorDetails, ValidationError
 
 from m4e_adapters.moordyn.mooring import SHORTEST
@@ -58,7 +67,9 @@ class LineType(Section):
         if (self.axial_damping is None) == (self.axial_damping_ratio is None):
             raise rejected(
                 "axial damping must be given in one way",
-                "add 'axial_damping_ratio: 1.0' (usual), or 'axial_damping: …' in N·s, not both",
+                "drop one of 'axial_damping' and 'axial_damping_ratio'"
+                if self.axial_damping is not None
+                else "add 'axial_damping_ratio: 1.0' (usual), or 'axial_damping: …' in N·s",
             )
         return self
 
@@ -74,15 +85,32 @@ class LineType(Section):
         )
 
 
+@dataclass(frozen=True)
+class _Unknown:
+    """A name in place of which nothing is written, right or wrong; rejected with what to do."""
+
+    message: str
+    remedy: str
+
+
+def _known(value: Any) -> Any:
+    if isinstance(value, _Unknown):
+        raise rejected(value.message, value.remedy)
+    return value
+
+
+Reference = Annotated[Name, BeforeValidator(_known)]
+
+
 class Line(Section):
     """A line of `type` from an anchor (or another fairlead) to a fairlead.
 
     unstretched_length [m]; segments: how many pieces it is divided into.
     """
 
-    type: Name
-    from_: Name = Field(alias="from")
-    to: Name
+    type: Reference
+    from_: Reference = Field(alias="from")
+    to: Reference
     unstretched_length: Positive
     segments: int = Field(ge=1, le=1000)
 
@@ -122,6 +150,16 @@ class MooringConfig(Section):
     static_equilibrium: bool = True
     lines: dict[Name, Line] = Field(default_factory=dict)
 
+    @model_validator(mode="before")
+    @classmethod
+    def _references_known(cls, data: Any) -> Any:
+        """Mark the references of lines that lead nowhere, to be told with all other problems."""
+        lines = data.get("lines") if isinstance(data, dict) else None
+        if not isinstance(lines, dict):
+            return data
+        marked = {name: _with_marks(name, line, data) for name, line in lines.items()}
+        return {**data, "lines": marked}
+
     @field_validator("fairleads", mode="before")
     @classmethod
     def _names_only(cls, value: Any) -> Any:
@@ -157,25 +195,10 @@ class MooringConfig(Section):
     @field_validator("lines")
     @classmethod
     def _lines_fit(cls, value: dict[str, Line], info: ValidationInfo) -> dict[str, Line]:
-        types = info.data.get("line_types")
-        fairleads, anchors = info.data.get("fairleads"), info.data.get("anchors")
+        fairleads = info.data.get("fairleads")
         wrong = []
         for name, line in value.items():
-            if types is not None and line.type not in types:
-                text = f"{name}: there is no line type {line.type!r}"
-                remedy = suggestion(line.type, types, "line types")
-                wrong.append(_wrong((name, "type"), text, remedy))
-            if fairleads is None or anchors is None:
-                continue
-            if line.to not in fairleads:
-                text = f"{name}: there is no fairlead {line.to!r}"
-                remedy = suggestion(line.to, fairleads, "fairleads")
-                wrong.append(_wrong((name, "to"), text, remedy))
-            if line.from_ not in {*anchors, *fairleads}:
-                text = f"{name}: there is no anchor or fairlead {line.from_!r}"
-                remedy = suggestion(line.from_, {*anchors, *fairleads}, "points")
-                wrong.append(_wrong((name, "from"), text, remedy))
-            elif line.from_ == line.to:
+            if line.from_ == line.to:
                 text = f"{name} begins and ends at {line.to!r}"
                 wrong.append(_wrong((name, "from"), text, "let it begin at an anchor"))
         if fairleads is not None:
@@ -205,6 +228,36 @@ class MooringConfig(Section):
                 "add them, or name a ready MoorDyn file with 'file: …'",
             )
         return self
+
+
+_PLACES = {
+    "type": (("line_types",), "line type"),
+    "to": (("fairleads",), "fairlead"),
+    "from": (("anchors", "fairleads"), "anchor or fairlead"),
+}
+"""Where what a key of a line refers to is written, and what it is."""
+
+
+def _with_marks(name: str, line: Any, data: Mapping[str, Any]) -> Any:
+    """A line as it is written, but for `_Unknown` in place of references that lead nowhere."""
+    if isinstance(line, Line):
+        line = line.model_dump(by_alias=True)
+    if not isinstance(line, dict):
+        return line
+    marks = {}
+    for key, (sections, noun) in _PLACES.items():
+        parts = [data.get(section) or () for section in sections]
+        if not isinstance(line.get(key), str) or not all(isinstance(p, _LISTED) for p in parts):
+            continue
+        known = {str(word) for part in parts for word in part}
+        if line[key] not in known:
+            text = f"{name}: there is no {noun} {line[key]!r}"
+            noun = "points" if key == "from" else f"{noun}s"
+            marks[key] = _Unknown(text, suggestion(line[key], known, noun))
+    return {**line, **marks}
+
+
+_LISTED = (Mapping, list, tuple)
 
 
 def _below_seabed(

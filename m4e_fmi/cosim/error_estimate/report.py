@@ -133,7 +133,9 @@ class Spans:
         )
         self._values, self._largest = network.values, np.zeros(len(numbers))
         self._nominal = np.zeros(len(numbers))
-        np.maximum.at(self._nominal, self._of_unit, [network.nominal(p) for _, p in network.judged])
+        np.maximum.at(
+            self._nominal, self._of_unit, [network.nominal(p) for _, p in network.monitored_outputs]
+        )
 
     def __call__(self, ranges: np.ndarray) -> np.ndarray:
         """For the range of each of them."""

@@ -9,7 +9,6 @@ these. What leads to a component that is wrong itself is not checked: that may f
 from __future__ import annotations
 
 from collections.abc import Mapping
-from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -50,14 +49,25 @@ def checked_inputs(
             if found is not None:
                 descriptions[component.name] = with_units(component, found)
     for component in filter(None, (wrong or {}).values()):
-        with suppress(RunError):
-            try:
-                _looked_at(system, component, None, {})
-            except InputError as error:
-                problems += _placed(system, component, error)
+        problems += _further_problems(system, component)
     known = tuple(_without_memory(c, descriptions) for c in system.components)
     problems += connection_problems(replace(system, components=known), descriptions, wrong or ())
     return list(dict.fromkeys(problems)), drafts
+
+
+def _further_problems(system: System, component: Component) -> list[Problem]:
+    """Problems of the parts that are right of a component whose other problems are known.
+
+    A kind may fail in any way on a configuration from which the wrong parts have been removed. Such
+    a failure is dropped, as it follows from the known problems.
+    """
+    try:
+        _looked_at(system, component, None, {})
+    except InputError as error:
+        return _placed(system, component, error)
+    except Exception:  # noqa: BLE001
+        return []
+    return []
 
 
 def _placed(system: System, component: Component, error: InputError) -> list[Problem]:
@@ -77,11 +87,11 @@ def _looked_at(
     if isinstance(source, FmuFile):
         return None if source.member else resized(read_description(source.path), component.start)
     made: Any = None
-    if isinstance(source, Kind) and (check := getattr(kind_module(source.name), "check", None)):
-        made = check(source.config, folder=system.folder)
     if not takes_long(source):
         drafts[name] = drafted(system, component)
         made = drafts[name].made
+    elif isinstance(source, Kind) and (check := getattr(kind_module(source.name), "check", None)):
+        made = check(source.config, folder=system.folder)
     return None if made is None else expected_description(made, Path(f"{name}.fmu"))
 
 

@@ -65,8 +65,9 @@ def ready_fmus(
     *,
     native: bool | None = None,
     tell: Tell | None = None,
+    drafts: Mapping[str, Draft] | None = None,
 ) -> dict[str, ReadyFmu]:
-    """As `fmu_files`."""
+    """As `fmu_files`. `drafts` are those that `waiting` has made when it checked the inputs."""
     folder = Path(build_directory) / file_stem(system.name)
     stems = file_stems(component.name for component in system.components)
     remove_leftovers(folder)
@@ -74,7 +75,8 @@ def ready_fmus(
     if native is None:
         native = NATIVE and _library_is_there(tell)
     fmus = {name: folder / f"{stem}.fmu" for name, stem in stems.items()}
-    drafts = _checked(system, fmus, native=native)
+    if drafts is None:
+        drafts = _checked(system, fmus, native=native)
     files: dict[str, ReadyFmu] = {}
     problems: list[Problem] = []
     for component in system.components:
@@ -113,8 +115,10 @@ def _checked(system: System, fmus: Mapping[str, Path], *, native: bool) -> dict[
     return drafts
 
 
-def waiting(system: System, build_directory: str | Path = "build") -> tuple[str, ...]:
-    """Components whose FMU is to be built, by a kind that takes long for it.
+def waiting(
+    system: System, build_directory: str | Path = "build"
+) -> tuple[tuple[str, ...], dict[str, Draft]]:
+    """Components whose FMU is to be built, by a kind that takes long for it; drafts of the others.
 
     InputError with all problems of the system's inputs, if any FMU is to be built.
     """
@@ -122,14 +126,15 @@ def waiting(system: System, build_directory: str | Path = "build") -> tuple[str,
     stems = file_stems(component.name for component in system.components)
     fmus = {name: folder / f"{stem}.fmu" for name, stem in stems.items()}
     native = NATIVE and _library_is_there(_silent)
-    _checked(system, fmus, native=native)
-    return tuple(
+    drafts = _checked(system, fmus, native=native)
+    later = tuple(
         c.name
         for c in system.components
         if isinstance(c.source, Kind)
         and takes_long(c.source)
         and not _current(fmus[c.name], _made_from(system, c.name, c.source, native=native))
     )
+    return later, drafts
 
 
 def _current(fmu: Path, made_from: str) -> BuildRecord | None:

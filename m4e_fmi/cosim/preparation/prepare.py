@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cache
 from pathlib import Path
 
@@ -16,6 +16,7 @@ from m4e_fmi.cosim.connections.unconnected_parameters import unconnected_paramet
 from m4e_fmi.cosim.load import load_system
 from m4e_fmi.cosim.preparation.components import ready_fmus
 from m4e_fmi.cosim.preparation.dependence_probing import probed
+from m4e_fmi.cosim.preparation.drafts import Draft
 from m4e_fmi.cosim.preparation.state_trials import without_forgetful
 from m4e_fmi.cosim.system.component_steps import pace, refined, rounded
 from m4e_fmi.cosim.system.component_units import with_units
@@ -32,10 +33,12 @@ def prepare(
     build_directory: str | Path = "build",
     native: bool | None = None,
     tell: Callable[[str], None] | None = None,
+    drafts: Mapping[str, Draft] | None = None,
 ) -> Prepared:
     """Build what is missing (`native` or not: see `fmu_files`), read the FMUs, connect them.
 
-    `system` may be the path of a system's file, whose notes `tell` receives.
+    `system` may be the path of a system's file, whose notes `tell` receives. `drafts` are those
+    of a system whose inputs have been checked (`waiting`).
 
     InputError with all problems of the FMU files, then of connections, start values and components'
     own steps; RunError for a build that failed. `tell` receives a line per step of a build. FMUs
@@ -45,7 +48,7 @@ def prepare(
     system = as_system(system, tell)
     problems: list[Problem] = []
     descriptions: dict[str, Description] = {}
-    fmus = ready_fmus(system, build_directory, native=native, tell=tell)
+    fmus = ready_fmus(system, build_directory, native=native, tell=tell, drafts=drafts)
     read = cache(read_description)  # many components may be of one file
     for component in system.components:
         try:

@@ -68,6 +68,8 @@ def unknown_component(end: str, known: Collection[str]) -> tuple[str, str] | Non
 
 def parse_connection(text: str) -> Connection:
     """The parts of a connection's text; ValueError(message, remedy) if it is none."""
+    if text.count("->") > 1:
+        raise ValueError(f"{text!r} has more than one arrow", "write a connection for each pair")
     match = _TEXT.match(text)
     if not match:
         remedy = "write 'a.group <-> b.group' or 'a.variable -> b.variable'"

@@ -17,7 +17,7 @@ from pydantic import BeforeValidator
 from m4e_fmi.cosim.system.component_step import TIMES, common_step, seconds, time_of
 from m4e_fmi.cosim.system.origins import Origin, ParameterSet
 from m4e_fmi.errors import InputError, Problem, suggestion
-from m4e_fmi.files.document import Document, Location, Number, Section, rejected
+from m4e_fmi.files.document import Document, Location, Section, rejected
 from m4e_fmi.shown import listing, short
 from m4e_fmi.units import Quantity, Unit
 
@@ -132,7 +132,7 @@ def _in_seconds(given: Any) -> Any:
         raise rejected(f"{given!r} is not a valid duration", TIMES) from None
 
 
-Time = Annotated[Number, BeforeValidator(_in_seconds)]
+Time = Annotated[float, BeforeValidator(_in_seconds)]
 """A time in seconds, or a text as ``"10 ms"``."""
 
 
@@ -144,8 +144,8 @@ class SimulationSection(Section):
     algorithm: str = ALGORITHMS[0]
     output_interval: Time | None = None
     start_time: Time = 0.0
-    tolerance: Number | None = None
-    coupling_tolerance: Number | None = None
+    tolerance: float | None = None
+    coupling_tolerance: float | None = None
 
 
 @dataclass(frozen=True)
@@ -290,16 +290,16 @@ def simulation_problems(
         text = f"stop_time {simulation.stop_time:g} s: times are counted up to {LONGEST:g} s"
         found.append(("stop_time", text, "shorten the run"))
     if not (math.isfinite(step) and step * NS_PER_SECOND >= 1):
-        found.append(("step_size", f"step_size {step:g} s: expected 1e-9 s or more", ""))
+        text = f"step_size {step:g} s: expected 1e-9 s or more"
+        found.append(("step_size", text, "give it in seconds, as 0.01, or as '10 ms'"))
     elif span > 0 and step > span:
-        found.append(
-            ("step_size", f"step_size {step:g} s is longer than the run of {span:g} s", "")
-        )
+        text = f"step_size {step:g} s is longer than the run of {span:g} s"
+        found.append(("step_size", text, f"take {span:g} s or less, or a longer run"))
     interval = simulation.output_interval
-    if interval is not None and not math.isfinite(interval):
+    if interval is not None and not abs(interval) <= LONGEST:
         text = f"output_interval {interval:g} s: expected a multiple of step_size"
         found.append(("output_interval", text, "leave it out for a row after every step"))
-    elif interval is not None and math.isfinite(step) and step * NS_PER_SECOND >= 1:
+    elif interval is not None and step <= LONGEST and step * NS_PER_SECOND >= 1:
         count = round(interval * NS_PER_SECOND) / round(step * NS_PER_SECOND)
         if count < 1 or count != int(count):
             text = f"output_interval {interval:g} s is not a multiple of step_size {step:g} s"
