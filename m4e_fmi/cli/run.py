@@ -88,7 +88,7 @@ def _run(options: argparse.Namespace) -> None:
 def _system(options: argparse.Namespace) -> System:
     """The system with what the command line changes; InputError with all problems of both."""
     from m4e_fmi.cosim import read_parameters
-    from m4e_fmi.cosim.preparation.input_checks import checked_inputs
+    from m4e_fmi.cosim.input_checks.inputs import checked_inputs
 
     with Gathered() as gathered:
         gathered.of(output_file, options, "system")

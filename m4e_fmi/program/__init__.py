@@ -29,6 +29,7 @@ from m4e_fmi.program.functions import (
     tanh,
 )
 from m4e_fmi.program.program import TIME, Program, Recorder, Solution, Variable
+from m4e_fmi.program.program_file import load_program, save_program
 from m4e_fmi.program.tape import Scalar, Tape
 
 __all__ = [
@@ -49,10 +50,12 @@ __all__ = [
     "exp",
     "jacobian",
     "listing",
+    "load_program",
     "log",
     "maximum",
     "minimum",
     "rate_entries",
+    "save_program",
     "sign",
     "sin",
     "sqrt",

@@ -337,7 +337,7 @@ class Master:
         grown = self._stability.warning()
         at_once = [] if self.steps else ended_at_once(self.network.instances.values())
         certificate = self.certificate() if self._certify else ""
-        if isinstance(certificate, Certificate):
+        if isinstance(certificate, CouplingErrorReport):
             useless = certificate.warning(advice=not grown)
         else:
             useless = ""

@@ -13,10 +13,10 @@ from m4e_fmi.cosim.connections.loose_ends import loose_ends
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.connections.structure import analyse
 from m4e_fmi.cosim.connections.unconnected_parameters import unconnected_parameters
+from m4e_fmi.cosim.input_checks.drafts import Draft
 from m4e_fmi.cosim.load import load_system
 from m4e_fmi.cosim.preparation.components import ready_fmus
 from m4e_fmi.cosim.preparation.dependence_probing import probed
-from m4e_fmi.cosim.preparation.drafts import Draft
 from m4e_fmi.cosim.preparation.state_trials import without_forgetful
 from m4e_fmi.cosim.system.component_steps import pace, refined, rounded
 from m4e_fmi.cosim.system.component_units import with_units
