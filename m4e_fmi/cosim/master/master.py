@@ -332,6 +332,9 @@ class Master:
         """What is wrong with the course up to the present point, by all appearances."""
         grown = self._stability.warning()
         at_once = [] if self.steps else ended_at_once(self.network.instances.values())
+        stop = self._system.simulation.stop_time
+        if self.steps and self.ended and round((stop - self.network.time) * SECOND) > 0:
+            at_once = [f"the run ended before its stop time of {stop:.9g} s: {self.ended}"]
         certificate = self.certificate() if self._certify else ""
         if isinstance(certificate, Certificate):
             useless = certificate.warning(advice=not grown)
