@@ -363,12 +363,16 @@ class Master:
         self.begin(results, singly=bool(observers))
         tell = _ticker(progress)
         self._observe(observers)
-        with stepping(self._course.halt) as check, self._pausing(check):
+        with stepping(self._course.halt, self._where) as check, self._pausing(check):
             while not self.done:
                 self._advance()
                 self._observe(observers)
                 tell(self._course.now / SECOND)
                 check()
+
+    def _where(self) -> str:
+        """Where the run is, for a message."""
+        return f" (after t = {self._course.time:.9g} s)"
 
     @contextmanager
     def _pausing(self, check: Callable[[], None]) -> Iterator[None]:
@@ -440,7 +444,7 @@ class Master:
 
     def step(self) -> None:
         """Make one step; KeyboardInterrupt and Terminated come after it."""
-        with stepping(self._course.halt) as check, self._pausing(check):
+        with stepping(self._course.halt, self._where) as check, self._pausing(check):
             self._advance()
 
     def set(self, component: str, values: Mapping[str, Value]) -> None:
