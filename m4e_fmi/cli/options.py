@@ -6,6 +6,7 @@ import argparse
 import math
 import re
 import sys
+from collections import Counter
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -60,7 +61,20 @@ def add_native(command: argparse.ArgumentParser, text: str) -> None:
 
 
 def start_values(options: argparse.Namespace) -> dict[str, float | str]:
-    """What --start-value gives by name, each as `start` in a system file would have it."""
+    """What --start-value gives by name, each as `start` in a system file would have it.
+
+    InputError with all variables that are given twice.
+    """
+    from m4e_fmi.errors import InputError, Problem
+
+    counts = Counter(name for name, _ in options.start_value)
+    twice = [
+        Problem(f"--start-value {name} is given {count} times", "give it once")
+        for name, count in counts.items()
+        if count > 1
+    ]
+    if twice:
+        raise InputError(twice)
     return {name: _scalar(text) for name, text in options.start_value}
 
 

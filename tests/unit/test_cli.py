@@ -280,6 +280,12 @@ def test_where_the_start_does_not_follow_it_is_said(capsys):
     assert note in capsys.readouterr().out
 
 
+def test_start_value_given_twice(capsys):
+    twice = ("--start-value", "m", "1", "--start-value", "m", "2")
+    text = refused(capsys, "simulate", PENDULUM, *twice)
+    assert "--start-value m is given 2 times" in text
+
+
 def test_unknown_start_value(capsys):
     text = refused(capsys, "simulate", PENDULUM, "--start-value", "mm", "1")
     assert "has no parameter, input or state 'mm'" in text

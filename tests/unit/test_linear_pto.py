@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from m4e_adapters.control import LinearPtoConfig, linear_pto
+from m4e_fmi.cosim import prepare
 from m4e_fmi.errors import InputError
 from m4e_fmi.files.document import Document
 from m4e_fmi.program import Program
@@ -115,3 +116,29 @@ def test_mistakes(before, after, message, remedy):
     matching = [p for p in caught.value.problems if message in p.message]
     assert len(matching) == 1
     assert remedy in matching[0].remedy
+
+
+MODEL = """
+name: sled
+gravity: 0
+bodies: {b: {mass: 4, inertia: 1}}
+joints: {j: {type: prismatic, child: b, direction: [1, 0], initial: {u: 1}}}
+points: {p: {body: b, at: [0, 0]}}
+"""
+
+
+@pytest.mark.parametrize(("sign", "count"), [("", 0), (" * -1", 1)])
+def test_a_force_that_is_turned_round_is_warned_of(sign: str, count: int, tmp_path: Path) -> None:
+    (tmp_path / "b.model.yaml").write_text(MODEL)
+    (tmp_path / "s.yaml").write_text(
+        "name: s\ncomponents:\n  b: {model: b.model.yaml}\n"
+        "  pto: {kind: linear_pto, point: p, anchor: [-9, 0], damping: 1, point_at: [0, 0], "
+        "start: {p.x: 5}}\n"
+        "connections:\n  - b.point.p.x -> pto.p.x\n  - b.point.p.vx -> pto.p.vx\n"
+        f"  - pto.p.force_x{sign} -> b.point.p.force_x\n"
+        "simulation: {stop_time: 1, step_size: 0.1}\n"
+    )
+    found = prepare(tmp_path / "s.yaml", build_directory=tmp_path / "build").warnings
+    assert sum("the power is not kept" in line for line in found) == count
+    told = "the start value of pto.p.x has no effect: it is connected to b.point.p.x"
+    assert sum(line.startswith(told) for line in found) == 1

@@ -181,6 +181,7 @@ def test_an_fmu_without_event_mode_ends_the_simulation_too(c_fmu: Fmus) -> None:
     points, outcome = bounce(c_fmu, "3:ball", integrator="integrator")
     assert points[-1, 0] == pytest.approx(1.3)
     assert "asked for the end" in outcome.notes[-1]
+    assert "the run ended before its stop time" in outcome.warnings[-1]
 
 
 def test_an_fmu_that_declares_event_mode_and_refuses_it(c_fmu: Fmus, tmp_path: Path) -> None:

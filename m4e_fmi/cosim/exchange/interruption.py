@@ -21,6 +21,9 @@ TICK = 0.1
 GRACE = 10.0
 """Seconds that a call of an FMU may still take after a signal that asks for the end; then the
 process ends without it. Ctrl-C waits."""
+PATIENCE = 0.5
+"""Seconds after Ctrl-C until a call that goes on is told of; after the second, until the process
+ends without it (but not an interactive one)."""
 
 
 def quiet() -> np.errstate:
@@ -57,15 +60,24 @@ def _ours() -> set[signal.Signals]:
 
 
 @contextmanager
-def stepping(halt: Callable[[], None] | None = None) -> Iterator[Callable[[], None]]:
+def stepping(
+    halt: Callable[[], None] | None = None, where: Callable[[], str] = str
+) -> Iterator[Callable[[], None]]:
     """Around steps: gives what is to be called between them.
 
     It raises KeyboardInterrupt, or Terminated, after a signal that asks for it; an exception raised
     inside an FMU written in Python would be fatal to it. A second signal interrupts at once, as
-    usual. `halt` is called every `TICK`, in another thread.
+    usual. `halt` is called every `TICK`, in another thread. If a call goes on after a signal, the
+    user is told so, with `where` the run is.
     """
     asking = _ours()
-    with same_folder(), quiet(), not_lost(), _noting(asking) as noted, _ticking(asking, halt):
+    with (
+        same_folder(),
+        quiet(),
+        not_lost(),
+        _noting(asking) as noted,
+        _ticking(asking, halt, where),
+    ):
 
         def check() -> None:
             if noted:
@@ -91,7 +103,11 @@ def _noting(asking: set[signal.Signals]) -> Iterator[list[int]]:
 
 
 @contextmanager
-def _ticking(asking: set[signal.Signals], halt: Callable[[], None] | None = None) -> Iterator[None]:
+def _ticking(
+    asking: set[signal.Signals],
+    halt: Callable[[], None] | None = None,
+    where: Callable[[], str] = str,
+) -> Iterator[None]:
     """A thread beside calls of FMUs: it calls `halt`, and hears of signals `asking` for the end."""
     if not (halt or asking):
         yield
@@ -100,7 +116,7 @@ def _ticking(asking: set[signal.Signals], halt: Callable[[], None] | None = None
     with done, ours:
         ours.setblocking(False)
         taken = threading.current_thread() is threading.main_thread() and _wake(ours.fileno())
-        thread = threading.Thread(target=_tick, args=(done, asking, halt), daemon=True)
+        thread = threading.Thread(target=_tick, args=(done, asking, halt, where), daemon=True)
         thread.start()
         try:
             yield
@@ -123,10 +139,16 @@ def _wake(descriptor: int) -> bool:
 
 
 def _tick(
-    done: socket.socket, asking: set[signal.Signals], halt: Callable[[], None] | None
+    done: socket.socket,
+    asking: set[signal.Signals],
+    halt: Callable[[], None] | None,
+    where: Callable[[], str],
 ) -> None:
-    """Halt steps now and then; end the process if a call goes on after a signal `asking` for it."""
-    last, number = np.inf, 0
+    """Halt steps now and then; end the process if a call goes on after a signal `asking` for it.
+
+    So it ends after a second Ctrl-C; after the first, the user is told what the run waits for.
+    """
+    last, number, presses, tell = np.inf, 0, 0, np.inf
     while clock.monotonic() < last:
         ready, _, _ = select.select([done], [], [], TICK)
         numbers = done.recv(64) if ready else b""
@@ -134,10 +156,33 @@ def _tick(
             return
         if halt:
             halt()
-        if not number and (asked := asking.intersection(numbers)):
-            number, last = asked.pop(), clock.monotonic() + GRACE
+        if signal.SIGINT in numbers:
+            presses += numbers.count(signal.SIGINT)
+            soon = clock.monotonic() + PATIENCE
+            if presses == 1:
+                tell = soon
+            elif not _is_interactive():
+                number, last = number or signal.SIGINT, min(last, soon)
+        if clock.monotonic() > tell:
+            tell = np.inf
+            again = "" if _is_interactive() else "; press Ctrl-C again to end at once"
+            _say(f"waiting for an FMU to end its step{where()}{again}")
+        if number in (0, signal.SIGINT) and (asked := asking.intersection(numbers)):
+            number, last = asked.pop(), min(last, clock.monotonic() + GRACE)
     name = signal.Signals(number).name
-    with suppress(OSError, ValueError, AttributeError):  # closed, or none at all
-        sys.stderr.write(f"ended by {name}: a call of an FMU did not end within {GRACE:g} s\n")
-        sys.stderr.flush()
+    if number == signal.SIGINT:
+        _say(f"ended by {name}: a call of an FMU did not end{where()}")
+    else:
+        _say(f"ended by {name}: a call of an FMU did not end within {GRACE:g} s{where()}")
     os._exit(128 + number)
+
+
+def _is_interactive() -> bool:
+    """True in a shell or notebook, whose process has more to lose than this run."""
+    return hasattr(sys, "ps1") or "ipykernel" in sys.modules
+
+
+def _say(line: str) -> None:
+    with suppress(OSError, ValueError, AttributeError):  # closed, or none at all
+        sys.stderr.write(f"{line}\n")
+        sys.stderr.flush()

@@ -336,6 +336,9 @@ class Master:
         """What is wrong with the course up to the present point, by all appearances."""
         grown = self._stability.warning()
         at_once = [] if self.steps else ended_at_once(self.network.instances.values())
+        stop = self._system.simulation.stop_time
+        if self.steps and self.ended and round((stop - self.network.time) * SECOND) > 0:
+            at_once = [f"the run ended before its stop time of {stop:.9g} s: {self.ended}"]
         certificate = self.certificate() if self._certify else ""
         if isinstance(certificate, CouplingErrorReport):
             useless = certificate.warning(advice=not grown)
@@ -364,12 +367,16 @@ class Master:
         self.begin(results, singly=bool(observers))
         tell = _ticker(progress)
         self._observe(observers)
-        with stepping(self._course.halt) as check, self._pausing(check):
+        with stepping(self._course.halt, self._where) as check, self._pausing(check):
             while not self.done:
                 self._advance()
                 self._observe(observers)
                 tell(self._course.now / NS_PER_SECOND)
                 check()
+
+    def _where(self) -> str:
+        """Where the run is, for a message."""
+        return f" (after t = {self._course.time:.9g} s)"
 
     @contextmanager
     def _pausing(self, check: Callable[[], None]) -> Iterator[None]:
@@ -441,7 +448,7 @@ class Master:
 
     def step(self) -> None:
         """Make one step; KeyboardInterrupt and Terminated come after it."""
-        with stepping(self._course.halt) as check, self._pausing(check):
+        with stepping(self._course.halt, self._where) as check, self._pausing(check):
             self._advance()
 
     def set(self, component: str, values: Mapping[str, Value]) -> None:

@@ -8,6 +8,10 @@ from pathlib import Path
 
 from m4e_fmi.cosim.connections.connect import Wiring, connect
 from m4e_fmi.cosim.connections.dependence import with_stated
+from m4e_fmi.cosim.connections.doubtful_values import (
+    reversed_forces,
+    start_values_without_effect,
+)
 from m4e_fmi.cosim.connections.loop_breaking import broken
 from m4e_fmi.cosim.connections.loose_ends import loose_ends
 from m4e_fmi.cosim.connections.prepared import Prepared
@@ -79,7 +83,11 @@ def prepare(
     structure = analyse(descriptions, wiring)
     notes = (*rounded(system.simulation), *([note] if note else []), *found, *late)
     missing = [find(system, descriptions, wiring) for find in (unconnected_parameters, loose_ends)]
-    warnings = tuple(line for lines in (forgetful, *missing) for line in lines)
+    doubtful = (
+        *start_values_without_effect(system, wiring, structure),
+        *reversed_forces(system, descriptions, wiring),
+    )
+    warnings = tuple(line for lines in (forgetful, *missing, doubtful) for line in lines)
     return Prepared(paced, descriptions, wiring, structure, rates, notes, warnings)
 
 

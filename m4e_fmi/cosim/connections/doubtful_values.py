@@ -1,0 +1,63 @@
+"""Start values without effect, and factors by which a connection makes or loses power."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from m4e_fmi.cosim.connections.connect import Axis, Link, Wiring, conversion
+from m4e_fmi.cosim.connections.structure import Structure, Transfer
+from m4e_fmi.cosim.system.system import Kind, System
+from m4e_fmi.fmu.importer.reading import Description
+
+
+def start_values_without_effect(
+    system: System, wiring: Wiring, structure: Structure
+) -> Iterator[str]:
+    """One line for each start value that a connection replaces at initialisation.
+
+    Start values of delayed connections and of algebraic loops have an effect: they carry the run,
+    or the solution, until the source is known.
+    """
+    replaced = {
+        (step.component, name)
+        for step in structure.initial
+        if isinstance(step, Transfer) and step.action == "set"
+        for name in step.variables
+    }
+    for link in (*wiring.links, *wiring.initial_links):
+        target = link.target
+        start = {c.name: c.start for c in system.components}[target.component]
+        at = target.component, target.variable
+        if target.variable in start and at in replaced and not link.delayed:
+            yield (
+                f"the start value of {target} has no effect: it is connected to {link.source}; "
+                "leave out one of the two"
+            )
+
+
+def reversed_forces(
+    system: System, descriptions: Mapping[str, Description], wiring: Wiring
+) -> Iterator[str]:
+    """One line for each force of a component of a kind that is turned round, but not its motion.
+
+    Forces of kinds act on the body, so that another sign makes power of nothing. That of a foreign
+    FMU may be the reaction, for which -1 is right.
+    """
+    kinds = {c.name for c in system.components if isinstance(c.source, Kind)}
+    for axis in (axis for bond in wiring.bonds for axis in bond.axes):
+        giver = axis.force.source.component
+        if giver not in kinds or axis.velocity.target.component != giver:
+            continue
+        if axis.share * _written(axis, descriptions) < 0.0:
+            yield (
+                f"the connection '{axis.force}' has the factor {axis.share:g}, but that of its "
+                f"motion, '{axis.velocity}', has another sign: the power is not kept, as "
+                f"{axis.force.source} acts on the body already; leave out the sign"
+            )
+
+
+def _written(axis: Axis, descriptions: Mapping[str, Description]) -> float:
+    """The factor of the motion without that between its units."""
+    link: Link = axis.velocity
+    give, take = (descriptions[p.component].variables[p.variable] for p in link.ends)
+    return link.factor / conversion(give, take)[0]

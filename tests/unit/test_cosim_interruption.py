@@ -1,0 +1,40 @@
+"""Ctrl-C while a call of an FMU does not end."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+
+import pytest
+
+HANGS = """
+import ctypes, os, signal, threading, time
+from m4e_fmi.cosim.exchange import interruption
+
+interruption.PATIENCE = interruption.TICK = 0.05
+
+def press():
+    for _ in range(2):
+        time.sleep(0.3)
+        os.kill(os.getpid(), signal.SIGINT)
+
+with interruption.stepping(where=lambda: " (after t = 3 s)"):
+    threading.Thread(target=press, daemon=True).start()
+    signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])  # others take it: sleep goes on
+    ctypes.CDLL(None).sleep(20)
+"""
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals come otherwise there")
+def test_ctrl_c_tells_what_it_waits_for_and_the_second_one_ends() -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", HANGS], capture_output=True, text=True, timeout=15, check=False
+    )
+    assert done.returncode == 128 + signal.SIGINT
+    first, second = done.stderr.splitlines()
+    assert first == (
+        "waiting for an FMU to end its step (after t = 3 s); press Ctrl-C again to end at once"
+    )
+    assert second.startswith("ended by SIGINT")
