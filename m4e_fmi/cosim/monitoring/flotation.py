@@ -21,6 +21,8 @@ UNBALANCED = 0.01
 """Share of the buoyancy by which the load may differ from it before that is told."""
 SHARE_OF_DRAFT = 0.01
 """Displacement at the start that is told, over the mean draft."""
+ASIDE = 0.1
+"""Distance along x at the start that is told, over the size of the body."""
 TILT = math.radians(1.0)
 """Angle [rad] at the start, or of the trim, that is told."""
 FAR = math.radians(15.0)
@@ -34,7 +36,7 @@ def start_warnings(network: Network, wiring: Wiring) -> tuple[str, ...]:
     hulls = list(_hulls(network, wiring))
     found = [line for hull in hulls for line in _pose(hull)]
     for balance in balances(network, wiring, hulls):
-        found += [*_weight(balance), *_trim(balance)]
+        found += [*_weight(balance), *_trim(balance), *_stability(balance)]
     return tuple(found)
 
 
@@ -55,16 +57,18 @@ def _hulls(network: Network, wiring: Wiring) -> Iterator[Hull]:
 def _pose(hull: Hull) -> Iterator[str]:
     """The start pose, where it is another than the one that the coefficients are for."""
     variables = hull.network.instances[hull.component].description.variables
-    for symbol in ("z", "theta"):
+    for symbol in ("x", "z", "theta"):
         variable = variables[f"{hull.body}.{symbol}"]
         now = hull.network.read(f"{hull.name}.{symbol}")
         meant = float(variable.start or 0.0)
-        limit = TILT if symbol == "theta" else SHARE_OF_DRAFT * hull.draft
+        limit = {"x": ASIDE * hull.size, "z": SHARE_OF_DRAFT * hull.draft, "theta": TILT}[symbol]
         if abs(now - meant) > limit:
+            remedy = "right for a release, else make start and center_of_gravity agree"
+            if symbol == "x":
+                remedy = "make start and center_of_gravity agree, or connect the body that is there"
             yield (
                 f"{hull.name}.{symbol} starts at {now:.4g} {variable.unit}, coefficients "
-                f"are for {meant:.4g} {variable.unit}: right for a release, else make start and "
-                "center_of_gravity agree"
+                f"are for {meant:.4g} {variable.unit}: {remedy}"
             )
 
 
@@ -154,3 +158,17 @@ def _trim(balance: Balance) -> Iterator[str]:
         f"at the start, that of the buoyancy at an arm of {abs(moment / balance.buoyancy):.3g} m: "
         f"{turns}; {remedy}, or balance the moments of the connected forces"
     )
+
+
+def _stability(balance: Balance) -> Iterator[str]:
+    """A free body that nothing turns back; of joined ones the weights' share is not known."""
+    hull, stiffness = balance.hulls[0], balance.pitch_stiffness
+    if balance.moment is None or len(balance.hulls) > 1:
+        return
+    height = stiffness / balance.buoyancy
+    if height < -NOISE * hull.size:
+        yield (
+            f"{hull.holder}: it is unstable in pitch, with a stiffness of {stiffness:.4g} N.m/rad, "
+            f"weight included (GM = {height:.3g} m): without other forces it capsizes: lower "
+            "center_of_gravity"
+        )
