@@ -103,7 +103,7 @@ def floated(
         connections=(*CONNECTIONS, *connections),
         simulation=Simulation(8.0, 0.05),
     )
-    names = {"m": "buoy.m", "z": "buoy.body.float.z", "theta": "buoy.body.float.theta"}
+    names = {"m": "buoy.m", "x": "buoy.body.float.x", "z": "buoy.body.float.z", "theta": "buoy.body.float.theta"}
     changed = system.changed(start={names[key]: value for key, value in start.items()})
     return run(changed, results=folder / "r.nc")
 
@@ -136,6 +136,15 @@ def test_a_moment_out_of_balance_is_told_as_trim(fmus: dict[str, Path], tmp_path
     assert "the trim is 5.73 deg; put center_of_gravity above the centre of buoyancy" in told
     little = water(tmp_path / "little.fmu", calm(("float",), lever=0.03))  # 0.86 deg
     assert floated({**fmus, "aside": little}, tmp_path, water="aside").warnings == ()
+
+
+def test_a_body_that_capsizes_is_told(fmus: dict[str, Path], tmp_path: Path) -> None:
+    """-30 m4 of waterplane and weight, over 100 m3."""
+    top_heavy = water(tmp_path / "top.fmu", calm(("float",), pitch=-30.0))
+    (told,) = floated({**fmus, "top": top_heavy}, tmp_path, water="top").warnings
+    assert told.startswith("buoy.body.float: it is unstable in pitch, with a stiffness of -2.943e+")
+    assert "(GM = -0.3 m)" in told
+    assert "lower center_of_gravity" in told
 
 
 def test_the_mass_that_balances_is_told_at_once(fmus: dict[str, Path], tmp_path: Path) -> None:
@@ -217,6 +226,9 @@ def test_another_start_than_the_reference_pose_is_told(
         "warning: hydro.float.z starts at -0.5 m, coefficients are for -1 m: right for a release, "
         "else make start and center_of_gravity agree"
     ]
+    assert floated(fmus, tmp_path, x=0.4).warnings == ()
+    (told,) = floated(fmus, tmp_path, x=0.5).warnings  # of a side of the cube of 4.64 m
+    assert told.startswith("hydro.float.x starts at 0.5 m, coefficients are for 0 m: make start")
     (told,) = floated(fmus, tmp_path, theta="5 deg").warnings
     assert "hydro.float.theta starts at 0.08727 rad" in told
 

@@ -11,7 +11,12 @@ import pytest
 
 from m4e_adapters.hydrodynamics import build
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig, Water
-from m4e_adapters.hydrodynamics.doubts import breaking_height, sea_doubts, size_doubts
+from m4e_adapters.hydrodynamics.doubts import (
+    breaking_height,
+    sea_doubts,
+    size_doubts,
+    stability_doubts,
+)
 from m4e_adapters.hydrodynamics.geometry.mesh import make_hulls
 from m4e_fmi.files.document import Document
 
@@ -119,7 +124,7 @@ def test_a_build_tells_them_before_it_computes(monkeypatch: pytest.MonkeyPatch) 
         bodies=BODY.replace("length: 8", "length: 2000"),
     )
     build.coefficients_from_config(steep, folder=Path(), progress=told.append)
-    sea_line, size_line, panels_line, last = told
+    sea_line, size_line, _, panels_line, last = told
     assert sea_line.startswith("warning: the sea is too steep")
     assert size_line.startswith("warning: the hull of body 'float' measures 2000 m")
     assert re.fullmatch(
@@ -128,3 +133,32 @@ def test_a_build_tells_them_before_it_computes(monkeypatch: pytest.MonkeyPatch) 
         panels_line,
     )
     assert last == "computed"
+
+
+def test_a_hull_that_capsizes_is_told() -> None:
+    """GM of a box: l²/(12 d) - d/2 - z_G = 16/9 - 3/2 - z_G, about the waterplane's middle."""
+    for place in (0.0, 50.0):
+        for z in (0.2, 0.4):
+            given = config(
+                "spectrum: still",
+                bodies="float: {shape: {box: {length: 8, width: 6, draft: 3, "
+                f"center_x: {place}}}}}, center_of_gravity: [{place}, {z}]}}",
+            )
+            (hull,) = make_hulls(given, Path(), progress=lambda _: None)
+            height = 16 / 9 - 1.5 - z
+            assert hull.hydrostatics.metacentric_height(hull.center) == pytest.approx(height)
+            told = list(stability_doubts([hull], given.water))
+            assert len(told) == (height < 0)
+            for text in told:
+                assert f"(GM = {height:.3g} m)" in text
+                assert f"{1025 * 9.81 * 144 * height:.4g} N.m/rad" in text
+
+
+def test_a_build_tells_the_hydrostatics(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(build, "solve_hulls", lambda *_, **__: None)
+    lines: list[str] = []
+    build.coefficients_from_config(config("spectrum: still"), folder=Path(), progress=lines.append)
+    assert (
+        "body 'float': displaces 144 m3, neutral mass 147600 kg; centre of buoyancy at x = 0, "
+        "z = -1.5 m; waterplane 48 m2, GM 1.28 m" in lines
+    )

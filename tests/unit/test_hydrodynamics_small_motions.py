@@ -51,3 +51,21 @@ def test_a_submerged_body_stays_below_the_surface() -> None:
 def test_pitch_is_within_15_deg() -> None:
     pitch = motions(BOX)["pitch"]
     assert pitch.maximum == -pitch.minimum == math.radians(15.0)
+
+
+def test_surge_is_within_a_tenth_of_the_wave_length() -> None:
+    """g T²/2π in deep water, at the peak of a sea; a single body in still water may go anywhere."""
+    length = 9.81 * 6.0**2 / (2 * math.pi)
+    jonswap = "spectrum: jonswap, significant_height: 1, peak_period: 6"
+    for waves in ("spectrum: regular, height: 1, period: 6", jonswap):
+        surge = motions(BOX, waves=waves)["surge"]
+        assert surge.maximum == -surge.minimum == pytest.approx(0.1 * length, rel=1e-9)
+        assert "within 0.1 of their length of 56.21 m" in surge.description
+    assert motions(BOX)["surge"].maximum == math.inf
+
+
+def test_bodies_in_still_water_stay_where_they_feel_each_other() -> None:
+    other = BOX.replace("draft: 1.5", "draft: 1.5, center_x: 14").replace("[0, ", "[14, ")
+    surge = motions(f"{BOX}\n  other: {other}")["surge"]
+    assert surge.maximum == -surge.minimum == 3.5
+    assert "distance of 14 m" in surge.description

@@ -10,8 +10,8 @@ import numpy as np
 
 from m4e_adapters.hydrodynamics.bem import solve_hulls, without_flow
 from m4e_adapters.hydrodynamics.coefficients import MEMORY_REACH, Coefficients, memory_size
-from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig, Still
-from m4e_adapters.hydrodynamics.doubts import sea_doubts, size_doubts
+from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig, Still, Water
+from m4e_adapters.hydrodynamics.doubts import sea_doubts, size_doubts, stability_doubts
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull, hulls_and_problems, make_hulls
 from m4e_adapters.hydrodynamics.load import hydrodynamics_program
 from m4e_adapters.hydrodynamics.sea import needed_frequency, waves_beyond
@@ -32,9 +32,14 @@ def coefficients_from_config(
     Raises InputError for meshes that do not bound a volume in the water.
     """
     hulls = make_hulls(config, folder, progress=progress)
-    for text in (*sea_doubts(config.waves, config.water), *size_doubts(hulls, config)):
+    for text in (
+        *sea_doubts(config.waves, config.water),
+        *size_doubts(hulls, config),
+        *stability_doubts(hulls, config.water),
+    ):
         progress(f"warning: {text}")
     for hull in hulls:
+        progress(_hydrostatics(hull, config.water))
         progress(_accuracy(hull))
     return solve_hulls(
         hulls,
@@ -137,6 +142,17 @@ def table_and_problems(
     step = EXTENSION_STEP * (table[1] - table[0])
     more = math.ceil((needed_frequency(config.waves) - maximum) / step - 1e-9)
     return np.concatenate([table, maximum + step * np.arange(1, more + 1)]), []
+
+
+def _hydrostatics(hull: Hull, water: Water) -> str:
+    """Hydrostatics of a hull in its reference pose, in one line."""
+    known = hull.hydrostatics
+    x, z = (round(value, 6) + 0.0 for value in known.center_of_buoyancy)
+    return (
+        f"body {hull.name!r}: displaces {known.volume:.6g} m3, neutral mass "
+        f"{water.density * known.volume:.6g} kg; centre of buoyancy at x = {x:.4g}, z = {z:.4g} m; "
+        f"waterplane {known.waterplane[0]:.4g} m2, GM {known.metacentric_height(hull.center):.3g} m"
+    )
 
 
 def _accuracy(hull: Hull) -> str:

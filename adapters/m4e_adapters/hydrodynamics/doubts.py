@@ -1,4 +1,4 @@
-"""Seas that break, and hulls of an absurd size: allowed, and seldom meant.
+"""Seas that break, hulls of an absurd size, hulls that capsize: allowed, and seldom meant.
 
 A wave breaks above 0.142 λ tanh kh (R. Miche, "Mouvements ondulatoires de la mer en profondeur
 constante ou décroissante", Annales des Ponts et Chaussées 114, 1944), and above 0.78 h, which is
@@ -16,6 +16,7 @@ import numpy as np
 
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig, Regular, Still, Water, Waves
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull
+from m4e_adapters.hydrodynamics.sea import wavelength
 from m4e_adapters.hydrodynamics.waves import wavenumber
 
 STEEPEST, OF_DEPTH = 0.142, 0.78  # heights that break, over wavelength and over depth
@@ -23,6 +24,7 @@ PERIODS, STEEPNESSES = (8.0, 15.0), (1 / 15, 1 / 25)  # [s] of the peak, and lim
 LENGTHS = (0.01, 1000.0)  # [m] of hulls
 BODIES_APART = 1000.0  # length of a hull over that of the shortest
 WAVES_APART = 100.0  # length of a hull over that of the waves
+UNSTABLE = -1e-3  # metacentric height over the size of a body, beyond the panels' noise
 
 
 def sea_doubts(waves: Waves, water: Water) -> Iterator[str]:
@@ -62,7 +64,8 @@ def size_doubts(hulls: Sequence[Hull], config: HydrodynamicsConfig) -> Iterator[
     """Hulls of sizes that no hull has, or none beside the others or in these waves; a line each."""
     lengths = {hull.name: float(np.ptp(hull.panels.vertices, axis=0).max()) for hull in hulls}
     shortest = min(lengths, key=lambda name: lengths[name])
-    waves = _wavelength(config)
+    water = config.water
+    waves = wavelength(config.waves, depth=water.depth, gravity=water.gravity)
     for name, length in lengths.items():
         told = f"the hull of body {name!r} measures {length:.4g} m"
         if config.bodies[name].shape.mesh is not None:
@@ -77,11 +80,15 @@ def size_doubts(hulls: Sequence[Hull], config: HydrodynamicsConfig) -> Iterator[
             yield f"{told}, the waves are {waves:.4g} m long: {remedy}"
 
 
-def _wavelength(config: HydrodynamicsConfig) -> float:
-    """That of the wave, or of the peak of the sea [m]; infinite in still water."""
-    waves, water = config.waves, config.water
-    if isinstance(waves, Still):
-        return math.inf
-    period = waves.period if isinstance(waves, Regular) else waves.peak_period
-    k = wavenumber(np.array(2 * math.pi / period), depth=water.depth, gravity=water.gravity)
-    return 2 * math.pi / float(k)
+def stability_doubts(hulls: Sequence[Hull], water: Water) -> Iterator[str]:
+    """Hulls that capsize if they float freely; a line each."""
+    for hull in hulls:
+        volume = hull.hydrostatics.volume
+        height = hull.hydrostatics.metacentric_height(hull.center)
+        if height < UNSTABLE * math.cbrt(volume):
+            stiffness = water.density * water.gravity * volume * height
+            yield (
+                f"body {hull.name!r} is unstable in pitch, with a stiffness of {stiffness:.4g} "
+                f"N.m/rad, weight included (GM = {height:.3g} m): floating freely it capsizes: "
+                "lower center_of_gravity"
+            )

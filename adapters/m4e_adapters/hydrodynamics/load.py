@@ -86,7 +86,7 @@ def hydrodynamics_program(
         resistance = _record_drag(recorder, body, (drag or {}).get(body, Drag()), velocity[own])
         parts = (restoring[own], memory[own], excitation[own], resistance)
         _record_outputs(recorder, body, parts)
-        _record_displacement(recorder, body, coefficients, displacement[own], k)
+        _record_displacement(recorder, body, coefficients, displacement[own], k, waves or Still())
         text = f"mass of the water that {body} displaces in the reference pose"
         neutral = Variable(f"{body}.neutral_mass", "kg", text)
         recorder.calculate(neutral, carried[k] / coefficients.gravity)
@@ -196,9 +196,10 @@ def _record_displacement(
     coefficients: Coefficients,
     displacement: Vector,
     k: int,
+    waves: AnyWaves,
 ) -> None:
     """Outputs surge, heave and pitch from the reference pose, with the limits of small motions."""
-    limits = motion_ranges(coefficients, k)
+    limits = motion_ranges(coefficients, k, waves)
     for (motion, limit), value, unit in zip(limits.items(), displacement, STATE_UNIT, strict=True):
         text = f"{motion} from the reference pose"
         if not limit.is_open:

@@ -25,6 +25,7 @@ from m4e_adapters.hydrodynamics.waves import (
     component_frequencies,
     component_phases,
     part_edges,
+    wavenumber,
 )
 from m4e_fmi.errors import InputError
 from m4e_fmi.program import Recorder, Scalar, Variable, cos, maximum, minimum, sin
@@ -47,6 +48,15 @@ def needed_frequency(waves: AnyWaves) -> float:
     if isinstance(waves, Regular):
         return 2 * math.pi / waves.period
     return REACH * 2 * math.pi / waves.peak_period
+
+
+def wavelength(waves: AnyWaves, *, depth: float, gravity: float) -> float:
+    """That of the wave, or of the peak of the sea [m]; infinite in still water."""
+    if isinstance(waves, Still):
+        return math.inf
+    period = waves.period if isinstance(waves, Regular) else waves.peak_period
+    k = wavenumber(np.array(2 * math.pi / period), depth=depth, gravity=gravity)
+    return 2 * math.pi / float(k)
 
 
 def waves_beyond(waves: AnyWaves, highest: float, limit: float) -> tuple[str, str] | None:

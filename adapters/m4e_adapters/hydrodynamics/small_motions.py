@@ -6,8 +6,12 @@ import math
 from dataclasses import dataclass
 
 from m4e_adapters.hydrodynamics.coefficients import NO_WATERPLANE, Coefficients
+from m4e_adapters.hydrodynamics.config import Still
+from m4e_adapters.hydrodynamics.sea import AnyWaves, wavelength
 
 HEAVE, PITCH = 0.5, math.radians(15.0)  # limits: mean drafts, rad
+OF_WAVE = 0.1  # of the wave length (at the peak): 36 deg of the phase
+OF_GAP = 0.25  # of the distance between bodies, whose waves feel it
 
 
 @dataclass(frozen=True)
@@ -23,12 +27,40 @@ class Range:
         return math.isinf(self.minimum) and math.isinf(self.maximum)
 
 
-def motion_ranges(coefficients: Coefficients, k: int) -> dict[str, Range]:
+def motion_ranges(coefficients: Coefficients, k: int, waves: AnyWaves) -> dict[str, Range]:
     """The ranges of body `k` by motion."""
-    pitch = Range(
-        -PITCH, PITCH, f"the water is linear, for motions within {math.degrees(PITCH):g} deg"
+    reason = f"the water is linear, for motions within {math.degrees(PITCH):g} deg"
+    return {
+        "surge": _surge(coefficients, k, waves),
+        "heave": _heave(coefficients, k),
+        "pitch": Range(-PITCH, PITCH, reason),
+    }
+
+
+def _surge(coefficients: Coefficients, k: int, waves: AnyWaves) -> Range:
+    """The excitation is that at the reference place: a share of the wave length.
+
+    In still water a share of the distance to the nearest of several bodies; one body may go
+    anywhere.
+    """
+    if not isinstance(waves, Still):
+        length = wavelength(waves, depth=coefficients.depth, gravity=coefficients.gravity)
+        limit = OF_WAVE * length
+        reason = (
+            f"the waves are those at the reference place, for motions within {OF_WAVE:g} of their "
+            f"length of {length:.4g} m"
+        )
+        return Range(-limit, limit, reason)
+    others = [center for j, center in enumerate(coefficients.centers) if j != k]
+    distances = [abs(float(center[0] - coefficients.centers[k][0])) for center in others]
+    if not distances or min(distances) == 0.0:
+        return Range()
+    limit = OF_GAP * min(distances)
+    reason = (
+        f"bodies feel each other as in the reference pose, for motions within {OF_GAP:g} of their "
+        f"distance of {min(distances):.4g} m"
     )
-    return {"surge": Range(), "heave": _heave(coefficients, k), "pitch": pitch}
+    return Range(-limit, limit, reason)
 
 
 def _heave(coefficients: Coefficients, k: int) -> Range:

@@ -6,6 +6,7 @@ import time as clock
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 
 from m4e_fmi.cosim.connections.prepared import Prepared
@@ -25,6 +26,7 @@ from m4e_fmi.cosim.master.recording import (
 from m4e_fmi.cosim.master.stepwise import Execution
 from m4e_fmi.cosim.monitoring.flotation import start_warnings
 from m4e_fmi.cosim.preparation.prepare import prepare
+from m4e_fmi.cosim.preparation.surroundings import model_gravity
 from m4e_fmi.cosim.results.writer import AT_STOP, ResultsWriter
 from m4e_fmi.cosim.system.component_steps import pace
 from m4e_fmi.cosim.system.system import NS_PER_SECOND, Component, Simulation, System
@@ -241,7 +243,8 @@ def _begun(
             )
         )
         found = _Begun(master)
-        floats = start_warnings(master.network, system.wiring)
+        gravity = partial(model_gravity, system.system, system.descriptions)
+        floats = start_warnings(master.network, system.wiring, gravity)
         if warn:
             for line in floats:
                 warn(f"warning: {line}")

@@ -9,11 +9,13 @@ carry (`start_balance`).
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 from m4e_fmi.cosim.connections.connect import Port, Wiring
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.monitoring.start_balance import BUOYANCY, Balance, Hull, balances
+
+Gravity = Callable[[str], float | None]
 
 OTHERS = ("x", "z", "theta", "force_z", "neutral_mass")
 """Variables of such a connector, besides."""
@@ -21,20 +23,29 @@ UNBALANCED = 0.01
 """Share of the buoyancy by which the load may differ from it before that is told."""
 SHARE_OF_DRAFT = 0.01
 """Displacement at the start that is told, over the mean draft."""
+ASIDE = 0.1
+"""Distance along x at the start that is told, over the size of the body."""
 TILT = math.radians(1.0)
 """Angle [rad] at the start, or of the trim, that is told."""
 FAR = math.radians(15.0)
 """Trim [rad] whose value linear water does not tell."""
+SAME_GRAVITY = 1e-3
+"""Relative difference of two gravities that is none."""
 NOISE = 1e-3
 """Metacentric height, over the size of the body, that the panels leave uncertain."""
 
 
-def start_warnings(network: Network, wiring: Wiring) -> tuple[str, ...]:
-    """What seems wrong with the floating bodies of a network at its start; a line each."""
+def start_warnings(
+    network: Network, wiring: Wiring, gravity_of: Gravity = lambda _: None
+) -> tuple[str, ...]:
+    """What seems wrong with the floating bodies of a network at its start; a line each.
+
+    `gravity_of` tells the gravity [m/s2] of a component, if it is known.
+    """
     hulls = list(_hulls(network, wiring))
     found = [line for hull in hulls for line in _pose(hull)]
     for balance in balances(network, wiring, hulls):
-        found += [*_weight(balance), *_trim(balance)]
+        found += [*_weight(balance, gravity_of), *_trim(balance), *_stability(balance)]
     return tuple(found)
 
 
@@ -55,20 +66,22 @@ def _hulls(network: Network, wiring: Wiring) -> Iterator[Hull]:
 def _pose(hull: Hull) -> Iterator[str]:
     """The start pose, where it is another than the one that the coefficients are for."""
     variables = hull.network.instances[hull.component].description.variables
-    for symbol in ("z", "theta"):
+    for symbol in ("x", "z", "theta"):
         variable = variables[f"{hull.body}.{symbol}"]
         now = hull.network.read(f"{hull.name}.{symbol}")
         meant = float(variable.start or 0.0)
-        limit = TILT if symbol == "theta" else SHARE_OF_DRAFT * hull.draft
+        limit = {"x": ASIDE * hull.size, "z": SHARE_OF_DRAFT * hull.draft, "theta": TILT}[symbol]
         if abs(now - meant) > limit:
+            remedy = "right for a release, else make start and center_of_gravity agree"
+            if symbol == "x":
+                remedy = "make start and center_of_gravity agree, or connect the body that is there"
             yield (
                 f"{hull.name}.{symbol} starts at {now:.4g} {variable.unit}, coefficients "
-                f"are for {meant:.4g} {variable.unit}: right for a release, else make start and "
-                "center_of_gravity agree"
+                f"are for {meant:.4g} {variable.unit}: {remedy}"
             )
 
 
-def _weight(balance: Balance) -> Iterator[str]:
+def _weight(balance: Balance, gravity_of: Gravity) -> Iterator[str]:
     """The vertical load at the start, where the still water carries something else."""
     buoyancy, force = balance.buoyancy, balance.force
     if force is None or abs(force) <= UNBALANCED * abs(buoyancy):
@@ -84,7 +97,7 @@ def _weight(balance: Balance) -> Iterator[str]:
     yield (
         f"{_holders(balance)}: weight and connected forces are {balance.load / 1e3:.5g} kN at the "
         f"start{of_them}, the still water carries {buoyancy / 1e3:.5g} kN in the pose that the "
-        f"coefficients are for{settles}; {_remedy(balance)}"
+        f"coefficients are for{settles}; {_other_gravity(balance, gravity_of) or _remedy(balance)}"
     )
 
 
@@ -92,6 +105,17 @@ def _holders(balance: Balance) -> str:
     """The bodies as their component calls them."""
     first, *others = [hull.holder for hull in balance.hulls]
     return " and ".join([first, *(name.partition(".")[2] for name in others)])
+
+
+def _other_gravity(balance: Balance, gravity_of: Gravity) -> str:
+    """The remedy of a gravity that is not that of the water; no text if they agree."""
+    water = balance.buoyancy / balance.neutral_mass
+    gravity = gravity_of(balance.hulls[0].link.source.component)
+    if gravity is None or math.isclose(water, gravity, rel_tol=SAME_GRAVITY):
+        return ""
+    return (
+        f"the gravity of the model is {gravity:g} m/s2, of the water {water:.6g}: make them equal"
+    )
 
 
 def _remedy(balance: Balance) -> str:
@@ -154,3 +178,17 @@ def _trim(balance: Balance) -> Iterator[str]:
         f"at the start, that of the buoyancy at an arm of {abs(moment / balance.buoyancy):.3g} m: "
         f"{turns}; {remedy}, or balance the moments of the connected forces"
     )
+
+
+def _stability(balance: Balance) -> Iterator[str]:
+    """A free body that nothing turns back; of joined ones the weights' share is not known."""
+    hull, stiffness = balance.hulls[0], balance.pitch_stiffness
+    if balance.moment is None or len(balance.hulls) > 1:
+        return
+    height = stiffness / balance.buoyancy
+    if height < -NOISE * hull.size:
+        yield (
+            f"{hull.holder}: it is unstable in pitch, with a stiffness of {stiffness:.4g} N.m/rad, "
+            f"weight included (GM = {height:.3g} m): without other forces it capsizes: lower "
+            "center_of_gravity"
+        )

@@ -22,6 +22,7 @@ from m4e_fmi.cosim.load import load_system
 from m4e_fmi.cosim.preparation.components import ready_fmus
 from m4e_fmi.cosim.preparation.dependence_probing import probed
 from m4e_fmi.cosim.preparation.state_trials import without_forgetful
+from m4e_fmi.cosim.preparation.surroundings import differing
 from m4e_fmi.cosim.system.component_steps import pace, refined, rounded
 from m4e_fmi.cosim.system.component_units import with_units
 from m4e_fmi.cosim.system.system import System
@@ -82,7 +83,7 @@ def prepare(
     wiring, late = broken(descriptions, wiring, rates)
     structure = analyse(descriptions, wiring)
     notes = (*rounded(system.simulation), *([note] if note else []), *found, *late)
-    missing = [find(system, descriptions, wiring) for find in (unconnected_parameters, loose_ends)]
+    missing = [find(system, descriptions, wiring) for find in (unconnected_parameters, loose_ends, differing)]
     doubtful = (
         *start_values_without_effect(system, wiring, structure),
         *reversed_forces(system, descriptions, wiring),

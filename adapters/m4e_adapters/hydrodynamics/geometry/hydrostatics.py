@@ -42,6 +42,15 @@ class Hydrostatics:
         result[2, 2] += self.volume * (self.center_of_buoyancy[1] - z_g)
         return density * gravity * result
 
+    def metacentric_height(self, center: tuple[float, float]) -> float:
+        """GM [m] about `center`: pitch stiffness of a free body over its weight.
+
+        The waterplane's moment counts about its own middle, since heave follows freely.
+        """
+        area, first, second = self.waterplane
+        inertia = second - first**2 / area if area > 0 else 0.0
+        return inertia / self.volume + self.center_of_buoyancy[1] - center[1]
+
     def buoyancy(self, center: tuple[float, float], density: float, gravity: float) -> np.ndarray:
         """Force [N, N] and moment about `center` [N.m] of the water in the reference pose, (3,)."""
         force = density * gravity * self.volume

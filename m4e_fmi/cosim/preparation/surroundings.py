@@ -1,0 +1,92 @@
+"""Water and gravity that differ between components which belong to one place.
+
+A kind whose configuration has a section `water` is in water of that density, depth and gravity. A
+model that such a component acts on has a gravity, too.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from itertools import combinations
+from typing import Any
+
+from m4e_fmi.cosim.connections.connect import Wiring
+from m4e_fmi.cosim.system.start_values import value_of
+from m4e_fmi.cosim.system.system import Component, Kind, ModelFile, System
+from m4e_fmi.errors import InputError
+from m4e_fmi.fmu import Description
+
+UNITS = {"density": "kg/m3", "depth": "m", "gravity": "m/s2"}
+SAME = 1e-3
+"""Relative difference that is none: 9.80665 and 9.81 m/s2 are the same gravity."""
+
+Descriptions = Mapping[str, Description]
+
+
+def differing(system: System, descriptions: Descriptions, wiring: Wiring) -> list[str]:
+    """Water and gravity that differ between two components; a line each, with values and places."""
+    waters = {c.name: water for c in system.components if (water := _water(c)) is not None}
+    found = []
+    for (first, one), (second, other) in combinations(waters.items(), 2):
+        for key, unit in UNITS.items():
+            a, b = getattr(one, key, None), getattr(other, key, None)
+            if a is not None and b is not None and not _same(a, b):
+                found.append(
+                    f"{_told(system, first, key, a)}, {_told(system, second, key, b)} {unit}: "
+                    "components in one water need the same"
+                )
+    return found + list(_weights(system, descriptions, wiring, waters))
+
+
+def _weights(
+    system: System, descriptions: Descriptions, wiring: Wiring, waters: Mapping[str, Any]
+) -> Iterator[str]:
+    """Models whose gravity is not that of the water which acts on them."""
+    acts = {(link.source.component, link.target.component) for link in wiring.links}
+    for water, model in sorted(acts):
+        there = getattr(waters.get(water), "gravity", None)
+        if there is None:
+            continue
+        gravity = model_gravity(system, descriptions, model)
+        if not _same(gravity, there):
+            yield (
+                f"the gravity of {model}'s model is {gravity:g}, "
+                f"{_told(system, water, 'gravity', there)} m/s2: bodies of the mass of the "
+                "displaced water do not float; make them equal"
+            )
+
+
+def model_gravity(system: System, descriptions: Descriptions, name: str) -> float | None:
+    """The gravity [m/s2] of a component, if it is built from a model that is still there."""
+    from m4e_fmi.model import load_model
+    from m4e_fmi.model.elements import parameter_values, quantity
+
+    (component,) = (c for c in system.components if c.name == name)
+    if not isinstance(component.source, ModelFile):
+        return None
+    try:
+        model = load_model(component.source.path)
+    except InputError:
+        return None
+    variables, values = descriptions[name].variables, parameter_values(model.parameters)
+    for key, given in component.start.items():
+        if key in values:
+            values[key] = float(value_of(variables[key], given))
+    return float(quantity(model, "gravity").evaluate(values))
+
+
+def _water(component: Component) -> Any:
+    source = component.source
+    return getattr(source.config, "water", None) if isinstance(source, Kind) else None
+
+
+def _same(a: float | None, b: float | None) -> bool:
+    return a is None or b is None or a == b or math.isclose(a, b, rel_tol=SAME)
+
+
+def _told(system: System, component: str, key: str, value: float) -> str:
+    """A value and its place."""
+    text = "deep" if math.isinf(value) else f"{value:g}"
+    line = system.problem(("components", component, "water", key), "").line
+    return f"{component}.water.{key} is {text}" + (f" (line {line})" if line else "")

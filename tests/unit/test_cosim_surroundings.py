@@ -1,0 +1,84 @@
+"""Water and gravity that differ between components are told, with values and lines."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from support.described import described
+
+from m4e_fmi.cosim import load_system
+from m4e_fmi.cosim.connections.connect import Link, Port, Wiring
+from m4e_fmi.cosim.preparation.surroundings import differing
+
+MODEL = """\
+name: buoy
+gravity: {gravity}
+parameters: {{g: {{value: 9.81, unit: m/s2}}}}
+bodies: {{float: {{mass: 1e5, inertia: 1e6}}}}
+joints: {{sea: {{type: floating, child: float}}}}
+"""
+SYSTEM = """\
+name: moored
+components:
+  buoy: {{model: buoy.model.yaml, start: {{{start}}}}}
+  hydro:
+    kind: hydrodynamics
+    water: {{{hydro}}}
+    bodies: {{float: {{shape: {{sphere: {{radius: 3}}}}, center_of_gravity: [0, -1]}}}}
+  mooring:
+    kind: mooring
+    water: {{{mooring}}}
+    line_types:
+      rope: {{diameter: 0.1, mass_per_length: 10, axial_stiffness: 1e7, axial_damping_ratio: 1,
+        drag_coefficient: 1, added_mass_coefficient: 1}}
+    anchors: {{a: [-50, -40]}}
+    fairleads: [f]
+    lines: {{l: {{type: rope, from: a, to: f, unstretched_length: 60, segments: 5}}}}
+connections: []
+simulation: {{stop_time: 1, step_size: 0.1}}
+"""
+LINK = Link(Port("hydro", "float.force_z"), Port("buoy", "body.float.force_z"), 0)
+WIRING = Wiring((LINK,), (), (), ())
+BUOY = described("buoy", ("g", "parameter", "m/s2"), ("body.float.force_z", "input", "N"))
+
+
+def told(
+    folder: Path,
+    *,
+    hydro: str = "depth: 40",
+    mooring: str = "depth: 40",
+    gravity: str = "9.80665",
+    start: str = "",
+) -> list[str]:
+    (folder / "buoy.model.yaml").write_text(MODEL.format(gravity=gravity))
+    (folder / "system.yaml").write_text(SYSTEM.format(hydro=hydro, mooring=mooring, start=start))
+    system = load_system(folder / "system.yaml")
+    return differing(system, {"buoy": BUOY}, WIRING)
+
+
+def test_one_water_is_silent(tmp_path: Path) -> None:
+    """Its defaults of gravity, 9.81 and 9.80665, are the same."""
+    assert told(tmp_path) == []
+
+
+def test_waters_that_differ_are_told(tmp_path: Path) -> None:
+    """Each of the three values; a default has the line of its section."""
+    depth, gravity = told(tmp_path, mooring="depth: 80, gravity: 1.62")
+    assert depth == (
+        "hydro.water.depth is 40 (line 6), mooring.water.depth is 80 (line 10) m: components in "
+        "one water need the same"
+    )
+    assert "gravity is 9.81 (line 6), mooring.water.gravity is 1.62 (line 10) m/s2" in gravity
+    (density,) = told(tmp_path, mooring="depth: 40, density: 1.025")
+    assert "density is 1025 (line 6), mooring.water.density is 1.025 (line 10) kg/m3" in density
+    (deep,) = told(tmp_path, hydro="depth: deep")
+    assert "hydro.water.depth is deep" in deep
+
+
+def test_the_gravity_of_a_model_is_compared_with_that_of_its_water(tmp_path: Path) -> None:
+    """Also one that a start value sets."""
+    (line,) = told(tmp_path, gravity="9.7")
+    assert "gravity of buoy's model is 9.7, hydro.water.gravity is 9.81 (line 6) m/s2" in line
+    assert told(tmp_path, gravity="g") == []
+    (line,) = told(tmp_path, gravity="g", start="g: 9.6")
+    assert "gravity of buoy's model is 9.6" in line
