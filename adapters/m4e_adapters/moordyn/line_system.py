@@ -28,6 +28,7 @@ from pathlib import Path
 
 from .console import console_kept
 from .placement import below_seabed, misplaced, unplaced
+from .plausibility import above_water, coarse_lines, high_anchors, light_lines, stretched_lines
 from .rest import away_from, left_over, net_at, too_long, with_nodes
 
 START_STEP = 1e-12  # [s] length of the step that evaluates the forces at the start
@@ -145,6 +146,7 @@ class LineSystem:
         self.warnings = []
         self._lengths = []
         self._stretched = set()  # the lines that were too long when last looked at
+        self._surfaced = set()  # the free points that were above the water then
 
     @property
     def running(self):
@@ -175,6 +177,7 @@ class LineSystem:
             *below_seabed(self._fairleads, position, self._bed),
             *(too_long(net, self._names) if net is not None else ()),
             *self._unrest(net if found else None),
+            *self._implausible(net if found and self._at_rest else None),
             *_own_warnings(report, found),
         ]
         self.settle(velocity)
@@ -344,6 +347,39 @@ class LineSystem:
         if not texts and self._net is not None and self._at_rest:
             worst = max(zip(forces, self._names, strict=True))
             return [f"{NOT_FOUND}: it leaves {worst[0]:.3g} N on a node of {worst[1]}"]
+        return texts
+
+    def _implausible(self, net):
+        """Texts of what can hardly be meant; `net` is the equilibrium, if lines start in it."""
+        if self._net is None:
+            return []
+        tensions = list(zip(self.anchor_tension, self.fairlead_tension, strict=True))
+        buoys = self._above_water()
+        self._surfaced = set(buoys)
+        return [
+            *high_anchors(self._net["points"], self._net["bed"]),
+            *light_lines(self._net["lines"], self._names),
+            *(coarse_lines(net, self._names, tensions) if net is not None else ()),
+            *(stretched_lines(net, self._names) if net is not None else ()),
+            *buoys.values(),
+        ]
+
+    def _above_water(self):
+        """A text, by number, for each buoyant free point that is above the water."""
+        if self._net is None:
+            return {}
+        heights = {}
+        for line, (handle, last) in zip(self._net["lines"], self._ends, strict=True):
+            for point, node in zip(line["ends"], (0, last), strict=True):
+                if self._net["points"][point]["force"] is not None:
+                    heights[point] = moordyn.GetLineNodePos(handle, node)[2]
+        return above_water(self._net["points"], heights)
+
+    def surfaced(self):
+        """A text for each free point that is above the water with its buoyancy, and was not."""
+        found = self._above_water()
+        texts = [text for k, text in found.items() if k not in self._surfaced]
+        self._surfaced = set(found)
         return texts
 
     def overstretched(self, remedy="check its length and stiffness, and what holds the body"):

@@ -20,6 +20,7 @@ TRAVELS = (
     "line_system.py",
     "node_forces.py",
     "placement.py",
+    "plausibility.py",
     "rest.py",
     "statics.py",
 )
