@@ -213,7 +213,12 @@ lines:
             "l1 is 100 m long, 10 m more than there is room for: 0 m and 40 m from its ends to the "
             "seabed at z = -60 m, and 50 m along it; the rest lies in loops: check its length",
         ),
-        ("length: 85", "length: 163", (0.0, 0.0), "f1 starts at (0, 0), and nothing else gives it"),
+        (
+            "length: 85",
+            "length: 163",
+            (0.0, 0.0),
+            "f1 starts at (0, 0): if it is not connected, connect it",
+        ),
         ("[f1]", "{f1: [0, 0]}", (0.0, 0.0), "beyond its unstretched length"),
         ("[f1]", "{f1: [-9, 0]}", (0.0, 0.0), "beyond its unstretched length"),
     ],

@@ -6,6 +6,9 @@ import pytest
 
 from m4e_adapters.moordyn import MooringConfig, mooring, ready_mooring
 from m4e_adapters.moordyn.line_system import LineSystem
+from m4e_adapters.moordyn.rest import too_long
+from m4e_adapters.moordyn.statics import Net
+from m4e_fmi.errors import InputError
 from m4e_fmi.files.document import Document
 
 LINES = """\
@@ -101,3 +104,34 @@ def test_a_buoy_above_the_water_is_told_at_the_start_and_when_it_rises(tmp_path)
     assert len(lines.surfaced()) == 1
     assert lines.surfaced() == []
     lines.close()
+
+
+def test_a_floating_line_between_ends_above_the_water_has_room_to_go_down_to_it():
+    points = [{"position": (x, 0, 3), "force": None} for x in (0, 47)]
+    hawser = {"ends": (0, 1), "segments": 10, "length": 50.0, "weight": 70.0, "buoyancy": 80.0}
+    hawser |= {"stiffness": 1e6, "bending": 0.0, "diameter": 0.1}
+    assert too_long(Net(points, [hawser], -60.0, 3e6), ["hawser"]) == []
+    (told,) = too_long(Net(points, [{**hawser, "length": 54.0}], -60.0, 3e6), ["hawser"])
+    assert "1 m more than there is room for" in told
+
+
+@pytest.mark.parametrize("wrong", ["[]", "{}", "1"])
+def test_a_fairlead_that_is_no_name_is_one_problem(wrong):
+    text = LINES.replace("{f: [-10, -10]}", f"[{wrong}]")
+    with pytest.raises(InputError) as caught:
+        Document.parse(text).validate(MooringConfig)
+    assert "a fairlead in a list is a name" in caught.value.problems[0].message
+
+
+@pytest.mark.parametrize(
+    ("options", "advice"),
+    [
+        ("", "give MoorDyn a smaller threshIC"),
+        ("1e-6 threshIC\n100 TmaxIC\n", "give MoorDyn a smaller threshIC"),
+        ("1e-6 ICthresh\n1000 TmaxIC\n", "try MoorDyn's other method (1 ICgenDynamic"),
+        ("1 ICgenDynamic\n1e-4 threshIC\n", "start the run before"),
+    ],
+)
+def test_a_remedy_that_was_followed_is_not_given_again(options, advice):
+    lines = LineSystem("--- OPTIONS ---\n" + options, fairleads=[0.0], lines=["l"], time_step=0.1)
+    assert lines._longer().startswith(advice)

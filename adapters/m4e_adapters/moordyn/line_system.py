@@ -37,6 +37,11 @@ PIECE = 4  # internal steps of MoorDyn during which fairleads keep their velocit
 SWITCHED_OFF = "the input switches the static equilibrium off (static_equilibrium, or TmaxIC 0)"
 NOT_FOUND = "the static equilibrium was not found, and lines start in MoorDyn's own solution"
 LATER = "start the run before the time that counts"
+OTHER = (
+    "try MoorDyn's other method (1 ICgenDynamic, with threshIC 1e-4, dtIC 10 and TmaxIC 500); "
+    f"else {LATER}"
+)
+FOLLOWED = (1e-6, 1000.0)  # threshIC, TmaxIC [s] that LONGER asks for
 LONGER = (  # of a file with rods or free bodies, where TmaxIC alone changes nothing
     "give MoorDyn a smaller threshIC (1e-6) and more time (TmaxIC 1000), or its other method "
     f"(1 ICgenDynamic, with threshIC 1e-4, dtIC 10 and TmaxIC 500); else {LATER}"
@@ -342,12 +347,25 @@ class LineSystem:
             for line, last in self._ends
         ]
         counts = [last for _, last in self._ends]
-        remedy = LONGER if self._net is None else LATER
+        remedy = self._longer() if self._net is None else LATER
         texts = left_over(self._names, forces, tensions, counts, remedy)
         if not texts and self._net is not None and self._at_rest:
             worst = max(zip(forces, self._names, strict=True))
             return [f"{NOT_FOUND}: it leaves {worst[0]:.3g} N on a node of {worst[1]}"]
         return texts
+
+    def _longer(self):
+        """The remedy where MoorDyn alone looks for the equilibrium."""
+        if self._option("ICgenDynamic|genDynamicIC", 0.0):
+            return LATER
+        least, most = FOLLOWED
+        done = self._option("threshIC|ICthresh", 1.0) <= least
+        return OTHER if done and self._option("TmaxIC|ICTmax", 0.0) >= most else LONGER
+
+    def _option(self, names, otherwise):
+        """The value of an option in MoorDyn's input, the last one if there are several."""
+        found = re.findall(rf"^(\S+) (?:{names})$", self._text, re.IGNORECASE | re.MULTILINE)
+        return float(found[-1]) if found else otherwise
 
     def _implausible(self, net):
         """Texts of what can hardly be meant; `net` is the equilibrium, if lines start in it."""
