@@ -133,6 +133,7 @@ def test_mistakes_of_rods_and_bodies_are_told_at_once_with_those_of_kinds(tmp_pa
         ("75 8 -", "75 1e9 -", "segments 1e9 cannot be meant", "whole number between 1 and 1000"),
         ("5e-4 dtM", "5e-4 dtM\n1e-3 DT", "DT 1e-3: line 34 gives dtM 5e-4", "takes the last one"),
         ("1000 rho", "1000 rho\n1025 rho", "rho 1025: line 33 gives rho 1000", "remove one"),
+        ("80 WtrDpth\n", "", "depth of the water, WtrDpth, is missing", "'200 WtrDpth'"),
         ("1000 rho", "1000 rho\n1e3 rho", "", ""),  # the same value
     ],
 )

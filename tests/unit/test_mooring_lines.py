@@ -155,7 +155,7 @@ def test_a_line_that_is_far_too_short_is_told():
 def test_a_line_that_becomes_far_too_long_is_told_once():
     lines = system(ROPE)
     lines.start([(0.0, -101.0)], [(0.0, -1000.0)])
-    assert lines.warnings == [
+    assert lines.warnings[1:] == [
         "the ends of rope are 101 m apart, 0.498 % beyond its unstretched length of 100.5 m, and "
         "it pulls 4.98e+06 N: check the initial positions of its fairleads, and its length"
     ]
@@ -179,7 +179,8 @@ def test_a_line_that_starts_stretched_is_told(strain: float, told: bool):
     lines = system(ROPE)
     lines.start([(0.0, -LENGTH * (1 + strain))], [(0.0, 0.0)])
     lines.close()
-    assert [f" {100 * strain:.3g} % beyond" in text for text in lines.warnings] == [True] * told
+    beyond = [text for text in lines.warnings if "beyond its unstretched length" in text]
+    assert [f" {100 * strain:.3g} % beyond" in text for text in beyond] == [True] * told
 
 
 SINGLE = """\
@@ -212,7 +213,12 @@ lines:
             "l1 is 100 m long, 10 m more than there is room for: 0 m and 40 m from its ends to the "
             "seabed at z = -60 m, and 50 m along it; the rest lies in loops: check its length",
         ),
-        ("length: 85", "length: 163", (0.0, 0.0), "f1 starts at (0, 0), and nothing else gives it"),
+        (
+            "length: 85",
+            "length: 163",
+            (0.0, 0.0),
+            "f1 starts at (0, 0): if it is not connected, connect it",
+        ),
         ("[f1]", "{f1: [0, 0]}", (0.0, 0.0), "beyond its unstretched length"),
         ("[f1]", "{f1: [-9, 0]}", (0.0, 0.0), "beyond its unstretched length"),
     ],

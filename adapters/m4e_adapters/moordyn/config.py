@@ -165,6 +165,8 @@ class MooringConfig(Section):
     def _names_only(cls, value: Any) -> Any:
         if not isinstance(value, list):
             return value
+        if not all(isinstance(name, str) for name in value):
+            raise rejected("a fairlead in a list is a name", "write 'fairleads: [bow, stern]'")
         twice = sorted({str(name) for name in value if value.count(name) > 1})
         if twice:
             raise rejected(f"{', '.join(twice)} stands here twice", "give each fairlead its name")

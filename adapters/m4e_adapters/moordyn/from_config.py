@@ -40,7 +40,10 @@ def _net(config: MooringConfig) -> dict[str, Any]:
     """Points (anchors, then fairleads) and lines, for their static equilibrium."""
     water = config.water
     assert water is not None
-    held = [{"position": (x, 0.0, z), "force": None} for x, z in config.anchors.values()]
+    held = [
+        {"position": (x, 0.0, z), "force": None, "name": f"anchor {name}", "anchor": True}
+        for name, (x, z) in config.anchors.items()
+    ]
     moved = [{"position": (0.0, 0.0, 0.0), "force": None} for _ in config.fairleads]
     number = {name: k for k, name in enumerate([*config.anchors, *config.fairleads])}
     lines = []

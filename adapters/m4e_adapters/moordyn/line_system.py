@@ -28,6 +28,7 @@ from pathlib import Path
 
 from .console import console_kept
 from .placement import below_seabed, misplaced, unplaced
+from .plausibility import above_water, coarse_lines, high_anchors, light_lines, stretched_lines
 from .rest import away_from, left_over, net_at, too_long, with_nodes
 
 START_STEP = 1e-12  # [s] length of the step that evaluates the forces at the start
@@ -36,6 +37,11 @@ PIECE = 4  # internal steps of MoorDyn during which fairleads keep their velocit
 SWITCHED_OFF = "the input switches the static equilibrium off (static_equilibrium, or TmaxIC 0)"
 NOT_FOUND = "the static equilibrium was not found, and lines start in MoorDyn's own solution"
 LATER = "start the run before the time that counts"
+OTHER = (
+    "try MoorDyn's other method (1 ICgenDynamic, with threshIC 1e-4, dtIC 10 and TmaxIC 500); "
+    f"else {LATER}"
+)
+FOLLOWED = (1e-6, 1000.0)  # threshIC, TmaxIC [s] that LONGER asks for
 LONGER = (  # of a file with rods or free bodies, where TmaxIC alone changes nothing
     "give MoorDyn a smaller threshIC (1e-6) and more time (TmaxIC 1000), or its other method "
     f"(1 ICgenDynamic, with threshIC 1e-4, dtIC 10 and TmaxIC 500); else {LATER}"
@@ -145,6 +151,7 @@ class LineSystem:
         self.warnings = []
         self._lengths = []
         self._stretched = set()  # the lines that were too long when last looked at
+        self._surfaced = set()  # the free points that were above the water then
 
     @property
     def running(self):
@@ -175,6 +182,7 @@ class LineSystem:
             *below_seabed(self._fairleads, position, self._bed),
             *(too_long(net, self._names) if net is not None else ()),
             *self._unrest(net if found else None),
+            *self._implausible(net if found and self._at_rest else None),
             *_own_warnings(report, found),
         ]
         self.settle(velocity)
@@ -339,11 +347,57 @@ class LineSystem:
             for line, last in self._ends
         ]
         counts = [last for _, last in self._ends]
-        remedy = LONGER if self._net is None else LATER
+        remedy = self._longer() if self._net is None else LATER
         texts = left_over(self._names, forces, tensions, counts, remedy)
         if not texts and self._net is not None and self._at_rest:
             worst = max(zip(forces, self._names, strict=True))
             return [f"{NOT_FOUND}: it leaves {worst[0]:.3g} N on a node of {worst[1]}"]
+        return texts
+
+    def _longer(self):
+        """The remedy where MoorDyn alone looks for the equilibrium."""
+        if self._option("ICgenDynamic|genDynamicIC", 0.0):
+            return LATER
+        least, most = FOLLOWED
+        done = self._option("threshIC|ICthresh", 1.0) <= least
+        return OTHER if done and self._option("TmaxIC|ICTmax", 0.0) >= most else LONGER
+
+    def _option(self, names, otherwise):
+        """The value of an option in MoorDyn's input, the last one if there are several."""
+        found = re.findall(rf"^(\S+) (?:{names})$", self._text, re.IGNORECASE | re.MULTILINE)
+        return float(found[-1]) if found else otherwise
+
+    def _implausible(self, net):
+        """Texts of what can hardly be meant; `net` is the equilibrium, if lines start in it."""
+        if self._net is None:
+            return []
+        tensions = list(zip(self.anchor_tension, self.fairlead_tension, strict=True))
+        buoys = self._above_water()
+        self._surfaced = set(buoys)
+        return [
+            *high_anchors(self._net["points"], self._net["bed"]),
+            *light_lines(self._net["lines"], self._names),
+            *(coarse_lines(net, self._names, tensions) if net is not None else ()),
+            *(stretched_lines(net, self._names) if net is not None else ()),
+            *buoys.values(),
+        ]
+
+    def _above_water(self):
+        """A text, by number, for each buoyant free point that is above the water."""
+        if self._net is None:
+            return {}
+        heights = {}
+        for line, (handle, last) in zip(self._net["lines"], self._ends, strict=True):
+            for point, node in zip(line["ends"], (0, last), strict=True):
+                if self._net["points"][point]["force"] is not None:
+                    heights[point] = moordyn.GetLineNodePos(handle, node)[2]
+        return above_water(self._net["points"], heights)
+
+    def surfaced(self):
+        """A text for each free point that is above the water with its buoyancy, and was not."""
+        found = self._above_water()
+        texts = [text for k, text in found.items() if k not in self._surfaced]
+        self._surfaced = set(found)
         return texts
 
     def overstretched(self, remedy="check its length and stiffness, and what holds the body"):

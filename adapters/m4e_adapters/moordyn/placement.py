@@ -24,8 +24,8 @@ def below_seabed(names, position, bed):
 def unplaced(names, position, given):
     """A text for each fairlead at (0, 0) to which `given` gives no place."""
     return [
-        f"{name} starts at (0, 0), and nothing else gives it a place: connect it, or, if (0, 0) is "
-        f"meant, write 'fairleads: {{{name}: [0, 0]}}'"
+        f"{name} starts at (0, 0): if it is not connected, connect it; if (0, 0) is meant, "
+        f"write 'fairleads: {{{name}: [0, 0]}}'"
         for name, place in zip(names, position, strict=True)
         if name not in given and not any(place)
     ]

@@ -101,7 +101,7 @@ def too_long(net, names):
         a, b = (net.position[k] for k in line["ends"])
         floats = line["weight"] < line["buoyancy"]
         level, where = (0.0, "surface") if floats else (net.bed, "seabed")
-        away = [max(0.0, -z if floats else z - level) for z in (a[2], b[2])]
+        away = [abs(z) if floats else max(0.0, z - level) for z in (a[2], b[2])]
         across = hypot(a[0] - b[0], a[1] - b[1])
         room = sum(away) + across
         if min(a[2], b[2]) >= net.bed - SUNK and line["length"] > (1 + LONGER) * room:

@@ -20,6 +20,7 @@ TRAVELS = (
     "line_system.py",
     "node_forces.py",
     "placement.py",
+    "plausibility.py",
     "rest.py",
     "statics.py",
 )
@@ -33,7 +34,8 @@ def make(
     """The source of the mooring FMU called `name`; files in `config` are relative to `folder`."""
     mooring = moordyn.mooring(config, folder=folder)
     progress(
-        f"{len(mooring.lines)} lines at {len(mooring.fairleads)} fairleads, "
+        f"{_counted(len(mooring.lines), 'line')} at "
+        f"{_counted(len(mooring.fairleads), 'fairlead')}, "
         f"internal time step {mooring.time_step:.3g} s"
     )
     here, adapter = Path(__file__).parent, Path(moordyn.__file__).parent
@@ -110,3 +112,7 @@ def _output(name: str, text: str, inputs: tuple[str, ...]) -> FmuVariable:
         dependencies=tuple(name for name in inputs if name.rpartition(".")[2].startswith("v")),
         initial_dependencies=inputs,
     )
+
+
+def _counted(number: int, noun: str) -> str:
+    return f"{number} {noun}{'' if number == 1 else 's'}"

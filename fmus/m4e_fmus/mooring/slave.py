@@ -42,7 +42,7 @@ class MooringSlave(M4eSlave):
 
     def update(self):
         self._lines.settle(self._pairs("vx", "vz"))
-        self._warn(self._lines.overstretched())
+        self._warn(self._lines.overstretched() + self._lines.surfaced())
         for name, (x, z) in zip(self._fairleads, self._lines.force, strict=True):
             self.values[self.index[f"{name}.force_x"]] = x
             self.values[self.index[f"{name}.force_z"]] = z

@@ -34,7 +34,9 @@ def check(file: ReadFile) -> None:
                 check_columns(file, section, row)
     _check_types(file, short)
     for row in file.rows("failure"):
-        remedy = "remove the section: a failure cannot be undone on a rewind"
+        remedy = (
+            "remove the section: MoorDyn cannot go back before a failure, as repeated steps must"
+        )
         file.wrong(row, "line failures are not supported", remedy)
     for title in file.tables.get("not supported", ()):
         file.wrong(title, "this section is not supported", "remove it")

@@ -62,6 +62,10 @@ def check_options(file: ReadFile) -> None:
             )
             file.wrong(row, message, "MoorDyn takes the last one: remove one of the two lines")
     _check_files(file)
+    if "wtrdpth" not in file.options and file.rows("lines"):
+        row = (file.rows("options") or file.rows("lines"))[-1]
+        message = "the depth of the water, WtrDpth, is missing in OPTIONS"
+        file.wrong(row, message, "add it below, in m: '200 WtrDpth'")
     row = file.options.get("tscheme")
     if row and not SCHEMES.fullmatch(row.words[0]):
         message = f"there is no time scheme {row.words[0]!r}"

@@ -180,15 +180,16 @@ def _net(file: ReadFile, attached: Attachments) -> dict[str, Any]:
     density, gravity = (file.option(key, value) for key, value in WATER.items())
     points = []
     for row in file.rows("points"):
-        force = None
+        force, lift = None, 0.0
         if attached.free(row):
             mass, volume = (float(word) for word in row.words[5:7])
             load = [0.0, 0.0, 0.0]  # what stands behind drag and added mass may be a comment
             if has_force(row):
                 load = [float(word) for word in row.words[7:10]]
-            weight = gravity * (volume * density - mass)
-            force = (load[0], load[1], load[2] + weight)
-        points.append({"position": attached.place(row), "force": force})
+            lift = gravity * volume * density
+            force = (load[0], load[1], load[2] + lift - gravity * mass)
+        known = {"name": f"point {row.words[0]}", "anchor": attached.held(row), "buoyancy": lift}
+        points.append({"position": attached.place(row), "force": force, **known})
     types = {row.words[0]: row.words for row in file.rows("line types")}
     lines = []
     for row in file.rows("lines"):
