@@ -351,6 +351,26 @@ def test_an_added_mass_that_disagrees_is_fitted_and_told() -> None:
     assert memory.added_mass_inf[1, 1] == data.added_mass_inf[1, 1]
 
 
+def test_a_large_change_of_the_added_mass_is_warned_of() -> None:
+    data, told = sphere(), []
+    fit_radiation(replace(data, added_mass_inf=1.2 * data.added_mass_inf), progress=told.append)
+    assert told[0].startswith("warning: radiation of ball heave")
+    assert "A∞ is by the fit: ball heave 1.30" in told[0]
+
+
+def test_data_that_panels_do_not_resolve_do_not_change_the_added_mass() -> None:
+    """Added mass off by 20 % of A∞ above 2 rad/s: below, A∞ of the data fits."""
+    data = sphere()
+    mass = data.added_mass.copy()
+    mass[data.omega > 2.0, 1, 1] += 0.2 * data.added_mass_inf[1, 1]
+    spoilt = replace(data, added_mass=mass, resolved=(2.0,))
+    told: list[str] = []
+    memory = fit_radiation(spoilt, progress=told.append)
+    assert memory.added_mass_inf[1, 1] == data.added_mass_inf[1, 1]
+    assert memory.groups[0].error < 5e-3
+    assert not any("A∞" in text for text in told)
+
+
 def test_cross_terms_that_are_noise_are_dropped() -> None:
     """What one half says of two motions and the other does not couples nothing."""
     data = sphere()
