@@ -41,6 +41,7 @@ def coefficients_from_config(
         water=config.water,
         omega=frequency_table(config, hulls),
         wave_direction=_direction(config),
+        needed=needed_frequency(config.waves),
         progress=progress,
     )
 
