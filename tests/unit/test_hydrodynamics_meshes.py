@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from m4e_adapters.hydrodynamics.bem import warn_of_coarse_panels
 from m4e_adapters.hydrodynamics.build import check_config, frequency_table
 from m4e_adapters.hydrodynamics.config import Body, Box, Cylinder, HydrodynamicsConfig
 from m4e_adapters.hydrodynamics.geometry.clearance import narrowest_gap, overlap
@@ -363,6 +364,39 @@ def test_frequencies_that_begin_too_high_are_told() -> None:
     assert problem.keys == ("frequencies", "minimum")
     assert "leave out frequencies.minimum" in problem.remedy
     assert "0 of the 12 frequencies" in problem.message
+
+
+def coarse(depth: float, needed: float) -> list[str]:
+    """Warnings of a barge of 100 m beside a buoy of 1 m, with waves up to `needed` [rad/s]."""
+    shapes = {
+        "barge": {"box": {"length": 100.0, "width": 60.0, "draft": 20.0}},
+        "buoy": {"sphere": {"radius": 1.0, "center_x": 60.0}},
+    }
+    bodies = {
+        name: {"shape": shape, "center_of_gravity": [60.0 * (name == "buoy"), -0.3], "panels": 400}
+        for name, shape in shapes.items()
+    }
+    config = HydrodynamicsConfig.model_validate({"bodies": bodies, "water": {"depth": depth}})
+    told: list[str] = []
+    warn_of_coarse_panels(
+        make_hulls(config, Path(), progress=lambda _: None),
+        water=config.water,
+        highest=6.6,
+        needed=needed,
+        progress=told.append,
+    )
+    return [text for text in told if "barge" in text]
+
+
+def test_panels_are_compared_with_the_waves_that_matter_to_their_body() -> None:
+    """The barge radiates up to 1.07 rad/s, the buoy to 6.6: that asked for 510,000 panels."""
+    assert coarse(300.0, needed=0.0) == []
+    (text,) = coarse(300.0, needed=1.4)
+    assert "that matter to it are of 1.4:" in text
+    panels = int(re.findall(r"about (\d+)", text)[0])
+    assert 300 < panels < 2000
+    (text,) = coarse(300.0, needed=6.6)
+    assert "use more panels or a lower frequencies.maximum" in text
 
 
 def test_the_waterline_is_one_loop_around_the_hull() -> None:

@@ -20,9 +20,13 @@ from support.published_coefficients import (
 )
 
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
-from m4e_adapters.hydrodynamics.memory import soundness
+from m4e_adapters.hydrodynamics.memory import radiation, soundness
 from m4e_adapters.hydrodynamics.memory.passivity import singular_frequencies
-from m4e_adapters.hydrodynamics.memory.radiation import RadiationMemory, fit_radiation
+from m4e_adapters.hydrodynamics.memory.radiation import (
+    RadiationGroup,
+    RadiationMemory,
+    fit_radiation,
+)
 from m4e_fmi.errors import InputError
 
 SOURCES: dict[str, Callable[[], Coefficients]] = {"sphere": sphere, "flap": flap, "rm3": rm3}
@@ -349,6 +353,42 @@ def test_an_added_mass_that_disagrees_is_fitted_and_told() -> None:
     assert memory.added_mass_inf[1, 1] == pytest.approx(data.added_mass_inf[1, 1], rel=2e-3)
     memory = fit_radiation(data)
     assert memory.added_mass_inf[1, 1] == data.added_mass_inf[1, 1]
+
+
+def test_a_large_change_of_the_added_mass_is_warned_of() -> None:
+    data, told = sphere(), []
+    fit_radiation(replace(data, added_mass_inf=1.2 * data.added_mass_inf), progress=told.append)
+    assert told[0].startswith("warning: radiation of ball heave")
+    assert "A∞ is by the fit: ball heave 1.30" in told[0]
+
+
+def fits_in_turn(monkeypatch: pytest.MonkeyPatch, *fits: RadiationGroup) -> None:
+    """Let the fits of a group to its data, to resolved ones, to smooth ones be these."""
+    rest = iter(fits)
+    monkeypatch.setattr(radiation, "_fitted", lambda *_: next(rest))
+
+
+def test_an_added_mass_of_unresolved_data_is_not_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    """If the resolved data agree with the A∞ given: A∞ of two rafts was wrong by a quarter."""
+    data = replace(sphere(), resolved=(2.0,))
+    good = fit_radiation(data).groups[0]
+    changed = replace(good, surplus=0.2 * good.inertia[:, None])
+    changed = replace(changed, misfit=replace(good.misfit, error=0.01))
+    fits_in_turn(monkeypatch, changed, good)
+    assert fit_radiation(data).groups == (good,)
+
+
+def test_a_fit_of_less_data_is_compared_on_these(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A fit that seems poor, for data that scatter, and is better than another below these."""
+    data = replace(sphere(), resolved=(2.5,))
+    good = fit_radiation(data).groups[0]
+    damping = data.radiation_damping.copy()
+    high = data.omega > 1.9
+    damping[high] *= 1 + 0.3 * np.random.default_rng(0).normal(size=(high.sum(), 1, 1))
+    poor = replace(good, misfit=replace(good.misfit, error=0.1))
+    other = replace(good, misfit=replace(good.misfit, error=0.019))
+    fits_in_turn(monkeypatch, poor, poor, other)
+    assert fit_radiation(replace(data, radiation_damping=damping)).groups == (poor,)
 
 
 def test_cross_terms_that_are_noise_are_dropped() -> None:

@@ -15,17 +15,18 @@ from typing import Any
 import numpy as np
 
 from m4e_adapters.hydrodynamics import cache
-from m4e_adapters.hydrodynamics.coefficients import Coefficients
+from m4e_adapters.hydrodynamics.coefficients import MEMORY_REACH, Coefficients, memory_size
 from m4e_adapters.hydrodynamics.config import Water
 from m4e_adapters.hydrodynamics.flow_solver import METHOD, FlowSolver
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull
-from m4e_adapters.hydrodynamics.waves import angular_frequency
+from m4e_adapters.hydrodynamics.waves import angular_frequency, wavenumber
 from m4e_fmi.code_hash import package_hash
 from m4e_fmi.errors import RunError
 
 CODE = ("cache", "capytaine_setup", "flow_solver", "panels")  # modules that the solution is of
 LIBRARIES = ("capytaine", "numpy", "scipy")  # whose versions count
 PANELS_PER_WAVELENGTH = 8  # panel radius below wavelength / 8: Capytaine's own rule
+MOST_PANELS = 20_000  # of a built-in shape; more are not advised
 
 Progress = Callable[[str], object]
 Arrays = dict[str, np.ndarray]
@@ -37,6 +38,7 @@ def solve_hulls(
     water: Water,
     omega: np.ndarray,
     wave_direction: float = 0.0,
+    needed: float = math.inf,
     progress: Progress = print,
 ) -> Coefficients:
     """Coefficients of all hulls together, interactions included.
@@ -45,9 +47,13 @@ def solve_hulls(
     ----------
     omega : (nω,) angular frequencies [rad/s], increasing; ω = ∞ is always added.
     wave_direction : 0 or 180 deg.
+    needed : angular frequency [rad/s] up to which there are waves; panels too coarse for waves that
+        neither come nor are radiated by their body are not warned of.
     progress : is told how far the solution is, and its warnings.
     """
-    _warn_of_coarse_panels(hulls, water, float(omega[-1]), progress)
+    warn_of_coarse_panels(
+        hulls, water=water, highest=float(omega[-1]), needed=needed, progress=progress
+    )
     content = _content(hulls, water, wave_direction)
     frequencies = [*omega.tolist(), math.inf]
     keys = [cache.content_key({**content, "omega": w}) for w in frequencies]
@@ -144,20 +150,36 @@ def resolved_frequency(hull: Hull, water: Water) -> float:
     )
 
 
-def _warn_of_coarse_panels(
-    hulls: Sequence[Hull], water: Water, highest: float, progress: Progress
+def warn_of_coarse_panels(
+    hulls: Sequence[Hull], *, water: Water, highest: float, needed: float, progress: Progress
 ) -> None:
+    """Warn of panels too coarse for waves that matter to their body.
+
+    Those are waves up to `highest` [rad/s], but above what the body radiates (its memory limit)
+    only those of the sea, up to `needed` [rad/s].
+    """
     for hull in hulls:
         limit = resolved_frequency(hull, water)
-        if highest > limit:
-            count = len(hull.panels.faces) * (highest / limit) ** 4  # a wave is as long as 1/omega2
-            count = float(f"{count:.2g}")
-            progress(
-                f"warning: the panels of body {hull.name!r} (radius up to {hull.panels.radius:.3g}"
-                f" m) are coarse for waves above {limit:.3g} rad/s, the highest is "
-                f"{highest:.3g}: use more panels (about {count:.0f}) or a lower "
-                "frequencies.maximum"
-            )
+        matters = min(highest, max(_memory_limit(hull, water), needed))
+        if matters <= limit:
+            continue
+        k, longest = (
+            float(wavenumber(np.array(w), depth=water.depth, gravity=water.gravity))
+            for w in (matters, limit)
+        )
+        count = len(hull.panels.faces) * (k / longest) ** 2
+        about = f" (about {float(f'{count:.2g}'):.0f})" if count <= MOST_PANELS else ""
+        progress(
+            f"warning: the panels of body {hull.name!r} (radius up to {hull.panels.radius:.3g}"
+            f" m) are coarse for waves above {limit:.3g} rad/s, the highest that matter to it are "
+            f"of {matters:.3g}: use more panels{about} or a lower frequencies.maximum"
+        )
+
+
+def _memory_limit(hull: Hull, water: Water) -> float:
+    """Angular frequency [rad/s] up to which the body radiates."""
+    size = memory_size(hull.hydrostatics.volume, hull.hydrostatics.waterplane[0])
+    return math.sqrt(MEMORY_REACH * water.gravity / size)
 
 
 def _assembled(
@@ -167,7 +189,7 @@ def _assembled(
     wave_direction: float,
     arrays: dict[str, np.ndarray],
 ) -> Coefficients:
-    """Coefficients as computed, with hydrostatics."""
+    """Coefficients as computed, not made symmetric, with hydrostatics."""
     n = 3 * len(hulls)
     stiffness, buoyancy = np.zeros((n, n)), np.zeros(n)
     for k, hull in enumerate(hulls):

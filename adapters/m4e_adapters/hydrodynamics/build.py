@@ -46,6 +46,7 @@ def coefficients_from_config(
         water=config.water,
         omega=frequency_table(config, hulls),
         wave_direction=_direction(config),
+        needed=needed_frequency(config.waves),
         progress=progress,
     )
 
@@ -156,11 +157,14 @@ def _hydrostatics(hull: Hull, water: Water) -> str:
 
 
 def _accuracy(hull: Hull) -> str:
-    """How to learn what the panels of a hull leave of an error."""
+    """The size of a hull, and how to estimate the error of its number of panels."""
     count = len(hull.panels.faces)
+    draft = -float(hull.panels.vertices[:, 2].min())
     return (
-        f"body {hull.name!r}: {count} panels, whose error is about {OF_A:g} (added mass) and "
-        f"{OF_A_INF:g} (at infinite frequency) of the difference to {count // 4} panels"
+        f"body {hull.name!r}: displaces {hull.hydrostatics.volume:.4g} m3, lowest point "
+        f"{draft:.4g} m below the water, {count} panels; to estimate their error, compute with "
+        f"about {count // 4} panels too: it is {OF_A:g} of the difference in added mass, and "
+        f"{OF_A_INF:g} of that in added mass at infinite frequency"
     )
 
 

@@ -38,7 +38,9 @@ class Coefficients:
     centers : (N, 2) centres of gravity (x, z) [m] in the reference pose, world frame.
     omega : (nω,) angular frequencies [rad/s], increasing, finite, positive.
     added_mass, radiation_damping : (nω, n, n) [kg, kg.m, kg.m2] and [N.s/m, …]: [force, motion].
-    added_mass_inf : (n, n) added mass at infinite frequency.
+        As computed or read, so symmetric only as far as the panels allow: use the mean of both
+        halves, 0.5 (A + Aᵀ), in estimates from two meshes. `fit_radiation` does.
+    added_mass_inf : (n, n) added mass at infinite frequency, likewise.
     excitation : (nω, n) complex force per wave amplitude [N/m, N.m/m], diffraction and
         Froude-Krylov, for waves travelling in `wave_direction`.
     hydrostatic_stiffness : (n, n) of buoyancy about the centres of gravity: force = −K·motion.

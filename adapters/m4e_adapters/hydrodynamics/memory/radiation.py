@@ -43,6 +43,7 @@ TARGET, DAMPING_TARGET = 3e-3, 0.02  # errors that end the search for a higher o
 POOR, POOR_DAMPING, USELESS = 0.02, 0.03, 0.2  # warned of, refused
 NEAR_BEST = 1.5  # how much larger an error than the best is accepted for fewer states
 DISAGREE = 0.01  # error of A over A∞ from which A∞ is fitted too
+LARGE_CHANGE = 0.05  # of A∞ by the fit, over A∞, that is warned of
 REMEDY = (
     "raise radiation.order or leave it out; use more panels where they are coarse for the highest "
     "waves, or a lower frequencies.maximum; for bodies far apart, whose waves arrive late, raise "
@@ -93,6 +94,7 @@ class RadiationGroup:
     poles : (k,) [1/s], one of each conjugate pair (Im ≥ 0), Re < 0.
     residues : (k, m, m) symmetric [force, motion]; K(s) = Σ r/(s − p) (+ conjugates).
     surplus : (m, m) what A∞ is to be more than the table's.
+    inertia : (m,) |A∞| of the table.
     misfit : errors where the panels resolve the waves.
     misfit_of_all : errors at all frequencies that were fitted.
     resolved : (m,) frequencies [rad/s] up to which `misfit` tells the error of the damping.
@@ -105,6 +107,7 @@ class RadiationGroup:
     poles: Complex
     residues: Complex
     surplus: np.ndarray
+    inertia: np.ndarray
     misfit: Misfit
     misfit_of_all: Misfit
     resolved: np.ndarray
@@ -116,6 +119,11 @@ class RadiationGroup:
     def error(self) -> float:
         """That of `misfit`."""
         return self.misfit.error
+
+    @property
+    def change(self) -> float:
+        """Largest change of a motion's A∞, over its A∞ of the data."""
+        return float((np.abs(self.surplus.diagonal()) / np.maximum(self.inertia, 1e-300)).max())
 
     @property
     def order(self) -> int:
@@ -172,7 +180,7 @@ def fit_radiation(
         text = _report(group, data)
         if group.error > USELESS:
             raise InputError.single(text, REMEDY)
-        told = group.misfit.is_poor or group.scattered
+        told = group.misfit.is_poor or group.scattered or group.change > LARGE_CHANGE
         progress(f"warning: {text}: {REMEDY}" if told else text)
         _tell_of_early_ends(group, data, progress)
         added_mass_inf[np.ix_(motions, motions)] += group.surplus
@@ -278,20 +286,28 @@ class _Part:
         """`fit` in physical units, with its errors."""
         residues = self._full(fit.residues.T) * self.scale
         surplus = self._full(fit.offset) * self.scale
-        found = evaluate(self.omega, fit.poles, residues.transpose(1, 2, 0)).transpose(2, 0, 1)
-        mass = found.imag / self.omega[:, None, None] + surplus
-        damping_error, mass_error = found.real - self.damping, mass - self.added_mass
+        misfits = self.misfits(fit.poles, residues, surplus)
         return RadiationGroup(
             motions=self.motions,
             poles=fit.poles,
             residues=residues,
             surplus=surplus,
-            misfit=self._misfit(damping_error, mass_error, self.resolved),
-            misfit_of_all=self._misfit(damping_error, mass_error, self.limits),
+            inertia=self.inertia,
+            misfit=misfits[0],
+            misfit_of_all=misfits[1],
             resolved=self.resolved,
             ends=self.ends,
             doubtful=self.doubtful,
         )
+
+    def misfits(
+        self, poles: Complex, residues: Complex, surplus: np.ndarray
+    ) -> tuple[Misfit, Misfit]:
+        """Errors, where the panels resolve the waves and of all these data, of any fit to any."""
+        found = evaluate(self.omega, poles, residues.transpose(1, 2, 0)).transpose(2, 0, 1)
+        mass = found.imag / self.omega[:, None, None] + surplus
+        errors = found.real - self.damping, mass - self.added_mass
+        return self._misfit(*errors, self.resolved), self._misfit(*errors, self.limits)
 
     def _misfit(self, damping: np.ndarray, mass: np.ndarray, ends: np.ndarray) -> Misfit:
         """Of errors (n, m, m), the damping's relative to itself up to `ends` (m,) [rad/s]."""
@@ -328,27 +344,39 @@ def _group(
     reach: Reach,
     order: int | None,
 ) -> RadiationGroup:
-    """The best fit of a group: of all data, or if that is poor, of those that panels resolve.
+    """The best fit of a group: of all data, or of those that panels resolve.
 
-    If that is poor, too, of those that do not scatter, as long as the fit to these is not poor.
+    The latter if the former is poor, or has another A∞ than the data, and only if it is better
+    where panels resolve the waves. If that is poor, too, of those that do not scatter, if that fit
+    is not poor and better there.
     """
     found = _fitted(_Part(data, motions, signal, sound, reach), order)
     shorter, own = reach.shorter(), list(motions)
-    if (found is None or found.misfit.is_poor) and (shorter.fitted < reach.fitted)[own].any():
+    doubtful = found is None or found.misfit.is_poor or found.change > 0
+    if doubtful and (shorter.fitted < reach.fitted)[own].any():
         other = _fitted(_Part(data, motions, signal, sound, shorter), order)
         if found is None or (other is not None and other.misfit.demerit < found.misfit.demerit):
             found = other
     if found is None or found.misfit.is_poor:
         smooth = reach.smooth(data, motions)
         if (smooth.fitted < shorter.fitted)[own].any():
-            other = _fitted(_Part(data, motions, signal, sound, smooth), order)
-            if other is not None and not other.misfit.is_poor:
+            part = _Part(data, motions, signal, sound, smooth)
+            other = _fitted(part, order)
+            if other is not None and not other.misfit.is_poor and _is_better(other, found, part):
                 found = replace(other, scattered=True)
     if found is None:
         raise InputError.single(
             "no passive radiation memory was found", "use another radiation.order"
         )
     return found
+
+
+def _is_better(one: RadiationGroup, other: RadiationGroup | None, part: _Part) -> bool:
+    """Whether a fit to `part` is better there than another fit, of which there may be none."""
+    if other is None:
+        return True
+    misfit, _ = part.misfits(other.poles, other.residues, other.surplus)
+    return one.misfit.demerit < misfit.demerit
 
 
 def _fitted(part: _Part, order: int | None) -> RadiationGroup | None:
@@ -416,8 +444,7 @@ def _report(group: RadiationGroup, data: Coefficients) -> str:
     if group.doubtful:
         left_out = ", ".join(f"{w:.3g}" for w in group.doubtful)
         text += f", data off the line at {left_out} rad/s"
-    changed = np.abs(group.surplus).max(initial=0.0) > 0
-    if changed:
+    if group.change > 0:
         masses = ", ".join(
             f"{data.motions[k]} {value:.4g} for {value - more:.4g}"
             for k, value, more in zip(
