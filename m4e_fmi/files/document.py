@@ -22,7 +22,7 @@ from ruamel.yaml.constructor import DuplicateKeyError
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
 from m4e_fmi.errors import InputError, Problem, suggestion
-from m4e_fmi.files.file_kinds import YAML_FILE, check_suffix
+from m4e_fmi.files.file_kinds import YAML_FILE, as_path, check_suffix
 from m4e_fmi.files.files_read import TooLongError, read_text
 
 Location = tuple[str | int, ...]
@@ -119,7 +119,7 @@ class Document:
     @classmethod
     def load(cls, path: str | Path) -> Document:
         """Read a YAML 1.2 file; InputError if it is missing, unreadable or no YAML mapping."""
-        path = Path(path)
+        path = as_path(path)
         check_suffix(path, YAML_FILE)
         try:
             text = read_text(path, encoding="utf-8-sig", largest=LARGEST_FILE)

@@ -106,7 +106,8 @@ PLANAR_VECTOR = "models are planar: write [x, z]"
 
 
 def vectors(at: Location, value: Any, known: Known) -> Iterator[Finding]:
-    if not isinstance(value, tuple | list) or len(value) != 2:
+    is_pair = isinstance(value, tuple | list) and len(value) == 2
+    if not is_pair and getattr(value, "shape", None) != (2,):  # of NumPy's arrays
         yield Finding(at, f"expected two entries, got {value!r}", PLANAR_VECTOR)
         return
     for index, entry in enumerate(value):

@@ -27,6 +27,9 @@ def as_expression(value: float | str | Expression | sympy.Expr) -> Expression:
 
         if is_sympy(value):
             return from_sympy(value)
+    item = getattr(value, "item", None)
+    if callable(item) and getattr(value, "shape", None) == ():  # an array without dimensions
+        return as_expression(item())
     if isinstance(value, bool) or not isinstance(value, Real):
         raise ExpressionError(f"expected a number or an expression, got {value!r}")
     if not math.isfinite(value):
