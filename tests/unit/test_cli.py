@@ -218,7 +218,8 @@ def test_picture_in_a_form_that_there_is_not(here, capsys, command):
 @pytest.mark.parametrize(("option", "value"), [("--stop-time", "-1"), ("--stop-time", "nan")])
 def test_wrong_times_are_told_without_a_bar_of_progress(capsys, option, value):
     text = refused(capsys, "simulate", PENDULUM, option, value)
-    assert text == f"error: the stop time must be positive, got {float(value)}\n"
+    remedy = "give a number of seconds above 0"
+    assert text == f"error: the stop time must be positive, got {float(value)}\n      {remedy}\n"
 
 
 @pytest.mark.usefixtures("here")
@@ -518,6 +519,7 @@ class TestLinearize:
         assert "double_pendulum: equilibrium, t = 0 s" in text
         # the end of a long simulation, which settles there
         assert re.search(r"joint\.shoulder\.q +-2\.2045", text)
+        assert re.search(r" 1 +– +– +1\.00000 +-3\.53655\n", text)  # it does not oscillate
         assert "no motion grows" in text
 
     def test_the_start_values_themselves(self, capsys) -> None:
