@@ -645,3 +645,13 @@ def test_mistakes_of_a_run_are_told_before_anything_is_built(here, capsys):
     text = refused(capsys, "run", "s.yaml", "--output-file", "x.txt")
     assert "x.txt" in text
     assert "simulation" in text
+
+
+def test_a_search_for_an_equilibrium_names_the_other_one(here, capsys):
+    (here / "a.model.yaml").write_text(
+        "name: a\nbodies: {b: {mass: 1, inertia: 1}}\n"
+        "joints: {j: {type: prismatic, child: b, direction: [0, 1]}}\n"
+    )
+    for options, named in (([], True), (["--at", "nearest"], False)):
+        assert main(["linearize", "a.model.yaml", *options]) == 1
+        assert ("--at nearest" in capsys.readouterr().err) == named
