@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TypeVar
 
 Value = TypeVar("Value")
+YAML_SUFFIXES = (".yaml", ".yml")
 CLOSE = 0.8
 """Likeness (difflib's) of a word that is one letter off."""
 
@@ -133,7 +134,8 @@ def missing_file(path: Path, what: str = "file") -> tuple[str, str]:
         return f"is a folder: {path}", f"name a {what}"
     if not folder.is_dir():
         return f"no such folder: {folder}", f"it is to hold the {what} {path.name}"
-    names = [other.name for other in folder.glob(f"*{path.suffix}")]
+    suffixes = YAML_SUFFIXES if path.suffix in YAML_SUFFIXES else (path.suffix,)
+    names = [other.name for suffix in suffixes for other in folder.glob(f"*{suffix}")]
     return f"no such {what}: {path}", suggestion(path.name, names) if names else ""
 
 

@@ -13,6 +13,7 @@ from m4e_fmi.cli.options import (
     print_files,
     start_values,
 )
+from m4e_fmi.errors import RunError
 
 POINTS = {
     "equilibrium": "equilibrium",
@@ -56,7 +57,12 @@ def _run(options: argparse.Namespace) -> None:
 
     model, at = load_model(options.model), start_values(options)
     if options.at != "start":
-        at = equilibrium(model, at=at, time=options.time, nearest=options.at == "nearest")
+        nearest = options.at == "nearest"
+        try:
+            at = equilibrium(model, at=at, time=options.time, nearest=nearest)
+        except RunError as error:
+            also = "" if nearest else "; or take --at nearest, which finds unstable ones, too"
+            raise RunError(error.message, error.remedy + also) from None
     linear = linearize(
         model, at=at, time=options.time, inputs=options.inputs or (), outputs=options.outputs
     )

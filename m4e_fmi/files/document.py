@@ -21,9 +21,10 @@ from ruamel.yaml.comments import CommentedMap, CommentedSeq
 from ruamel.yaml.constructor import DuplicateKeyError
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
-from m4e_fmi.errors import InputError, Problem, suggestion
-from m4e_fmi.files.file_kinds import YAML_FILE, check_suffix
+from m4e_fmi.errors import YAML_SUFFIXES, InputError, Problem, suggestion
+from m4e_fmi.files.file_kinds import YAML_FILE, as_path, check_suffix
 from m4e_fmi.files.files_read import TooLongError, read_text
+from m4e_fmi.units import parse_quantity
 
 Location = tuple[str | int, ...]
 
@@ -70,6 +71,13 @@ _PLAIN_WORDS = {
     "tuple_type": "a list",
     "list_type": "a list",
 }
+_LIMITS = {
+    "greater_than": "above",
+    "greater_than_equal": "not below",
+    "less_than": "below",
+    "less_than_equal": "not above",
+}
+"""Errors of numbers out of range, and how their limits are told."""
 SectionType = TypeVar("SectionType", bound=Section)
 
 
@@ -119,7 +127,7 @@ class Document:
     @classmethod
     def load(cls, path: str | Path) -> Document:
         """Read a YAML 1.2 file; InputError if it is missing, unreadable or no YAML mapping."""
-        path = Path(path)
+        path = as_path(path)
         check_suffix(path, YAML_FILE)
         try:
             text = read_text(path, encoding="utf-8-sig", largest=LARGEST_FILE)
@@ -128,7 +136,7 @@ class Document:
             raise InputError.single(str(error), remedy, str(path)) from None
         except FileNotFoundError:
             here = path.parent if path.parent.is_dir() else Path()
-            names = [p.name for p in here.glob("*.yaml")]
+            names = [p.name for suffix in YAML_SUFFIXES for p in here.glob(f"*{suffix}")]
             raise InputError.single(
                 "no such file", suggestion(path.name, names), str(path)
             ) from None
@@ -323,10 +331,12 @@ class Document:
             return self.problem(location, f"unknown key {str(relative[-1])!r}", remedy)
         if kind == "missing" and isinstance(relative[-1], int):
             what = f"{relative[-2]}: too few entries, got {len(self._at(location))}"
-            return self.problem(location, what)
+            count = _count(_types_at(section, relative[:-1]))
+            return self.problem(location, what, f"write {count} entries" if count else "")
         if kind == "too_long":
             count = f"expected {context['max_length']}, got {len(item['input'])}"
-            return self.problem(location, f"{relative[-1]}: too many entries, {count}")
+            remedy = f"write {context['max_length']} entries; numbers have a decimal point, as 1.5"
+            return self.problem(location, f"{relative[-1]}: too many entries, {count}", remedy)
         if kind == "missing":
             what = f"missing key {str(relative[-1])!r}"
             return self.problem(location, what, f"add '{relative[-1]}: …' here")
@@ -356,7 +366,10 @@ class Document:
         if kind == "string_type" and isinstance(item["input"], int | float):
             remedy = f'write it in quotes: "{item["input"]}"'
         if kind in ("float_type", "float_parsing") and isinstance(item["input"], str):
-            remedy = "write a number without quotes; expressions stand where their value is used"
+            remedy = _number_instead(item["input"])
+        if kind in _LIMITS:
+            (limit,) = context.values()
+            remedy = f"write a number {_LIMITS[kind]} {limit:g}"
         if kind == "dict_type" and isinstance(item["input"], list):
             remedy = f"give each entry a name: {relative[-1]}: {{name: {{…}}}}"
         if kind == "model_type":
@@ -397,6 +410,23 @@ def _pydantic_text(item: Any) -> str:
     text = _PLAIN_WORDS.get(item["type"], text)
     where = ".".join(str(part) for part in item["loc"])
     return f"{where}: {'expected ' if text != item['msg'] else ''}{text}{_got(item)}"
+
+
+def _number_instead(text: str) -> str:
+    """What to write in place of a text where a number stands."""
+    try:
+        given = parse_quantity(text)
+    except ValueError:
+        return "write a number without quotes; expressions stand where their value is used"
+    if given.unit.text == "1":
+        return "write a number without quotes"
+    number = f"{given.value * given.unit.factor:.12g}"
+    return f"write {number}: numbers here are in SI units ({text} is {number} {given.unit.si_text})"
+
+
+def _count(kinds: Iterable[Any]) -> int:
+    """Entries of a list of fixed length; 0 of any other."""
+    return next((len(typing.get_args(k)) for k in kinds if typing.get_origin(k) is tuple), 0)
 
 
 def _got(item: Any) -> str:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Container
 from pathlib import Path
+from typing import Any
 
 from m4e_fmi.errors import InputError
 
@@ -20,6 +22,14 @@ _REMEDIES = {
     _PACKAGE: "`m4e-fmi info` shows it, `m4e-fmi run` runs it",
     _RESULTS: "no command takes results; `m4e_fmi.load` reads netCDF in Python",
 }
+
+
+def as_path(given: Any) -> Path:
+    """The path that is given; InputError for what is none."""
+    if isinstance(given, str | os.PathLike):
+        return Path(given)
+    message = f"expected the path of a file, got {type(given).__name__}"
+    raise InputError.single(message, "give its name, as a text or a Path")
 
 
 def check_suffix(path: Path, expected: str) -> None:

@@ -5,9 +5,10 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields
+from difflib import SequenceMatcher
 from typing import TYPE_CHECKING, Any
 
-from m4e_fmi.errors import suggestion
+from m4e_fmi.errors import CLOSE, suggestion
 from m4e_fmi.files.document import Location
 from m4e_fmi.model.elements import GROUND, NEUTRAL
 from m4e_fmi.model.expression import (
@@ -83,6 +84,8 @@ class Known:
             return "'time' is not declared", "the time is called 't'"
         if "." not in name:
             remedy = suggestion(name, [*self.names, *CONSTANTS], "names")
+            if SequenceMatcher(None, name.lower(), NEUTRAL).ratio() >= CLOSE:
+                remedy = f"did you mean {NEUTRAL!r}, the mass of a floating body?"
             return f"{name!r} is not declared", remedy
         if self.motion is None:
             return f"{name!r} is not known here", "only loads may depend on the motion"
@@ -106,7 +109,8 @@ PLANAR_VECTOR = "models are planar: write [x, z]"
 
 
 def vectors(at: Location, value: Any, known: Known) -> Iterator[Finding]:
-    if not isinstance(value, tuple | list) or len(value) != 2:
+    is_pair = isinstance(value, tuple | list) and len(value) == 2
+    if not is_pair and getattr(value, "shape", None) != (2,):  # of NumPy's arrays
         yield Finding(at, f"expected two entries, got {value!r}", PLANAR_VECTOR)
         return
     for index, entry in enumerate(value):

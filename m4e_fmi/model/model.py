@@ -43,6 +43,14 @@ class Model:
     def __post_init__(self) -> None:
         from m4e_fmi.model.checks import findings
 
+        problems = [
+            Problem(f"{group}: expected elements by name, got {type(given).__name__}", remedy)
+            for group in ("bodies", "joints", "points", "loads", "parameters", "tables")
+            if not isinstance(given := getattr(self, group), Mapping)
+            for remedy in [f"write {group}={{'name': …}}"]
+        ]
+        if problems:
+            raise InputError(problems)
         problems = [self._problem(finding) for finding in findings(self)]
         if problems:
             raise InputError(problems)

@@ -248,8 +248,12 @@ def _explained(system: Program | Model, program: Program, t: float, x: Sequence[
 def output_times(stop_time: float, interval: float) -> list[float]:
     """0, interval, 2·interval, … and `stop_time` itself [s], whatever their ratio."""
     for name, value in (("stop time", stop_time), ("output interval", interval)):
+        if np.ndim(value) or not isinstance(np.asarray(value).item(), int | float):
+            message = f"the {name} must be a number, got {value!r}"
+            raise InputError.single(message, "give it in seconds, without a unit")
         if not (value > 0 and np.isfinite(value)):
-            raise InputError.single(f"the {name} must be positive, got {value}")
+            message = f"the {name} must be positive, got {value}"
+            raise InputError.single(message, "give a number of seconds above 0")
     whole = int(np.floor(stop_time / interval * (1 + 1e-12)))
     times = [k * interval for k in range(whole + 1)]
     if stop_time - times[-1] > 1e-9 * interval:

@@ -291,3 +291,25 @@ def test_one_of_two_that_exclude_each_other_is_to_be_dropped(tmp_path: Path) -> 
     pto = "  p: {kind: linear_pto, point: a, anchor: [0, 0], damping: 1, rest_length: 1, "
     system = system.replace("connections:", f"{pto}point_at: [0, 1]}}\nconnections:")
     assert [p.remedy.split()[0] for p in told(tmp_path, system)] == ["drop", "drop"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "remedy"),
+    [
+        ("depth: 50", "depth: 0.05 km", "write 50: numbers here are in SI units"),
+        ("depth: 50", "depth: -50", "write a number above 0"),
+        ("segments: 20", "segments: 2000", "write a number not above 1000"),
+        ("[0, -1]", "[0]", "write 2 entries"),
+        ("[0, -1]", "[0, -1,5]", "write 2 entries; numbers have a decimal point"),
+        ("buoy.model.yaml", "buoy.model.yml", "did you mean 'buoy.model.yaml'?"),
+        ("step_size: 0.1", "step_size: 50ms", "a blank before the unit"),
+    ],
+)
+def test_remedies(old: str, new: str, remedy: str, tmp_path: Path) -> None:
+    (problem,) = told(tmp_path, SOUND.replace(old, new))
+    assert problem.remedy.startswith(remedy) or remedy in problem.remedy
+
+
+def test_a_misspelt_neutral_mass(tmp_path: Path) -> None:
+    problems = told(tmp_path, SOUND, SOUND_MODEL.replace("mass: m", "mass: neutrall"))
+    assert "did you mean 'neutral'" in problems[0].remedy

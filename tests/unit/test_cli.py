@@ -218,7 +218,8 @@ def test_picture_in_a_form_that_there_is_not(here, capsys, command):
 @pytest.mark.parametrize(("option", "value"), [("--stop-time", "-1"), ("--stop-time", "nan")])
 def test_wrong_times_are_told_without_a_bar_of_progress(capsys, option, value):
     text = refused(capsys, "simulate", PENDULUM, option, value)
-    assert text == f"error: the stop time must be positive, got {float(value)}\n"
+    remedy = "give a number of seconds above 0"
+    assert text == f"error: the stop time must be positive, got {float(value)}\n      {remedy}\n"
 
 
 @pytest.mark.usefixtures("here")
@@ -524,6 +525,7 @@ class TestLinearize:
         assert "double_pendulum: equilibrium, t = 0 s" in text
         # the end of a long simulation, which settles there
         assert re.search(r"joint\.shoulder\.q +-2\.2045", text)
+        assert re.search(r" 1 +– +– +1\.00000 +-3\.53655\n", text)  # it does not oscillate
         assert "no motion grows" in text
 
     def test_the_start_values_themselves(self, capsys) -> None:
@@ -649,3 +651,13 @@ def test_mistakes_of_a_run_are_told_before_anything_is_built(here, capsys):
     text = refused(capsys, "run", "s.yaml", "--output-file", "x.txt")
     assert "x.txt" in text
     assert "simulation" in text
+
+
+def test_a_search_for_an_equilibrium_names_the_other_one(here, capsys):
+    (here / "a.model.yaml").write_text(
+        "name: a\nbodies: {b: {mass: 1, inertia: 1}}\n"
+        "joints: {j: {type: prismatic, child: b, direction: [0, 1]}}\n"
+    )
+    for options, named in (([], True), (["--at", "nearest"], False)):
+        assert main(["linearize", "a.model.yaml", *options]) == 1
+        assert ("--at nearest" in capsys.readouterr().err) == named

@@ -129,7 +129,14 @@ def test_right_document() -> None:
             "is below the ground: -2.0",
             "give a height above zero",
         ),
-        ("name: a\nmounts: {m: {at: [1]}}\n", 2, 14, "at", "at: too few entries, got 1", ""),
+        (
+            "name: a\nmounts: {m: {at: [1]}}\n",
+            2,
+            14,
+            "at",
+            "at: too few entries, got 1",
+            "write 2 entries",
+        ),
         (
             "name: a\ncount: many\n",
             2,

@@ -21,7 +21,7 @@ FINEST = 10
 """Times that a system may step, to meet the points of all, in a step that was given for it."""
 HUGE = re.compile(r"e[+-]?\d{3}", re.IGNORECASE)
 """In a number that is no step, and takes forever as a fraction."""
-TIMES = "give a number of seconds, or a text as '10 ms' or '1/3 ms'"
+TIMES = "give a number of seconds, or a text as '10 ms' or '1/3 ms', a blank before the unit"
 """What to do about a text that is no time."""
 DIGITS = 5e-6
 """Relative error of a step that is written down: 0.000333333 s is a third of 1 ms."""

@@ -5,7 +5,8 @@ from __future__ import annotations
 import importlib
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from contextlib import suppress
+from dataclasses import dataclass, field, fields, replace
 from fractions import Fraction
 from importlib.metadata import entry_points
 from pathlib import Path
@@ -31,6 +32,10 @@ TICK = Fraction(1, NS_PER_SECOND)
 """One of them [s]."""
 ODD = 1e-3
 """Nanoseconds by which a time may miss whole ones for being a number in floating point."""
+
+TOLERANCES = ("tolerance", "coupling_tolerance")
+NUMBERS = ("stop_time", "step_size", "output_interval", "start_time", *TOLERANCES)
+"""Settings of a simulation that are numbers."""
 
 Start = Mapping[str, float | int | bool | str | Quantity]
 
@@ -97,7 +102,8 @@ class Component:
 class Simulation:
     """How long and how: all times in seconds.
 
-    `step_size` is the time between communication points; `output_interval`, a multiple of it, the
+    A time may be given as a text, ``"10 ms"``. `step_size` is the time between communication
+    points; `output_interval`, a multiple of it, the
     time between rows of the results (None: every point). `tolerance` (relative) is handed to the
     FMUs that integrate with error control; None leaves them their own. `coupling_tolerance`
     (relative) makes the steps adaptive, none larger than `step_size`: None keeps them fixed.
@@ -117,9 +123,35 @@ class Simulation:
         return Fraction(round(self.step_size * NS_PER_SECOND), NS_PER_SECOND)
 
     def __post_init__(self) -> None:
-        problems = [Problem(message, remedy) for _, message, remedy in simulation_problems(self)]
+        problems = []
+        for key in NUMBERS:
+            try:
+                object.__setattr__(self, key, _setting(key, getattr(self, key)))
+            except ValueError as error:
+                problems.append(Problem(*error.args))
+        if not problems:
+            problems = [Problem(text, remedy) for _, text, remedy in simulation_problems(self)]
         if problems:
             raise InputError(problems)
+
+
+def _setting(key: str, given: Any) -> float | None:
+    """A setting as a number; ValueError(message, remedy) if it is none.
+
+    It may be a number of any library, and a time a text as ``"10 ms"``.
+    """
+    if given is None and key in ("output_interval", *TOLERANCES):
+        return None
+    if isinstance(given, str) and key not in TOLERANCES:
+        try:
+            return float(time_of(given))
+        except ValueError:
+            raise ValueError(f"{key} {given!r} is not a valid duration", TIMES) from None
+    if getattr(given, "shape", ()) == () and not isinstance(given, str | bool | None):
+        with suppress(TypeError, ValueError):
+            return float(given)
+    remedy = "1e-6 is usual" if key in TOLERANCES else TIMES
+    raise ValueError(f"{key}: expected a number, got {given!r}", remedy)
 
 
 def _in_seconds(given: Any) -> Any:
@@ -134,6 +166,9 @@ def _in_seconds(given: Any) -> Any:
 
 Time = Annotated[float, BeforeValidator(_in_seconds)]
 """A time in seconds, or a text as ``"10 ms"``."""
+
+
+SETTINGS = tuple(field.name for field in fields(Simulation))
 
 
 class SimulationSection(Section):
@@ -192,9 +227,15 @@ class System:
         caller = Origin(origin or "Python")
         giver = start.origin if isinstance(start, ParameterSet) else caller
         components = {component.name: component for component in self.components}
-        problems = []
+        if start is not None and not isinstance(start, Mapping):
+            message = f"start: expected values by name, got {type(start).__name__}"
+            raise InputError.single(message, "write start={'component.variable': value}")
+        problems = [
+            caller.problem("", f"unknown setting {key!r}", suggestion(key, SETTINGS, "settings"))
+            for key in simulation.keys() - set(SETTINGS)
+        ]
         for name, value in (start or {}).items():
-            component, _, variable = name.partition(".")
+            component, _, variable = str(name).partition(".")
             if component not in components or not variable:
                 remedy = suggestion(component, components, "components")
                 message = f"start value {name!r}: there is no component {component!r}"
@@ -204,7 +245,7 @@ class System:
                 continue
             old = components[component]
             components[component] = replace(old, start={**old.start, variable: value})
-        given = {key: value for key, value in simulation.items() if value is not None}
+        given = {k: v for k, v in simulation.items() if v is not None and k in SETTINGS}
         settings = self.simulation
         try:
             settings = replace(settings, **given)
@@ -219,7 +260,7 @@ class System:
             origins={
                 **self.origins,
                 **dict.fromkeys(start or {}, giver),
-                **{name: replace(caller, value=value) for name, value in given.items()},
+                **{name: replace(caller, value=getattr(settings, name)) for name in given},
             },
         )
 

@@ -32,7 +32,7 @@ def build_fmu(
     path: str | Path,
     *,
     native: bool = False,
-    fmi: str = "2",
+    fmi: str | int = "2",
     method: str = "dop853",
     tolerance: float | None = None,
     stop_time: float | None = None,
@@ -65,9 +65,12 @@ def build_fmu(
     else than a program should be what only programs can be; RunError if there is no library for
     native FMUs; ValueError if the description contradicts itself.
     """
+    if isinstance(outputs, str):
+        message = f"outputs: expected a list of patterns, got the text {outputs!r}"
+        raise InputError.single(message, f"write outputs=[{outputs!r}]")
     options = Options(
         native=native,
-        fmi=fmi,
+        fmi=str(fmi),
         method=method,
         tolerance=tolerance,
         stop_time=stop_time,

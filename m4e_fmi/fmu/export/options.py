@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from numbers import Real
 
 from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.runtime.declarations import METHODS
@@ -36,14 +37,17 @@ class Options:
             ("method", self.method, METHODS),
         ):
             if value not in known:
-                problems.append(Problem(f"there is no {what} {value!r}", suggestion(value, known)))
+                remedy = suggestion(str(value), known)
+                problems.append(Problem(f"there is no {what} {value!r}", remedy))
         for what, value in (
             ("tolerance", self.tolerance),
             ("stop time", self.stop_time),
             ("step size", self.step_size),
         ):
-            if value is not None and not (value > 0 and math.isfinite(value)):
-                problems.append(Problem(f"the {what} must be positive, got {value:g}"))
+            number = isinstance(value, Real) and not isinstance(value, bool)
+            if value is not None and not (number and 0 < value < math.inf):
+                remedy = f"give a number{'' if what == 'tolerance' else ' of seconds'} above 0"
+                problems.append(Problem(f"the {what} must be positive, got {value!r}", remedy))
         if self.fmi == "3" and not self.native:
             problems.append(Problem("FMI 3.0 is for native FMUs", "add native, or take FMI 2"))
         if self.sources and not self.native:

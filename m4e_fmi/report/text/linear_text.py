@@ -29,10 +29,12 @@ def linear_text(linear: Linearization, modes: Modes, *, title: str) -> str:
     ]
     for k, eigenvalue in enumerate(modes.eigenvalues, start=1):
         hertz = abs(eigenvalue) / (2 * np.pi)
-        period = f"{1 / hertz:12.6g}" if hertz else f"{'–':>12}"
+        oscillates = eigenvalue.imag != 0
+        frequency = f"{hertz:12.6g}" if oscillates else f"{'–':>12}"
+        period = f"{1 / hertz:12.6g}" if oscillates else f"{'–':>12}"
         ratio = modes.damping_ratios[k - 1]
         shown = f"{ratio:9.5f}" if np.isfinite(ratio) else f"{'–':>9}"
-        lines.append(f"  {k:>4} {hertz:12.6g} {period} {shown}   {_complex(eigenvalue)}")
+        lines.append(f"  {k:>4} {frequency} {period} {shown}   {_complex(eigenvalue)}")
     lines += ["", "no motion grows" if modes.stable else "UNSTABLE: a motion grows"]
     return "\n".join(lines)
 

@@ -1,0 +1,86 @@
+"""Arguments from Python of a wrong kind are told; numbers and arrays of NumPy are taken."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from m4e_fmi import InputError, build_fmu, load_model, load_system, model_program, simulate
+from m4e_fmi.cosim import Simulation, System
+from m4e_fmi.model import Body, Joint, Model, Point
+
+SYSTEM = System("s", (), (), Simulation(1.0, 0.1))
+PENDULUM = Model(
+    "pendulum",
+    bodies={"rod": Body(2.0, 1.0)},
+    joints={"pin": Joint("revolute", "rod", joint_to_child=(0.0, -1.0))},
+    points={"tip": Point("rod", (0.0, -1.0))},
+)
+MISTAKES: tuple[tuple[Callable[..., Any], dict, str, str], ...] = (
+    (SYSTEM.changed, {"stepsize": 0.1}, "unknown setting 'stepsize'", "'step_size'"),
+    (SYSTEM.changed, {"step_size": np.array([0.1])}, "step_size: expected a number", "10 ms"),
+    (SYSTEM.changed, {"step_size": "5 cm"}, "is not a valid duration", "10 ms"),
+    (SYSTEM.changed, {"tolerance": "small"}, "tolerance: expected a number", "1e-6"),
+    (SYSTEM.changed, {"start": [("a.b", 3)]}, "values by name, got list", "start={"),
+    (SYSTEM.changed, {"start": {5: 3}}, "expected COMPONENT.VARIABLE", ""),
+    (load_system, {"path": 3}, "path of a file, got int", "name"),
+    (load_model, {"path": None}, "path of a file, got NoneType", "name"),
+    (simulate, {"system": PENDULUM, "stop_time": "1 s"}, "stop time must be a number", "seconds"),
+    (
+        Model,
+        {"name": "m", "bodies": [Body(1, 1)], "joints": []},
+        "bodies: expected elements by name, got list",
+        "bodies={",
+    ),
+)
+
+
+@pytest.mark.parametrize(("call", "given", "message", "remedy"), MISTAKES)
+def test_a_wrong_kind_of_argument(
+    call: Callable[..., Any], given: dict, message: str, remedy: str
+) -> None:
+    with pytest.raises(InputError) as caught:
+        call(**given)
+    assert message in caught.value.problems[0].message
+    assert remedy in caught.value.problems[0].remedy
+
+
+@pytest.mark.parametrize(
+    ("option", "message"),
+    [
+        ({"outputs": "body.*"}, "expected a list"),
+        ({"method": 3}, "there is no method 3"),
+        ({"fmi": 4}, "there is no FMI version '4'"),
+        ({"stop_time": "1 s"}, "the stop time must be positive, got '1 s'"),
+    ],
+)
+def test_options_of_an_fmu(option: dict, message: str, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=message):
+        build_fmu(model_program(PENDULUM), tmp_path / "a.fmu", **option)
+
+
+def test_the_version_of_fmi_may_be_a_number(tmp_path: Path) -> None:
+    build_fmu(model_program(PENDULUM), tmp_path / "a.fmu", native=True, fmi=3)
+
+
+def test_settings_are_numbers_of_any_library_or_texts_with_a_unit() -> None:
+    changed = SYSTEM.changed(step_size="50 ms", stop_time=np.array(2), tolerance=np.float32(0.5))
+    assert changed.simulation == Simulation(2.0, 0.05, tolerance=0.5)
+    assert type(changed.simulation.stop_time) is float
+
+
+def test_arrays_of_numpy_in_a_model() -> None:
+    mass: Any = np.array(2.0)
+    inertia: Any = np.float32(1.0)
+    end: Any = np.array([0, -1])
+    model = Model(
+        "pendulum",
+        bodies={"rod": Body(mass, inertia)},
+        joints={"pin": Joint("revolute", "rod", joint_to_child=end)},
+        points={"tip": Point("rod", end)},
+    )
+    assert model_program(model) == model_program(PENDULUM)
