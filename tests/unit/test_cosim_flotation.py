@@ -103,7 +103,12 @@ def floated(
         connections=(*CONNECTIONS, *connections),
         simulation=Simulation(8.0, 0.05),
     )
-    names = {"m": "buoy.m", "x": "buoy.body.float.x", "z": "buoy.body.float.z", "theta": "buoy.body.float.theta"}
+    names = {
+        "m": "buoy.m",
+        "x": "buoy.body.float.x",
+        "z": "buoy.body.float.z",
+        "theta": "buoy.body.float.theta",
+    }
     changed = system.changed(start={names[key]: value for key, value in start.items()})
     return run(changed, results=folder / "r.nc")
 

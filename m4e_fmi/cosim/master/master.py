@@ -337,7 +337,7 @@ class Master:
         grown = self._stability.warning()
         at_once = [] if self.steps else ended_at_once(self.network.instances.values())
         stop = self._system.simulation.stop_time
-        if self.steps and self.ended and round((stop - self.network.time) * SECOND) > 0:
+        if self.steps and self.ended and round((stop - self.network.time) * NS_PER_SECOND) > 0:
             at_once = [f"the run ended before its stop time of {stop:.9g} s: {self.ended}"]
         certificate = self.certificate() if self._certify else ""
         if isinstance(certificate, CouplingErrorReport):

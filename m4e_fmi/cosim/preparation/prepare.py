@@ -8,10 +8,6 @@ from pathlib import Path
 
 from m4e_fmi.cosim.connections.connect import Wiring, connect
 from m4e_fmi.cosim.connections.dependence import with_stated
-from m4e_fmi.cosim.connections.doubtful_values import (
-    reversed_forces,
-    start_values_without_effect,
-)
 from m4e_fmi.cosim.connections.loop_breaking import broken
 from m4e_fmi.cosim.connections.loose_ends import loose_ends
 from m4e_fmi.cosim.connections.prepared import Prepared
@@ -21,6 +17,10 @@ from m4e_fmi.cosim.input_checks.drafts import Draft
 from m4e_fmi.cosim.load import load_system
 from m4e_fmi.cosim.preparation.components import ready_fmus
 from m4e_fmi.cosim.preparation.dependence_probing import probed
+from m4e_fmi.cosim.preparation.doubtful_values import (
+    reversed_forces,
+    start_values_without_effect,
+)
 from m4e_fmi.cosim.preparation.state_trials import without_forgetful
 from m4e_fmi.cosim.preparation.surroundings import differing
 from m4e_fmi.cosim.system.component_steps import pace, refined, rounded
@@ -83,7 +83,10 @@ def prepare(
     wiring, late = broken(descriptions, wiring, rates)
     structure = analyse(descriptions, wiring)
     notes = (*rounded(system.simulation), *([note] if note else []), *found, *late)
-    missing = [find(system, descriptions, wiring) for find in (unconnected_parameters, loose_ends, differing)]
+    missing = [
+        find(system, descriptions, wiring)
+        for find in (unconnected_parameters, loose_ends, differing)
+    ]
     doubtful = (
         *start_values_without_effect(system, wiring, structure),
         *reversed_forces(system, descriptions, wiring),
