@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -66,6 +67,8 @@ def test_all_is_imported_and_runs(tmp_path: Path) -> None:
     (tmp_path / "pendulum.model.yaml").write_text(PENDULUM)
     (tmp_path / "system.yaml").write_text(SYSTEM)
     command = [sys.executable, "-c", WITHOUT + IMPORTS + RUNS]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
+    # the pretended locks of Windows are given to all: with /tmp, it would tidy up after living processes
+    environment = os.environ | {"TMPDIR": str(tmp_path)}
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
     assert int(done.stdout.split()[0]) > 250  # modules
