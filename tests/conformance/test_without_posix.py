@@ -67,7 +67,7 @@ def test_all_is_imported_and_runs(tmp_path: Path) -> None:
     (tmp_path / "pendulum.model.yaml").write_text(PENDULUM)
     (tmp_path / "system.yaml").write_text(SYSTEM)
     command = [sys.executable, "-c", WITHOUT + IMPORTS + RUNS]
-    # the pretended locks of Windows are given to all: with /tmp, it would tidy up after living processes
+    # pretended locks are given to all: in the folder of others it would tidy up after living ones
     environment = os.environ | {"TMPDIR": str(tmp_path)}
     done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
