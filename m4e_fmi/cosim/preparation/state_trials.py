@@ -31,6 +31,7 @@ from m4e_fmi.cosim.system.system import (
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.importer.opening import opened
 from m4e_fmi.fmu.importer.reading import Description
+from m4e_fmi.fmu.importer.type_rules import TYPES
 
 BEFORE, AGAIN = 2, 4
 """Steps up to the state that is kept, and steps that are made from it twice."""
@@ -92,7 +93,7 @@ def _fault(
     component: Component, description: Description, simulation: Simulation, inputs: Sequence[str]
 ) -> str:
     """Why an FMU cannot go back; empty if it can, or if steps cannot be made."""
-    outputs = [variable.name for variable in description.of_causality("output")]
+    outputs = [v.name for v in description.of_causality("output") if v.type in TYPES]
     new = Instances(component, description, simulation)
     for moves in (True, False):
         try:
