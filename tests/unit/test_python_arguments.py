@@ -64,7 +64,8 @@ def test_options_of_an_fmu(option: dict, message: str, tmp_path: Path) -> None:
 
 
 def test_the_version_of_fmi_may_be_a_number(tmp_path: Path) -> None:
-    build_fmu(model_program(PENDULUM), tmp_path / "a.fmu", native=True, fmi=3)
+    path = build_fmu(model_program(PENDULUM), tmp_path / "a.fmu", native=True, fmi=3)
+    assert read_description(path).version == "3.0"
 
 
 def test_settings_are_numbers_of_any_library_or_texts_with_a_unit() -> None:
