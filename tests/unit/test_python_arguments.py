@@ -11,6 +11,7 @@ import pytest
 
 from m4e_fmi import InputError, build_fmu, load_model, load_system, model_program, simulate
 from m4e_fmi.cosim import Simulation, System
+from m4e_fmi.fmu import read_description
 from m4e_fmi.model import Body, Joint, Model, Point
 
 SYSTEM = System("s", (), (), Simulation(1.0, 0.1))
