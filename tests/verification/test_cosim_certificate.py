@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 from support.random_systems import random_system
-from unit.test_cosim_versions import reworded
+from unit.cosim.exchange.test_versions import reworded
 
 from m4e_fmi.cosim import (
     Component,

@@ -14,7 +14,7 @@ from typing import Any
 import fmpy
 import numpy as np
 import pytest
-from unit.test_cosim_dependence import silenced
+from unit.cosim.preparation.test_dependence import silenced
 
 from m4e_fmi.cosim import (
     Component,

@@ -20,7 +20,7 @@ from m4e_fmi.runtime.compiler import (
 
 C_FILES = sorted(SOURCES.glob("*.c"))
 STRICT = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror"]
-FUZZ = Path(__file__).parents[1] / "fuzz" / "fuzz_program.c"
+FUZZ = Path(__file__).parents[2] / "fuzz" / "fuzz_program.c"
 
 
 @pytest.mark.parametrize("more", [[], ["-DM4E_NO_COMPUTED_GOTO"]], ids=["goto", "switch"])

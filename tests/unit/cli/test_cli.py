@@ -19,7 +19,7 @@ from m4e_fmi.fmu import read_description
 from m4e_fmi.results import results_file as results
 from m4e_fmi.signals import Terminated
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
+EXAMPLES = Path(__file__).parents[3] / "examples"
 PENDULUM = EXAMPLES / "double_pendulum" / "double_pendulum.model.yaml"
 FLEXIBLE = EXAMPLES / "flexible_pendulum"
 BUOY = EXAMPLES / "moored_buoy" / "system.yaml"

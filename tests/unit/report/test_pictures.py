@@ -41,9 +41,9 @@ from m4e_fmi.report.panels import MOST_LINES, by_unit, coinciding, fitting, movi
 from m4e_fmi.results.results_file import Series
 from m4e_fmi.simulate import Simulation, simulate
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
+EXAMPLES = Path(__file__).parents[3] / "examples"
 NAMES_OF_THE_CART = {"1 cart", "2 upper", "3 lower", "tip", "push"}
-PAGE = Path(__file__).parents[1] / "support" / "page.js"
+PAGE = Path(__file__).parents[2] / "support" / "page.js"
 
 
 @pytest.fixture(scope="module")

@@ -31,7 +31,7 @@ from m4e_fmi.model import (
 from m4e_fmi.multibody import Equations, model_program
 from m4e_fmi.simulate import simulate
 
-EXAMPLE = Path(__file__).parents[2] / "examples" / "double_pendulum" / "double_pendulum.model.yaml"
+EXAMPLE = Path(__file__).parents[3] / "examples" / "double_pendulum" / "double_pendulum.model.yaml"
 NAN = math.nan
 
 

@@ -341,7 +341,7 @@ def test_an_unexpected_error_is_one_line_and_a_report(
 
 def test_a_reader_that_leaves_is_no_error():
     code = "import sys; from m4e_fmi.cli import main; sys.exit(main(['info', sys.argv[1]]))"
-    example = Path(__file__).parents[2] / "examples/paper_cases/spiderfloat.model.yaml"
+    example = Path(__file__).parents[3] / "examples/paper_cases/spiderfloat.model.yaml"
     command = [sys.executable, "-c", code, str(example)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         assert process.stdout is not None

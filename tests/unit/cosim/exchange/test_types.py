@@ -224,7 +224,7 @@ def test_types_that_do_not_fit_are_told_by_line(c_fmu: Fmus, tmp_path: Path) -> 
 
 
 def test_other_items_do_not_fit(c_fmu: Fmus, tmp_path: Path) -> None:
-    from unit.test_cosim_versions import reworded
+    from unit.cosim.exchange.test_versions import reworded
 
     other = reworded(c_fmu("kinds+state"), tmp_path / "x.fmu", 'name="slow"', 'name="idle"')
     parts = (part(c_fmu, "a", "kinds+state"), Component("b", FmuFile(other)))

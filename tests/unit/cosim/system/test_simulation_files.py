@@ -11,7 +11,7 @@ import pytest
 from m4e_fmi.cli import main
 from m4e_fmi.results.results_file import load
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
+EXAMPLES = Path(__file__).parents[4] / "examples"
 PENDULUM = str(EXAMPLES / "double_pendulum" / "double_pendulum.model.yaml")
 
 

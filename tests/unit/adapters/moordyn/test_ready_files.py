@@ -14,7 +14,7 @@ from m4e_fmi.errors import InputError
 from m4e_fmi.files.document import Document
 from m4e_fmus import mooring as mooring_kind
 
-CASE1 = Path(__file__).parents[1] / "data" / "moordyn" / "moorpy_case1.dat"
+CASE1 = Path(__file__).parents[3] / "data" / "moordyn" / "moorpy_case1.dat"
 
 PRECISE = """\
 water: {density: 1025.0123456789012, depth: 200.1, gravity: 9.812345678901234}

@@ -11,7 +11,7 @@ from m4e_fmi.cli import main
 from m4e_fmi.model import Model, load_model, model_from_lists
 from m4e_fmi.report.text.tables import model_listings, model_tables
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
+EXAMPLES = Path(__file__).parents[3] / "examples"
 FLAP = EXAMPLES / "paper_cases" / "flap.model.yaml"
 
 

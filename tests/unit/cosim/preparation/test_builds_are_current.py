@@ -68,7 +68,7 @@ CHRONO = {
         ],
     },
 }  # fmt: skip
-LINES = (Path(__file__).parents[1] / "data/moordyn/moorpy_case1.dat").read_text()
+LINES = (Path(__file__).parents[3] / "data/moordyn/moorpy_case1.dat").read_text()
 LINES = LINES.replace("900.00    40 ", "900.00    2  ").replace("50.0     TmaxIC", "1.0     TmaxIC")
 
 

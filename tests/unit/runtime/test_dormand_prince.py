@@ -25,7 +25,7 @@ def rotation(t: float, x: Sequence[float]) -> list[float]:
 
 def pendulum() -> tuple[Rates, list[float]]:
     """Rates and start of the double pendulum of the paper's section 5.1."""
-    examples = Path(__file__).parents[2] / "examples"
+    examples = Path(__file__).parents[3] / "examples"
     program = model_program(examples / "double_pendulum" / "double_pendulum.model.yaml")
     form = load_python(program)
     p = [v.start for v in program.parameters]

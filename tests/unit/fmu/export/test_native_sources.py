@@ -24,7 +24,7 @@ from m4e_fmi.runtime.compiler import (
 )
 
 STRICT = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror"]
-FUZZERS = Path(__file__).parents[1] / "fuzz"
+FUZZERS = Path(__file__).parents[3] / "fuzz"
 FUZZ = {"2": FUZZERS / "fuzz_fmi.c", "3": FUZZERS / "fuzz_fmi3.c"}
 FUNCTIONS = {"fmi2": 44, "fmi3": 75}
 

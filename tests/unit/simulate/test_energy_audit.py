@@ -25,7 +25,7 @@ from m4e_fmi.program import Program
 from m4e_fmi.simulate import simulate
 from m4e_fmi.simulate.simulation import METHODS, RUNTIME_METHODS
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
+EXAMPLES = Path(__file__).parents[3] / "examples"
 PENDULUM = EXAMPLES / "double_pendulum" / "double_pendulum.model.yaml"
 """With dampers and a force on its second body."""
 

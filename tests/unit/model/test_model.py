@@ -150,7 +150,7 @@ class TestYamlAndPython:
         assert model_of(Document.parse(text)).gravity == 9.80665
 
     def test_the_examples_load(self) -> None:
-        examples = Path(__file__).parents[2] / "examples"
+        examples = Path(__file__).parents[3] / "examples"
         paths = sorted(examples.glob("*/*.model.yaml"))
         assert paths
         for path in paths:

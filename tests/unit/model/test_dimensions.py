@@ -11,7 +11,7 @@ from m4e_fmi.model import load_model
 from m4e_fmi.model.dimensions import DimensionError, dimension, dimension_of, told
 from m4e_fmi.model.expression import parse
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 UNITS = {
     "m": "kg", "L": "cm", "k": "kN/m", "c": "N.s/m", "F": "N", "J": "kg.m2", "w": "rpm",
     "phi": "deg", "kt": "N.m/rad", "n": "1", "g": "m/s2", "share": "%",
