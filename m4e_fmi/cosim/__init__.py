@@ -7,7 +7,7 @@ Start reading at `system/` (what is coupled), then `connections/` (what follows 
 `error_estimate/`. `master/` runs it all. See docs/architecture.md.
 """
 
-from m4e_fmi.cosim.connections.connect import Bond, Link, Port, Wiring
+from m4e_fmi.cosim.connections.links import Bond, Link, Port, Wiring
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.connections.timing import Timing
 from m4e_fmi.cosim.error_estimate.report import CouplingError, CouplingErrorReport

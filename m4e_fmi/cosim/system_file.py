@@ -192,12 +192,12 @@ def _connection_problems(document: Document) -> Iterator[Problem]:
         at: Location = ("connections", index)
         try:
             connection = parse_connection(" ".join(text.split()))
-        except ValueError as error:
-            yield document.problem(at, *error.args)
+        except InputError as error:
+            yield document.problem(at, error.problems[0].message, error.problems[0].remedy)
             continue
         for end in (connection.left, connection.right):
             if names and (unknown := unknown_component(end, names)):
-                yield document.problem(at, *unknown)
+                yield document.problem(at, unknown.message, unknown.remedy)
 
 
 def _mapping(document: Document, key: str) -> dict[str, Any]:
@@ -211,7 +211,7 @@ def _connection_text(written: Any, names: Collection[str]) -> str:
     text = " ".join(written.split()) if isinstance(written, str) else ""
     try:
         connection = parse_connection(text)
-    except ValueError:
+    except InputError:
         return ""
     ends = (connection.left, connection.right)
     return "" if any(unknown_component(end, names) for end in ends) else text

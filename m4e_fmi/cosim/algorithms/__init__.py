@@ -22,8 +22,8 @@ from m4e_fmi.cosim.algorithms.doubling import Doubling
 from m4e_fmi.cosim.algorithms.gauss_seidel import GaussSeidel
 from m4e_fmi.cosim.algorithms.implicit import Implicit
 from m4e_fmi.cosim.algorithms.jacobi import Jacobi
-from m4e_fmi.cosim.connections.connect import Link
 from m4e_fmi.cosim.connections.dependence import STEPPED, how_known
+from m4e_fmi.cosim.connections.links import Link
 from m4e_fmi.cosim.exchange.network import Network
 
 

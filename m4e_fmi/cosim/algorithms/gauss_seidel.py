@@ -45,7 +45,7 @@ import numpy as np
 
 from m4e_fmi.cosim.algorithms.prediction import MOST_TERMS, Signal, Terms
 from m4e_fmi.cosim.algorithms.scheduled import Scheduled
-from m4e_fmi.cosim.connections.connect import Link, Port
+from m4e_fmi.cosim.connections.links import Link, Port
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.exchange.operations import Combine, Get, Operation, gather, setting
 

@@ -1,46 +1,27 @@
-"""Buses: signals with names of their own, between those that give them and those that take them.
+"""Buses: named signals between a source and its takers.
 
-A bus is declared with its signals and their units; of a signal that is not Real the type stands
-there. On a connection it stands where a component stands: what leads to a signal gives it, what
-leads from it takes it. Each signal has one source, of its dimension; values are converted to the
-signal's unit, and from there to each taker's. Nothing passes through a bus at run time: a
-connection to it and one from it make one link.
+A bus is declared with its signals and their units; a signal that is not Real has its type in place
+of the unit. In a connection a bus stands where a component stands. Each signal has one source, of
+its dimension; values are converted to the signal's unit, and from there to each taker's. Nothing
+passes through a bus at run time: a connection to it and one from it make one link.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from dataclasses import replace
 
+from m4e_fmi.cosim.connections.links import BusSignal, Link, Port
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import Problem
 from m4e_fmi.fmu.importer.reading import Variable
 from m4e_fmi.fmu.importer.type_rules import REAL, TYPES
 from m4e_fmi.units import parse_unit
 
-if TYPE_CHECKING:
-    from m4e_fmi.cosim.connections.connect import Link, Port
-
 BUS = "bus"
-"""What stands for the causality of a signal: it may be given and taken."""
+"""Causality of a signal: it may be source and target."""
 Buses = Mapping[str, Mapping[str, str]]
 """Units of the signals of each bus, by name."""
-
-
-@dataclass(frozen=True)
-class BusSignal:
-    """The signal `name` of a bus, `source` which gives it (None: nobody), and what `takes` it."""
-
-    bus: str
-    name: str
-    unit: str
-    source: Port | None
-    takers: tuple[Port, ...]
-
-    def __str__(self) -> str:
-        takers = ", ".join(map(str, self.takers)) or "nobody takes it"
-        return f"{self.bus}.{self.name} [{self.unit}]: {self.source or 'nobody'} -> {takers}"
 
 
 def bus_variables(buses: Buses) -> dict[str, dict[str, Variable]]:
@@ -52,7 +33,7 @@ def bus_variables(buses: Buses) -> dict[str, dict[str, Variable]]:
 
 
 def bus_problems(system: System) -> Iterator[Problem]:
-    """What is wrong with the declarations of a system's buses."""
+    """Problems of the declarations of a system's buses."""
     components = {component.name for component in system.components}
     for bus, signals in system.buses.items():
         if bus in components:
@@ -69,7 +50,7 @@ def bus_problems(system: System) -> Iterator[Problem]:
 
 
 def through_buses(links: Iterable[Link], buses: Buses) -> tuple[list[Link], list[BusSignal]]:
-    """The links from component to component, and what became of the signals of all buses.
+    """The links from component to component, and the signals of all buses.
 
     A link through a bus counts as one of the connection that takes the signal.
     """

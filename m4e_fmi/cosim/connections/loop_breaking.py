@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import networkx as nx
 
-from m4e_fmi.cosim.connections.connect import Link, Wiring
+from m4e_fmi.cosim.connections.links import Link, Wiring
 from m4e_fmi.cosim.connections.structure import (
     AlgebraicLoop,
     analyse,

@@ -6,8 +6,8 @@ from collections import Counter
 from collections.abc import Collection
 from typing import TYPE_CHECKING
 
-from m4e_fmi.cosim.connections.connect import Link
-from m4e_fmi.cosim.connections.loose_ends import is_idle_load, start_text, unfed
+from m4e_fmi.cosim.connections.links import Link
+from m4e_fmi.cosim.connections.missing.loose_ends import is_idle_load, start_text, unfed
 from m4e_fmi.cosim.connections.result_size import thinned, volume
 from m4e_fmi.cosim.connections.timing import Timing, component_cycles
 from m4e_fmi.cosim.system.system import Kind, System

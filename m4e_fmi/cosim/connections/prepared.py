@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from m4e_fmi.cosim.connections.connect import Link, Wiring
+from m4e_fmi.cosim.connections.links import Link, Wiring
 from m4e_fmi.cosim.connections.overview import overview
 from m4e_fmi.cosim.connections.structure import Structure
 from m4e_fmi.cosim.connections.timing import Timing, timings

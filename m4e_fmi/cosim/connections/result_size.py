@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from itertools import count
 from math import ceil
 
-from m4e_fmi.cosim.connections.connect import Port
+from m4e_fmi.cosim.connections.links import Port
 from m4e_fmi.cosim.connections.recorded_variables import chosen
 from m4e_fmi.cosim.system.system import NS_PER_SECOND, Simulation
 from m4e_fmi.fmu.importer.reading import Description

@@ -15,7 +15,7 @@ from typing import Literal
 
 import networkx as nx
 
-from m4e_fmi.cosim.connections.connect import Link, Port, Wiring
+from m4e_fmi.cosim.connections.links import Link, Port, Wiring
 from m4e_fmi.fmu.importer.reading import Description
 
 

@@ -11,7 +11,7 @@ from enum import Enum
 
 import networkx as nx
 
-from m4e_fmi.cosim.connections.connect import Link, Wiring
+from m4e_fmi.cosim.connections.links import Link, Wiring
 from m4e_fmi.cosim.connections.structure import Structure
 from m4e_fmi.cosim.system.component_step import ComponentStep
 from m4e_fmi.fmu.importer.reading import Description

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from m4e_fmi.cosim.connections.connect import Port
+from m4e_fmi.cosim.connections.links import Port
 from m4e_fmi.cosim.error_estimate.coverage import Coverage
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.system.system import NS_PER_SECOND

@@ -12,8 +12,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from m4e_fmi.cosim.connections.connect import Link, Port
 from m4e_fmi.cosim.connections.early_outputs import Arrivals
+from m4e_fmi.cosim.connections.links import Link, Port
 from m4e_fmi.cosim.connections.structure import AlgebraicLoop, Transfer
 from m4e_fmi.cosim.exchange.instance import WARNING, Instance
 from m4e_fmi.cosim.exchange.operations import Copy, Due, GetTyped, SetTyped

@@ -30,8 +30,8 @@ from weakref import finalize
 
 import numpy as np
 
-from m4e_fmi.cosim.connections.connect import Link, Port, Wiring
 from m4e_fmi.cosim.connections.early_outputs import Arrivals, following
+from m4e_fmi.cosim.connections.links import Link, Port, Wiring
 from m4e_fmi.cosim.connections.structure import AlgebraicLoop, Structure, Transfer, derivative_chain
 from m4e_fmi.cosim.exchange.discrete import Discrete, Kept
 from m4e_fmi.cosim.exchange.instance import WARNING, Call, Instance

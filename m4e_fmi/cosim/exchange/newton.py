@@ -12,7 +12,7 @@ from typing import Protocol
 
 import numpy as np
 
-from m4e_fmi.cosim.connections.connect import Port
+from m4e_fmi.cosim.connections.links import Port
 from m4e_fmi.cosim.connections.structure import AlgebraicLoop
 from m4e_fmi.cosim.exchange.instance import WARNING, Instance
 from m4e_fmi.errors import RunError

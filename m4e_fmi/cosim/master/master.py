@@ -12,7 +12,7 @@ import numpy as np
 
 from m4e_fmi.cosim.algorithms import ALGORITHMS, Algorithm, Returning, Undoing, returning
 from m4e_fmi.cosim.algorithms.step_control import SMALLEST, StepControl
-from m4e_fmi.cosim.connections.connect import Wiring
+from m4e_fmi.cosim.connections.links import Wiring
 from m4e_fmi.cosim.connections.structure import Structure
 from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport, Spans, certificate
 from m4e_fmi.cosim.error_estimate.shadow_run import ShadowRun

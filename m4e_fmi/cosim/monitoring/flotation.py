@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 
-from m4e_fmi.cosim.connections.connect import Port, Wiring
+from m4e_fmi.cosim.connections.links import Port, Wiring
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.monitoring.start_balance import BUOYANCY, Balance, Hull, balances
 

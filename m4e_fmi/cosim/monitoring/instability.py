@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from m4e_fmi.cosim.connections.connect import Link, Port
+from m4e_fmi.cosim.connections.links import Link, Port
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.results.writer import ResultsWriter
 from m4e_fmi.cosim.system.system import Simulation

@@ -18,8 +18,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from m4e_fmi.cosim.connections.connect import Port
 from m4e_fmi.cosim.connections.dependence import DECLARED, PROBED, STATED, how_known
+from m4e_fmi.cosim.connections.links import Port
 from m4e_fmi.cosim.exchange.instance import WARNING, Call, Instance
 from m4e_fmi.cosim.exchange.network import Network
 

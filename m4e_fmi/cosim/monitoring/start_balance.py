@@ -16,7 +16,7 @@ from functools import cached_property
 
 import numpy as np
 
-from m4e_fmi.cosim.connections.connect import Link, Port, Wiring
+from m4e_fmi.cosim.connections.links import Link, Port, Wiring
 from m4e_fmi.cosim.exchange.network import Network
 
 POSE = ("x", "z", "theta")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from m4e_fmi.cosim.connections.connect import Axis, Link, Wiring, conversion
+from m4e_fmi.cosim.connections.links import Axis, Link, Wiring, conversion
 from m4e_fmi.cosim.connections.structure import Structure, Transfer
 from m4e_fmi.cosim.system.system import Kind, System
 from m4e_fmi.fmu.importer.reading import Description

@@ -6,13 +6,14 @@ from collections.abc import Callable, Mapping
 from functools import cache
 from pathlib import Path
 
-from m4e_fmi.cosim.connections.connect import Wiring, connect
+from m4e_fmi.cosim.connections.connect import connect
 from m4e_fmi.cosim.connections.dependence import with_stated
+from m4e_fmi.cosim.connections.links import Wiring
 from m4e_fmi.cosim.connections.loop_breaking import broken
-from m4e_fmi.cosim.connections.loose_ends import loose_ends
+from m4e_fmi.cosim.connections.missing.loose_ends import loose_ends
+from m4e_fmi.cosim.connections.missing.unconnected_parameters import unconnected_parameters
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.connections.structure import analyse
-from m4e_fmi.cosim.connections.unconnected_parameters import unconnected_parameters
 from m4e_fmi.cosim.input_checks.drafts import Draft
 from m4e_fmi.cosim.load import load_system
 from m4e_fmi.cosim.preparation.components import ready_fmus

@@ -15,7 +15,7 @@ from zipfile import ZipFile
 
 import numpy as np
 
-from m4e_fmi.cosim.connections.connect import Wiring
+from m4e_fmi.cosim.connections.links import Wiring
 from m4e_fmi.cosim.exchange.binary import OWN, PYTHON
 from m4e_fmi.cosim.exchange.interruption import setting_up
 from m4e_fmi.cosim.preparation.trial_instances import Instances, Subject, driven_inputs

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping
 from itertools import combinations
 from typing import Any
 
-from m4e_fmi.cosim.connections.connect import Wiring
+from m4e_fmi.cosim.connections.links import Wiring
 from m4e_fmi.cosim.system.start_values import value_of
 from m4e_fmi.cosim.system.system import Component, Kind, ModelFile, System
 from m4e_fmi.errors import InputError

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from m4e_fmi.cosim.connections.connect import Wiring
+from m4e_fmi.cosim.connections.links import Wiring
 from m4e_fmi.cosim.exchange.binary import Binary, Files
 from m4e_fmi.cosim.exchange.instance import WARNING, Instance
 from m4e_fmi.cosim.system.start_values import Value, start_values

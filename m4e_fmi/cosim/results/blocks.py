@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from m4e_fmi.cosim.connections.connect import Port
+from m4e_fmi.cosim.connections.links import Port
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.exchange.operations import Copy, Get, GetTyped, Operation, gather
 from m4e_fmi.fmu.importer.reading import Variable

@@ -11,7 +11,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
-from m4e_fmi.cosim.connections.connect import SAME_UNIT, Link, Wiring, connect, conversion
+from m4e_fmi.cosim.connections.connect import connect
+from m4e_fmi.cosim.connections.links import SAME_UNIT, Link, Wiring, conversion
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.ssp.package import Package
 from m4e_fmi.cosim.system.connection_text import Connection, parse_connection

@@ -172,7 +172,7 @@ def _agrees(whole: str, members: list[Flow], names: dict[tuple[str, ...], str]) 
         return False
     try:
         text = parse_connection(whole)
-    except ValueError:
+    except InputError:
         return False
     ends = {text.left.partition(".")[0], text.right.partition(".")[0]}
     way = (text.factor, text.offset, text.units_ignored)

@@ -17,7 +17,7 @@ from typing import Any
 
 from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no types
 
-from m4e_fmi.cosim.connections.connect import Link, Port
+from m4e_fmi.cosim.connections.links import Link, Port
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.ssp.buses import annotated, flattened
 from m4e_fmi.cosim.ssp.names import (

@@ -1,4 +1,4 @@
-"""The small grammar of a connection's text.
+"""Grammar of a connection's text.
 
     a.group <-> b.group
     a.variable -> b.variable
@@ -7,8 +7,8 @@
     a.variable -> b.variable, delayed
 
 Factor and offset act on the value in the target's unit: it is converted first. Where units are
-ignored, they act on the bare number. What is delayed is carried over one step late. Both may
-stand behind a connection: ``, units ignored, delayed``.
+ignored, they act on the bare number. A delayed value is carried over one step late. Both may be
+written behind a connection: ``, units ignored, delayed``.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import re
 from collections.abc import Collection
 from dataclasses import dataclass
 
-from m4e_fmi.errors import suggestion
+from m4e_fmi.errors import InputError, Problem, suggestion
 
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _TEXT = re.compile(
@@ -58,22 +58,24 @@ class Connection:
         return text + (", delayed" if self.delayed else "")
 
 
-def unknown_component(end: str, known: Collection[str]) -> tuple[str, str] | None:
-    """Message and remedy if the component of an end, ``component.name``, is not `known`."""
+def unknown_component(end: str, known: Collection[str]) -> Problem | None:
+    """The problem of an end, ``component.name``, whose component is not `known`."""
     component = end.partition(".")[0]
     if component in known:
         return None
-    return f"unknown component {component!r}", suggestion(component, known, "components")
+    remedy = suggestion(component, known, "components")
+    return Problem(f"unknown component {component!r}", remedy)
 
 
 def parse_connection(text: str) -> Connection:
-    """The parts of a connection's text; ValueError(message, remedy) if it is none."""
+    """The parts of a connection's text; InputError if it is not a connection."""
     if text.count("->") > 1:
-        raise ValueError(f"{text!r} has more than one arrow", "write a connection for each pair")
+        remedy = "write a connection for each pair"
+        raise InputError.single(f"{text!r} has more than one arrow", remedy)
     match = _TEXT.match(text)
     if not match:
         remedy = "write 'a.group <-> b.group' or 'a.variable -> b.variable'"
-        raise ValueError(f"not a connection: {text!r}", remedy)
+        raise InputError.single(f"not a connection: {text!r}", remedy)
     factor, offset = float(match["factor"] or 1.0), float(match["offset"] or 0.0)
     if match["sign"] == "-":
         offset = -offset
@@ -86,15 +88,24 @@ def parse_connection(text: str) -> Connection:
         units_ignored=match["ignored"] is not None,
         delayed=match["delayed"] is not None,
     )
+    _check(found)
+    return found
+
+
+def _check(found: Connection) -> None:
+    """InputError for parts that a connection cannot have."""
+    factor, offset = found.factor, found.offset
     if _OPERATOR.search(found.left):
+        message = f"{found.left!r} is more than a variable with factor and offset"
         remedy = "one number may follow '*', and after that one '+' or '-': 'a.y * 2.5 + 1 -> b.u'"
-        raise ValueError(f"{found.left!r} is more than a variable with factor and offset", remedy)
+        raise InputError.single(message, remedy)
     if not (math.isfinite(factor) and math.isfinite(offset)) or factor == 0.0:
-        raise ValueError(f"factor {factor:g}, offset {offset:g}", "expected numbers, no factor 0")
+        message = f"factor {factor:g}, offset {offset:g}"
+        raise InputError.single(message, "expected numbers, no factor 0")
     if found.both_ways and (factor, offset, found.units_ignored) != (1.0, 0.0, False):
+        message = "a connector '<->' takes no factor, no offset and heeds units"
         remedy = "connect single variables with '->'; units are converted in both"
-        raise ValueError("a connector '<->' takes no factor, no offset and heeds units", remedy)
+        raise InputError.single(message, remedy)
     if found.both_ways and found.delayed:
         remedy = "beside it, write 'a.g.y -> b.g.y, delayed' for each variable that is to be late"
-        raise ValueError("a connector '<->' is not delayed as a whole", remedy)
-    return found
+        raise InputError.single("a connector '<->' is not delayed as a whole", remedy)

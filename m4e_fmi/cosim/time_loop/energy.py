@@ -37,7 +37,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from m4e_fmi.cosim.connections.connect import Bond
+from m4e_fmi.cosim.connections.links import Bond
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.exchange.operations import Operation, gather
 

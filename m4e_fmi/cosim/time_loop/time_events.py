@@ -19,7 +19,7 @@ from functools import partial
 
 import numpy as np
 
-from m4e_fmi.cosim.connections.connect import Port
+from m4e_fmi.cosim.connections.links import Port
 from m4e_fmi.cosim.exchange.instance import WARNING, Instance
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.system.system import NS_PER_SECOND

@@ -12,7 +12,7 @@ import numpy as np
 from m4e_fmi.cosim.algorithms import Algorithm, Returning, Undoing
 from m4e_fmi.cosim.algorithms.scheduled import Scheduled, looped
 from m4e_fmi.cosim.algorithms.step_control import SMALLEST, StepControl
-from m4e_fmi.cosim.connections.connect import Port
+from m4e_fmi.cosim.connections.links import Port
 from m4e_fmi.cosim.exchange.discrete import Switches
 from m4e_fmi.cosim.exchange.events import event_count, is_over, telling
 from m4e_fmi.cosim.exchange.instance import DiscardedError, EndWithinError, EventWithinError

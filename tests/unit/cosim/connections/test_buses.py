@@ -23,7 +23,8 @@ from m4e_fmi.cosim import (
     run,
     save_system,
 )
-from m4e_fmi.cosim.connections.connect import Wiring, connect
+from m4e_fmi.cosim.connections.connect import connect
+from m4e_fmi.cosim.connections.links import Wiring
 from m4e_fmi.errors import InputError
 
 Fmus = Callable[[str], Path]

@@ -10,8 +10,9 @@ import pytest
 from support.described import described
 
 from m4e_fmi.cosim import Component, FmuFile, Port, Simulation, System, load_system, prepare
-from m4e_fmi.cosim.connections.connect import Wiring, connect
-from m4e_fmi.cosim.connections.unconnected_parameters import unconnected_parameters
+from m4e_fmi.cosim.connections.connect import connect
+from m4e_fmi.cosim.connections.links import Wiring
+from m4e_fmi.cosim.connections.missing.unconnected_parameters import unconnected_parameters
 from m4e_fmi.errors import InputError
 from m4e_fmi.fmu.importer.reading import Description
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from support.described import described
 
 from m4e_fmi.cosim import load_system
-from m4e_fmi.cosim.connections.connect import Link, Port, Wiring
+from m4e_fmi.cosim.connections.links import Link, Port, Wiring
 from m4e_fmi.cosim.preparation.surroundings import differing
 
 MODEL = """\

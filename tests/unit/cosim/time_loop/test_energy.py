@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from m4e_fmi.cosim import Bond, BondEnergy, Link, Network, Port
-from m4e_fmi.cosim.connections.connect import Axis
+from m4e_fmi.cosim.connections.links import Axis
 from m4e_fmi.cosim.error_estimate.report import Spans
 from m4e_fmi.cosim.time_loop.energy import EnergyBalance
 

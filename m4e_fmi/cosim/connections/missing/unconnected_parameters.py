@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Set
 
-from m4e_fmi.cosim.connections.connect import Port, Wiring
-from m4e_fmi.cosim.connections.matching_connectors import fits
+from m4e_fmi.cosim.connections.links import Port, Wiring
+from m4e_fmi.cosim.connections.missing.matching_connectors import fits
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.fmu.importer.reading import Description, Variable
 

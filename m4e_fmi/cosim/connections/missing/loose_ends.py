@@ -20,8 +20,8 @@ from collections.abc import Iterator, Mapping
 
 import networkx as nx
 
-from m4e_fmi.cosim.connections.connect import Port, Wiring
-from m4e_fmi.cosim.connections.matching_connectors import Pair, fits, free_pairs, group_of
+from m4e_fmi.cosim.connections.links import Port, Wiring
+from m4e_fmi.cosim.connections.missing.matching_connectors import Pair, fits, free_pairs, group_of
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.fmu.importer.reading import Description, Variable
 

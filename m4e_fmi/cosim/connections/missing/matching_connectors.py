@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping, Set
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from m4e_fmi.cosim.connections.connect import Port
+from m4e_fmi.cosim.connections.links import Port
 from m4e_fmi.fmu.importer.reading import Description, Variable
 
 

@@ -1,0 +1,44 @@
+"""Power bonds: the forces among the links, and the velocities that they work on."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Sequence
+
+from m4e_fmi.cosim.connections.links import Axis, Bond, Link, Port, Variables, conversion
+
+AXES = (("force_x", "vx", "x"), ("force_z", "vz", "z"), ("moment_y", "omega", "theta"))
+"""Force, the velocity it works on, and the coordinate of that velocity, in one connector."""
+_FORCES = {force for force, _, _ in AXES}
+
+
+def power_bonds(
+    connections: Sequence[str], variables: Variables, links: Sequence[Link]
+) -> Iterable[Bond]:
+    """The power bonds among the links, connection by connection.
+
+    A force is one on a body whose velocity, of the same connector, goes to any component: that of
+    the force itself, or one whose force a third component adds to others.
+    """
+    carried = {link.source: link for link in links}
+    found: dict[int, list[Axis]] = defaultdict(list)
+    for force, velocity, position in AXES:
+        for link in links:
+            body, last = link.target.component, _last(link.target)
+            connector = link.target.variable.removesuffix(last)
+            back = carried.get(Port(body, connector + velocity))
+            scale, shift = conversion(*link.variables(variables))
+            if last == force and back and link.offset == link.factor / scale * shift:
+                moved = carried.get(Port(body, connector + position))
+                found[link.connection].append(Axis(link, back, moved, link.factor / scale))
+    for index, axes in sorted(found.items()):
+        sources = {axis.force.source.component for axis in axes}
+        given = [link for link in links if link.target.component in sources]
+        adds = dict.fromkeys(link.source.component for link in given)
+        if not all(_last(link.source) in _FORCES for link in given):
+            adds = {}  # its inputs are not forces only: its output is not a mere sum
+        yield Bond(connections[index], tuple(axes), tuple(adds))
+
+
+def _last(port: Port) -> str:
+    return port.variable.rpartition(".")[2]

@@ -1,0 +1,109 @@
+"""Problems of links as a whole, and of the system's own inputs and outputs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from m4e_fmi.cosim.connections.links import (
+    SAME_UNIT,
+    Link,
+    Port,
+    Variables,
+    is_carried,
+    is_varying,
+)
+from m4e_fmi.cosim.system.system import System
+from m4e_fmi.errors import Problem, suggestion
+from m4e_fmi.fmu.importer.reading import Description
+from m4e_fmi.fmu.importer.type_rules import misfit
+
+CONSTANT_TO_INPUT = ("calculatedParameter", "input")
+CARRIED_ONCE = "a calculated parameter is carried over once: connect it to a parameter"
+
+
+def bus_link_problems(
+    system: System, variables: Variables, links: Iterable[Link]
+) -> Iterable[Problem]:
+    """Calculated parameters that lead to inputs over a bus, and types that do not fit."""
+    for link in links:
+        give, take = link.variables(variables)
+        if found := misfit(give, take, plain=link.is_plain):
+            message = f"{link}: {link.source} {found[0]}"
+            yield system.problem(("connections", link.connection), message, found[1])
+        if (give.causality, take.causality) == CONSTANT_TO_INPUT:
+            message = f"{link.source} is constant, {link.target} is an input"
+            yield system.problem(("connections", link.connection), message, CARRIED_ONCE)
+
+
+def delay_problems(
+    system: System, variables: Variables, links: Iterable[Link]
+) -> Iterable[Problem]:
+    """Delayed links into parameters that take values once."""
+    for link in links:
+        give, take = link.variables(variables)
+        if link.delayed and not is_carried(give, take) and not is_varying(give):
+            message = (
+                f"{link.target} is a parameter, to which values are carried once, at the start"
+            )
+            remedy = "leave out ', delayed'"
+            yield system.problem(("connections", link.connection), message, remedy)
+
+
+def fixed_parameter_problems(
+    system: System, variables: Variables, links: Iterable[Link]
+) -> Iterable[Problem]:
+    """Outputs that lead into parameters which cannot change during a run."""
+    for link in links:
+        give, take = link.variables(variables)
+        if is_varying(give) and not is_carried(give, take):
+            message = (
+                f"{link.target} is a {take.variability} parameter, which cannot follow the output "
+                f"{link.source} during a run"
+            )
+            remedy = (
+                "connect to an input or a tunable parameter (of a model: tunable: true), or give "
+                "a number under start:"
+            )
+            yield system.problem(("connections", link.connection), message, remedy)
+
+
+def input_derivative_problems(
+    system: System, descriptions: Mapping[str, Description], links: Iterable[Link]
+) -> Iterable[Problem]:
+    """Inputs that an FMU moves along a rate, another input, which is converted differently."""
+    by_target = {link.target: link for link in links}
+    for component, description in descriptions.items():
+        for moved, rate in description.input_derivatives.items():
+            place = by_target.get(Port(component, moved))
+            speed = by_target.get(Port(component, rate))
+            if place is None or speed is None:
+                continue
+            if abs(speed.factor / place.factor - 1) > SAME_UNIT or speed.offset != 0.0:
+                message = f"{rate} is declared as the rate of {moved}, but carried over otherwise"
+                remedy = f"give both the factor {place.factor:g}, and {rate} no offset"
+                yield system.problem(("connections", speed.connection), message, remedy)
+
+
+def outer_port_problems(
+    system: System, descriptions: Mapping[str, Description], driven: set[Port]
+) -> Iterable[Problem]:
+    """Problems of the system's own inputs and outputs; `driven` are the targets of links."""
+    named = [(("inputs", name), text) for name, texts in system.inputs.items() for text in texts]
+    named += [(("outputs", name), text) for name, text in system.outputs.items()]
+    for at, text in named:
+        port = Port.named(text)
+        kind = at[0].removesuffix("s")
+        known = descriptions.get(port.component)
+        variable = known.variables.get(port.variable) if known else None
+        if variable is None:
+            there = known.of_causality(kind) if known else ()
+            remedy = suggestion(port.variable, [v.name for v in there], f"{kind}s")
+            if known is None:
+                remedy = suggestion(port.component, descriptions, "components")
+            yield system.problem(at, f"{at[1]!r} stands for {text!r}, which is no variable", remedy)
+        elif variable.causality != kind:
+            message = f"{at[1]!r} stands for {text} ({variable.causality}), which is no {kind}"
+            yield system.problem(at, message, f"name an {kind}")
+        elif port in driven:
+            message = f"{at[1]!r} stands for {text}, which is connected"
+            yield system.problem(at, message, "name an input that nothing leads to")

@@ -1,0 +1,161 @@
+"""Ports, the links between them, power bonds, and the wiring that they make together."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from m4e_fmi.fmu.importer.reading import Variable
+from m4e_fmi.fmu.importer.type_rules import REAL
+from m4e_fmi.shown import short
+
+SAME_UNIT = 1e-9
+"""Relative difference below which two conversion factors are the same."""
+Variables = Mapping[str, Mapping[str, Variable]]
+"""Variables by component (or bus) and name."""
+
+
+@dataclass(frozen=True, order=True)
+class Port:
+    """A variable of a component."""
+
+    component: str
+    variable: str
+
+    @classmethod
+    def named(cls, text: str) -> Port:
+        """The port ``component.variable``."""
+        component, _, variable = text.partition(".")
+        return cls(component, variable)
+
+    def __str__(self) -> str:
+        return f"{self.component}.{self.variable}"
+
+
+@dataclass(frozen=True)
+class Link:
+    """`target` takes `factor` · the value of `source` + `offset`.
+
+    Both include the conversion between the units of the two FMUs. `connection` is the index of the
+    connection's text, `kind` the type of the source. A `delayed` link carries the value that its
+    source had one communication point before, to a communication point and through the step from
+    there.
+    """
+
+    source: Port
+    target: Port
+    connection: int
+    factor: float = 1.0
+    offset: float = 0.0
+    delayed: bool = False
+    kind: str = REAL
+
+    @property
+    def ends(self) -> tuple[Port, Port]:
+        """Source and target."""
+        return self.source, self.target
+
+    @property
+    def is_real(self) -> bool:
+        """True if it carries a Real; other values are exchanged at communication points only."""
+        return self.kind == REAL
+
+    @property
+    def is_plain(self) -> bool:
+        """True if the value is carried over without conversion."""
+        return self.factor == 1.0 and self.offset == 0.0
+
+    def variables(self, known: Variables) -> tuple[Variable, Variable]:
+        """The variables of source and target."""
+        source, target = self.ends
+        return known[source.component][source.variable], known[target.component][target.variable]
+
+    def __str__(self) -> str:
+        return f"{self.source} -> {self.target}"
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One direction of a power bond: `force` works on `velocity`, the rate of `position`.
+
+    `share` is the force on the body over the force of the source, both in SI units.
+    """
+
+    force: Link
+    velocity: Link
+    position: Link | None
+    share: float = 1.0
+
+
+@short
+@dataclass(frozen=True)
+class Bond:
+    """A connection that carries power: forces on a body, and the velocities they work on.
+
+    `adds` are the components whose forces its source adds up, if all its inputs are forces.
+    """
+
+    name: str
+    axes: tuple[Axis, ...]
+    adds: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class BusSignal:
+    """The signal `name` of a bus, its `source` (None: not connected), and its `takers`."""
+
+    bus: str
+    name: str
+    unit: str
+    source: Port | None
+    takers: tuple[Port, ...]
+
+    def __str__(self) -> str:
+        takers = ", ".join(map(str, self.takers)) or "nobody takes it"
+        return f"{self.bus}.{self.name} [{self.unit}]: {self.source or 'nobody'} -> {takers}"
+
+
+@short
+@dataclass(frozen=True)
+class Wiring:
+    """All connections of a system, resolved.
+
+    `links` carry values at every communication point, into inputs and tunable parameters;
+    `initial_links` carry them into parameters, once. `unconnected` are the inputs without a link,
+    `signals` those of all buses.
+    """
+
+    links: tuple[Link, ...]
+    initial_links: tuple[Link, ...]
+    bonds: tuple[Bond, ...]
+    unconnected: tuple[Port, ...]
+    signals: tuple[BusSignal, ...] = ()
+
+    @property
+    def all_links(self) -> tuple[Link, ...]:
+        """Those that carry values once, then those of every communication point."""
+        return *self.initial_links, *self.links
+
+    @property
+    def sources(self) -> tuple[Port, ...]:
+        """The outputs whose values are carried at every communication point."""
+        return tuple(link.source for link in self.links)
+
+
+def is_varying(give: Variable) -> bool:
+    """True for an output that changes during a run."""
+    return give.causality == "output" and give.variability != "constant"
+
+
+def is_carried(give: Variable, take: Variable) -> bool:
+    """True if values go over at every communication point; otherwise they do once, at the start."""
+    return take.causality == "input" or (is_varying(give) and take.variability == "tunable")
+
+
+def conversion(give: Variable, take: Variable) -> tuple[float, float]:
+    """Factor and offset from the unit of one variable to that of another, of one dimension."""
+    if give.dimension is None or take.dimension is None:
+        return 1.0, 0.0
+    factor = give.dimension.factor / take.dimension.factor
+    shift = (give.offset - take.offset) / take.dimension.factor
+    return (1.0 if abs(factor - 1) < SAME_UNIT else factor), shift
