@@ -164,7 +164,7 @@ class _Knot:
 def _knots(network: Network) -> list[tuple[list[str], bool]]:
     """Names of the components of each knot, and whether it is a cycle; sources before targets."""
     graph: nx.DiGraph = nx.DiGraph()
-    names = [name for name in network.sweep if not network.due(name)]
+    names = [name for name in network.execution_order if not network.due(name)]
     ends = [(k.source.component, k.target.component) for k in network.links if not k.delayed]
     graph.add_nodes_from(names)
     graph.add_edges_from((a, b) for a, b in ends if a in graph and b in graph)

@@ -57,7 +57,7 @@ class GaussSeidel(Scheduled):
 
     def __init__(self, network: Network) -> None:
         held = np.zeros_like(network.inputs)
-        place = {name: k for k, name in enumerate(network.sweep)}
+        place = {name: k for k, name in enumerate(network.execution_order)}
         asked: dict[str, list[Port]] = {name: [] for name in place}
         for link in network.links:
             ends = link.source.component, link.target.component
@@ -66,7 +66,9 @@ class GaussSeidel(Scheduled):
             if place[ends[0]] < place[ends[1]]:
                 asked[link.source.component].append(link.source)
         self._components = tuple(
-            _Component(network, name, before=set(network.sweep[:k]), asked=asked[name], held=held)
+            _Component(
+                network, name, before=set(network.execution_order[:k]), asked=asked[name], held=held
+            )
             for name, k in place.items()
         )
         super().__init__(network, [o for c in self._components for o in c.operations], held)

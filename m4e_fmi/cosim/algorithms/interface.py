@@ -40,11 +40,13 @@ class Interface:
                 places[:, column] = known
         found = Courses(values, places)
         given = courses or found
-        due = {name: network.due(name) for name in network.sweep}
+        due = {name: network.due(name) for name in network.execution_order}
         self.parts = tuple(
-            ComponentStepper(network, n, given, way) for n in network.sweep if not due[n]
+            ComponentStepper(network, n, given, way) for n in network.execution_order if not due[n]
         )
-        self.sampled = tuple(Sampled(network, name) for name in network.sweep if due[name])
+        self.sampled = tuple(
+            Sampled(network, name) for name in network.execution_order if due[name]
+        )
         self.held = np.zeros(len(self.sources))
         weight = np.repeat(way.mean[:, None], len(self.sources), axis=1)
         sampled = [

@@ -1,16 +1,16 @@
-"""On which inputs an output depends within an instant, and how that is known.
+"""Inputs that an output depends on within an instant, and the source of that knowledge.
 
-`Description.dependencies` of a prepared system has the answer, from the first of these that there
-is:
+`Description.dependencies` of a prepared system holds them, from the first of these sources that
+exists:
 
 ===========  ===================================================================================
 `STATED`     the system file declares it, under `dependencies` of the component
 `DECLARED`   the FMU declares it
-`PROBED`     the FMU declares nothing; inputs were moved, and the output read (see `probing`). It
-             need not be the whole truth: `second_look` goes on watching
+`PROBED`     the FMU declares nothing; inputs were moved, and the output read
+             (`dependence_probing`). It may be incomplete: `late_dependence` goes on watching
 `LOST`       likewise, but setting any input spoils the output: it is read before that only
-`STEPPED`    likewise, but what moves in the input shows after the next step: one step late
-`ASSUMED`    nothing is known: the output depends on all inputs
+`STEPPED`    likewise, but a change of the input shows after the next step: one step late
+`ASSUMED`    nothing is known: the output is taken to depend on all inputs
 ===========  ===================================================================================
 """
 
@@ -32,14 +32,14 @@ ASSUMED = "assumed"
 
 
 def how_known(description: Description, output: str) -> str:
-    """How the dependencies of an output are known."""
+    """The source of an output's dependencies: one of the constants of this module."""
     if output in description.resolved:
         return description.resolved[output]
     return ASSUMED if output in description.undeclared else DECLARED
 
 
 def assumed(description: Description) -> frozenset[str]:
-    """Outputs of whose dependencies nothing is known."""
+    """Outputs with unknown dependencies."""
     return frozenset(
         variable.name
         for variable in description.of_causality("output")
@@ -50,7 +50,7 @@ def assumed(description: Description) -> frozenset[str]:
 def resolve(
     description: Description, found: Mapping[str, Iterable[str]], how: Mapping[str, str]
 ) -> Description:
-    """The description with other dependencies of some outputs, and `how` they are known."""
+    """The description with the dependencies `found` of some outputs, and `how` they are known."""
     needs = {name: frozenset(inputs) for name, inputs in found.items()}
     return replace(
         description,
@@ -60,7 +60,7 @@ def resolve(
 
 
 def with_stated(system: System, descriptions: Mapping[str, Description]) -> dict[str, Description]:
-    """The descriptions with what the system says of dependencies."""
+    """The descriptions with the dependencies that the system file declares."""
     found = dict(descriptions)
     for component in system.components:
         needs = component.dependencies
@@ -73,7 +73,7 @@ def with_stated(system: System, descriptions: Mapping[str, Description]) -> dict
 def dependency_problems(
     system: System, descriptions: Mapping[str, Description]
 ) -> Iterable[Problem]:
-    """All names under `dependencies` that are no outputs, or no inputs, of the component."""
+    """Names under `dependencies` that are not outputs, or not inputs, of the component."""
     for component in system.components:
         description = descriptions[component.name]
         outputs, inputs = (

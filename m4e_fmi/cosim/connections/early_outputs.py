@@ -1,20 +1,20 @@
 """Outputs that are read straight after the last step of their component, before its inputs are set.
 
-They are those that do not depend on connected inputs within an instant: no later reading could tell
-anything else of them. But some FMUs lose their outputs, or change them, when inputs are set. An
-output that depends on a connected input is read when that is set.
+These do not depend on connected inputs within an instant, so that a later reading could not differ.
+But some FMUs lose or change their outputs when inputs are set. An output that depends on a
+connected input is read when that is set.
 
-FMUs with event mode are left out as far as their outputs are not exchanged: setting a discrete
-input is an event there, after which all outputs may have other values.
+Outputs of FMUs with event mode that are not exchanged are left out: setting a discrete input is an
+event there, after which all outputs may have other values.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping
 
 from m4e_fmi.cosim.connections.links import Port
 from m4e_fmi.cosim.connections.recorded_variables import chosen
-from m4e_fmi.cosim.connections.structure import AlgebraicLoop, Transfer
+from m4e_fmi.cosim.connections.structure import AlgebraicLoop, Exchange, Transfer, transfers_of
 from m4e_fmi.fmu.importer.reading import Description
 from m4e_fmi.fmu.importer.type_rules import DISCRETE, REAL
 
@@ -22,14 +22,14 @@ from m4e_fmi.fmu.importer.type_rules import DISCRETE, REAL
 class Arrivals:
     """Outputs that are read straight after steps: `early` ones, which are exchanged, and `further`.
 
-    The latter are outputs of components with connected inputs: those `recorded` (their names by
-    component; all scalars, if that is None), and if they are `watched` all others.
+    The latter are outputs of components with connected inputs that are not exchanged: those
+    `recorded` (names by component; None: all scalars), and all others if they are `watched`.
     """
 
     def __init__(
         self,
         descriptions: Mapping[str, Description],
-        exchange: Sequence[Transfer | AlgebraicLoop],
+        exchange: Exchange,
         recorded: Mapping[str, Collection[str]] | None,
         *,
         watched: bool,
@@ -63,16 +63,16 @@ class Arrivals:
             )
 
     def early(self, component: str) -> tuple[str, ...]:
-        """The first of the exchanged outputs of a component."""
+        """The early outputs of a component that are exchanged."""
         transfer = self._early.get((component, False))
         return transfer.variables if transfer else ()
 
     def early_typed(self, component: str) -> Transfer | None:
-        """The transfer that reads those that are not Real."""
+        """The transfer that reads the early outputs that are not Real."""
         return self._early.get((component, True))
 
     def further(self, component: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        """Outputs of a component that are not exchanged: those recorded, and others."""
+        """Outputs of a component that are not exchanged: those recorded, and the others."""
         return self._further.get(component, ((), ()))
 
     def further_typed(self, component: str) -> tuple[str, ...]:
@@ -94,12 +94,12 @@ class Arrivals:
         return self._early.get((transfer.component, transfer.discrete)) is transfer
 
 
-def _early(exchange: Sequence[Transfer | AlgebraicLoop]) -> dict[tuple[str, bool], Transfer]:
-    """Reads of each component before any of its inputs is set; apart those that are not Real."""
+def _early(exchange: Exchange) -> dict[tuple[str, bool], Transfer]:
+    """The reads of each component before its inputs are set, by component and discreteness."""
     found: dict[tuple[str, bool], Transfer] = {}
     begun: set[tuple[str, bool]] = set()
     for part in exchange:
-        for transfer in (*part.sets, *part.gets) if isinstance(part, AlgebraicLoop) else (part,):
+        for transfer in part.transfers if isinstance(part, AlgebraicLoop) else (part,):
             of_kind = transfer.component, transfer.discrete
             if of_kind not in begun and part is transfer and transfer.action == "get":
                 found[of_kind] = transfer
@@ -108,20 +108,19 @@ def _early(exchange: Sequence[Transfer | AlgebraicLoop]) -> dict[tuple[str, bool
     return found
 
 
-def _ports(exchange: Sequence[Transfer | AlgebraicLoop], action: str) -> dict[str, set[str]]:
+def _ports(exchange: Exchange, action: str) -> dict[str, set[str]]:
     """Names of the variables that are got or set, by component."""
     found: dict[str, set[str]] = {}
-    for part in exchange:
-        for transfer in (*part.sets, *part.gets) if isinstance(part, AlgebraicLoop) else (part,):
-            if transfer.action == action:
-                found.setdefault(transfer.component, set()).update(transfer.variables)
+    for transfer in transfers_of(exchange):
+        if transfer.action == action:
+            found.setdefault(transfer.component, set()).update(transfer.variables)
     return found
 
 
 def following(description: Description, changed: Collection[str]) -> Callable[[str], bool]:
-    """Which outputs may follow at once when these variables of an FMU are set.
+    """A test of output names: True if setting the variables `changed` may change it at once.
 
-    A parameter may change all, and so may an event, which setting a variable is in event mode.
+    A parameter may change all outputs, and so may an event (setting a variable in event mode).
     """
     causalities = {description.variables[name].causality for name in changed}
     if causalities - {"input"} or description.has_events:

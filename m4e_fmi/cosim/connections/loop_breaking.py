@@ -1,7 +1,7 @@
-"""Loops that cannot be solved at every communication point: broken by a delay of one step.
+"""Delays of one step that break loops which cannot be solved at every communication point.
 
 A component that steps more rarely than the system does not answer between its own points, so that
-no loop through it can be solved there. Nor can one that leads over values that are not Real.
+no loop through it can be solved there. Nor can a loop over values that are not Real.
 """
 
 from __future__ import annotations
@@ -11,13 +11,14 @@ from dataclasses import replace
 
 import networkx as nx
 
-from m4e_fmi.cosim.connections.links import Link, Wiring
+from m4e_fmi.cosim.connections.links import Link, Port, Wiring
 from m4e_fmi.cosim.connections.structure import (
     AlgebraicLoop,
+    Graph,
     analyse,
-    apart,
     exchange_graph,
     loop_links,
+    not_real,
 )
 from m4e_fmi.cosim.system.component_step import ComponentStep
 from m4e_fmi.fmu.importer.reading import Description
@@ -26,14 +27,14 @@ from m4e_fmi.fmu.importer.reading import Description
 def broken(
     descriptions: Mapping[str, Description], wiring: Wiring, rates: Mapping[str, ComponentStep]
 ) -> tuple[Wiring, list[str]]:
-    """The wiring with delays where loops cannot be solved, and what is to be said of each.
+    """The wiring with delays where loops cannot be solved, and a note on each.
 
-    Loops over values that are not Real are cut at one link each, until there are none. Of the
-    links of a loop into the component that steps more rarely, and those out of it, the
-    fewer are delayed.
+    Loops over values that are not Real are cut at one link each, until there are none. In a loop
+    through a component that steps more rarely, the links into or those out of it are delayed,
+    whichever are fewer.
     """
     found, notes = list[Link](), []
-    mixed = bool(apart(wiring.links))
+    mixed = bool(not_real(wiring.links))
     while mixed and (cut := _one_of_each(wiring.links, exchange_graph(descriptions, wiring))):
         found += cut
         wiring = _delayed(wiring, cut)
@@ -60,16 +61,16 @@ def broken(
     return wiring, notes
 
 
-def _one_of_each(links: Sequence[Link], graph: nx.DiGraph) -> list[Link]:
-    """The first link that is not Real of each knot of algebraic loops that has one."""
+def _one_of_each(links: Sequence[Link], graph: Graph) -> list[Link]:
+    """The first link that is not Real of each group of algebraic loops that has one."""
     found: dict[int, Link] = {}
-    knot_of = {
+    group_of = {
         port: number
-        for number, knot in enumerate(nx.strongly_connected_components(graph))
-        for port in knot
+        for number, group in enumerate(nx.strongly_connected_components(graph))
+        for port in group
     }
-    for link in apart(loop_links(links, graph)):
-        found.setdefault(knot_of[link.source], link)
+    for link in not_real(loop_links(links, graph)):
+        found.setdefault(group_of[link.source], link)
     return list(found.values())
 
 
@@ -80,15 +81,13 @@ def _delayed(wiring: Wiring, late: Collection[Link]) -> Wiring:
 
 def _loop_links(descriptions: Mapping[str, Description], wiring: Wiring, name: str) -> list[Link]:
     """The links into and out of a component that are part of an algebraic loop."""
-    found = []
+    found: list[Link] = []
     for step in analyse(descriptions, wiring).exchange:
         if isinstance(step, AlgebraicLoop):
-            ports = {(t.component, v) for t in (*step.sets, *step.gets) for v in t.variables}
+            ports = {Port(t.component, v) for t in step.transfers for v in t.variables}
             found += [
                 link
                 for link in wiring.links
-                if name in (link.source.component, link.target.component)
-                and (link.source.component, link.source.variable) in ports
-                and (link.target.component, link.target.variable) in ports
+                if name in {port.component for port in link.ends} and ports.issuperset(link.ends)
             ]
     return found

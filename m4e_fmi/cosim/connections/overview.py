@@ -1,4 +1,4 @@
-"""A prepared system as text: components, connections and how late they are, loops, loose ends."""
+"""Overview of a prepared system as text: components, connections, delays, loops, loose ends."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ if TYPE_CHECKING:
 
 
 def overview(prepared: Prepared) -> str:
-    """What is coupled, and how, as lines of text."""
+    """Components, connections, loops and unconnected inputs of a prepared system, as text."""
     system, wiring, structure = prepared.system, prepared.wiring, prepared.structure
     lines = [f"system {system.name}", "components, in the order they step:"]
-    lines += [f"  {name}  {prepared.descriptions[name].path}" for name in structure.sweep]
+    lines += [f"  {name}  {prepared.descriptions[name].path}" for name in structure.execution_order]
     if prepared.rates:
         lines.append("components with a step of their own:")
         lines += [f"  {name}  {own}" for name, own in prepared.rates.items()]
@@ -30,7 +30,9 @@ def overview(prepared: Prepared) -> str:
     cycles = component_cycles(prepared.descriptions, wiring.links)
     if cycles:
         lines.append("components that act on one another:")
-        lines += ["  " + ", ".join(n for n in structure.sweep if n in cycle) for cycle in cycles]
+        lines += [
+            "  " + ", ".join(n for n in structure.execution_order if n in cycle) for cycle in cycles
+        ]
     if structure.loops:
         lines.append("algebraic loops, solved at every communication point:")
         lines += [f"  {' -> '.join(map(str, (*loop, loop[0])))}" for loop in structure.loops]
@@ -46,7 +48,7 @@ def overview(prepared: Prepared) -> str:
 
 
 def outline(system: System, waiting: Collection[str]) -> str:
-    """The system as it is written, where the FMUs of the components `waiting` are not there yet."""
+    """The system as its file has it, while the FMUs of the components `waiting` are not built."""
     lines = [f"system {system.name}", "components:"]
     for component in system.components:
         source = component.source

@@ -1,4 +1,4 @@
-"""A system that can run: its FMUs are built, its connections resolved, its order known."""
+"""`Prepared`: a system that can run."""
 
 from __future__ import annotations
 
@@ -16,11 +16,12 @@ from m4e_fmi.shown import listing
 
 @dataclass(frozen=True)
 class Prepared:
-    """A system with its FMUs built, its connections resolved, its loops and own steps known.
+    """A system with its FMUs built, its connections resolved, its loops and component steps known.
 
-    Its step is such that it meets the points of all components: `notes` tell if it was shortened.
-    `warnings` tell what seems to be left out of the connections, and which FMUs do not go back
-    though they say so, one line each.
+    `system` has the step that meets the points of all components. `descriptions` are those of the
+    FMUs by component, with probed dependencies; `rates` the steps of the components that have their
+    own. `notes` say what preparation has changed or found, `warnings` what seems to be wrong:
+    missing connections, FMUs whose saved states fail; one line each.
     """
 
     system: System
@@ -33,7 +34,7 @@ class Prepared:
 
     @property
     def timings(self) -> dict[Link, Timing]:
-        """How late each connected input is, under the system's algorithm."""
+        """The timing of every link, under the system's algorithm."""
         algorithm = self.system.simulation.algorithm
         return timings(self.descriptions, self.wiring, self.structure, algorithm, self.rates)
 

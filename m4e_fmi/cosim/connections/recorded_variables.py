@@ -1,4 +1,4 @@
-"""Which variables a run records."""
+"""Choice of the variables that a run records."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ def chosen(
     """The variables to be recorded, by component, of all types but Binary.
 
     Without patterns these are all scalar outputs, and all arrays of which an element is
-    `connected`. A pattern is ``component.variable``, where ``*`` stands for anything. With one it
+    `connected`. A pattern is ``component.variable``, where ``*`` stands for anything. With ``*`` it
     chooses among the outputs, elements of arrays included; without, it may name any variable, or an
-    array. InputError for patterns that choose nothing.
+    array. InputError for patterns that match nothing.
     """
     if not patterns:
         arrays = {(port.component, array_of(port.variable)) for port in connected}
@@ -50,7 +50,7 @@ def chosen(
 
 
 def array_of(name: str) -> str:
-    """The name of the array that an element is one of; of a scalar, its own."""
+    """The name of the array of an element; of a scalar, its own name."""
     return name.rpartition("[")[0] if name.endswith("]") else name
 
 

@@ -1,4 +1,4 @@
-"""How large the results of a run become, and how rows are thinned where that is too much."""
+"""Size of the results of a run, and thinning of rows where it is too large."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from m4e_fmi.cosim.system.system import NS_PER_SECOND, Simulation
 from m4e_fmi.fmu.importer.reading import Description
 
 LARGE = 1e9
-"""Bytes of results that are told before the run; so much is aimed at where they would be HUGE."""
+"""Bytes of results above which their size is noted before the run; the aim where they are HUGE."""
 HUGE = 2e9
 """Bytes of results above which not every step is a row, unless `output_interval` says so."""
 
 
 @dataclass(frozen=True)
 class Volume:
-    """`rows` of `values` each, the time among them; at least so many if the steps are adaptive."""
+    """`rows` of `values` each, including the time; a lower bound if the steps are `adaptive`."""
 
     rows: int
     values: int
@@ -42,7 +42,7 @@ def volume(
     variables: Sequence[str] = (),
     connected: Iterable[Port] = (),
 ) -> Volume:
-    """The results of a run that records `variables`, or `connected` arrays too (see `chosen`)."""
+    """The size of the results of a run that records `variables` (see `chosen`)."""
     values = 1 + sum(map(len, chosen(descriptions, variables, connected).values()))
     interval = simulation.output_interval
     span = simulation.stop_time - simulation.start_time
@@ -57,9 +57,9 @@ def thinned(
     variables: Sequence[str] = (),
     connected: Iterable[Port] = (),
 ) -> tuple[Simulation, str]:
-    """The simulation, with an output interval if results would be HUGE without; what to tell.
+    """The simulation, with an output interval if results would be HUGE without, and a note.
 
-    The text is empty for results that are not LARGE. Adaptive steps are left as they are: they end
+    The note is empty for results that are not LARGE. Adaptive steps are left as they are: they end
     where rows are due.
     """
     whole = volume(simulation, descriptions, variables, connected)
@@ -83,7 +83,7 @@ def thinned(
 
 
 def size_text(size: float) -> str:
-    """A number of bytes as people read it."""
+    """A number of bytes with its unit, as ``"1.5 GB"``."""
     for unit in ("B", "kB", "MB"):
         if size < 1000:
             return f"{size:.3g} {unit}"

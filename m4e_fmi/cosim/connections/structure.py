@@ -1,29 +1,31 @@
-"""In which order values are exchanged, and components stepped; what loops there are.
+"""Order in which values are exchanged and components stepped, and the algebraic loops.
 
 At one communication point an input is as new as the output it comes from, and an output with
-feed-through as new as the inputs it depends on. Exchanging along the dependencies makes all of them
-belong to the same instant; read in any other order, outputs would show inputs of the step before.
-How dependencies are known, `dependence` tells. A link that is delayed carries an older value, and
-waits for nothing.
+feed-through as new as the inputs it depends on. Exchanging along the dependencies (`dependence`)
+makes all of them belong to the same instant; read in any other order, outputs would show inputs of
+the step before. A delayed link carries an older value, and waits for nothing.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Literal, TypeAlias
 
 import networkx as nx
 
 from m4e_fmi.cosim.connections.links import Link, Port, Wiring
 from m4e_fmi.fmu.importer.reading import Description
 
+Graph: TypeAlias = "nx.DiGraph[Port]"
+"""Ports, with an edge to each port that waits for another."""
+
 
 @dataclass(frozen=True)
 class Transfer:
     """One FMI call of an exchange: get or set these variables of this component.
 
-    Those of a `discrete` one are not Real, or take the values of such.
+    The variables of a `discrete` transfer are not Real, or take values that are not.
     """
 
     action: Literal["get", "set"]
@@ -36,29 +38,43 @@ class Transfer:
 class AlgebraicLoop:
     """Inputs and outputs that depend on one another within an instant: to be solved together.
 
-    `cycle` are some of them, each of which depends on the one before.
+    `cycle` is one cycle among them: each port depends on the one before.
     """
 
     sets: tuple[Transfer, ...]
     gets: tuple[Transfer, ...]
     cycle: tuple[Port, ...] = ()
 
+    @property
+    def transfers(self) -> tuple[Transfer, ...]:
+        """All sets, then all gets."""
+        return *self.sets, *self.gets
+
+
+Exchange = Sequence[Transfer | AlgebraicLoop]
+"""Transfers and loops in their order."""
+
+
+def transfers_of(exchange: Exchange) -> Iterator[Transfer]:
+    """All transfers of an exchange, also those in loops."""
+    for part in exchange:
+        yield from part.transfers if isinstance(part, AlgebraicLoop) else (part,)
+
 
 @dataclass(frozen=True)
 class Structure:
     """Loops, transfers and order of components, as they follow from the wiring.
 
-    In a loop at initialisation, inputs that are not Real have their start values.
-
-    `initial` are the transfers in initialization mode, `exchange` those at a communication point;
-    `sweep` is the order of components in which sources of unpredictable values come first, and
-    `delayed` the links that go against it all the same. `ends` are the outputs of components that
-    are driven, but from which no Real is taken: what the coupling does to them shows there only.
+    `initial` are the transfers in initialization mode, `exchange` those at a communication point.
+    In a loop at initialisation, inputs that are not Real have their start values. `execution_order`
+    has the sources of unpredictable values first; `delayed` are the links that lead backwards in it
+    all the same. `ends` are the outputs of components with connected inputs, but without connected
+    Real outputs: only they show the effect of the coupling on these components.
     """
 
     initial: tuple[Transfer | AlgebraicLoop, ...]
     exchange: tuple[Transfer | AlgebraicLoop, ...]
-    sweep: tuple[str, ...]
+    execution_order: tuple[str, ...]
     delayed: tuple[Link, ...]
     ends: tuple[Port, ...]
 
@@ -69,38 +85,37 @@ class Structure:
 
 
 def analyse(descriptions: Mapping[str, Description], wiring: Wiring) -> Structure:
-    """The structure of a system."""
+    """The structure of a system, from its FMUs' `descriptions` by component and its wiring."""
 
     def initially(port: Port) -> frozenset[str]:
         return descriptions[port.component].initial_dependencies[port.variable]
 
-    everything = (*wiring.initial_links, *wiring.links)
+    everything = wiring.all_links
     prompt = [link for link in everything if not link.delayed]
-    unsolved = apart(
-        loop_links(prompt, instant_graph(prompt, [k.source for k in prompt], initially))
-    )
+    graph = instant_graph(prompt, [k.source for k in prompt], initially)
+    unsolved = not_real(loop_links(prompt, graph))
     prompt = [link for link in prompt if link not in unsolved]
     sources = list(dict.fromkeys(link.source for link in everything))
     graph = instant_graph(prompt, sources, initially)
     graph.add_edges_from(list(_parameters_first(descriptions, prompt, graph)))
-    sweep, delayed = sweep_order(descriptions, wiring.links)
+    order, delayed = execution_order(descriptions, wiring.links)
     discrete = {port for k in everything if not k.is_real for port in (k.source, k.target)}
     return Structure(
         initial=_order(prompt, graph, discrete),
         exchange=_order(wiring.links, exchange_graph(descriptions, wiring), discrete),
-        sweep=sweep,
+        execution_order=order,
         delayed=delayed,
         ends=tuple(_ends(descriptions, wiring.links)),
     )
 
 
 def _parameters_first(
-    descriptions: Mapping[str, Description], links: Iterable[Link], graph: nx.DiGraph
+    descriptions: Mapping[str, Description], links: Iterable[Link], graph: Graph
 ) -> Iterator[tuple[Port, Port]]:
     """Edges by which all outputs of a component wait for the parameters that others calculate.
 
-    Without these its equations may have no solution, as those of a body have without its mass. What
-    is calculated from parameters that are connected, too, keeps the order that it has.
+    Without these its equations may have no solution, as those of a body without its mass.
+    Parameters that are calculated from connected parameters keep their order.
     """
 
     def causality(port: Port) -> str:
@@ -113,21 +128,20 @@ def _parameters_first(
             yield from ((link.target, port) for port in own)
 
 
-def loop_links(links: Iterable[Link], graph: nx.DiGraph) -> list[Link]:
+def loop_links(links: Iterable[Link], graph: Graph) -> list[Link]:
     """The links that are part of algebraic loops."""
-    knots = [knot for knot in nx.strongly_connected_components(graph) if len(knot) > 1]
-    knot_of = {port: number for number, knot in enumerate(knots) for port in knot}
-    return [k for k in links if k.source in knot_of and knot_of[k.source] == knot_of.get(k.target)]
+    loops = [ports for ports in nx.strongly_connected_components(graph) if len(ports) > 1]
+    loop_of = {port: number for number, ports in enumerate(loops) for port in ports}
+    return [k for k in links if k.source in loop_of and loop_of[k.source] == loop_of.get(k.target)]
 
 
-def apart(links: Iterable[Link]) -> list[Link]:
-    """Those of some links that are not Real: no loop can be solved for them."""
+def not_real(links: Iterable[Link]) -> list[Link]:
+    """The links that are not Real: no loop can be solved for them."""
     return [link for link in links if not link.is_real]
 
 
-def exchange_graph(descriptions: Mapping[str, Description], wiring: Wiring) -> nx.DiGraph:
-    """Which ports wait for which at a communication point."""
-
+def exchange_graph(descriptions: Mapping[str, Description], wiring: Wiring) -> Graph:
+    """The graph of the ports that wait for others at a communication point."""
     tuned = _driven_parameters(descriptions, wiring.links)
 
     def now(port: Port) -> frozenset[str]:
@@ -143,9 +157,9 @@ def exchange_graph(descriptions: Mapping[str, Description], wiring: Wiring) -> n
 def _driven_parameters(
     descriptions: Mapping[str, Description], links: Iterable[Link]
 ) -> dict[str, set[str]]:
-    """Tunable parameters that connections lead to, by component.
+    """Connected tunable parameters by component.
 
-    FMI declares what depends on them for the initial values only, which holds later, too.
+    FMI declares the dependencies on them for initial values only; these hold later, too.
     """
     found: dict[str, set[str]] = {name: set() for name in descriptions}
     for _, target in (link.ends for link in links):
@@ -155,6 +169,7 @@ def _driven_parameters(
 
 
 def _ends(descriptions: Mapping[str, Description], links: Sequence[Link]) -> Iterator[Port]:
+    """Outputs of components with connected inputs, but without connected Real outputs."""
     taken = {link.source.component for link in links if link.is_real}
     for name in dict.fromkeys(link.target.component for link in links):
         if name in taken:
@@ -167,11 +182,8 @@ def _ends(descriptions: Mapping[str, Description], links: Sequence[Link]) -> Ite
 
 def _with_derivatives(descriptions: Mapping[str, Description], links: Iterable[Link]) -> list[Port]:
     """Sources of the links, and their declared first and second time derivatives."""
-    needed: dict[Port, None] = {}
-    for link in links:
-        for port in derivative_chain(descriptions, link.source):
-            needed[port] = None
-    return list(needed)
+    chains = (derivative_chain(descriptions, link.source) for link in links)
+    return list(dict.fromkeys(port for chain in chains for port in chain))
 
 
 def derivative_chain(descriptions: Mapping[str, Description], port: Port) -> list[Port]:
@@ -183,14 +195,14 @@ def derivative_chain(descriptions: Mapping[str, Description], port: Port) -> lis
     return chain
 
 
-def sweep_order(
+def execution_order(
     descriptions: Mapping[str, Description], links: Iterable[Link]
 ) -> tuple[tuple[str, ...], tuple[Link, ...]]:
-    """Components so that the sources of values that cannot be predicted step first.
+    """The order of components in which sources of unpredictable values step first.
 
     A value with a declared derivative can be predicted and constrains nothing. Where the others
-    form a cycle, the component listed first goes first; the links that then lead backwards are
-    returned too.
+    form a cycle, the component listed first goes first. Links that then lead backwards are returned
+    as well.
     """
     binding = [
         link
@@ -216,10 +228,10 @@ def sweep_order(
 
 def instant_graph(
     links: Iterable[Link], outputs: Sequence[Port], depends: Callable[[Port], Iterable[str]]
-) -> nx.DiGraph:
-    """Which ports wait for which at one instant, those waited for first."""
+) -> Graph:
+    """The graph of the ports that wait for others at one instant."""
     driven = {link.target: link for link in links}
-    graph: nx.DiGraph = nx.DiGraph()
+    graph: Graph = nx.DiGraph()
     graph.add_nodes_from((*outputs, *driven))
     for output in outputs:
         known = (Port(output.component, name) for name in depends(output))
@@ -229,16 +241,16 @@ def instant_graph(
 
 
 def _order(
-    links: Sequence[Link], graph: nx.DiGraph, discrete: Container[Port]
+    links: Sequence[Link], graph: Graph, discrete: Container[Port]
 ) -> tuple[Transfer | AlgebraicLoop, ...]:
-    """Rounds of gets and sets in which each value is carried over when it is final."""
+    """Gets and sets that carry over each value when it is final."""
     driven = {link.target: link.source for link in links}
     steps: list[Transfer | AlgebraicLoop] = []
     transfers: list[Transfer] = []
-    knots = nx.condensation(graph)
-    for generation in nx.topological_generations(knots):
+    condensed = nx.condensation(graph)
+    for generation in nx.topological_generations(condensed):
         # a generation is all inputs or outputs that wait for nothing but earlier generations
-        members = [knots.nodes[knot]["members"] for knot in generation]
+        members = [condensed.nodes[group]["members"] for group in generation]
         single = [port for ports in members if len(ports) == 1 for port in ports]
         transfers += _transfers(single, driven, discrete)
         for ports in members:
@@ -276,8 +288,8 @@ def _merged(transfers: list[Transfer]) -> tuple[Transfer, ...]:
     return tuple(result)
 
 
-def _cycle(graph: nx.DiGraph, members: Iterable[Port]) -> tuple[Port, ...]:
-    """A cycle among the ports of a loop, from the first by name on."""
+def _cycle(graph: Graph, members: Iterable[Port]) -> tuple[Port, ...]:
+    """A cycle among the ports of a loop, beginning with the first by name."""
     ports = [edge[0] for edge in nx.find_cycle(graph.subgraph(members))]
     start = ports.index(min(ports))
     return (*ports[start:], *ports[:start])

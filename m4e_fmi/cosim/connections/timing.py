@@ -1,7 +1,7 @@
-"""When a connected input has the value of its source: how late each connection is.
+"""Delay between each connected input and its source, under the system's algorithm.
 
-During a step an algorithm knows some outputs only as they were at its start, and some not only at
-the start but over the whole step. This tells which, for the algorithm that a system has chosen.
+During a step an algorithm knows some outputs only as they were at its start, and others over the
+whole step.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from m4e_fmi.fmu.importer.reading import Description
 
 
 class Timing(Enum):
-    """What an input follows during a step."""
+    """How an input follows its source during a step; the values are texts for a person."""
 
     KNOWN = "in time: its source has made the step before"
     SOLVED = "in time: solved together with its source"
@@ -52,14 +52,14 @@ def timings(
             link.delayed or is_sampled(link.source.component) or is_sampled(link.target.component)
         )
     ]
-    knots = component_cycles(descriptions, followed)
-    knot_of = {name: knot for knot in knots for name in knot}
+    cycles = component_cycles(descriptions, followed)
+    cycle_of = {name: cycle for cycle in cycles for name in cycle}
     corrects = not structure.loops and all(
-        any(descriptions[name].saves_state for name in knot) for knot in knots
+        any(descriptions[name].saves_state for name in cycle) for cycle in cycles
     )
-    place = {name: k for k, name in enumerate(structure.sweep)}
+    place = {name: k for k, name in enumerate(structure.execution_order)}
 
-    def in_sweep(link: Link) -> Timing:
+    def in_order(link: Link) -> Timing:
         source, target = link.source, link.target
         if place[source.component] < place[target.component]:
             return Timing.KNOWN
@@ -81,22 +81,22 @@ def timings(
         if algorithm == "implicit":
             return Timing.SOLVED
         if algorithm == "gauss_seidel" or not corrects:
-            return in_sweep(link)
-        if link.target.component not in knot_of.get(link.source.component, ()):
+            return in_order(link)
+        if link.target.component not in cycle_of.get(link.source.component, ()):
             return Timing.KNOWN
         returns = descriptions[link.target.component].saves_state
-        return Timing.CORRECTED if returns else in_sweep(link)
+        return Timing.CORRECTED if returns else in_order(link)
 
     return {link: timing(link) for link in wiring.links}
 
 
 def component_cycles(names: Iterable[str], links: Iterable[Link]) -> list[frozenset[str]]:
     """Sets of components that depend on one another in a cycle of connections."""
-    graph: nx.DiGraph = nx.DiGraph()
+    graph: nx.DiGraph[str] = nx.DiGraph()
     graph.add_nodes_from(names)
     graph.add_edges_from((link.source.component, link.target.component) for link in links)
     return [
-        frozenset(knot)
-        for knot in nx.strongly_connected_components(graph)
-        if len(knot) > 1 or any(graph.has_edge(name, name) for name in knot)
+        frozenset(group)
+        for group in nx.strongly_connected_components(graph)
+        if len(group) > 1 or any(graph.has_edge(name, name) for name in group)
     ]

@@ -96,7 +96,7 @@ class Network:
     of the step being made, as algorithms tell it. `rates` are those of the components with a step
     of their own; `coarse` times the simulation's step is made at once, which an algorithm must know
     when it is made.
-    `sweep` is the order in which a Gauss–Seidel algorithm steps the components.
+    `execution_order` is the order in which a Gauss–Seidel algorithm steps the components.
     `inputs[k]` is the value of the connected input `targets[k]` at the present point, in the unit
     of its source, and `links[k]` what leads there; inputs of one component are consecutive
     (`input_slice`), and so are its outputs (`output_slice`, within a block of `values`).
@@ -134,7 +134,7 @@ class Network:
         self.pause: Callable[[], None] = lambda: None
         self.time = time
         self.last = self.size = 0.0
-        self.sweep = structure.sweep
+        self.execution_order = structure.execution_order
         self._wiring = wiring
         self._structure = structure
         self.outputs = _grouped(structure.exchange, "get", self.instances)

@@ -85,12 +85,14 @@ def _places(prepared: Prepared) -> dict[str, np.ndarray]:
     import networkx as nx
 
     graph: nx.Graph = nx.Graph()
-    graph.add_nodes_from(prepared.structure.sweep)
+    graph.add_nodes_from(prepared.structure.execution_order)
     graph.add_edges_from((a, b) for a, b, _ in _arrows(prepared) if a != b)
     found: dict[str, np.ndarray] = {}
     left = 0.0
     for part in sorted(nx.connected_components(graph), key=len, reverse=True):
-        members = graph.subgraph([name for name in prepared.structure.sweep if name in part])
+        members = graph.subgraph(
+            [name for name in prepared.structure.execution_order if name in part]
+        )
         raw = nx.kamada_kawai_layout(members)
         points = np.array([raw[name] for name in members])
         points = _turned(points - points.mean(axis=0))

@@ -1,16 +1,18 @@
-"""Inputs that nobody feeds, and components that lead nowhere: connections that seem to be left out.
+"""Unconnected inputs, and components whose outputs lead nowhere.
 
-An input that is not connected keeps its start value. That is told, but where it is meant: a value
-is given under `start:`, the input is one of the system's own `inputs`, or it is an *idle load*: a
-force, moment or effort on a body, point or joint of a multibody FMU that is 0, as most of them are
-in any system. An idle load is told only where something else says that it should be connected:
+An input that is not connected keeps its start value. That is reported, unless it is intended: a
+value is given under `start:`, the input is one of the system's own `inputs`, or it is an *idle
+load*: a force, moment or effort on a body, point or joint of a multibody FMU that is 0, as most of
+them are in any system. An idle load is reported only where something else says that it should be
+connected:
 
 - its connector is connected in part, and the other side has an output of its name;
-- another component has a connector for it (`counterparts`), whose outputs lead nowhere;
-- a component that follows the multibody FMU has outputs that lead nowhere, of the load's dimension.
+- another component has a connector for it (`matching_connectors`), whose outputs lead nowhere;
+- a component that depends on the multibody FMU has outputs of the load's dimension that lead
+  nowhere.
 
-Besides, a component is told that is connected with no other at all. A connection is suggested only
-where names and units leave no other.
+A component without any connection is reported as well. A connection is suggested only where names
+and units leave no other.
 """
 
 from __future__ import annotations
@@ -27,26 +29,26 @@ from m4e_fmi.fmu.importer.reading import Description, Variable
 
 IDLE = re.compile(r"(body|point|joint)\..+\.(force|moment|effort)(_[xyz])?(\[.*\])?")
 SHOWN = 4
-"""Inputs of one component that are told by name; `info` shows all."""
+"""Inputs of one component that a warning names; `info` shows all."""
 
 Descriptions = Mapping[str, Description]
 
 
 def unfed(system: System, wiring: Wiring) -> list[Port]:
-    """Inputs that are connected to nothing, and that nobody has given a value."""
+    """Inputs without a connection and without a given value."""
     given = {Port(c.name, name) for c in system.components for name in c.start}
-    given |= {Port(*text.partition(".")[::2]) for ts in system.inputs.values() for text in ts}
+    given |= {Port.named(text) for ts in system.inputs.values() for text in ts}
     return [port for port in wiring.unconnected if port not in given]
 
 
 def is_idle_load(port: Port, descriptions: Descriptions) -> bool:
-    """True if an input that nobody has given a value is a load of a multibody FMU, which is 0."""
+    """True if an input without a given value is a load of a multibody FMU, which is 0."""
     variable = descriptions[port.component].variables[port.variable]
     return bool(IDLE.fullmatch(port.variable)) and _number(variable) == 0.0
 
 
 def loose_ends(system: System, descriptions: Descriptions, wiring: Wiring) -> list[str]:
-    """Inputs and links that seem to be left out: one line for each component or connection."""
+    """Warnings of inputs and links that seem to be left out, one line each."""
     ports = unfed(system, wiring)
     loads = [port for port in ports if is_idle_load(port, descriptions)]
     idle = set(loads)
@@ -56,7 +58,7 @@ def loose_ends(system: System, descriptions: Descriptions, wiring: Wiring) -> li
     linked |= {text.partition(".")[0] for text in system.outputs.values()}
     linked |= {text.partition(".")[0] for texts in system.inputs.values() for text in texts}
     taken = {link.source for link in links}
-    taken |= {Port(*text.partition(".")[::2]) for text in system.outputs.values()}
+    taken |= {Port.named(text) for text in system.outputs.values()}
     pairs = list(free_pairs(descriptions, driven={link.target for link in links}))
     by_component = {name: [p for p in others if p.component == name] for name in descriptions}
     fed_by_nobody = [
@@ -103,7 +105,7 @@ def _number(variable: Variable) -> float | None:
 
 
 def _alone(descriptions: Descriptions, linked: set[str], pairs: list[Pair]) -> Iterator[str]:
-    """Components that are connected with nothing, beside others."""
+    """Warnings of components without any connection, where there are several components."""
     alone = [
         name
         for name, description in descriptions.items()
@@ -125,13 +127,13 @@ def _alone(descriptions: Descriptions, linked: set[str], pairs: list[Pair]) -> I
 
 
 def _left_out(pairs: list[Pair]) -> str:
-    """The connections that are missing, in brackets; empty if none are known."""
+    """The missing connections in brackets; empty if none are known."""
     seem = "seems" if len(pairs) == 1 else "seem"
     return f" ({', '.join(map(str, pairs))} {seem} to be left out)" if pairs else ""
 
 
 def _fed_by_nobody(description: Description, ports: list[Port], pairs: list[Pair]) -> str:
-    """The inputs of one component that run on their start values."""
+    """The warning of the unconnected inputs `ports` of one component."""
     names: dict[str, str] = {}
     for port in ports:
         base, bracket, _ = port.variable.partition("[")
@@ -183,13 +185,14 @@ def _dead_ends(
     loads: list[Port],
     known: set[str],
 ) -> Iterator[str]:
-    """Components but those `known` that follow a multibody FMU with idle loads, and could drive it,
-    and drive nothing.
+    """Warnings of components that could drive idle loads of a multibody FMU, and drive nothing.
+
+    They depend on that FMU. Those `known` are left out.
     """
-    graph: nx.DiGraph = nx.DiGraph()
+    graph: nx.DiGraph[str] = nx.DiGraph()
     graph.add_nodes_from(descriptions)
     graph.add_edges_from((k.source.component, k.target.component) for k in wiring.links)
-    taken = {link.source.component for link in (*wiring.links, *wiring.initial_links)}
+    taken = {link.source.component for link in wiring.all_links}
     taken |= {text.partition(".")[0] for text in system.outputs.values()}
     for name, description in descriptions.items():
         if name in known | taken or not graph.in_degree(name):

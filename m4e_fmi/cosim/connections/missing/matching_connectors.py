@@ -1,4 +1,4 @@
-"""Connectors of two components that belong together, by all appearances, and are not connected.
+"""Unconnected connectors of two components that seem to belong together.
 
 A connector is the variables whose names are equal up to their last dot. Two of them fit if all
 inputs of one are outputs of the other, by their last words, in the same unit, and no variable of
@@ -30,7 +30,7 @@ class Pair:
         return b if port == a or group_of(port) == a else a
 
     def outputs(self, end: Port) -> frozenset[Port]:
-        """What the connector `end` gives to the other."""
+        """The outputs of the connector `end` that the other has as inputs."""
         return self.given[self.ends.index(end)]
 
     def __str__(self) -> str:
@@ -51,7 +51,7 @@ class _Connector:
 
     @cached_property
     def shape(self) -> tuple[frozenset[tuple[str, str, str]], ...]:
-        """Last words, types and units of its inputs and outputs: on these it depends what fits."""
+        """Last words, types and units of its inputs and outputs, which decide what fits."""
         groups = (self.inputs, self.outputs)
         return tuple(frozenset((n, v.type, v.unit) for n, v in group.items()) for group in groups)
 

@@ -1,4 +1,4 @@
-"""Bodies with ``mass: neutral``: each needs the mass of the water that it displaces.
+"""Bodies with ``mass: neutral``, which need the mass of the water that they displace.
 
 The FMU of such a body has a parameter ``body.<name>.neutral_mass`` without a value. A hydrodynamics
 component calculates one of that name for each of its bodies, which a connection of the two bodies
@@ -47,7 +47,7 @@ def unset_masses(
 
 
 def _has_value(component: Component, variable: Variable) -> bool:
-    """True of a start value but 0, and of one that cannot be read: that is another problem."""
+    """True if the start value is not 0; also if it is unreadable, which is another problem."""
     given = component.start.get(variable.name, float(variable.start or 0.0))
     try:
         return value_of(variable, given) != 0.0

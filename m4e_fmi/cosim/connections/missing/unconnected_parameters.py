@@ -1,4 +1,4 @@
-"""Connections that a system lacks, by all appearances."""
+"""Calculated parameters that no connection carries to a parameter of the same name."""
 
 from __future__ import annotations
 
@@ -13,13 +13,14 @@ from m4e_fmi.fmu.importer.reading import Description, Variable
 def unconnected_parameters(
     system: System, descriptions: Mapping[str, Description], wiring: Wiring
 ) -> list[str]:
-    """What one component calculates, another has as a parameter of that name, and nothing carries.
+    """Warnings of calculated parameters that are not carried to another component, one line each.
 
-    One line each: added mass, say, that would be left at its start value.
+    The other component has a parameter of the same name, added mass for example, which would be
+    left at its start value.
     """
     taken = {link.source for link in wiring.initial_links}
     given = {Port(c.name, name) for c in system.components for name in c.start}
-    given |= {link.target for link in (*wiring.initial_links, *wiring.links)}
+    given |= {link.target for link in wiring.all_links}
     offered, wanted = (
         _arrays(descriptions, causality, done)
         for causality, done in (("calculatedParameter", taken), ("parameter", given))
@@ -36,9 +37,9 @@ def unconnected_parameters(
 def _arrays(
     descriptions: Mapping[str, Description], causality: str, done: Set[Port]
 ) -> dict[tuple[str, str], dict[str, Variable]]:
-    """Component and name of an array, or of a single variable → those that are not `done`.
+    """Variables that are not `done`: component and array name → index → variable.
 
-    They are known by what stands behind the name.
+    A scalar is an array with the index "".
     """
     found: dict[tuple[str, str], dict[str, Variable]] = {}
     for component, description in descriptions.items():
@@ -52,7 +53,7 @@ def _arrays(
 def _advice(
     source: str, target: str, members: dict[str, Variable], others: dict[str, Variable]
 ) -> str:
-    """The connection from `source` to `target`, or why there is none of all their members."""
+    """The missing connection, or the reason why the two cannot be connected."""
     if members.keys() != others.keys():
         return (
             f"{target}, which differs in size ({len(members)} and {len(others)} elements), keeps "

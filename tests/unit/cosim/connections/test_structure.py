@@ -35,7 +35,7 @@ def test_outputs_are_fetched_when_what_they_depend_on_is_set(c_fmu: Fmus) -> Non
 def test_sources_of_unpredictable_values_step_first(c_fmu: Fmus) -> None:
     names = {"body": "mass", "far": "spring", "near": "spring"}
     found = prepared(c_fmu, names, "body.m <-> near.end", "body.body.m.x -> far.end.x")
-    assert found.structure.sweep == ("far", "near", "body")
+    assert found.structure.execution_order == ("far", "near", "body")
     assert found.structure.delayed == ()
     assert [str(port) for port in found.wiring.unconnected] == ["far.end.vx"]
 
@@ -43,7 +43,7 @@ def test_sources_of_unpredictable_values_step_first(c_fmu: Fmus) -> None:
 def test_a_cycle_is_broken_where_listed_first_and_told(c_fmu: Fmus) -> None:
     names = {"a": "integrator", "b": "integrator"}
     found = prepared(c_fmu, names, "b.y -> a.u", "a.y -> b.u")
-    assert found.structure.sweep == ("a", "b")
+    assert found.structure.execution_order == ("a", "b")
     assert [str(link) for link in found.structure.delayed] == ["b.y -> a.u"]
     told = str(found).splitlines()
     assert "extrapolated from the step before" in told[told.index("  b.y -> a.u  (1 variable)") + 1]

@@ -161,7 +161,7 @@ def test_built_fmus_run_together(pair: Callable[..., System], tmp_path: Path) ->
     told: list[str] = []
     prepared = prepare(pair(), build_directory=tmp_path / "build", tell=told.append)
     assert "coil: winding" in told
-    assert prepared.structure.sweep == ("coil", "body")
+    assert prepared.structure.execution_order == ("coil", "body")
     body = read_description(prepared.descriptions["body"].path)
     assert body.dependencies["body.m.x"] == frozenset()
     results = run(prepared, results=tmp_path / "r.nc").results()
