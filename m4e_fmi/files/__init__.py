@@ -1,1 +1,7 @@
-"""Files in general: YAML with line numbers, CSV columns, names, locks, safe writes."""
+"""Files in general: YAML with line numbers, CSV columns, names, locks, safe writes.
+
+Start with `document` for YAML: `yaml_tree` gives plain data with places, `sections` the pydantic
+models that they become, `section_errors` the texts of errors. `csv_columns` reads tables. Files are
+written by `writing`, under `locks` where others may write them too; `files_read` records what was
+read. Errors of input name file, line and column.
+"""

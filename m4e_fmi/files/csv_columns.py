@@ -1,4 +1,4 @@
-"""Columns of numbers from a CSV file: all that is wrong with it is told at once, by line."""
+"""Columns of numbers from a CSV file; all its problems are reported together, by line."""
 
 from __future__ import annotations
 
@@ -22,12 +22,15 @@ COMMAS = "separate columns by commas, and write decimal points"
 _LONGEST_SHOWN = 40
 """Characters of an entry that a message shows."""
 MOST_PROBLEMS = 10
-"""Problems of one file that are told one by one."""
+"""Problems of one file that are reported one by one."""
 
 
 @dataclass(frozen=True)
 class Columns:
-    """`values[i]` are the numbers of column i; row k stands in line `lines[k]` of `path`."""
+    """Columns of a file: `values[i][k]` is the number in row k of the i-th column asked for.
+
+    Row k, from 0, stands in line `lines[k]` of `path`, from 1. Units are the file's.
+    """
 
     path: Path
     lines: tuple[int, ...]
@@ -41,7 +44,7 @@ class Columns:
 
 @dataclass(frozen=True)
 class Asked:
-    """Who asks for a column, for messages about one that is not there, and what to do then."""
+    """Source of a demand for a column, and the remedy if it is missing, both for messages."""
 
     by: str
     remedy: str
@@ -52,9 +55,9 @@ def read_columns(
 ) -> Columns:
     """The columns `wanted` of a CSV file, by the names in its first row or by place, from 0.
 
-    `asked` tells by name who asks for them, where they are not named beside the problems.
+    `asked` gives the source of each demand by column name, where the problems do not show it.
     Columns are separated by commas; empty lines are skipped. InputError with all problems: no file,
-    no text, no two columns, unknown names, entries that are no finite numbers.
+    not a text, fewer than two columns, unknown names, entries that are not finite numbers.
     """
     text = _text(path)
     reader = csv.reader(io.StringIO(text, newline=""), strict=True)
@@ -118,7 +121,7 @@ def _text(path: Path) -> str:
 
 
 def _unit_problems(names: Sequence[str]) -> list[tuple[str, str]]:
-    """Of columns that are taken by their place: units other than those of the SI in their names."""
+    """Message and remedy for each column taken by place whose name has a unit that is not SI."""
     found = []
     for name in names:
         unit = _IN_BRACKETS.search(name)

@@ -1,11 +1,10 @@
-"""What a file is, where another is expected: one error that names the commands that take it."""
+"""Kinds of files, and one error for a wrong one that names the commands which take it."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Container
 from pathlib import Path
-from typing import Any
 
 from m4e_fmi.errors import InputError
 
@@ -24,8 +23,8 @@ _REMEDIES = {
 }
 
 
-def as_path(given: Any) -> Path:
-    """The path that is given; InputError for what is none."""
+def as_path(given: object) -> Path:
+    """`given` as a Path; InputError for anything that is not the path of a file."""
     if isinstance(given, str | os.PathLike):
         return Path(given)
     message = f"expected the path of a file, got {type(given).__name__}"
@@ -33,18 +32,18 @@ def as_path(given: Any) -> Path:
 
 
 def check_suffix(path: Path, expected: str) -> None:
-    """InputError for a file that its suffix says to be of another kind than `expected`."""
+    """InputError for an existing file whose suffix belongs to another kind than `expected`."""
     if path.is_file():
         _check(path, _OF_SUFFIX.get(path.suffix.lower(), ""), expected)
 
 
 def check_keys(path: Path, keys: Container[str], expected: str) -> None:
-    """InputError for YAML that its `keys` at the top say to be of another kind than `expected`."""
+    """InputError for YAML whose top-level `keys` belong to another kind than `expected`."""
     _check(path, kind_of(keys), expected)
 
 
 def kind_of(keys: Container[str]) -> str:
-    """What a YAML file with these top-level keys is: MODEL, SYSTEM, or "" if they do not tell."""
+    """Kind of a YAML file with these top-level keys: MODEL, SYSTEM, or "" if unclear."""
     if "components" in keys:
         return SYSTEM
     return MODEL if any(key in keys for key in ("bodies", "joints", "model")) else ""

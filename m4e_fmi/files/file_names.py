@@ -1,7 +1,7 @@
 """File names made of names that users choose: a name never becomes a path.
 
-Systems, models, components and the entries of packages are called what their makers like. A file
-that is called after one of them stays in its folder, on Linux and on Windows.
+Users name systems, models, components and the entries of packages as they like. A file named after
+one of them stays in its folder, on Linux and on Windows.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ _RESERVED = re.compile(r"(con|prn|aux|nul|conin\$|conout\$|(com|lpt)[0-9¹²³])
 
 
 def file_stem(name: str) -> str:
-    """`name` where it can be a file's name everywhere, else the like of it with a hash.
+    """`name` where it is a valid file name everywhere, else a similar one with a hash.
 
-    What cannot be: separators and other characters that file systems refuse, a dot at the start, a
-    dot or space at the end, devices of Windows, more than LONGEST bytes.
+    Not valid: separators and other characters that file systems refuse, a dot at the start, a dot
+    or space at the end, devices of Windows, more than LONGEST bytes.
     """
     plain = _FORBIDDEN.sub("_", name).encode("utf-8", "replace")[:LONGEST].decode("utf-8", "ignore")
     plain = plain.lstrip(".").rstrip(". ")

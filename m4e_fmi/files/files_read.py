@@ -1,16 +1,16 @@
-"""Reading files in such a way that it is known what something was made from.
+"""Reading files, and a record of which were read: the sources that a result was made from.
 
-A reader of models or configurations reads with `read_bytes` and `read_text`, and tells `depends_on`
-of a file that a library reads for it, or that would count if it were there. `files_read` collects
-all of them with hashes of their contents, so that a change of any is noticed whatever its time
-stamp says.
+Readers of models and configurations use `read_bytes` and `read_text`, and call `depends_on` for a
+file that a library reads for them, or whose appearance would change the result. `files_read`
+collects them with hashes of their contents, so that every change is noticed whatever the time
+stamps say.
 """
 
 from __future__ import annotations
 
 import hashlib
 import io
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -25,7 +25,7 @@ _collections: list[Files] = []
 
 
 @contextmanager
-def files_read() -> Iterator[Files]:
+def files_read() -> Generator[Files]:
     """Collects the files that are read meanwhile in this process, in all its threads."""
     found: Files = {}
     _collections.append(found)

@@ -12,7 +12,7 @@ import platform
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -20,8 +20,8 @@ from m4e_fmi.errors import RunError
 from m4e_fmi.files.writing import cannot_write, remove_leftovers
 
 LOCK, ROWS = ".m4e-lock", ".m4e-rows"
-"""What the names of hidden files end with beside results: their lock, and their rows until the
-first step is made."""
+"""Suffixes of hidden files beside results: their lock, and their rows until the first step is
+made."""
 _BYTE = 2**30
 """The byte of the file that is locked, far behind its text: Windows lets nobody read it."""
 _TRIALS = 100
@@ -106,8 +106,8 @@ def _is_at(descriptor: int, path: Path) -> bool:
 
 
 @contextmanager
-def claimed(path: str | Path) -> Iterator[Path]:
-    """Gives the absolute form of `path`, which nobody else writes during the block.
+def claimed(path: str | Path) -> Generator[Path]:
+    """The absolute form of `path`, which nobody else writes during the block.
 
     RunError, which names the process, if another one (or another thread) has claimed it; or if
     there can be no file in its folder, which is made if there is none. Within the block the same
@@ -152,7 +152,7 @@ def _remove_rows(place: Path) -> None:
 
 
 def _sweep(folder: Path) -> None:
-    """Remove what dead processes have left in a folder of results."""
+    """Remove files that dead processes have left in a folder of results."""
     remove_leftovers(folder)
     with suppress(OSError):
         for file in folder.glob(f".*{LOCK}"):

@@ -1,7 +1,7 @@
 """Temporary folders that the next process removes if this one is killed.
 
-They are in one that carries a token of the process, and so does a lock file beside it, which the
-process holds while it lives: its number would tell less, as another process may have it by now.
+They are in one folder per process, named by a token. The process holds a lock file with the same
+token while it lives; its number would not do, as another process may have it by now.
 """
 
 from __future__ import annotations
@@ -45,9 +45,9 @@ _changing = threading.RLock()  # the garbage collector may remove one meanwhile
 class TemporaryFolder:
     """A new empty folder at `path`, in `parent` (the system's for temporary files if None).
 
-    It goes with all that it holds: by `remove`, at the end of a ``with`` block or of the
+    It is removed with its contents: by `remove`, at the end of a ``with`` block or of the
     interpreter, or when another process makes one in `parent` after this one was killed. OSError if
-    there can be none.
+    it cannot be made.
     """
 
     def __init__(self, parent: Path | None = None) -> None:

@@ -1,4 +1,4 @@
-"""Files that appear whole or not at all, and what is said where they cannot be written."""
+"""Files that appear whole or not at all, and errors with a remedy where they cannot be written."""
 
 from __future__ import annotations
 
@@ -11,12 +11,15 @@ import shutil
 import sys
 import time
 import uuid
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from m4e_fmi.errors import InputError, RunError
+
+if TYPE_CHECKING:
+    from netCDF4 import Dataset
 
 PROBE = 2**18
 """Bytes: more than what is left of a disk on which a block of results did not fit, usually."""
@@ -35,7 +38,7 @@ _REMEDIES = {
 
 
 def check_suffix(path: str | Path, suffixes: Sequence[str], what: str) -> None:
-    """InputError unless `path` ends in one of `suffixes`, small or large; `what` goes there."""
+    """InputError unless `path` ends in one of `suffixes`, in any case; `what` is written there."""
     suffix = Path(path).suffix
     if suffix.lower() not in suffixes:
         *others, last = suffixes
@@ -45,7 +48,7 @@ def check_suffix(path: str | Path, suffixes: Sequence[str], what: str) -> None:
 
 
 @contextmanager
-def written(path: str | Path) -> Iterator[Path]:
+def written(path: str | Path) -> Generator[Path]:
     """Gives a file to write, of the same suffix and in the same folder, that then becomes `path`.
 
     Folders are made where there are none. RunError, and no file, if one cannot be written.
@@ -68,14 +71,14 @@ def written(path: str | Path) -> Iterator[Path]:
 
 
 def part_prefix() -> str:
-    """How the names of files and folders begin that this process writes before it renames them."""
+    """Prefix of the names of files and folders that this process writes before it renames them."""
     return f".part-{_HOST}-{os.getpid()}-"
 
 
 def remove_leftovers(folder: Path) -> None:
-    """Remove what killed processes have left in `folder` of files that they were writing.
+    """Remove unfinished files from `folder` that killed processes have left there.
 
-    Left over is what a process of this machine was writing that has ended, and what is `OLD`.
+    These are the files of processes of this machine that have ended, and all that are `OLD`.
     """
     for part in folder.glob(".part-*"):
         found = _PART.match(part.name)
@@ -111,7 +114,7 @@ def _replace(path: Path, part: Path) -> None:
 
 
 def cannot_write(path: Path, error: Exception) -> RunError:
-    """What to raise when writing `path` failed with `error`."""
+    """The error to raise when writing `path` failed with `error`."""
     cause = _plain_cause(path) or error  # netCDF gives others
     why = getattr(cause, "strerror", None) or cause
     remedy = _REMEDIES.get(getattr(cause, "errno", 0), "choose another file")
@@ -134,7 +137,7 @@ def _plain_cause(path: Path) -> OSError | None:
 
 
 @contextmanager
-def netcdf(path: Path) -> Iterator[Any]:
+def netcdf(path: Path) -> Generator[Dataset]:
     """A new netCDF-4 file, open; OSError where netCDF's library fails."""
     from netCDF4 import Dataset
 

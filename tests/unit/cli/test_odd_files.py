@@ -22,8 +22,9 @@ from m4e_fmi.cosim import fmu_files, load_system
 from m4e_fmi.cosim.ssp import unpack_member
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.files.csv_columns import read_columns
-from m4e_fmi.files.document import MOST_VALUES, Document
+from m4e_fmi.files.document import Document
 from m4e_fmi.files.file_names import LONGEST, file_stem, file_stems
+from m4e_fmi.files.yaml_tree import MOST_VALUES
 from m4e_fmi.fmu import Options, validate_fmu
 from m4e_fmi.fmu.importer import opening
 from m4e_fmi.fmu.importer.opening import check_archive, has_doctype

@@ -1,0 +1,237 @@
+"""Pydantic's errors of a section in plain words: location, message and remedy of each."""
+
+from __future__ import annotations
+
+import typing
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, NamedTuple
+
+from pydantic import ValidationError
+from pydantic_core import ErrorDetails
+
+from m4e_fmi.errors import suggestion
+from m4e_fmi.files.sections import (
+    Location,
+    Section,
+    Word,
+    fields_of,
+    keys_at,
+    tags,
+    tags_most_alike,
+    types_at,
+)
+from m4e_fmi.units import parse_quantity
+
+_MOST_TAGS = 6
+_PLAIN_WORDS = {
+    "string_type": "text",
+    "int_type": "a whole number",
+    "int_parsing": "a whole number",
+    "float_type": "a number",
+    "float_parsing": "a number",
+    "bool_type": "true or false",
+    "bool_parsing": "true or false",
+    "dict_type": "'key: value' lines",
+    "model_type": "'key: value' lines",
+    "model_attributes_type": "'key: value' lines",
+    "tuple_type": "a list",
+    "list_type": "a list",
+}
+_LIMITS = {
+    "greater_than": "above",
+    "greater_than_equal": "not below",
+    "less_than": "below",
+    "less_than_equal": "not above",
+}
+"""Words for the limits of numbers that are out of range."""
+
+
+class Complaint(NamedTuple):
+    """Text of an error; `location` is where to point, from the top of the section."""
+
+    location: Location
+    message: str
+    remedy: str = ""
+
+
+def complaints(
+    section: type[Section], data: object, error: ValidationError, at: Location = ()
+) -> Iterator[Complaint]:
+    """A complaint about each error that validation of `data` as a `section` found.
+
+    `at` is where the section stands in its file. A value that fits none of several plain types
+    gets one complaint.
+    """
+    cases = [_case(section, data, at, item) for item in error.errors()]
+    plain: dict[Location, list[_Case]] = {}
+    for case in cases:
+        if case.type in _PLAIN_WORDS:
+            plain.setdefault(case.location, []).append(case)
+        else:
+            yield _SENTENCES.get(case.type, _wrong_value)(case)
+    for location, [first, *more] in plain.items():
+        if not more:
+            yield _wrong_value(first)
+            continue
+        *others, last = dict.fromkeys(_PLAIN_WORDS[case.type] for case in (first, *more))
+        expected = f"{', '.join(others)} or {last}" if others else last
+        where = ".".join(map(str, location))
+        message = f"{where}: expected {expected}{_got(first.given)}"
+        yield Complaint((*location, "@value"), message)
+
+
+def found_at(data: Any, keys: Location) -> tuple[Location, Any]:
+    """Location and value to which `keys` lead in nested data, and those that it lacks skipped.
+
+    Pydantic adds keys of its own for unions and for keys of mappings.
+    """
+    location = list[str | int]()
+    for key in keys:
+        items: Any = dict(enumerate(data)) if isinstance(data, list) else data
+        if isinstance(items, dict) and key in items:
+            data = items[key]
+            location.append(key)
+    return tuple(location), data
+
+
+class _Case(NamedTuple):
+    """One error of pydantic's in `data`, which stand at `at` in their file."""
+
+    section: type[Section]
+    data: object
+    at: Location
+    type: str
+    keys: Location
+    location: Location
+    given: object
+    context: Mapping[str, object]
+    text: str
+
+    def types(self) -> list[Any]:
+        """Types of values that may stand there."""
+        return types_at(self.section, self.keys)
+
+
+def _case(section: type[Section], data: object, at: Location, error: ErrorDetails) -> _Case:
+    keys, context = tuple(error["loc"]), error.get("ctx") or {}
+    location, _ = found_at(data, keys)
+    given, text = error.get("input"), error["msg"]
+    return _Case(section, data, at, error["type"], keys, location, given, context, text)
+
+
+def _unknown_key(case: _Case) -> Complaint:
+    *above, key = case.keys
+    remedy = suggestion(str(key), keys_at(case.section, tuple(above)), "keys")
+    return Complaint(case.location, f"unknown key {str(key)!r}", remedy)
+
+
+def _missing(case: _Case) -> Complaint:
+    key = case.keys[-1]
+    if not isinstance(key, int):
+        return Complaint(case.location, f"missing key {str(key)!r}", f"add '{key}: …' here")
+    _, there = found_at(case.data, case.keys)
+    message = f"{case.keys[-2]}: too few entries, got {_length(there)}"
+    kinds = types_at(case.section, case.keys[:-1])
+    count = next((len(typing.get_args(k)) for k in kinds if typing.get_origin(k) is tuple), 0)
+    return Complaint(case.location, message, f"write {count} entries" if count else "")
+
+
+def _length(value: object) -> int:
+    return len(value) if isinstance(value, list | dict | tuple) else 0
+
+
+def _too_long(case: _Case) -> Complaint:
+    most = case.context["max_length"]
+    count = f"expected {most}, got {_length(case.given)}"
+    remedy = f"write {most} entries; numbers have a decimal point, as 1.5"
+    return Complaint(case.location, f"{case.keys[-1]}: too many entries, {count}", remedy)
+
+
+def _rejected(case: _Case) -> Complaint:
+    return Complaint(case.location, str(case.context["message"]), str(case.context["remedy"]))
+
+
+def _unknown_word(case: _Case) -> Complaint:
+    words = str(case.context["expected"]).replace(" or ", ", ").replace("'", "").split(", ")
+    remedy = suggestion(str(case.given), words)
+    return Complaint((*case.location, "@value"), f"unknown {case.keys[-1]} {case.given!r}", remedy)
+
+
+def _unknown_tag(case: _Case) -> Complaint:
+    key, tag = str(case.context["discriminator"]).strip("'"), str(case.context["tag"])
+    given = case.given if isinstance(case.given, dict) else {}
+    remedy = suggestion(tag, tags_most_alike(case.types(), given))
+    return Complaint((*case.location, key, "@value"), f"unknown {key} {tag!r}", remedy)
+
+
+def _missing_tag(case: _Case) -> Complaint:
+    key = str(case.context["discriminator"]).strip("'")
+    known = sorted({tag for kind in case.types() for tag in tags(kind)})
+    listed = f", one of {', '.join(known)}" if len(known) <= _MOST_TAGS else ""
+    return Complaint(case.location, f"missing key {key!r}", f"add '{key}: …' here{listed}")
+
+
+def _wrong_value(case: _Case) -> Complaint:
+    if case.keys and case.keys[-1] == "[key]" and not isinstance(case.given, str):
+        remedy = "use letters, digits and _, a letter first"
+        return Complaint(case.location, f"{case.given!r} cannot be a name", remedy)
+    text = case.text.removeprefix("Value error, ").removeprefix("Input should be ")
+    text = _PLAIN_WORDS.get(case.type, text)
+    expected = "expected " if text != case.text else ""
+    message = f"{'.'.join(map(str, case.keys))}: {expected}{text}{_got(case.given)}"
+    return Complaint((*case.location, "@value"), message, _instead(case))
+
+
+def _instead(case: _Case) -> str:
+    """The value to write in place of one of a wrong type or size; "" if that is unknown."""
+    kind, given = case.type, case.given
+    if kind == "string_type" and isinstance(given, int | float):
+        return f'write it in quotes: "{given}"'
+    if kind in ("float_type", "float_parsing") and isinstance(given, str):
+        return _number_instead(given)
+    if kind in _LIMITS:
+        (limit,) = case.context.values()
+        return f"write a number {_LIMITS[kind]} {limit:g}"
+    if kind == "dict_type" and isinstance(given, list):
+        return f"give each entry a name: {case.keys[-1]}: {{name: {{…}}}}"
+    return _example(case) if kind == "model_type" else ""
+
+
+def _number_instead(text: str) -> str:
+    """The number to write in place of a text."""
+    try:
+        given = parse_quantity(text)
+    except ValueError:
+        return "write a number without quotes; expressions stand where their value is used"
+    if given.unit.text == "1":
+        return "write a number without quotes"
+    number = f"{given.value * given.unit.factor:.12g}"
+    return f"write {number}: numbers here are in SI units ({text} is {number} {given.unit.si_text})"
+
+
+def _example(case: _Case) -> str:
+    """How to write a section where another value stands."""
+    needed = [n for kind in case.types() for n, f in fields_of(kind).items() if f.is_required()]
+    first = case.given if isinstance(case.given, int | float) else "…"
+    values = [first, *("…" for _ in needed[1:])]
+    shown = ", ".join(map("{}: {}".format, needed, values))
+    return f"write {(*case.at, *case.keys)[-1]}: {{{shown}}}" if needed else ""
+
+
+def _got(value: object) -> str:
+    if isinstance(value, list | dict):
+        return f", got {'a list' if isinstance(value, list) else 'a mapping'}"
+    shown = isinstance(value, str | int | float | bool | Word | None)
+    return f", got {value!r}" if shown else ""
+
+
+_SENTENCES: dict[str, Callable[[_Case], Complaint]] = {
+    "extra_forbidden": _unknown_key,
+    "missing": _missing,
+    "too_long": _too_long,
+    "rejected": _rejected,
+    "literal_error": _unknown_word,
+    "union_tag_invalid": _unknown_tag,
+    "union_tag_not_found": _missing_tag,
+}
+"""Complaints by the type of pydantic's error; all others are about a wrong value."""

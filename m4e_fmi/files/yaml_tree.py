@@ -1,0 +1,140 @@
+"""Plain data from the text of a YAML file, with the place of every key and value in it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import NamedTuple
+
+from ruamel.yaml import YAML
+from ruamel.yaml.comments import CommentedMap, CommentedSeq
+from ruamel.yaml.constructor import DuplicateKeyError
+from ruamel.yaml.error import MarkedYAMLError, YAMLError
+
+from m4e_fmi.errors import InputError, Problem
+from m4e_fmi.files.sections import Location
+
+MOST_VALUES = 200_000
+"""Keys and values of one file, each alias counted as often as it stands for something."""
+_LONGEST_SOURCE = 200
+"""Characters of a line that are shown with a problem."""
+
+
+class Place(NamedTuple):
+    """Line and column, from 1 (0: unknown), and the width of what stands there [characters]."""
+
+    line: int = 0
+    column: int = 0
+    width: int = 0
+
+
+Places = dict[Location, Place]
+"""Places of the keys of a file by their location; of scalar values at (\\*location, "@value")."""
+
+
+def read_yaml(text: str, path: Path) -> tuple[dict[str | int, object], Places]:
+    """Data and places of a YAML 1.2 text; InputError if it is not a YAML mapping.
+
+    `path` is named in messages.
+    """
+    places: Places = {}
+    try:
+        return _mapping(_tree(text, path), (), places), places
+    except RecursionError:
+        raise InputError.single("nested too deeply", "", str(path)) from None
+    except _TooManyError as error:
+        remedy = "aliases (*) stand for all that is behind them: write fewer"
+        message = f"stands for more than {MOST_VALUES} values"
+        place = Place(error.line, 1, 1)
+        raise InputError([problem_at(path, text.splitlines(), place, message, remedy)]) from None
+
+
+def problem_at(path: Path, lines: list[str], place: Place, message: str, remedy: str) -> Problem:
+    """A problem at a place of a file with these lines, of which it shows one."""
+    line, column, width = place
+    source = lines[line - 1] if 0 < line <= len(lines) else ""
+    source = source[: max(_LONGEST_SOURCE, column)]
+    width = min(width, len(source) - column + 1)
+    return Problem(message, remedy, str(path), line, column, source, width)
+
+
+def _tree(text: str, path: Path) -> CommentedMap:
+    """The parser's tree; its errors become InputError, RecursionError stays."""
+    try:
+        tree = YAML(typ="rt", pure=True).load(text)
+    except DuplicateKeyError as error:
+        detail = (error.problem or "").partition(" with value")[0]
+        message, remedy = f"a key is given twice: {detail}", "rename or remove one of the two"
+        raise _marked_error(path, text, error, message, remedy) from None
+    except MarkedYAMLError as error:
+        remedy = "check the indentation and the colons on this line and the one above"
+        raise _marked_error(path, text, error, f"not valid YAML: {error.problem}", remedy) from None
+    except YAMLError as error:
+        raise InputError.single(f"not valid YAML: {error}", "", str(path)) from None
+    except TypeError:  # from the parser, for a key that is a mapping
+        message, remedy = "a key is not a plain word", "check braces, brackets and colons"
+        raise InputError.single(message, remedy, str(path)) from None
+    except (ValueError, KeyError, IndexError, AttributeError, AssertionError) as error:
+        # from the parser, for numbers, dates and tags that it cannot make anything of
+        message = f"not valid YAML: {error}".splitlines()[0]
+        raise InputError.single(message, "check numbers, dates and tags (!)", str(path)) from None
+    if not isinstance(tree, CommentedMap):
+        message = "expected 'key: value' lines at the top level"
+        raise InputError.single(message, "", str(path))
+    return tree
+
+
+def _marked_error(
+    path: Path, text: str, error: MarkedYAMLError, message: str, remedy: str
+) -> InputError:
+    mark = error.problem_mark or error.context_mark
+    place = Place(mark.line + 1, mark.column + 1, 1) if mark else Place(width=1)
+    message = message.splitlines()[0]
+    return InputError([problem_at(path, text.splitlines(), place, message, remedy)])
+
+
+class _TooManyError(Exception):
+    """The document stands for more values than are read; `line` of one, from 1."""
+
+    def __init__(self, line: int) -> None:
+        self.line = line
+
+
+def _plain(node: object, location: Location, places: Places) -> object:
+    """Plain Python data of a YAML tree; notes the place of every key and value."""
+    if isinstance(node, CommentedMap | CommentedSeq):
+        if len(places) > MOST_VALUES:
+            raise _TooManyError(node.lc.line + 1)
+        here = _mapping if isinstance(node, CommentedMap) else _sequence
+        return here(node, location, places)
+    for kind in (bool, int, float, str):
+        if isinstance(node, kind):
+            return kind(node)
+    return None if node is None else str(node)
+
+
+def _mapping(node: CommentedMap, location: Location, places: Places) -> dict[str | int, object]:
+    result: dict[str | int, object] = {}
+    for key, value in node.items():
+        name = key if isinstance(key, int) else str(key)
+        here = (*location, name)
+        marks = (node.lc.data or {}).get(key)
+        if marks is None:  # merged by <<: stands elsewhere
+            places[here] = places.get(location, Place())
+        else:
+            line, column, value_line, value_column = marks
+            places[here] = Place(line + 1, column + 1, len(str(key)))
+            if not (value is None or isinstance(value, CommentedMap | CommentedSeq)):
+                width = len(str(value))
+                places[(*here, "@value")] = Place(value_line + 1, value_column + 1, width)
+        result[name] = _plain(value, here, places)
+    return result
+
+
+def _sequence(node: CommentedSeq, location: Location, places: Places) -> list[object]:
+    items: list[object] = []
+    for index, value in enumerate(node):
+        line, column = node.lc.item(index) or (node.lc.line, node.lc.col)  # none after a tag
+        width = 1 if isinstance(value, CommentedMap | CommentedSeq) else len(str(value))
+        places[(*location, index)] = Place(line + 1, column + 1, width)
+        items.append(_plain(value, (*location, index), places))
+    return items
