@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import subprocess
 import sys
@@ -18,6 +19,7 @@ from m4e_fmi.model import load_model
 from m4e_fmi.report import draw_model
 
 DOCS = Path(__file__).parents[2] / "docs"
+SOURCES = ("m4e_fmi", "adapters", "fmus")
 
 
 def check_picture(drawn: Path, config: pytest.Config) -> None:
@@ -62,6 +64,16 @@ def test_it_is_built_without_a_warning(tmp_path: Path, pytestconfig: pytest.Conf
     assert (html / "spiderfloat.html").is_file()
     for name in ("double_pendulum_model.png", "tip.png"):
         check_picture(DOCS / "generated/pages/tutorial/build" / name, pytestconfig)
+
+
+def test_the_code_has_all_names_of_the_glossary() -> None:
+    rows = re.findall(r"^\|.*\|([^|]*)\|$", (DOCS / "glossary.md").read_text("utf-8"), re.MULTILINE)
+    names = {name for cell in rows for name in re.findall(r"`(\w+)`", cell)}
+    assert len(names) > 60
+    files = [file for folder in SOURCES for file in (DOCS.parent / folder).rglob("*.py")]
+    known = {name for file in files for name in (file.stem, file.parent.name)}
+    known.update(word for file in files for word in re.findall(r"\w+", file.read_text("utf-8")))
+    assert names - known == set()
 
 
 MODEL = """\
