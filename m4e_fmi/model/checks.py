@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, get_args
 
 from m4e_fmi.errors import suggestion
 from m4e_fmi.files.document import Location
+from m4e_fmi.joints import JOINT_TYPES
 from m4e_fmi.model.dimensions import dimension_findings
 from m4e_fmi.model.elements import (
     GROUND,
@@ -46,34 +47,19 @@ SMALLEST, LARGEST = 1e-100, 1e100
 """Sizes of the numbers of a model; products of three stay within what a float can hold."""
 EQUATION_SYMBOL = re.compile(r"(Theta|Phi|S|X|Z)(D|DD)?_\d+|A_\d+_\d+")
 NAME = re.compile(r"[A-Za-z]\w*", re.ASCII)
-INITIAL = {
-    "revolute": ("q", "u"),
-    "prismatic": ("q", "u"),
-    "floating": ("x", "z", "theta", "vx", "vz", "omega"),
-    "fixed": (),
-}
-
-
 TREE = ("child", "parent")
 """Keys of a joint that make the tree of bodies."""
 UNITS = "write it like N.s/m or kg.m2"
-OTHER_JOINTS = {
-    "revolute": ("hinge", "pin", "pivot", "rotational", "rotation", "rotary"),
-    "prismatic": ("slider", "sliding", "translational", "translation", "linear"),
-    "floating": ("free", "6dof", "3dof", "freeflyer"),
-    "fixed": ("weld", "welded", "rigid", "lock"),
-}
-"""What joints are called elsewhere."""
 SPATIAL = ("spherical", "ball", "universal", "cylindrical", "cardan", "hooke", "screw", "planar")
 
 
 def joint_type_elsewhere(word: str) -> str:
     """A remedy for a type of a joint that other programs have; "" for any other word."""
-    for kind, others in OTHER_JOINTS.items():
-        if word.lower() in others:
-            return f"did you mean {kind!r}?"
-    if word.lower() in SPATIAL:
-        return f"models are planar; types: {', '.join(INITIAL)}"
+    for name, joint_type in JOINT_TYPES.items():
+        if word.lower() in joint_type.other_names:
+            return f"did you mean {name!r}?"
+    if word.lower() in SPATIAL and word not in JOINT_TYPES:
+        return f"models are planar; types: {', '.join(JOINT_TYPES)}"
     return ""
 
 
@@ -194,46 +180,52 @@ def _joint_findings(at: Location, joint: Joint, names: Names, known: Known) -> I
     yield from reference((*at, "child"), joint.child, names.bodies, "bodies")
     yield from reference((*at, "parent"), joint.parent, names.bodies | {GROUND}, "bodies")
     yield from quantities(at, joint, known)
-    if joint.type not in INITIAL:
-        yield Finding(
-            (*at, "type"),
-            f"unknown type {joint.type!r}",
-            joint_type_elsewhere(joint.type) or suggestion(joint.type, INITIAL),
-        )
+    if joint.type not in JOINT_TYPES:
+        remedy = joint_type_elsewhere(joint.type) or suggestion(joint.type, JOINT_TYPES)
+        yield Finding((*at, "type"), f"unknown type {joint.type!r}", remedy)
         return
     if joint.parent == joint.child and joint.child in names.bodies:
         message = f"the joint joins body {joint.child!r} to itself"
         yield Finding((*at, "parent"), message, "name another body, or ground")
-    if joint.type == "floating":
+    yield from _joint_type_findings(at, joint)
+    if joint.direction is not None:
+        yield from vectors((*at, "direction"), joint.direction, known)
+    for key, value in joint.initial.items():
+        keys = joint.joint_type.start_keys
+        if key not in keys:
+            message = f"a {joint.type} joint has no initial {key!r}"
+            remedy = suggestion(key, keys) or "leave it out"
+            yield Finding((*at, "initial", key), message, remedy)
+        yield from expressions((*at, "initial", key), value, known)
+
+
+def _joint_type_findings(at: Location, joint: Joint) -> Iterator[Finding]:
+    """Keys that a joint of this type does not have, or needs."""
+    joint_type = joint.joint_type
+    if joint_type.is_free:
         if joint.parent != GROUND:
-            message = "a floating joint is always to the ground"
+            message = f"a {joint.type} joint is always to the ground"
             yield Finding((*at, "parent"), message, "leave 'parent' out")
         for field in ("parent_to_joint", "joint_to_child"):
             if getattr(joint, field) not in ((0.0, 0.0), [0.0, 0.0]):
-                message = f"a floating joint has no {field}"
+                message = f"a {joint.type} joint has no {field}"
                 yield Finding(
                     (*at, field), message, "give the start position under 'initial': x, z"
                 )
-    if (joint.type == "prismatic") != (joint.direction is not None):
-        if joint.type == "prismatic":
-            message, remedy = "a prismatic joint needs a direction", "add 'direction: [x, z]'"
+    if joint_type.has_direction != (joint.direction is not None):
+        if joint_type.has_direction:
+            message, remedy = f"a {joint.type} joint needs a direction", "add 'direction: [x, z]'"
         else:
-            message, remedy = "only a prismatic joint has a direction", "leave it out"
+            names = " or ".join(name for name, t in JOINT_TYPES.items() if t.has_direction)
+            message, remedy = f"only a {names} joint has a direction", "leave it out"
         yield Finding((*at, "direction"), message, remedy)
     if joint.coordinate not in get_args(AngleReference):
         remedy = suggestion(joint.coordinate, get_args(AngleReference))
         yield Finding((*at, "coordinate"), f"unknown coordinate {joint.coordinate!r}", remedy)
-    elif joint.coordinate == "relative" and joint.type != "revolute":
-        message = "only a revolute joint has a coordinate to choose"
+    elif joint.coordinate == "relative" and not joint_type.chooses_angle:
+        names = " or ".join(name for name, t in JOINT_TYPES.items() if t.chooses_angle)
+        message = f"only a {names} joint has a coordinate to choose"
         yield Finding((*at, "coordinate"), message, "leave it out")
-    if joint.direction is not None:
-        yield from vectors((*at, "direction"), joint.direction, known)
-    for key, value in joint.initial.items():
-        if key not in INITIAL[joint.type]:
-            message = f"a {joint.type} joint has no initial {key!r}"
-            remedy = suggestion(key, INITIAL[joint.type]) or "leave it out"
-            yield Finding((*at, "initial", key), message, remedy)
-        yield from expressions((*at, "initial", key), value, known)
 
 
 def _tree_findings(model: Any) -> Iterator[Finding]:
@@ -253,7 +245,8 @@ def _tree_findings(model: Any) -> Iterator[Finding]:
         elif name not in reached:
             remedy = "one body of this chain must have a joint with parent: ground"
             yield Finding(("bodies", name), f"body {name!r} is not connected to the ground", remedy)
-    if model.joints and all(joint.type == "fixed" for joint in model.joints.values()):
+    used = {joint.type for joint in model.joints.values()}
+    if used and all(name in JOINT_TYPES and not JOINT_TYPES[name].coordinates for name in used):
         message = "nothing can move: every joint is fixed"
         yield Finding(("joints",), message, "give at least one joint another type")
     if not model.bodies:

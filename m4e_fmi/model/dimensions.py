@@ -12,6 +12,7 @@ from fractions import Fraction
 from typing import Any
 
 from m4e_fmi.files.document import Location
+from m4e_fmi.joints import JOINT_TYPES
 from m4e_fmi.model.expression import CONSTANTS, Expression
 from m4e_fmi.model.findings import Finding
 from m4e_fmi.model.quantity import as_expression
@@ -27,11 +28,6 @@ OF_NUMBERS = ("sin", "cos", "tan", "asin", "acos", "atan", "exp", "log", "tanh")
 ALIKE = {"add": "+", "sub": "-", "min": "and", "max": "and", "atan2": "and"}
 NAMED = ["N", "N.m", "W", "N/m", "N.s/m", "N.m.s", "Pa", "m/s", "m/s2", "kg.m2", "kg/m", "1/s"]
 """Units that a dimension is told in where it has one of them."""
-OF_JOINTS = {
-    "revolute": {"q": "rad", "u": "rad/s"},
-    "prismatic": {"q": "m", "u": "m/s"},
-    "floating": {"x": "m", "z": "m", "theta": "rad", "vx": "m/s", "vz": "m/s", "omega": "rad/s"},
-}
 
 
 class DimensionError(ValueError):
@@ -147,9 +143,11 @@ def expected_unit(model: Any, at: Location) -> str:
     group, name, field = at[:3]
     element = getattr(model, str(group))[name]
     if field == "initial":
-        return OF_JOINTS.get(element.type, {}).get(str(at[3]), "")
+        joint_type = JOINT_TYPES.get(element.type)
+        return joint_type.start_units.get(str(at[3]), "") if joint_type else ""
     unit = {**getattr(element, "scalars", {}), **getattr(element, "vectors", {})}.get(field, "")
     of_angle, _, of_distance = unit.partition(" or ")
     if not of_distance:
         return unit
-    return of_angle if model.joints[element.joint].type == "revolute" else of_distance
+    joint_type = JOINT_TYPES.get(model.joints[element.joint].type)
+    return of_angle if joint_type and joint_type.rotates else of_distance

@@ -13,6 +13,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar, Literal, TypeAlias
 
+from m4e_fmi.joints import JOINT_TYPES, JointType
 from m4e_fmi.model.expression import Expression, Values
 from m4e_fmi.model.quantity import as_expression
 from m4e_fmi.units import parse_unit
@@ -26,7 +27,6 @@ NEUTRAL = "neutral"
 
 Quantity: TypeAlias = "float | str | Expression | sympy.Expr"
 Vector = tuple[Quantity, Quantity]
-JointType = Literal["revolute", "prismatic", "floating", "fixed"]
 AngleReference = Literal["absolute", "relative"]
 
 
@@ -95,7 +95,7 @@ def neutral_symbol(body: str) -> str:
 
 @dataclass(frozen=True)
 class Joint:
-    """How `child` may move relative to `parent`.
+    """Motion of `child` relative to `parent` that a joint of some `type` allows.
 
     `parent_to_joint` leads from the parent's centre of gravity (from the origin, for the ground) to
     the joint, `joint_to_child` from there to the child's centre of gravity [m]. `direction` of a
@@ -107,7 +107,7 @@ class Joint:
     "relative" that angle less the parent's.
     """
 
-    type: JointType
+    type: str
     child: str
     parent: str = GROUND
     parent_to_joint: Vector = (0.0, 0.0)
@@ -118,6 +118,11 @@ class Joint:
     description: str = ""
 
     vectors: ClassVar = {"parent_to_joint": "m", "joint_to_child": "m"}
+
+    @property
+    def joint_type(self) -> JointType:
+        """The object of its type; KeyError if there is none of this name."""
+        return JOINT_TYPES[self.type]
 
 
 @dataclass(frozen=True)

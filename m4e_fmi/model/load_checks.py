@@ -7,7 +7,8 @@ from typing import Any, get_args
 
 from m4e_fmi.errors import suggestion
 from m4e_fmi.files.document import Location
-from m4e_fmi.model.elements import GROUND
+from m4e_fmi.joints import JOINT_TYPES
+from m4e_fmi.model.elements import GROUND, Joint
 from m4e_fmi.model.findings import (
     TIME,
     Complaint,
@@ -26,8 +27,11 @@ MOTION = {
     "joint": ("q", "u"),
 }
 """Variables of the motion that a load may depend on."""
-MOVING = ("revolute", "prismatic")
-"""Types of joints with a coordinate of their own."""
+
+
+def _has_effort(joint: Joint) -> bool:
+    """True of a joint of a known type with a coordinate q along which an effort can act."""
+    return joint.type in JOINT_TYPES and joint.joint_type.has_effort
 
 
 class LoadChecks:
@@ -65,7 +69,7 @@ class LoadChecks:
         if variable not in MOTION[kind]:
             return f"a {kind} has no {variable!r} here", f"known: {', '.join(MOTION[kind])}"
         joint = self.model.joints.get(element)
-        if kind == "joint" and joint is not None and joint.type not in MOVING:
+        if kind == "joint" and joint is not None and not _has_effort(joint):
             remedy = f"use the motion of its body: body.{joint.child}.x, theta, vx, …"
             return f"{element!r} is a {joint.type} joint and has no {variable}", remedy
         return None
@@ -93,9 +97,10 @@ class LoadChecks:
         elif hasattr(load, "joint"):
             yield from reference((*at, "joint"), load.joint, names.joints, "joints")
             joint = self.model.joints.get(load.joint)
-            if joint is not None and joint.type not in MOVING:
+            if joint is not None and not _has_effort(joint):
                 message = f"{load.joint!r} is a {joint.type} joint, on which no effort can act"
-                yield Finding((*at, "joint"), message, "name a revolute or prismatic joint")
+                names = " or ".join(name for name, t in JOINT_TYPES.items() if t.has_effort)
+                yield Finding((*at, "joint"), message, f"name a {names} joint")
         else:
             yield from self._pair(at, load, "points" if hasattr(load, "points") else "bodies")
 

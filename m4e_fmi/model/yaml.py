@@ -10,10 +10,12 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, StrictFloat, ValidationInfo, create_model
+from pydantic_core import PydanticKnownError
 
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.files.csv_columns import read_columns
 from m4e_fmi.files.document import Document, Location, Section, rejected
+from m4e_fmi.joints import JOINT_TYPES
 from m4e_fmi.model.checks import (
     Finding,
     Names,
@@ -27,7 +29,6 @@ from m4e_fmi.model.elements import (
     AngleReference,
     Body,
     Joint,
-    JointType,
     Parameter,
     Point,
 )
@@ -57,11 +58,13 @@ def _planar(value: Any, info: ValidationInfo) -> Any:
     return value
 
 
-def _joint_type(value: Any) -> Any:
-    """A type as it is, unless other programs call one so, or it is none of a planar model."""
+def _joint_type(value: Any) -> str:
+    """The name of a type of joint as it is; any other is rejected with a remedy."""
+    if isinstance(value, str) and value in JOINT_TYPES:
+        return value
     if isinstance(value, str) and (meant := joint_type_elsewhere(value)):
         raise rejected(f"unknown type {value!r}", meant)
-    return value
+    raise PydanticKnownError("literal_error", {"expected": ", ".join(JOINT_TYPES)})
 
 
 def _unit(value: Any) -> Any:
@@ -97,7 +100,7 @@ class BodySection(Section):
 
 
 class JointSection(Section):
-    type: Annotated[JointType, BeforeValidator(_joint_type)]
+    type: Annotated[str, BeforeValidator(_joint_type)]
     child: str
     parent: str = GROUND
     parent_to_joint: Vector = (0.0, 0.0)

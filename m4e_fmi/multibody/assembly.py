@@ -1,34 +1,31 @@
-"""A model in motion: its frames, inertias and what acts on its bodies, over any scalar.
+"""A model in motion: its frames, inertias and loads, over any scalar.
 
     Bᵀ(𝓜 + A)B u̇ = Bᵀ(g + g_g) − Bᵀ(𝓜 + A)Ḃ u + τ        (the paper's Eq. 5 with added mass)
 
 𝓜 is the dry mass matrix; A the added mass at infinite frequency of the bodies that have it, a full
-matrix in world axes about the centres of gravity; gravity acts on the dry mass only; τ are efforts
-of the joints. An `Assembly` holds what both ways to u̇ start from: `recursion`, whose cost grows
-with the number of bodies, and `closed_form`, which writes M and f of this equation. Run on SymPy
-this is what people read, run on a tape it is what machines run.
+matrix in world axes about the centres of gravity; gravity acts on the dry mass only; τ are the
+generalized forces of the joints. Both ways to u̇ start from an `Assembly`: `recursion`, whose cost
+grows with the number of bodies, and `closed_form`, which writes M and f of this equation. Run on
+SymPy they give equations to read, run on a tape the code that machines run.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
+from m4e_fmi.joints import GROUND_FRAME, Frame, Place
 from m4e_fmi.model import Model, Table
 from m4e_fmi.model.elements import GROUND, neutral_mass, quantity, vector
 from m4e_fmi.model.expression import Values
-from m4e_fmi.multibody.kinematics import GROUND_FRAME, Frame, Place, frames
+from m4e_fmi.multibody.kinematics import frames
 from m4e_fmi.multibody.loads import Acting, acting
 from m4e_fmi.multibody.motion import Lookup, Motion, State
-from m4e_fmi.multibody.space import Pair, moment
 from m4e_fmi.multibody.topology import Topology
-
-Wrench = tuple[Any, Any, Any]
-Matrix = list[list[Any]]
+from m4e_fmi.space import DOFS, Matrix, Number, Vector, Wrench, add_force
 
 
-def at_time(name: str, table: Table, time: Any) -> Any:
+def at_time(name: str, table: Table, time: Number) -> Number:
     """The value of a table at a time, computed from its rows."""
     del name
     return table.at(time)
@@ -36,25 +33,27 @@ def at_time(name: str, table: Table, time: Any) -> Any:
 
 @dataclass(frozen=True)
 class Scalars:
-    """The scalars to assemble with: q, u, the time, parameters by name, and what acts from outside.
+    """The scalars to assemble with: q, u, the time, parameters by name, and inputs.
+
+    `q` (n,), `u` (n,) in m, rad, m/s, rad/s, in the order of the coordinates; `time` in s.
 
     Neutral masses are among the parameters, by their names in the program.
 
-    `body_wrench[name]` = (F_x, F_z, M_y) at a centre of gravity, `point_force[name]` = (F_x, F_z),
-    `effort[joint]`; what is absent is zero. `added_mass` has three rows (x, z, θ) and columns for
-    each body with added mass, in the order of their numbers. `number` makes a scalar of a constant,
-    `table` of a table.
+    `body_wrench[name]` = (F_x, F_z [N], M_y [N·m]) at a centre of gravity, `point_force[name]` =
+    (F_x, F_z), `effort[joint]` [N or N·m]; absent ones are zero. `added_mass` [kg, kg·m, kg·m²] has
+    three rows (x, z, θ) and columns for each body with added mass, in the order of their numbers.
+    `number` makes a scalar of a constant, `table` of a table.
     """
 
-    q: Sequence[Any]
-    u: Sequence[Any]
-    time: Any
-    parameters: Mapping[str, Any]
+    q: Sequence[Number]
+    u: Sequence[Number]
+    time: Number
+    parameters: Mapping[str, Number]
     body_wrench: Mapping[str, Wrench]
-    point_force: Mapping[str, Pair]
-    effort: Mapping[str, Any]
+    point_force: Mapping[str, Vector]
+    effort: Mapping[str, Number]
     added_mass: Matrix
-    number: Callable[[float], Any] = float
+    number: Callable[[float], Number] = float
     table: Lookup = at_time
 
 
@@ -64,38 +63,42 @@ class Assembly:
 
     `masses[k]` = (mass, inertia about the CG) of link k; `added_mass[i, j]` the 3×3 block by which
     link j's acceleration acts on link i; `wrenches[k]` = (F_x, F_z, M_y) on link k about its origin
-    (not its CG), gravity left out; `efforts[k]` of its joint. `loads` are the model's, by name, and
-    are part of the wrenches and efforts.
+    (not its CG), gravity left out; `generalized_forces[k]` along its joint's coordinate. `loads`
+    are the model's, by name, and are part of the wrenches and generalized forces.
     """
 
     model: Model
     tree: Topology
     scalars: Scalars
     values: Motion
-    u: Sequence[Any]
+    u: Sequence[Number]
     frames: list[Frame]
     points: dict[str, Place]
-    gravity: Any
-    masses: list[tuple[Any, Any]]
+    gravity: Number
+    masses: list[tuple[Number, Number]]
     added_mass: dict[tuple[int, int], Matrix]
-    wrenches: list[list[Any]]
-    efforts: list[Any]
+    wrenches: list[list[Number]]
+    generalized_forces: list[Number]
     loads: dict[str, Acting]
 
     def frame(self, body: str) -> Frame:
+        """Of a body by its name, or of the ground."""
         return GROUND_FRAME if body == GROUND else self.frames[self.tree.index(body)]
 
 
 @dataclass(frozen=True)
 class Accelerations:
-    """`rates` = u̇; `origins[k]` and `alphas[k]` of link k: a + (0, `raised`), and α."""
+    """`rates` = u̇ (n,); `origins[k]` and `alphas[k]` of link k: a + (0, `raised`), and α.
 
-    rates: list[Any]
-    origins: list[Pair]
-    alphas: list[Any]
-    raised: Any
+    In m/s² and rad/s², world axes.
+    """
 
-    def of_point(self, frame: Frame, k: int, arm: Pair) -> Pair:
+    rates: list[Number]
+    origins: list[Vector]
+    alphas: list[Number]
+    raised: Number
+
+    def of_point(self, frame: Frame, k: int, arm: Vector) -> Vector:
         """True acceleration of the point at `arm` from the origin of link `k`."""
         x, z = frame.acceleration_at(arm, self.origins[k], self.alphas[k])
         return x, z - self.raised
@@ -119,7 +122,7 @@ def assemble(model: Model, tree: Topology, scalars: Scalars) -> Assembly:
         points[name] = state.frame(point.body).place((x, z))
     motion = Motion(values, state, scalars.table)
     loads = {name: acting(load, motion) for name, load in model.loads.items()}
-    efforts = [scalars.effort.get(link.joint_name, 0) for link in tree.links]
+    forces = [scalars.effort.get(link.joint_name, 0) for link in tree.links]
     return Assembly(
         model=model,
         tree=tree,
@@ -131,42 +134,39 @@ def assemble(model: Model, tree: Topology, scalars: Scalars) -> Assembly:
         gravity=quantity(model, "gravity").evaluate(values),
         masses=masses,
         added_mass=_blocks(links_with_added_mass(model, tree), scalars.added_mass),
-        wrenches=_wrenches(state, scalars, loads, efforts),
-        efforts=efforts,
+        wrenches=_wrenches(state, scalars, loads, forces),
+        generalized_forces=forces,
         loads=loads,
     )
 
 
 def links_with_added_mass(model: Model, tree: Topology) -> list[int]:
-    """Indices of the links with added mass."""
+    """Indices of the links with added mass, in their order."""
     return [k for k, link in enumerate(tree.links) if model.bodies[link.body].added_mass]
 
 
-def _blocks(wet: list[int], matrix: Matrix) -> dict[tuple[int, int], Matrix]:
+def _blocks(links: list[int], matrix: Matrix) -> dict[tuple[int, int], Matrix]:
     """The 3×3 blocks of the added-mass matrix, by pair of links."""
     return {
-        (i, j): [row[3 * second : 3 * second + 3] for row in matrix[3 * first : 3 * first + 3]]
-        for first, i in enumerate(wet)
-        for second, j in enumerate(wet)
+        (i, j): [row[DOFS * second :][:DOFS] for row in matrix[DOFS * first :][:DOFS]]
+        for first, i in enumerate(links)
+        for second, j in enumerate(links)
     }
 
 
 def _wrenches(
-    state: State, scalars: Scalars, loads: Mapping[str, Acting], efforts: list[Any]
-) -> list[list[Any]]:
+    state: State, scalars: Scalars, loads: Mapping[str, Acting], forces: list[Number]
+) -> list[list[Number]]:
     """Sum (F_x, F_z, M_y) of loads and outside forces on each link, about its origin.
 
-    What loads do to joints is added to `efforts`.
+    Efforts of loads on joints are added to `forces`.
     """
     index, model = state.tree.index, state.model
-    total: list[list[Any]] = [[0, 0, 0] for _ in state.tree.links]
+    total: list[list[Number]] = [[0, 0, 0] for _ in state.tree.links]
 
-    def push(body: str, force: Pair, arm: Pair, torque: Any = 0) -> None:
-        if body != GROUND:  # the ground takes what it gets
-            wrench = total[index(body)]
-            wrench[0] = wrench[0] + force[0]
-            wrench[1] = wrench[1] + force[1]
-            wrench[2] = wrench[2] + (torque + moment(arm, force))
+    def push(body: str, force: Vector, arm: Vector, torque: Number = 0) -> None:
+        if body != GROUND:  # nothing moves the ground
+            add_force(total[index(body)], force, arm, torque)
 
     for body, (x, z, torque) in scalars.body_wrench.items():
         push(body, (x, z), state.frame(body).arm, torque)
@@ -175,7 +175,7 @@ def _wrenches(
     for action in (action for load in loads.values() for action in load.actions):
         if action.joint:
             k = index(model.joints[action.joint].child)
-            efforts[k] = efforts[k] + action.effort
+            forces[k] = forces[k] + action.effort
         elif action.point:
             push(model.points[action.point].body, action.force, state.points[action.point].arm)
         else:

@@ -11,16 +11,30 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
+from m4e_fmi.joints import Frame
 from m4e_fmi.multibody.assembly import Accelerations, Assembly
-from m4e_fmi.multibody.kinematics import ZERO, Frame
-from m4e_fmi.multibody.space import Pair, added, dot, moment, scaled, subtracted, swung, tilde
 from m4e_fmi.multibody.velocity_transformation import Columns, columns
 from m4e_fmi.program.tape import Scalar
+from m4e_fmi.space import (
+    TURN,
+    ZERO,
+    Number,
+    Vector,
+    X,
+    Z,
+    add_force,
+    added,
+    dot,
+    moment,
+    scaled,
+    subtracted,
+    swung,
+    tilde,
+)
 
-Rows = list[dict[int, Any]]
-"""A sparse matrix: for each row the entries by column; what is absent is zero."""
+Rows = list[dict[int, Number]]
+"""A sparse matrix: for each row the entries by column; absent ones are zero."""
 
 
 class ClosedForm:
@@ -40,12 +54,12 @@ class _Composite:
     the link and against it.
     """
 
-    mass: Any
-    first: Pair
-    second: Any
-    carried: Pair = ZERO
+    mass: Number
+    first: Vector
+    second: Number
+    carried: Vector = ZERO
 
-    def turning(self, frame: Frame) -> Pair:
+    def turning(self, frame: Frame) -> Vector:
         """The first moment in world axes."""
         return added(frame.rotation(self.first), self.carried)
 
@@ -63,7 +77,7 @@ def mass_matrix(assembly: Assembly) -> Rows:
                 for coordinate, entry in _seen(assembly, i, P, L):
                     if not (own and coordinate > j) and not _is_zero(entry):
                         rows[j][coordinate] = rows[coordinate][j] = entry
-                L = (L if tree.links[i].follows else 0) + moment(assembly.frames[i].reach, P)
+                L = (L if tree.links[i].is_relative else 0) + moment(assembly.frames[i].reach, P)
                 i, own = tree.links[i].parent, False
     if assembly.added_mass:
         _add_water(assembly, rows)
@@ -80,9 +94,9 @@ def _composites(assembly: Assembly) -> list[_Composite]:
         if link.parent >= 0:
             parent = result[link.parent]
             parent.second = parent.second + child.mass * dot(reach, reach)
-            if link.follows:
+            if link.is_relative:
                 carried = child.carried
-                if link.rigid:
+                if not link.joint.joint_type.rotates:
                     parent.first = added(parent.first, child.first)
                     parent.second = parent.second + 2 * dot(reach, child.first)
                 else:
@@ -95,31 +109,25 @@ def _composites(assembly: Assembly) -> list[_Composite]:
     return result
 
 
-def _momenta(assembly: Assembly, body: _Composite, k: int) -> list[tuple[int, Pair, Any]]:
+def _momenta(assembly: Assembly, body: _Composite, k: int) -> list[tuple[int, Vector, Number]]:
     """For each coordinate of link k at unit rate: linear and angular momentum of what it moves."""
     link, frame = assembly.tree.links[k], assembly.frames[k]
-    if link.joint.type == "fixed":
+    if not link.coordinates:
         return []
     lever = tilde(body.turning(frame))
-    if link.joint.type == "prismatic":
-        (s,) = link.coordinates
-        return [(s, scaled(body.mass, frame.direction), dot(lever, frame.direction))]
-    turn = (link.coordinates[-1], lever, body.second)
-    if link.joint.type == "revolute":
-        return [turn]
-    x, z, _ = link.coordinates
-    return [(x, (body.mass, 0), lever[0]), (z, (0, body.mass), lever[1]), turn]
+    return [
+        (coordinate, *freedom.momentum(body.mass, lever, body.second))
+        for coordinate, freedom in zip(link.coordinates, frame.freedoms, strict=True)
+    ]
 
 
-def _seen(assembly: Assembly, i: int, P: Pair, L: Any) -> list[tuple[int, Any]]:
-    """What each coordinate of link i sees of a momentum P, L about the link's origin."""
-    link = assembly.tree.links[i]
-    if link.joint.type == "prismatic":
-        return [(link.coordinates[0], dot(assembly.frames[i].direction, P))]
-    return list(zip(link.coordinates[::-1], (L, P[1], P[0]), strict=False))
+def _seen(assembly: Assembly, i: int, P: Vector, L: Number) -> list[tuple[int, Number]]:
+    """The part of a momentum P, L about link i's origin along each coordinate, the last first."""
+    rows = zip(assembly.tree.links[i].coordinates, assembly.frames[i].freedoms, strict=True)
+    return [(coordinate, freedom.along((*P, L))) for coordinate, freedom in rows][::-1]
 
 
-def forcing(assembly: Assembly) -> list[Any]:
+def forcing(assembly: Assembly) -> list[Number]:
     """Bᵀ(g + g_g) − Bᵀ(𝓜 + A)Ḃu + τ."""
     tree = assembly.tree
     origins = outwards(assembly, [0] * len(tree.coordinate_names)).origins
@@ -129,49 +137,44 @@ def forcing(assembly: Assembly) -> list[Any]:
         frame = assembly.frames[k]
         x, z = frame.acceleration_at(frame.arm, origins[k], 0)
         bias.append((x, z))
-        _push(wrenches[k], scaled(mass, (-x, -assembly.gravity - z)), frame.arm)
+        add_force(wrenches[k], scaled(mass, (-x, -assembly.gravity - z)), frame.arm)
     for (i, j), block in assembly.added_mass.items():
         x, z, turn = (row[0] * bias[j][0] + row[1] * bias[j][1] for row in block)
-        _push(wrenches[i], (-x, -z), assembly.frames[i].arm, -turn)
+        add_force(wrenches[i], (-x, -z), assembly.frames[i].arm, -turn)
     return _projected(assembly, wrenches)
 
 
-def outwards(assembly: Assembly, rates: Sequence[Any]) -> Accelerations:
+def outwards(assembly: Assembly, rates: Sequence[Number]) -> Accelerations:
     """The accelerations of all links for u̇ = `rates`."""
-    origins: list[Pair] = []
-    alphas: list[Any] = []
+    origins: list[Vector] = []
+    alphas: list[Number] = []
     for link, frame in zip(assembly.tree.links, assembly.frames, strict=True):
         origin, alpha = ZERO, 0
         if link.parent >= 0:
             origin, alpha = origins[link.parent], alphas[link.parent]
             origin = subtracted(swung(origin, alpha, frame.reach), frame.inward)
-        new = [rates[k] for k in link.coordinates]
-        if link.joint.type == "prismatic":
-            origin = added(origin, scaled(new[0], frame.direction))
-        elif not link.rigid:
-            alpha = alpha + new[-1] if link.follows else new[-1]
-        origins.append((new[0], new[1]) if link.joint.type == "floating" else origin)
-        alphas.append(alpha)
+        motion = [*origin, alpha]
+        for coordinate, freedom in zip(link.coordinates, frame.freedoms, strict=True):
+            freedom.move(motion, rates[coordinate])
+        origins.append((motion[X], motion[Z]))
+        alphas.append(motion[TURN])
     return Accelerations(list(rates), origins, alphas, 0)
 
 
-def _push(wrench: list[Any], force: Pair, arm: Pair, torque: Any = 0) -> None:
-    wrench[0] = wrench[0] + force[0]
-    wrench[1] = wrench[1] + force[1]
-    wrench[2] = wrench[2] + (torque + moment(arm, force))
-
-
-def _projected(assembly: Assembly, wrenches: list[list[Any]]) -> list[Any]:
+def _projected(assembly: Assembly, wrenches: list[list[Number]]) -> list[Number]:
     """Bᵀ of the `wrenches` about the origins, which are added up on the way, and the efforts."""
     tree = assembly.tree
-    result: list[Any] = [0] * len(tree.coordinate_names)
+    result: list[Number] = [0] * len(tree.coordinate_names)
     for k in range(len(tree.links) - 1, -1, -1):
-        link, frame, effort = tree.links[k], assembly.frames[k], assembly.efforts[k]
+        link, frame = tree.links[k], assembly.frames[k]
+        effort = assembly.generalized_forces[k]
         x, z, turn = wrenches[k]
         for coordinate, force in _seen(assembly, k, (x, z), turn):
             result[coordinate] = force + effort
         if link.parent >= 0:
-            _push(wrenches[link.parent], (x, z), frame.reach, turn if link.follows else -effort)
+            add_force(
+                wrenches[link.parent], (x, z), frame.reach, turn if link.is_relative else -effort
+            )
     return result
 
 
@@ -189,7 +192,7 @@ def _add_water(assembly: Assembly, rows: Rows) -> None:
                     rows[i][j] = rows[i].get(j, 0) + entry
 
 
-def solve(rows: Rows, right: Sequence[Any], *, symmetric: bool) -> list[Any]:
+def solve(rows: Rows, right: Sequence[Number], *, symmetric: bool) -> list[Number]:
     """x of rows · x = right, without pivoting: of a positive definite matrix. `rows` is used up.
 
     Unknowns are eliminated from the last to the first, leaves before their parents, which fills in
@@ -217,7 +220,7 @@ def solve(rows: Rows, right: Sequence[Any], *, symmetric: bool) -> list[Any]:
     return x
 
 
-def _is_zero(value: Any) -> bool:
+def _is_zero(value: Number) -> bool:
     if isinstance(value, Scalar):
         return value.tape.value(value.index) == 0.0
     return isinstance(value, int) and value == 0

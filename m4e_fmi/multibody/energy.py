@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from m4e_fmi.multibody.assembly import Assembly
-from m4e_fmi.multibody.space import dot
+from m4e_fmi.space import dot
 
 
 def kinetic_energy(assembly: Assembly) -> Any:

@@ -31,8 +31,8 @@ from m4e_fmi.model.elements import parameter_values, quantity, vector
 from m4e_fmi.model.expression import Expression
 from m4e_fmi.model.loads import Load
 from m4e_fmi.multibody.motion import Motion
-from m4e_fmi.multibody.space import Pair, added, dot, norm, scaled, subtracted
 from m4e_fmi.program import maximum, minimum, tanh
+from m4e_fmi.space import Vector, added, dot, norm, scaled, subtracted
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Action:
     Or the effort [N·m or N] of a joint, which acts on its child and back on its parent.
     """
 
-    force: Pair = (0, 0)
+    force: Vector = (0, 0)
     point: str = ""
     body: str = ""
     moment: Any = 0
@@ -138,7 +138,9 @@ def _between_points(
     return _resisting(found, rate, _opposite(load, scaled(found.total / length, line)), measures)
 
 
-def _held_together(load: Bushing | TensionSpring, motion: Motion, line: Pair, rate: Pair) -> Acting:
+def _held_together(
+    load: Bushing | TensionSpring, motion: Motion, line: Vector, rate: Vector
+) -> Acting:
     """Stiffness and damping against any motion of one point from the other: no distance divides."""
     stiffness = _value(load, "stiffness", motion)
     elastic = scaled(stiffness, line)
@@ -158,7 +160,7 @@ def _held_together(load: Bushing | TensionSpring, motion: Motion, line: Pair, ra
     return Acting(_opposite(load, force), power, potential, measures)
 
 
-def _opposite(load: Any, force: Pair) -> list[Action]:
+def _opposite(load: Any, force: Vector) -> list[Action]:
     """`force` on the first point of a load, the opposite on the second."""
     first, second = load.points
     return [Action(force, point=first), Action(scaled(-1, force), point=second)]
@@ -285,7 +287,7 @@ def _value(load: Any, name: str, motion: Motion) -> Any:
     return quantity(load, name).evaluate(motion)
 
 
-def _pair(load: Any, name: str, motion: Motion) -> Pair:
+def _pair(load: Any, name: str, motion: Motion) -> Vector:
     x, z = (part.evaluate(motion) for part in vector(load, name))
     return x, z
 

@@ -10,10 +10,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from m4e_fmi.joints import GROUND_FRAME, Frame, Place
 from m4e_fmi.model import GROUND, Model, Table
 from m4e_fmi.model.expression import Values
-from m4e_fmi.multibody.kinematics import GROUND_FRAME, Frame, Place
 from m4e_fmi.multibody.topology import Topology
+from m4e_fmi.space import AXES
 
 Lookup = Callable[[str, Table, Any], Any]
 """The value of a table by its name, itself, and the time."""
@@ -37,7 +38,7 @@ class State:
         """Angle or displacement of a joint's child against its parent, and its rate."""
         link = self.tree.links[self.tree.index(self.model.joints[name].child)]
         (k,) = link.coordinates
-        if link.follows or link.parent < 0:
+        if link.is_relative or link.parent < 0:
             return self.q[k], self.u[k]
         parent = self.frames[link.parent]
         return self.q[k] - parent.angle, self.u[k] - parent.omega
@@ -53,7 +54,7 @@ class State:
             return frame.angle if variable == "theta" else frame.omega
         place = self.points[element] if kind == "point" else self.frame(element)
         vector = place.velocity if variable.startswith("v") else place.position
-        return vector["xz".index(variable[-1])]
+        return vector[AXES.index(variable[-1])]
 
 
 class Motion(Values):

@@ -1,4 +1,4 @@
-"""What every joint exerts on its child, by Newton and Euler from the leaves to the ground.
+"""Wrench of every joint on its child, by Newton and Euler from the leaves to the ground.
 
 With the true acceleration a of a body's centre of gravity, its angular acceleration α, the loads
 F, M on it, gravity and the water's A v̇ of added mass, what is left of
@@ -13,11 +13,10 @@ Algorithms", section 5.3, calls this pass the second half of the recursive Newto
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
-from m4e_fmi.model.elements import vector
 from m4e_fmi.multibody.assembly import Accelerations, Assembly
-from m4e_fmi.multibody.space import Pair, moment, scaled, subtracted
+from m4e_fmi.multibody.kinematics import evaluated
+from m4e_fmi.space import Number, Vector, moment, scaled, subtracted
 
 
 @dataclass(frozen=True)
@@ -25,13 +24,13 @@ class Reaction:
     """The wrench of a joint on its child: `force` [N] in world axes and `moment` [N·m] about +Y.
 
     The moment is about the joint's point of the child, at −`joint_to_child` from the child's
-    centre of gravity: the hinge of a revolute joint; what slides with the child, of a prismatic.
+    centre of gravity: the hinge of a revolute joint; the point that slides, of a prismatic one.
     The parent feels the opposite at the same place.
     """
 
     joint: str
-    force: Pair
-    moment: Any
+    force: Vector
+    moment: Number
 
 
 def reactions(assembly: Assembly, solved: Accelerations) -> list[Reaction]:
@@ -41,10 +40,11 @@ def reactions(assembly: Assembly, solved: Accelerations) -> list[Reaction]:
     _add_water(assembly, solved, wrenches)
     for k in range(len(links) - 1, -1, -1):
         link, (x, z, turn) = links[k], wrenches[k]
-        if link.joint.type == "floating":
+        joint_type = link.joint.joint_type
+        if joint_type.is_free:
             continue
-        if link.joint.type == "revolute":  # a hinge has no moment but what drives it
-            turn = at_joint = assembly.efforts[k]
+        if joint_type.frees_rotation:  # no moment but its effort
+            turn = at_joint = assembly.generalized_forces[k]
         else:
             arm = assembly.frames[k].rotation(_back(assembly, k))
             at_joint = turn - moment(arm, (x, z))
@@ -52,18 +52,13 @@ def reactions(assembly: Assembly, solved: Accelerations) -> list[Reaction]:
         if link.parent >= 0:
             parent = wrenches[link.parent]
             parent[0], parent[1] = parent[0] + x, parent[1] + z
-            if _holds_angle(assembly, link.parent):
+            if not links[link.parent].joint.joint_type.frees_rotation:
                 parent[2] = parent[2] + (turn + moment(assembly.frames[k].reach, (x, z)))
     return found[::-1]
 
 
-def _holds_angle(assembly: Assembly, k: int) -> bool:
-    """Whether the joint of link k can exert a moment of its own."""
-    return assembly.tree.links[k].joint.type not in ("revolute", "floating")
-
-
-def _inertial(assembly: Assembly, solved: Accelerations, k: int) -> list[Any]:
-    """What link k needs beyond its loads, about its origin."""
+def _inertial(assembly: Assembly, solved: Accelerations, k: int) -> list[Number]:
+    """The wrench that link k needs beyond its loads, about its origin."""
     frame, (mass, inertia) = assembly.frames[k], assembly.masses[k]
     f = assembly.wrenches[k]
     x, z = frame.acceleration_at(frame.arm, solved.origins[k], solved.alphas[k])
@@ -71,12 +66,12 @@ def _inertial(assembly: Assembly, solved: Accelerations, k: int) -> list[Any]:
         z = z + (assembly.gravity - solved.raised)
     needed = scaled(mass, (x, z))
     turn = 0
-    if _holds_angle(assembly, k):
+    if not assembly.tree.links[k].joint.joint_type.frees_rotation:
         turn = inertia * solved.alphas[k] + moment(frame.arm, needed) - f[2]
     return [needed[0] - f[0], needed[1] - f[1], turn]
 
 
-def _add_water(assembly: Assembly, solved: Accelerations, wrenches: list[list[Any]]) -> None:
+def _add_water(assembly: Assembly, solved: Accelerations, wrenches: list[list[Number]]) -> None:
     """Add A v̇, which is about the centres of gravity."""
     for (i, j), block in assembly.added_mass.items():
         frame = assembly.frames[j]
@@ -86,8 +81,7 @@ def _add_water(assembly: Assembly, solved: Accelerations, wrenches: list[list[An
         wrenches[i] = [w + part for w, part in zip(wrenches[i], parts, strict=True)]
 
 
-def _back(assembly: Assembly, k: int) -> Pair:
+def _back(assembly: Assembly, k: int) -> Vector:
     """From the origin of link k to the joint's point, in body axes."""
-    ahead = vector(assembly.tree.links[k].joint, "joint_to_child")
-    x, z = (part.evaluate(assembly.values) for part in ahead)
-    return subtracted(assembly.frames[k].local_arm, (x, z))
+    ahead = evaluated(assembly.tree.links[k], assembly.values, "joint_to_child")
+    return subtracted(assembly.frames[k].local_arm, ahead)

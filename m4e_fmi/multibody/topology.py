@@ -1,20 +1,16 @@
-"""Which body hangs on which, in the numbering that the equations use."""
+"""The tree of bodies, in the numbering that the equations use."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 from m4e_fmi.model import GROUND, Model
 from m4e_fmi.model.elements import Joint
 from m4e_fmi.shown import listing
 
-COORDINATES = {
-    "revolute": ("Theta",),
-    "prismatic": ("S",),
-    "floating": ("X", "Z", "Theta"),
-    "fixed": (),
-}
+RELATIVE_ANGLE = "Phi"
+"""Letter of a coordinate that could be an absolute angle and is a relative one."""
 
 
 @dataclass(frozen=True)
@@ -24,7 +20,7 @@ class Link:
     `number` counts bodies from 1, in the order of their distance from the ground; `parent` is the
     index of the parent's link, −1 for the ground. `coordinates` are the indices in q of the joint's
     coordinates; `angles` are those of the coordinates whose sum is the body's absolute angle, none
-    if it never turns.
+    if it never rotates. `is_relative`: the coordinates that rotate the parent rotate this body.
     """
 
     number: int
@@ -34,16 +30,7 @@ class Link:
     parent: int
     coordinates: tuple[int, ...]
     angles: tuple[int, ...]
-
-    @property
-    def rigid(self) -> bool:
-        """Whether the joint lets the body not turn against its parent."""
-        return self.joint.type in ("prismatic", "fixed")
-
-    @property
-    def follows(self) -> bool:
-        """Whether the coordinates that turn the parent turn this body, too."""
-        return self.rigid or self.joint.coordinate == "relative"
+    is_relative: bool
 
 
 @dataclass(frozen=True)
@@ -98,15 +85,19 @@ def topology(model: Model) -> Topology:
         joint = model.joints[holders[body]]
         parent = number_of.get(joint.parent, 0) - 1
         first = len(names)
-        relative = joint.coordinate == "relative"
-        letters = ("Phi",) if relative else COORDINATES[joint.type]
-        names += [f"{letter}_{number}" for letter in letters]
+        chosen = joint.coordinate == "relative"
+        names += [
+            f"{RELATIVE_ANGLE if chosen and c.is_angle else c.letter}_{number}"
+            for c in joint.joint_type.coordinates
+        ]
         coordinates = tuple(range(first, len(names)))
-        link = Link(number, body, holders[body], joint, parent, coordinates, ())
-        angles = links[parent].angles if link.follows and parent >= 0 else ()
-        if not link.rigid:
+        is_relative = chosen or not joint.joint_type.frees_rotation
+        angles = links[parent].angles if is_relative and parent >= 0 else ()
+        if joint.joint_type.rotates:
             angles = (*angles, coordinates[-1])
-        links.append(replace(link, angles=angles))
+        links.append(
+            Link(number, body, holders[body], joint, parent, coordinates, angles, is_relative)
+        )
     return Topology(tuple(links), tuple(names))
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import cmath
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,6 +17,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from support.programs import Evaluated
 
+from m4e_fmi.joints import JOINT_TYPES
 from m4e_fmi.model import (
     Body,
     Joint,
@@ -27,7 +28,6 @@ from m4e_fmi.model import (
     TorsionDamper,
     TorsionSpring,
 )
-from m4e_fmi.model.elements import JointType
 from m4e_fmi.multibody import Topology, closed_form, model_program, topology
 from m4e_fmi.multibody.assembly import Assembly, Scalars, assemble
 from m4e_fmi.multibody.closed_form import ClosedForm
@@ -181,7 +181,7 @@ def cases(draw: st.DrawFn) -> Case:
     joints, bodies = {}, {}
     arm = st.tuples(numbers(-2, 2), numbers(-2, 2))
     for k, name in enumerate(names):
-        kind: JointType = draw(st.sampled_from(get_args(JointType)))
+        kind = draw(st.sampled_from(list(JOINT_TYPES)))
         parent = "ground"
         fields: dict[str, Any] = {}
         if kind != "floating":

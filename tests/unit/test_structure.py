@@ -21,8 +21,8 @@ PACKAGES = {
 MOST_MODULES = 15
 LAYERS = {
     "m4e_fmi": (
-        "signals units errors files shown program model multibody results runtime simulate fmu "
-        "analysis code_hash doctor report cosim cli"
+        "signals units errors files shown program space joints model multibody results runtime "
+        "simulate fmu analysis code_hash doctor report cosim cli"
     ),
     "m4e_fmi.fmu": "importer export validation",
     "m4e_fmi.cosim": (

@@ -22,7 +22,7 @@ from m4e_fmi.model import (
     TorsionSpring,
 )
 from m4e_fmi.multibody import Equations, model_program
-from m4e_fmi.multibody.space import Rotation, moment, tilde
+from m4e_fmi.space import Rotation, moment, tilde
 
 ROUNDING = 1e-14  # relative: a few dozen operations in double precision
 G = 9.81

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
+from m4e_fmi.joints import FIXED, FLOATING, PRISMATIC, REVOLUTE, JointType
 from m4e_fmi.model.chrono.names import Places, fresh, identifier
 from m4e_fmi.model.chrono.rotation import (
     Pair,
@@ -21,11 +21,11 @@ from m4e_fmi.model.chrono.rotation import (
 )
 from m4e_fmi.model.chrono.sections import BodySection, JointSection, ModelSection, MotorSection
 from m4e_fmi.model.chrono.tree import Branch, Edge, branches
-from m4e_fmi.model.elements import GROUND, Body, Joint
+from m4e_fmi.model.elements import GROUND, Body, Joint, Quantity
 
 SMALL = 1e-6
 """What counts as zero beside 1: of directions, of positions in metres, of rates."""
-TYPES = {"REVOLUTE": "revolute", "PRISMATIC": "prismatic", "LOCK": "fixed"}
+TYPES = {"REVOLUTE": REVOLUTE, "PRISMATIC": PRISMATIC, "LOCK": FIXED}
 Joining = JointSection | MotorSection
 
 
@@ -157,34 +157,28 @@ class Mechanism:
         self._report_plane(body, place[1])
         joining = branch.joining
         kind = joint_kind(joining)
-        rigid = kind in ("prismatic", "fixed")
-        angle = parent.angle if rigid else angle_about_y(turn)
+        angle = angle_about_y(turn) if kind.rotates else parent.angle
         pose = Pose(place, angle, axes)  # type: ignore[arg-type]
         moved = self._started(body, pose, branch, kind)
         self.poses[branch.child] = moved
         if joining is None:
             start = (place[0], place[2], angle, *moved.velocity, moved.omega)
-            keys = ("x", "z", "theta", "vx", "vz", "omega")
-            return Joint(
-                "floating", identifier(body.name), initial=dict(zip(keys, start, strict=True))
-            )
+            initial: dict[str, Quantity] = dict(zip(kind.start_keys, start, strict=True))
+            return Joint(kind.name, identifier(body.name), initial=initial)
         if not self._axis_fits(joining, kind):
             return None
-        initial: dict[str, Any] = {}
-        if kind == "revolute":
-            initial = {"q": angle, "u": moved.omega}
-        direction = None
-        if kind == "prismatic":
+        direction, start = None, (angle, moved.omega)
+        if kind.has_direction:
             direction = turned_back(unit(joining.axis), parent.angle)
-            initial = {"q": 0.0, "u": self._sliding(body, moved, branch, joining)}
+            start = (0.0, self._sliding(body, moved, branch, joining))
         return Joint(
-            kind,  # type: ignore[arg-type]
+            kind.name,
             identifier(body.name),
             identifier(branch.parent) if branch.parent != GROUND else GROUND,
             parent.local(joining.location),
             tuple(0.0 - c for c in pose.local(joining.location)),  # type: ignore[arg-type]
             direction,
-            initial=initial,
+            initial=dict(zip(kind.start_keys, start, strict=False)),  # a weld has none
         )
 
     def _report_plane(self, body: BodySection, y: float) -> None:
@@ -195,25 +189,27 @@ class Mechanism:
             remedy = "let all bodies lie in one plane; a shift along Y changes no planar motion"
             self.places.say(body, message, ("location", 1), remedy)
 
-    def _axis_fits(self, joining: Joining, kind: str) -> bool:
-        if kind == "fixed":
+    def _axis_fits(self, joining: Joining, kind: JointType) -> bool:
+        if not kind.coordinates:
             return True
         axis = joining.axis
         if axis is None or math.hypot(*axis) == 0:
-            remedy = "add 'axis: [0, 1, 0]'" if kind == "revolute" else "add 'axis: [x, 0, z]'"
+            remedy = "add 'axis: [0, 1, 0]'" if kind.rotates else "add 'axis: [x, 0, z]'"
             self.places.say(joining, f"{joining.name!r} has no axis", ("axis",), remedy)
             return False
-        if kind == "revolute" and not parallel(axis, (0, 1, 0)):
+        if kind.rotates and not parallel(axis, (0, 1, 0)):
             message = f"the axis {list(axis)} is not along Y: bodies would leave the X–Z plane"
             self.places.say(joining, message, ("axis",), "turn the model so that it moves in X–Z")
             return False
-        if kind == "prismatic" and abs(axis[1]) > SMALL * math.hypot(*axis):
+        if kind.has_direction and abs(axis[1]) > SMALL * math.hypot(*axis):
             message = f"the axis {list(axis)} leads out of the X–Z plane"
             self.places.say(joining, message, ("axis",), "turn the model so that it moves in X–Z")
             return False
         return True
 
-    def _started(self, body: BodySection, pose: Pose, branch: Branch[Joining], kind: str) -> Pose:
+    def _started(
+        self, body: BodySection, pose: Pose, branch: Branch[Joining], kind: JointType
+    ) -> Pose:
         """The pose with its velocities; reports those that the joint does not allow."""
         parent = self.poses[branch.parent]
         local = body.initial_angular_velocity or (0.0, 0.0, 0.0)
@@ -221,7 +217,7 @@ class Mechanism:
         if max(abs(wx), abs(wz)) > SMALL:
             message = "the body would leave the X–Z plane: it turns about X or Z, too"
             self.places.say(body, message, ("initial_angular_velocity",), "only the part about Y")
-        if kind in ("prismatic", "fixed"):
+        if not kind.rotates:
             given = body.initial_angular_velocity is not None
             if given and abs(omega - parent.omega) > SMALL * (1 + abs(omega)):
                 message = f"it turns with its parent, at {parent.omega:g} rad/s, not {omega:g}"
@@ -232,7 +228,7 @@ class Mechanism:
             message = "the body would leave the X–Z plane"
             self.places.say(body, message, ("initial_linear_velocity", 1), "make it 0")
         free = Pose(pose.place, pose.angle, pose.axes, omega=omega)
-        if branch.joining is None or kind == "prismatic":
+        if branch.joining is None or kind.has_direction:
             x, z = (linear[0], linear[2]) if linear else self._carried(free, parent, pose.place)
             return Pose(pose.place, pose.angle, pose.axes, (x, z), omega)
         x, z = self._carried(free, parent, branch.joining.location)
@@ -268,12 +264,12 @@ def guides(motor: MotorSection) -> bool:
     return (motor.guide if motor.type == "LINEAR" else motor.spindle) != "FREE"
 
 
-def joint_kind(joining: Joining | None) -> str:
+def joint_kind(joining: Joining | None) -> JointType:
     """The type of our joint."""
     if joining is None:
-        return "floating"
+        return FLOATING
     if isinstance(joining, MotorSection):
-        return "prismatic" if joining.type == "LINEAR" else "revolute"
+        return PRISMATIC if joining.type == "LINEAR" else REVOLUTE
     return TYPES[joining.type]
 
 

@@ -7,7 +7,8 @@ from functools import cached_property
 from typing import Any
 
 from m4e_fmi.files.document import Location
-from m4e_fmi.model.elements import GROUND, Body, Joint, JointType, Parameter
+from m4e_fmi.joints import FLOATING, PRISMATIC, REVOLUTE, JointType
+from m4e_fmi.model.elements import GROUND, Body, Joint, Parameter
 from m4e_fmi.model.loads import BodyForce, Load
 from m4e_fmi.model.m4e.values import (
     NAN,
@@ -25,10 +26,8 @@ from m4e_fmi.model.model import STANDARD_GRAVITY
 
 ROWS = ("types", "parent_cg_to_joint", "joint_to_child_cg", "prismatic_direction")
 SYMBOLS = (("BodyDataSym", "BodyDataNum"), ("ForcesPointsSym", "ForcesPointsNum"))
-TYPES: dict[str, JointType] = {"R": "revolute", "P": "prismatic", "F": "floating"}
-COORDINATES = {"R": ("Theta",), "P": ("S",), "F": ("X", "Z", "Theta")}
+TYPES: dict[str, JointType] = {"R": REVOLUTE, "P": PRISMATIC, "F": FLOATING}
 MOST_MISSING = 10  # numbers told in one message
-FLOATING = (("x", "vx"), ("z", "vz"), ("theta", "omega"))
 
 
 class Mechanism(Lists):
@@ -203,14 +202,14 @@ class Mechanism(Lists):
                 (*at, "direction"): ("prismatic_direction", row),
             }
             values = initial.get(child, {})
-            if letter == "F":
+            if TYPES[letter].is_free:
                 vectors = self._floating(row, parent, values)
             else:
                 vectors = self._vectors(row, parent, letter)
             if vectors is not None:
                 holder = f"body_{parent}" if parent else GROUND
                 joints[at[1]] = Joint(
-                    TYPES[letter], f"body_{child}", holder, **vectors, initial=values
+                    TYPES[letter].name, f"body_{child}", holder, **vectors, initial=values
                 )
         return joints
 
@@ -229,7 +228,7 @@ class Mechanism(Lists):
             ("joint_to_child", "joint_to_child_cg"),
         ]
         direction = self._vector("prismatic_direction", row) or [NAN, NAN]
-        if letter == "P":
+        if TYPES[letter].has_direction:
             fields.append(("direction", "prismatic_direction"))
         elif any(entry is not NAN for entry in direction):
             message = f"a joint of type {letter!r} has no direction"
@@ -296,10 +295,8 @@ class Mechanism(Lists):
         """Start values of every joint, by the number of its child."""
         slots = []  # (child, letter of the coordinate, key of q, key of u)
         for child, row in sorted(self.children.items()):
-            letter = self._type_quietly(row)
-            keys = FLOATING if letter == "F" else (("q", "u"),)
-            names = COORDINATES[letter or "R"]
-            slots += [(child, n, *k) for n, k in zip(names, keys, strict=True)]
+            coordinates = TYPES[self._type_quietly(row) or "R"].coordinates
+            slots += [(child, c.letter, c.position, c.velocity) for c in coordinates]
         ic = self.lists.get("ic")
         values = [first_of(entry) for entry in ic] if isinstance(ic, list) else []
         count = len(slots)

@@ -23,14 +23,7 @@ from m4e_fmi.multibody.topology import Link, Topology
 from m4e_fmi.program import Recorder, Variable
 from m4e_fmi.units import parse_unit
 
-STATES = {
-    "revolute": (("q", "u", "rad"),),
-    "prismatic": (("q", "u", "m"),),
-    "floating": (("x", "vx", "m"), ("z", "vz", "m"), ("theta", "omega", "rad")),
-    "fixed": (),
-}
 DOF_UNITS = ("m", "m", "rad")
-
 
 NEUTRAL_MASS = re.compile(r"(.+\.)?body\.\w+\.neutral_mass")
 """Parameters whose start value 0 stands for none."""
@@ -49,9 +42,9 @@ class Inputs(Protocol):
 
 def state_names(link: Link) -> list[tuple[str, str]]:
     """(coordinate, velocity) variable names of the states of a link."""
-    floating = link.joint.type == "floating"
-    owner = f"body.{link.body}" if floating else f"joint.{link.joint_name}"
-    return [(f"{owner}.{p}", f"{owner}.{v}") for p, v, _ in STATES[link.joint.type]]
+    joint_type = link.joint.joint_type
+    owner = f"body.{link.body}" if joint_type.is_free else f"joint.{link.joint_name}"
+    return [(f"{owner}.{c.position}", f"{owner}.{c.velocity}") for c in joint_type.coordinates]
 
 
 def in_words(element: Any, text: str) -> str:
@@ -147,11 +140,11 @@ def declared_inputs(
         link.joint_name: force(
             link.joint,
             f"joint.{link.joint_name}.effort",
-            "N.m" if link.joint.type == "revolute" else "N",
+            link.joint.joint_type.effort_unit,
             "Generalised force along the joint's coordinate",
         )
         for link in tree.links
-        if link.joint.type in ("revolute", "prismatic")
+        if link.joint.joint_type.has_effort
     }
     groups = {"body_wrench": wrench, "point_force": points, "effort": efforts}
     silent = (0, (0, 0), (0, 0, 0))
@@ -169,17 +162,22 @@ def _declared_states(
     q: list[Any] = [None] * len(tree.coordinate_names)
     u: list[Any] = list(q)
     for link in tree.links:
-        floating = link.joint.type == "floating"
-        owner = model.bodies[link.body] if floating else link.joint
-        pairs = zip(state_names(link), STATES[link.joint.type], link.coordinates, strict=True)
-        for (position, velocity), (key, rate_key, unit), k in pairs:
+        joint_type = link.joint.joint_type
+        owner = model.bodies[link.body] if joint_type.is_free else link.joint
+        pairs = zip(state_names(link), joint_type.coordinates, link.coordinates, strict=True)
+        for (position, velocity), coordinate, k in pairs:
+            unit = coordinate.unit
             start = {
                 name: float(as_expression(link.joint.initial.get(name, 0.0)).evaluate(values))
-                for name in (key, rate_key)
+                for name in (coordinate.position, coordinate.velocity)
             }
             text = f"Coordinate {tree.coordinate_names[k]} of body {link.body}"
             variable = Variable(
-                position, unit, in_words(owner, text), start[key], nominal=nominal[unit]
+                position,
+                unit,
+                in_words(owner, text),
+                start[coordinate.position],
+                nominal=nominal[unit],
             )
             q[k] = recorder.state(variable)
             text = f"Velocity {tree.velocity_names[k]} of body {link.body}"
@@ -188,7 +186,7 @@ def _declared_states(
                     velocity,
                     f"{unit}/s",
                     in_words(owner, text),
-                    start[rate_key],
+                    start[coordinate.velocity],
                     derivative_of=position,
                     nominal=nominal[f"{unit}/s"],
                 )

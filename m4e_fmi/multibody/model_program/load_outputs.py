@@ -4,7 +4,14 @@ from __future__ import annotations
 
 from typing import Any, Protocol
 
-from m4e_fmi.model import Bushing, JointStop, TensionSpring, TorsionSpring
+from m4e_fmi.model import (
+    Bushing,
+    JointEffort,
+    JointFriction,
+    JointStop,
+    TensionSpring,
+    TorsionSpring,
+)
 from m4e_fmi.multibody.assembly import Assembly
 from m4e_fmi.multibody.energy import input_power, load_powers
 from m4e_fmi.multibody.model_program.declaration import in_words
@@ -60,11 +67,9 @@ def add_load_outputs(recorder: Outputs, assembly: Assembly) -> None:
 def _told(assembly: Assembly, load: Any, measure: str) -> tuple[str, str]:
     """Unit and text of a measure of a load."""
     unit, text = MEASURES[measure]
-    joint = assembly.model.joints[load.joint].type if hasattr(load, "joint") else ""
-    if measure == "effort" and joint == "prismatic":
-        unit = "N"
-    if measure == "gap" and isinstance(load, JointStop) and joint == "revolute":
-        unit = "rad"
+    if isinstance(load, JointEffort | JointFriction | JointStop):
+        joint_type = assembly.model.joints[load.joint].joint_type
+        unit = {"effort": joint_type.effort_unit, "gap": joint_type.coordinates[0].unit}[measure]
     if measure == "moment" and hasattr(load, "body"):
         text = "Moment about the CG, about +Y"
     if isinstance(load, Bushing) and measure.startswith("force"):

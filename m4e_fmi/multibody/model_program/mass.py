@@ -26,7 +26,7 @@ def mass_matrix_program(model: Model) -> Program:
     for name in chain.from_iterable(chain.from_iterable(map(state_names, tree.links))):
         recorder.rate(name, 0.0)
     rows = mass_matrix(assemble(model, tree, scalars))
-    angles = [not name.startswith(("X", "Z", "S")) for name in tree.coordinate_names]
+    angles = [c.is_angle for link in tree.links for c in link.joint.joint_type.coordinates]
     for i, row in enumerate(rows):
         for j in range(len(rows)):
             text = f"Mass matrix, {tree.coordinate_names[i]} by {tree.coordinate_names[j]}"

@@ -104,7 +104,7 @@ def add_outputs(recorder: Outputs, assembly: Assembly, solved: Accelerations) ->
 def _add_body_outputs(recorder: Outputs, assembly: Assembly, solved: Accelerations) -> None:
     for k, (link, frame) in enumerate(zip(assembly.tree.links, assembly.frames, strict=True)):
         name, body = f"body.{link.body}", assembly.model.bodies[link.body]
-        if link.joint.type != "floating":
+        if not link.joint.joint_type.is_free:  # whose states these are
             _motion(recorder, name, "CG", body, frame.position, frame.velocity)
             text = in_words(body, "Angle about +Y")
             recorder.output(Variable(f"{name}.theta", "rad", text), frame.angle)

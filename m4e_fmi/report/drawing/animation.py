@@ -102,9 +102,9 @@ def _data(shown: Film) -> dict[str, Any]:
             for k, name in enumerate(scene.bodies)
         ],
         "joints": [
-            {"type": j.type, "at": end(j.child), "from": end(j.parent),
-             "direction": j.direction or [1, 0]}
-            for j in scene.joints if j.type != "floating"
+            {"symbol": j.type.symbol, "slides": bool(j.direction),
+             "at": end(j.child), "from": end(j.parent), "direction": j.direction or [1, 0]}
+            for j in scene.joints if not j.type.is_free
         ],
         "ties": [
             {"kind": tie.kind, "colour": colour_of(tie), "rank": rank,

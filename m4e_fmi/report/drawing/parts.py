@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from m4e_fmi.report.drawing import symbols
-from m4e_fmi.report.drawing.scene import GROUND_INDEX, Scene, Tie, turned
+from m4e_fmi.report.drawing.scene import GROUND_INDEX, JointMark, Scene, Tie, turned
 from m4e_fmi.report.drawing.symbols import Line
 
 SPRING, DAMPER, OTHER = "#2a7f62", "#7a4fa3", "#7b8794"
@@ -75,7 +75,7 @@ def ground_lines(scene: Scene, poses: np.ndarray, size: float) -> list[Line]:
     hatch = 0.011 * size
     lines: list[Line] = []
     rails = {joint.parent.at: joint for joint in scene.joints
-             if joint.type == "prismatic" and joint.parent.body == GROUND_INDEX}  # fmt: skip
+             if joint.direction and joint.parent.body == GROUND_INDEX}  # fmt: skip
     for at in scene.fixed:
         along, first, last = np.array([1.0, 0.0]), -0.0375 * size, 0.0375 * size
         if at in rails:
@@ -87,11 +87,11 @@ def ground_lines(scene: Scene, poses: np.ndarray, size: float) -> list[Line]:
 
 
 def guides(scene: Scene, poses: np.ndarray) -> list[Line]:
-    """From every prismatic joint's point on a moving parent to that on its child."""
+    """From every sliding joint's point on a moving parent to that on its child."""
     return [
         np.array([scene.place(joint.parent, poses), scene.place(joint.child, poses)])
         for joint in scene.joints
-        if joint.type == "prismatic" and joint.parent.body != GROUND_INDEX
+        if joint.direction and joint.parent.body != GROUND_INDEX
     ]
 
 
@@ -100,16 +100,21 @@ def placed(outline: np.ndarray, pose: np.ndarray) -> np.ndarray:
     return pose[:2] + np.array([turned((a, b), pose[2]) for a, b in outline])
 
 
+def direction_of(joint: JointMark, poses: np.ndarray) -> np.ndarray:
+    """A joint's direction in world axes (2,), length 1, at poses (N, 3); along X if it has none."""
+    turn = poses[joint.parent.body, 2] if joint.parent.body >= 0 else 0.0
+    return turned(joint.direction or (1.0, 0.0), turn)
+
+
 def joint_outlines(scene: Scene, poses: np.ndarray, size: float) -> list[np.ndarray]:
-    """Circles of revolute joints and sleeves of prismatic ones."""
+    """Circles and sleeves of the joints, at poses (N, 3)."""
     radius = 0.0085 * size
     marks = []
     for joint in scene.joints:
         at = scene.place(joint.child, poses)
-        if joint.type == "revolute":
+        if joint.type.symbol == "circle":
             marks.append(symbols.circle(at, radius, corners=20))
-        elif joint.type == "prismatic":
-            turn = poses[joint.parent.body, 2] if joint.parent.body >= 0 else 0.0
-            along = turned(joint.direction or (1.0, 0.0), turn)
+        elif joint.type.symbol == "sleeve":
+            along = direction_of(joint, poses)
             marks.append(symbols.box(at, 4.2 * radius, 2 * radius, along))
     return marks

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from m4e_fmi.joints import JointType
 from m4e_fmi.model import Model
 from m4e_fmi.model.elements import parameter_values
 from m4e_fmi.model.expression import Values
@@ -40,10 +41,10 @@ class Anchor:
 
 @dataclass(frozen=True)
 class JointMark:
-    """A joint: its point on parent and child; of a prismatic one the direction in parent axes."""
+    """A joint: its points on parent and child, and its direction in the parent's axes if any."""
 
     name: str
-    type: str
+    type: JointType
     parent: Anchor
     child: Anchor
     direction: Pair | None = None
@@ -90,7 +91,7 @@ class Scene:
         """For every body, all places where something holds it, its CG first."""
         found: list[list[Pair]] = [[(0.0, 0.0)] for _ in self.bodies]
         ends = [end for joint in self.joints for end in (joint.parent, joint.child)
-                if joint.type != "floating"]  # fmt: skip
+                if not joint.type.is_free]  # fmt: skip
         for anchor in (*ends, *self.points.values()):
             if anchor.body >= 0 and anchor.at not in found[anchor.body]:
                 found[anchor.body].append(anchor.at)
@@ -103,7 +104,7 @@ class Scene:
         """
         thickness = radius * max(0.6, 0.88 ** (self.depths[body] - 1))
         joint = self.joints[body]
-        if joint.type == "prismatic" and joint.direction:
+        if joint.direction and not joint.type.rotates:
             blocks = [symbols.box(at, 3.6 * radius, 2.4 * radius, joint.direction)
                       for at in self.attachments[body]]  # fmt: skip
             return symbols.convex_hull(np.vstack(blocks))
@@ -112,7 +113,7 @@ class Scene:
     @cached_property
     def fixed(self) -> list[Pair]:
         """Points of the ground that something is fastened to."""
-        ends = [joint.parent for joint in self.joints if joint.type != "floating"]
+        ends = [joint.parent for joint in self.joints if not joint.type.is_free]
         ends += [end for tie in self.ties for end in tie.ends]
         return list(dict.fromkeys(end.at for end in ends if end.body == GROUND_INDEX))
 
@@ -241,7 +242,7 @@ class _Numbers:
                 direction = (dx / length, dz / length)
             parent = Anchor(link.parent, self.pair(joint.parent_to_joint))
             child = Anchor(k, (-x, -z))
-            marks.append(JointMark(link.joint_name, joint.type, parent, child, direction))
+            marks.append(JointMark(link.joint_name, joint.joint_type, parent, child, direction))
         return marks
 
     def ties(self) -> list[Tie]:
@@ -260,7 +261,7 @@ class _Numbers:
         """Where two bodies are joined; their centres of gravity if they are not."""
         for mark in self.joints():
             pair = {mark.parent.body, mark.child.body}
-            if mark.type != "floating" and pair == {first, second}:
+            if not mark.type.is_free and pair == {first, second}:
                 ends = (mark.parent, mark.child)
                 return ends if ends[0].body == first else (ends[1], ends[0])
         return Anchor(first, (0.0, 0.0)), Anchor(second, (0.0, 0.0))

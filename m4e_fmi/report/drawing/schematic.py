@@ -15,9 +15,17 @@ from m4e_fmi.model import Model
 from m4e_fmi.program import Program
 from m4e_fmi.report.drawing import symbols
 from m4e_fmi.report.drawing.labels import Labels
-from m4e_fmi.report.drawing.parts import colour_of, ground_lines, guides, placed, ranks, tie_lines
+from m4e_fmi.report.drawing.parts import (
+    colour_of,
+    direction_of,
+    ground_lines,
+    guides,
+    placed,
+    ranks,
+    tie_lines,
+)
 from m4e_fmi.report.drawing.pictures import save
-from m4e_fmi.report.drawing.scene import Scene, scene, turned
+from m4e_fmi.report.drawing.scene import Scene, scene
 from m4e_fmi.report.drawing.style import BODY_COLOURS, FORCE, GREY, GRID, INK, PAPER, pale
 
 if TYPE_CHECKING:
@@ -169,14 +177,13 @@ class Drawing:
     def _joints(self) -> None:
         for joint in self.scene.joints:
             at = self.scene.place(joint.child, self.poses)
-            if joint.type == "revolute":
+            if joint.type.symbol == "circle":
                 self._fill(symbols.circle(at, self.joint_radius), PAPER, INK, 7)
-            elif joint.type == "fixed":
+            elif joint.type.symbol == "square":
                 side = 1.7 * self.joint_radius
                 self._fill(symbols.box(at, side, side, (1, 0)), INK, INK, 7)
-            elif joint.type == "prismatic":
-                turn = self.poses[joint.parent.body, 2] if joint.parent.body >= 0 else 0.0
-                direction = turned(joint.direction or (1.0, 0.0), turn)
+            elif joint.type.symbol == "sleeve":
+                direction = direction_of(joint, self.poses)
                 reach = 0.06 * self.size * direction
                 self._line(np.array([at - reach, at + reach]), INK, 0.9, ls=(0, (5, 2, 1, 2)),
                            zorder=6)  # fmt: skip

@@ -87,7 +87,7 @@ def _joints(tree: Topology, show: Show, word: Show) -> Listing:
     rows = []
     for k, link in enumerate(tree.links, start=1):
         joint = link.joint
-        free = joint.type == "floating"
+        free = joint.joint_type.is_free
         direction = _pair(joint.direction, show) if joint.direction is not None else "-"
         start = ", ".join(f"{key} = {show(value)}" for key, value in joint.initial.items())
         rows.append((

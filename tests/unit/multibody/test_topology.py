@@ -7,7 +7,7 @@ import itertools
 import pytest
 
 from m4e_fmi.model import Body, Joint, Model
-from m4e_fmi.model.elements import AngleReference, JointType
+from m4e_fmi.model.elements import AngleReference
 from m4e_fmi.multibody import Topology, topology
 
 PARENTS = {
@@ -24,9 +24,8 @@ PARENTS = {
 def tree_of(order: list[str], joint_order: list[str] | None = None) -> Topology:
     def joint(child: str) -> Joint:
         parent, kind = PARENTS[child]
-        joint_type: JointType = kind  # pyright: ignore[reportAssignmentType]
         direction = (1.0, 0.0) if kind == "prismatic" else None
-        return Joint(joint_type, child, parent, direction=direction)
+        return Joint(kind, child, parent, direction=direction)
 
     bodies = {body: Body(1.0, 1.0) for body in order}
     joints = {f"to_{body}": joint(body) for body in joint_order or order}

@@ -1,0 +1,33 @@
+"""A hinge: the child turns about the joint."""
+
+from __future__ import annotations
+
+from m4e_fmi.joints.frame import Frame, carried
+from m4e_fmi.joints.joint_type import Coordinate, JointType, Mount
+from m4e_fmi.space import TURN, Component, Rotation
+
+OWN_ANGLE, RELATIVE_ANGLE = Component(TURN, relative=False), Component(TURN)
+
+
+class Revolute(JointType):
+    """Its coordinate is the absolute angle of the child, or that less the parent's."""
+
+    name = "revolute"
+    coordinates = (Coordinate("Theta", "q", "u", "rad"),)
+    other_names = ("hinge", "pin", "pivot", "rotational", "rotation", "rotary")
+    symbol = "circle"
+    frees_rotation = True
+
+    def frame(self, mount: Mount) -> Frame:
+        parent, (angle,), (omega,) = mount.parent, mount.q, mount.u
+        if mount.is_relative:
+            angle, omega = parent.angle + angle, parent.omega + omega
+        rotation = Rotation.by(angle)
+        local_arm = mount.vector("joint_to_child")
+        return carried(
+            parent,
+            mount.to_joint(),
+            angle=(angle, omega, rotation),
+            local_arm=local_arm,
+            freedoms=(RELATIVE_ANGLE if mount.is_relative else OWN_ANGLE,),
+        )
