@@ -13,7 +13,7 @@ import numpy as np
 from m4e_fmi.cosim.algorithms import Undoing
 from m4e_fmi.cosim.algorithms.scheduled import Scheduled, looped
 from m4e_fmi.cosim.exchange.events import ended
-from m4e_fmi.cosim.exchange.instance import EventWithinError
+from m4e_fmi.cosim.exchange.failures import EventWithinError
 from m4e_fmi.cosim.exchange.network import Change, Network
 from m4e_fmi.cosim.exchange.operations import gather
 from m4e_fmi.cosim.exchange.step_loop import StepLoop

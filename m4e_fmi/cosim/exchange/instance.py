@@ -1,8 +1,8 @@
 """One instance of a co-simulation FMU, called directly in its shared library.
 
 FMPy loads the library; the calls of the time loop go to its functions with addresses prepared once,
-which costs a third of FMPy's own methods. Functions have the names of FMI 2.0; `standards` knows
-what they are in other versions.
+which costs a third of FMPy's own methods. Functions have the names of FMI 2.0, whatever the version
+of the FMU is.
 """
 
 from __future__ import annotations
@@ -11,26 +11,36 @@ import ctypes
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import partial
 from typing import NoReturn
 
 import numpy as np
 
 from m4e_fmi.cosim.exchange.binary import Binary
+from m4e_fmi.cosim.exchange.failures import (
+    ANSWERS,
+    DiscardedError,
+    EndWithinError,
+    EventWithinError,
+    Explanation,
+    Warned,
+    failed_step,
+    value_out_of_range,
+)
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.importer.calls import (
     DISCARD,
     DOES_NOT_FIT,
     EARLY,
-    ERROR,
     FATAL,
     NEAR,
-    RESTLESS,
     STANDARDS,
     WARNING,
     Access,
     Call,
     Events,
     RawCall,
+    Rollback,
     Standard,
     Status,
     Taken,
@@ -38,47 +48,12 @@ from m4e_fmi.fmu.importer.calls import (
     Value,
     value_in,
 )
-from m4e_fmi.fmu.importer.messages import STATUS, Listener, Messages
+from m4e_fmi.fmu.importer.calls.classic import Classic
+from m4e_fmi.fmu.importer.calls.scaled import scaled_getter, scaled_setter
+from m4e_fmi.fmu.importer.messages import Listener, Messages
 from m4e_fmi.fmu.importer.reading import Description
 from m4e_fmi.fmu.importer.type_rules import REAL
 from m4e_fmi.signals import not_lost
-
-LAST_ERROR = "last_error"
-"""Name of the string variable in which an FMU may explain what went wrong."""
-_ANSWERS = {**STATUS, 5: "Pending", EARLY: "an event", RESTLESS: "events without end"}
-
-
-class Warned(ctypes.Structure):
-    """`m4e_warned` of loop.h: steps answered with Warning; when [s] the first and last began."""
-
-    _fields_ = [("count", ctypes.c_uint64), ("first", ctypes.c_double), ("last", ctypes.c_double)]
-
-    def note(self, time: float) -> None:
-        """Count one that began at `time`."""
-        if not self.count:
-            self.first = time
-        self.count, self.last = self.count + 1, time
-
-
-class DiscardedError(RunError):
-    """An FMU discarded a step; `reached` is the time [s] up to which it could, None if not told.
-
-    `component` is its name, `size` that of the step [s].
-    """
-
-    def __init__(
-        self, message: str, remedy: str, reached: float | None, component: str, size: float
-    ) -> None:
-        super().__init__(message, remedy)
-        self.reached, self.component, self.size = reached, component, size
-
-
-class EventWithinError(DiscardedError):
-    """An FMU has an event within the step, at `reached`."""
-
-
-class EndWithinError(DiscardedError):
-    """An FMU asked for the end of the simulation within the step, at `reached`."""
 
 
 class Instance:
@@ -118,6 +93,7 @@ class Instance:
         self._texts = Texts()
         self._binary = binary
         self._fmu = STANDARDS[description.version](binary.functions, description, self.fail)
+        self._why = Explanation(description, self._fmu, self._messages, self._told_name)
         try:
             self._open()
         except BaseException:
@@ -137,7 +113,7 @@ class Instance:
             self._fmu.instantiate(self._told_name, self._messages)
         except Exception as error:
             self._fmu.component = None
-            message = f"{self._origin}: cannot be instantiated{self._own_words()}"
+            message = f"{self._origin}: cannot be instantiated{self._why.words()}"
             raise RunError(message, "check the FMU alone: `fmpy simulate` on the file") from error
 
     @property
@@ -169,18 +145,29 @@ class Instance:
 
     @not_lost()
     def enter_initialization(self) -> None:
+        """Enter initialization mode."""
         self._usable.enter_initialization()
 
     @not_lost()
     def exit_initialization(self) -> None:
+        """Exit initialization mode, ready for the first step."""
         self._usable.exit_initialization()
         self._initialised = True
 
-    @property
-    def _usable(self) -> Standard:
-        """What calls the FMU; RunError if it has failed."""
+    def _check_usable(self) -> None:
+        """RunError if the FMU has failed."""
         if self._broken:
             raise RunError(f"{self._origin} has failed before and cannot be used any more")
+
+    @property
+    def _usable(self) -> Standard:
+        """The FMU; RunError if it has failed."""
+        self._check_usable()
+        return self._fmu
+
+    @property
+    def _rollback(self) -> Rollback:
+        assert isinstance(self._fmu, Rollback)  # FMI 1.0 declares nothing of that kind
         return self._fmu
 
     @property
@@ -210,7 +197,7 @@ class Instance:
         PythonFMU's library has no other answer to a step that fails but to ask for the end, or
         Fatal, after which nothing can be asked: that it has failed, its FMU can say in words only.
         """
-        return self._fmu.wants_end() and not self._last_error()
+        return self._fmu.wants_end() and not self._why.last_error()
 
     def stop_at_events(self) -> None:
         """From now on, a step ends at an event within it, with EventWithinError."""
@@ -231,36 +218,18 @@ class Instance:
         return factor, offset
 
     def getter(self, names: Sequence[str], view: np.ndarray) -> Call:
-        """A call that reads the Real variables `names` into `view` (float64, contiguous)."""
+        """A call that reads the Reals `names` into `view` (n_names,) (float64, contiguous)."""
         scales = self.scales_of(names)
         if scales is None:
             return self.own_getter(names, view)
-        factor, offset = scales
-        own = np.zeros(len(names))
-        call = self.own_getter(names, own)
-
-        def get() -> Status:
-            status = call()
-            view[:] = (own - offset) / factor
-            return status
-
-        return get
+        return scaled_getter(partial(self.own_getter, names), view, *scales)
 
     def setter(self, names: Sequence[str], view: np.ndarray) -> Call:
-        """A call that sets the Real variables `names` from `view` (float64, contiguous)."""
+        """A call that sets the Reals `names` from `view` (n_names,) (float64, contiguous)."""
         scales = self.scales_of(names)
         if scales is None:
             return self.own_setter(names, view)
-        factor, offset = scales
-        own = np.zeros(len(names))
-        call = self.own_setter(names, own)
-
-        def set_() -> Status:
-            np.multiply(view, factor, out=own)
-            np.add(own, offset, out=own)
-            return call()
-
-        return set_
+        return scaled_setter(partial(self.own_setter, names), view, *scales)
 
     def own_getter(self, names: Sequence[str], view: np.ndarray) -> Call:
         """As `getter`, in the FMU's own units."""
@@ -294,28 +263,29 @@ class Instance:
 
         `view` holds, for each of the Real inputs `names`, its first, then its second derivative.
         """
+        assert isinstance(self._fmu, Classic)  # which alone declare that they interpolate inputs
         return self._fmu.derivative_setter(names, view)
 
     def slot(self, place: int = 0) -> ctypes.c_void_p:
         """Where the FMU's state is that is kept in a place."""
         if place not in self._states:
-            self._states[place] = self._fmu.slot()
+            self._states[place] = self._rollback.slot()
         return self._states[place]
 
     def saver(self) -> Call:
         """A call that keeps the FMU's state as `save_state` does."""
-        return self._fmu.saver(self.slot())
+        return self._rollback.saver(self.slot())
 
     def restorer(self) -> Call:
         """A call that brings the FMU back as `restore_state` does, where no step has failed."""
-        return self._fmu.restorer(self.slot())
+        return self._rollback.restorer(self.slot())
 
     def _calls(self, place: int) -> tuple[Call, Call]:
         """Those that keep the FMU's state in a place, and bring it back."""
-        fmu = self._usable
+        self._check_usable()
         if place not in self._places:
             slot = self.slot(place)
-            self._places[place] = fmu.saver(slot), fmu.restorer(slot)
+            self._places[place] = self._rollback.saver(slot), self._rollback.restorer(slot)
         return self._places[place]
 
     def save_state(self, place: int = 0) -> None:
@@ -340,8 +310,9 @@ class Instance:
     @not_lost()
     def directional_derivative(self, output: str, known: str) -> float:
         """∂output/∂known of two Real variables at the present instant; `known` may be scaled."""
-        variables = self.description.variables
-        value = self._usable.directional_derivative(variables[output], variables[known])
+        self._check_usable()
+        of = self.description.variables
+        value = self._rollback.directional_derivative(of[output], of[known])
         return value * self.scales.get(known, (1.0, 0.0))[0]
 
     @not_lost()
@@ -371,101 +342,45 @@ class Instance:
         return float(value[0])
 
     def fail(self, status: Status, function: str, size: float = 0.0) -> NoReturn:
-        """Raise what this status of `function` means; `size` is that of a failed step [s]."""
+        """Raise the error of this status of `function`; `size` is that of a failed step [s]."""
         self._broken = True
-        what = f"{self._fmu.name(function)} answered {_ANSWERS.get(status, status)}"
-        words = self._own_words(status)
+        what = f"{self._fmu.name(function)} answered {ANSWERS.get(status, status)}"
+        words = self._why.words(status)
         remedy = "the FMU tells why" if words else "look at what its inputs and parameters are"
         if function == "fmi2DoStep":
-            begin, end = f"{self.time:.9g} s", f"{self.time + size:.9g} s"
-            step = f"the step from t = {begin} to {end} failed"
-            if begin == end:
-                step = f"a step of {size:.3g} s from t = {begin} failed"
-            what = f"{step} ({what})"
-            remedy = self._step_remedy(status, size)
-        elif self._initialised:
-            what += f" at t = {self.time:.9g} s"
+            what = f"{failed_step(self.time, size)} ({what})"
+            remedy = self._why.step_remedy(status, size, first_step=self.time == self._start)
         else:
-            what += " during initialisation"
-            remedy = "check its parameters and start values"
+            what += f" {self._when}"
+            remedy = remedy if self._initialised else "check its parameters and start values"
         if FATAL <= status < EARLY:
             self._fmu.component = None
         message = f"{self._origin}: {what}{words}"
         if function == "fmi2DoStep" and status in (DISCARD, EARLY):
-            kind, reached = EventWithinError, self._fmu.reached()
-            if status == DISCARD:
-                kind = DiscardedError
+            kind = DiscardedError if status == DISCARD else EventWithinError
+            reached = self._fmu.reached()
             if status == DISCARD and self._asks_for_end():
                 kind, self._broken = EndWithinError, False
                 self._fmu.events.ended = self.time if reached is None else reached
             raise kind(message, remedy, reached, self.name, size)
         raise RunError(message, remedy)
 
-    def _step_remedy(self, status: Status, size: float) -> str:
-        """What to do about a step of `size` [s] that has failed, the likeliest first."""
-        reason = self._messages.tell_why or (status in (DISCARD, ERROR) and self._last_error())
-        own = (
-            f"if {size:g} s is not the step that it was made for, give the component that as its "
-            "own step_size"
-        )
-        first = "the FMU tells why: see to that first"
-        if self.description.constant_step:
-            only = f"it makes steps of one size only: {own}"
-            return f"{first}; {only}" if reason else only
-        if reason and status != DISCARD:
-            return f"{first}; {own}" if self.time == self._start else first
-        smaller = f"try a step_size below {size:g} s, or other parameters and start values"
-        return f"{first}; else {smaller}" if reason else f"{smaller}; {own}"
+    @property
+    def _when(self) -> str:
+        return f"at t = {self.time:.9g} s" if self._initialised else "during initialisation"
 
     def not_finite(self, names: Sequence[str], values: np.ndarray) -> NoReturn:
         """Raise for the first of the outputs `names` whose value is nan or infinite."""
-        name, value = next(
-            (n, v) for n, v in zip(names, values, strict=True) if not math.isfinite(v)
-        )
         self._broken = True
-        when = f"at t = {self.time:.9g} s" if self._initialised else "during initialisation"
-        what = self.description.variables[name].description
-        told = f" ({what})" if what else ""
-        message = f"{self.name}.{name} {when} is {value}{told}{self._own_words(DISCARD)}"
-        remedy = "try a smaller step_size; check parameters and start values"
-        if self._last_error() or self._messages.tell_why:
-            remedy = f"the FMU tells why: see to that first; else {remedy}"
-        raise RunError(message, remedy)
+        raise self._why.not_finite(self.name, self._when, names, values)
 
     def fail_typed(self, status: Status, access: Access, cells: np.ndarray) -> NoReturn:
-        """Raise what this status of an access to `cells` means."""
+        """Raise the error of this status of an access to `cells`."""
         if status < 0 and status != DOES_NOT_FIT:
             raise MemoryError
         if status != DOES_NOT_FIT:
             self.fail(status, access.function)
-        name, taken = access.names[access.failed], access.taken[access.failed]
-        variable = self.description.variables[name]
-        cell = int(cells[taken.source])
-        given = cell % 2**64 if taken.large else cell
-        when = f"at t = {self.time:.9g} s" if self._initialised else "during initialisation"
-        kind = variable.fmi_type + (f" ({', '.join(variable.items)})" if variable.items else "")
-        raise RunError(
-            f"{taken.origin} {when} is {given}, which {self.name}.{name} cannot take: it is of "
-            f"type {kind}, here from {taken.low} to {taken.high}",
-            "keep the value in that range, or connect another input",
-        )
-
-    def _own_words(self, status: Status = FATAL) -> str:
-        """What the FMU says about its failure, to stand behind our own message.
-
-        Where that begins with a variable, as in ``f is inf``, what the variable is comes after it.
-        """
-        text = self._last_error() if status in (DISCARD, ERROR) else ""
-        text = (text or self._messages.last()).removeprefix(f"{self._told_name}: ")
-        variable = self.description.variables.get(text.partition(" is ")[0])
-        told = f" ({variable.description})" if variable and variable.description else ""
-        return f": {text}{told}" if text else ""
-
-    def _last_error(self) -> str:
-        variable = self.description.variables.get(LAST_ERROR)
-        if variable is None or variable.type != "String":
-            return ""
-        return self._fmu.text(variable)
+        raise value_out_of_range(self.description, self.name, self._when, access, cells)
 
     @not_lost()
     def close(self) -> None:
@@ -474,12 +389,10 @@ class Instance:
         self._states.clear()
         if fmu.component is None:
             return
-        status = 0
-        if self._initialised and not self._broken:
-            status = fmu.terminate()
+        status = fmu.terminate() if self._initialised and not self._broken else 0
         for state in states:
             if not self._broken:
-                fmu.free_state(state)
+                self._rollback.free_state(state)
         if status < FATAL:
             fmu.free()
             self._binary.in_use -= 1

@@ -27,7 +27,7 @@ from m4e_fmi.cosim.exchange.operations import (
     SetTyped,
 )
 from m4e_fmi.fmu.importer.calls import RawCall
-from m4e_fmi.fmu.importer.calls.access3 import RawComponent
+from m4e_fmi.fmu.importer.calls.component_3 import RawComponent
 from m4e_fmi.fmu.importer.calls.typed import RawCopied, function
 
 NOT_A_NUMBER = -1

@@ -19,8 +19,9 @@ from m4e_fmi.cosim.error_estimate.shadow_run import ShadowRun
 from m4e_fmi.cosim.error_estimate.step_doubling import Seen, StepDoublingEstimator
 from m4e_fmi.cosim.exchange.binary import Binary, binaries
 from m4e_fmi.cosim.exchange.events import ended, ended_at_once, event_notes
+from m4e_fmi.cosim.exchange.failures import DiscardedError, EventWithinError
 from m4e_fmi.cosim.exchange.fmu_log import FmuMessage, Journal, Warn
-from m4e_fmi.cosim.exchange.instance import DiscardedError, EventWithinError, Instance
+from m4e_fmi.cosim.exchange.instance import Instance
 from m4e_fmi.cosim.exchange.interruption import quiet, same_folder, setting_up, stepping
 from m4e_fmi.cosim.exchange.network import HALF, TWICE, Change, Network, NetworkSnapshot
 from m4e_fmi.cosim.exchange.snapshot import Memory, recall, remember

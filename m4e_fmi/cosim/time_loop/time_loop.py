@@ -15,7 +15,7 @@ from m4e_fmi.cosim.algorithms.step_control import SMALLEST, StepControl
 from m4e_fmi.cosim.connections.links import Port
 from m4e_fmi.cosim.exchange.discrete import Switches
 from m4e_fmi.cosim.exchange.events import event_count, is_over, telling
-from m4e_fmi.cosim.exchange.instance import DiscardedError, EndWithinError, EventWithinError
+from m4e_fmi.cosim.exchange.failures import DiscardedError, EndWithinError, EventWithinError
 from m4e_fmi.cosim.exchange.native_executor import State
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.exchange.operations import Operation

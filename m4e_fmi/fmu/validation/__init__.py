@@ -1,11 +1,10 @@
-"""Checks of anyone's FMU: what it says, and whether it does what it says.
+"""Checks of anyone's FMU: its description, and whether the FMU does what the description says.
 
-`runner` runs each group of checks in a process of its own (`worker`), where a `probe` (for FMI 3.0:
-`probe_3`, with `elements` of arrays) calls the FMU's library and writes every call into a journal
-first. One module per group: `archive` with `variables` and `units` need no FMU code; `starting`
-comes next and tells the others what works; then `dependencies`, `derivatives`, `directional`,
-`states`, `elsewhere`, `instances`, `solutions`, `values`, `phases`, `parameters`. Each has a
-function `check` that yields findings.
+Start reading at `runner`: it checks the description here (`description/`), and all else in `host`,
+a process that starts one more for each group of checks (`worker`). There a `probe` calls the FMU's
+library and writes every call into a journal first. `checks/` has one module per group, whose
+function `check` yields findings; `capabilities` comes first and tells the others what works.
+`sampling/` chooses inputs, times and points at which the checks look.
 """
 
 from m4e_fmi.fmu.validation.findings import Finding, Group, Report

@@ -74,6 +74,11 @@ class FmuUnderTest:
         """Start values of the elements of the array with this reference, one of no variable's."""
         return self._array_starts.get(reference, np.zeros(1)).copy()
 
+    @cached_property
+    def array_sizes(self) -> dict[int, int]:
+        """Numbers of elements of arrays by value reference; in FMI 2.0, of aliases."""
+        return {reference: len(values) for reference, values in self._array_starts.items()}
+
     @property
     def steps(self) -> bool:
         """Whether it is for co-simulation."""

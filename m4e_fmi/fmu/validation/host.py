@@ -1,24 +1,21 @@
 """The process beside the validating one: starts a process per group of checks and watches it.
 
-It calls no FMU itself, so nothing can happen to it. Where processes can be forked, the checks are
-imported once, here.
+Where processes can be forked, the checks are imported once, here.
 """
 
 from __future__ import annotations
 
 import json
-import multiprocessing
 import os
 import signal
 import time
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict
 from importlib import import_module
 from pathlib import Path
-from typing import Any
 
-from m4e_fmi.fmu.validation.call_journal import last_call
-from m4e_fmi.fmu.validation.findings import Finding, Group, Severity
+from m4e_fmi.fmu.importer.watched_process import Ending, WatchedProcess
+from m4e_fmi.fmu.validation.findings import Finding, Group
 from m4e_fmi.fmu.validation.worker import (
     FACTS,
     FOLLOWS,
@@ -33,13 +30,10 @@ from m4e_fmi.fmu.validation.worker import (
 RESULTS = "groups.json"
 GROUP_LIMIT = 300.0
 """Seconds after which a group of checks is given up, though every single call returns."""
-UNASKED_LIMIT = 5.0
-"""Seconds for a call that the standard forbids importers to make."""
 _POLL = 0.005  # s
 _UNFINISHED = "no FMU may end or block its host; what this group checks after it was not looked at"
 _WORDS = 400  # characters of what the process wrote last
 _START = "start"
-_PROCESSES: Any = multiprocessing.get_context("fork" if hasattr(os, "fork") else "spawn")
 
 
 def main(work: str, fmu: str, call_limit: str, *groups: str) -> None:
@@ -74,80 +68,58 @@ def _run(work: Path, fmu: str, call_limit: float, groups: list[str]) -> Iterator
 
 def _all(groups: list[str], work: Path, fmu: str, call_limit: float) -> list[Group]:
     """As many at a time as there are processors, in the order given, but see FOLLOWS."""
-    waiting, running = list(groups), {}
+    waiting = list(groups)
+    running: dict[str, _RunningGroup] = {}
     done: dict[str, Group] = {}
     try:
         while waiting or running:
             for name in [n for n in waiting if FOLLOWS.get(n) not in (*waiting, *running)]:
                 if len(running) < (os.cpu_count() or 1):
                     waiting.remove(name)
-                    running[name] = _Watched(name, work, fmu, call_limit)
-            for name, watched in list(running.items()):
-                if (group := watched.outcome()) is not None:
-                    done[name] = group
+                    running[name] = _RunningGroup(name, work, fmu, call_limit)
+            for name, group in list(running.items()):
+                if (outcome := group.outcome()) is not None:
+                    done[name] = outcome
                     del running[name]
             time.sleep(_POLL)
     finally:
-        for watched in running.values():
-            watched.process.kill()
+        for group in running.values():
+            group.process.kill()
     return [done[name] for name in groups]
 
 
-@dataclass
-class _Watched:
+class _RunningGroup:
     """One group's process; `outcome` is to be asked until it is there."""
 
-    name: str
-    work: Path
-    fmu: str
-    call_limit: float
-    began: float = field(default_factory=time.monotonic)
-    number: int = 0
-    changed: float = field(default_factory=time.monotonic)
-    severity: Severity = "error"
-
-    def __post_init__(self) -> None:
-        print(self.name, flush=True)
-        arguments = (self.name, self.work, self.fmu)
-        self.process = _PROCESSES.Process(target=work_on, args=arguments, daemon=True)
-        self.process.start()
+    def __init__(self, name: str, work: Path, fmu: str, call_limit: float) -> None:
+        self._name, self._work = name, work
+        print(name, flush=True)
+        self.process = WatchedProcess(
+            work_on,
+            (name, work, fmu),
+            journal_file(work, name),
+            call_limit=call_limit,
+            limit=GROUP_LIMIT,
+        )
 
     def outcome(self) -> Group | None:
-        now = time.monotonic()
-        last = last_call(journal_file(self.work, self.name))
-        if last.number != self.number:
-            self.number, self.changed = last.number, now
-        call = last.text or "the first call"
-        self.severity = "warning" if last.unasked else "error"
-        if self.process.exitcode is not None:
-            return self._group(self._ended(self.process.exitcode, call))
-        limit = min(self.call_limit, UNASKED_LIMIT) if last.unasked else self.call_limit
-        if now - self.changed > limit:
-            return self._killed(f"{call} did not return within {limit:g} s")
-        if now - self.began > GROUP_LIMIT:
-            return self._killed(f"not finished after {GROUP_LIMIT:g} s, in {call}")
-        return None
+        ending = self.process.ending()
+        if ending is None:
+            return None
+        findings, skipped, failed = _told(findings_file(self._work, self._name))
+        if ending.kind != "done":
+            findings.append(self._finding(ending))
+        seconds = time.monotonic() - self.process.began
+        return Group(self._name, tuple(findings), skipped, seconds, failed)
 
-    def _killed(self, message: str) -> Group:
-        self.process.kill()
-        self.process.join()
-        return self._group([Finding(f"{self.name}.hang", self.severity, message, _UNFINISHED)])
-
-    def _ended(self, code: int, call: str) -> list[Finding]:
-        if code == 0:
-            return []
-        words = stderr_file(self.work, self.name).read_text(errors="replace").strip()[-_WORDS:]
-        name, message = "ended", f"the process ended with code {code} after {call}"
-        if code < 0:
-            name = "crash"
-            message = f"the process was ended by {signal.Signals(-code).name} in {call}"
-        told = (words,) if words else ()
-        return [Finding(f"{self.name}.{name}", self.severity, message, _UNFINISHED, told)]
-
-    def _group(self, more: list[Finding]) -> Group:
-        findings, skipped, failed = _told(findings_file(self.work, self.name))
-        seconds = time.monotonic() - self.began
-        return Group(self.name, (*findings, *more), skipped, seconds, failed)
+    def _finding(self, ending: Ending) -> Finding:
+        words = ""
+        if ending.kind != "hang":
+            errors = stderr_file(self._work, self._name).read_text(errors="replace")
+            words = errors.strip()[-_WORDS:]
+        severity = "warning" if ending.unasked else "error"
+        name = f"{self._name}.{ending.kind}"
+        return Finding(name, severity, ending.message, _UNFINISHED, (words,) if words else ())
 
 
 def _told(path: Path) -> tuple[list[Finding], str, str]:

@@ -9,10 +9,10 @@ from typing import Any
 
 from fmpy import fmi2, fmi3
 
-from m4e_fmi.fmu.validation.call_journal import Journal
+from m4e_fmi.fmu.importer.call_journal import Journal
+from m4e_fmi.fmu.importer.calls.functions import ERROR
 from m4e_fmi.fmu.validation.fmu_under_test import FmuUnderTest
-from m4e_fmi.fmu.validation.probe import ERROR, INSTANTIATE, Probe, RefusedError
-from m4e_fmi.fmu.validation.probe_3 import Probe3
+from m4e_fmi.fmu.validation.probe import INSTANTIATE, Probe, RefusedError
 
 
 @dataclass
@@ -55,4 +55,4 @@ class Library:
 
     def attempt(self, **how: Any) -> Probe:
         """The same, but its `component` may be none. Of FMI 3.0, with event mode if `events`."""
-        return (Probe3 if self.subject.fmi_3 else Probe)(self, **how)
+        return Probe(self, **how)

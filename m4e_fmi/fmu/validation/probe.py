@@ -1,38 +1,53 @@
-"""Calling an FMI 2.0 FMU by the book and against it: every call is journaled and none is checked.
+"""One instance of an FMU under test: every call is journaled, and statuses are left to be judged.
 
-FMPy loads the library; nothing stands between the checks and its functions, so that calls can be
-made that no importer would make.
+Nothing stands between the checks and the library's functions, so that calls can be made that no
+importer would make. Value references are the keys of `elements`. Where only some elements of an
+array are set, the others get what they were last set to, or their start values: FMI 3.0 sets whole
+arrays only.
 """
 
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, ClassVar
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from fmpy import fmi2
 
+from m4e_fmi.fmu.importer.calls.functions import (
+    FATAL,
+    OK,
+    REALS,
+    WARNING,
+    Arrays,
+    Functions,
+    Status,
+)
+from m4e_fmi.fmu.importer.calls.functions_2 import Functions2
+from m4e_fmi.fmu.importer.calls.functions_3 import Functions3
 from m4e_fmi.fmu.importer.messages import STATUS, Messages
 
 if TYPE_CHECKING:
     from m4e_fmi.fmu.validation.library import Library
 
-OK, WARNING, DISCARD, ERROR, FATAL = range(5)
-LAST_SUCCESSFUL_TIME = 2
 INSTANTIATE = "instantiation"
 TOLERANCE = 1e-8
 """Relative tolerance that the FMU is asked for."""
+MOST_ITERATIONS = 100
+"""Event iterations at one time."""
 
 _GUARD = np.frombuffer(b"\x5a\xa5guard\x7f" * 4, dtype=np.float64)
 """Stands behind every array the FMU writes into."""
-REALS = ctypes.POINTER(ctypes.c_double)
+
+
+_Fill = Callable[[np.ndarray], Status]
+"""Writes all elements of an array (n,), and tells the status."""
 
 
 class RefusedError(Exception):
     """A call that the standard allows was answered with `status`."""
 
-    def __init__(self, call: str, status: int, words: Sequence[str]) -> None:
+    def __init__(self, call: str, status: Status, words: Sequence[str]) -> None:
         self.call, self.status, self.words = call, status, tuple(words)
         super().__init__(f"{call} answered {STATUS.get(status, status)}")
 
@@ -42,17 +57,11 @@ class FatalError(RefusedError):
 
 
 class Probe:
-    """One instance. Calls return their status; those in `must` raise RefusedError above Warning.
+    """One instance, in co-simulation without event mode unless `events`.
 
-    `heard` holds the statuses of the messages that the FMU logged since it was last cleared.
-    Functions are named as in FMI 2.0, without prefix.
+    Calls return their status; those in `must` raise RefusedError above Warning. Functions are named
+    as in FMI 2.0, without prefix. `component` is None if there is no instance.
     """
-
-    _PREFIX = "fmi2"
-    BYTE: ClassVar[Any] = ctypes.c_char
-    """Of a serialised state."""
-    _BOOLEAN: ClassVar[Any] = fmi2.fmi2Boolean
-    _RENAMED: ClassVar[dict[str, str]] = {}
 
     def __init__(
         self,
@@ -66,68 +75,77 @@ class Probe:
         self.library = library
         self.exchange = exchange
         self.time = 0.0
-        self._events = events
         self._dll = library.functions(exchange=exchange)
-        self._told: list[tuple[int, str]] = []
+        self._told: list[tuple[Status, str]] = []
+        self._messages = Messages()
+        self._held: dict[int, np.ndarray] = {}
+        self._function = self._last_call = ""
+        subject = library.subject
         library.journal.write(f"instantiation({name[:40]!r}, guid={guid!r:.60})")
-        self.component = self._instantiate(name, library.subject.raw.guid if guid is None else guid)
-
-    def _instantiate(self, name: str, guid: str) -> Any:
-        self._messages: Any = Messages()
-        return self._dll.fmi2Instantiate(
-            name.encode("utf-8"),
-            fmi2.fmi2ModelExchange if self.exchange else fmi2.fmi2CoSimulation,
-            guid.encode("utf-8"),
-            (self.library.subject.folder / "resources").as_uri().encode("utf-8"),
-            ctypes.byref(self._messages.callbacks),
-            fmi2.fmi2False,
-            fmi2.fmi2True,
-        )
+        token = subject.raw.guid if guid is None else guid
+        self.functions: Functions
+        if subject.fmi_3:
+            self.functions = calls = Functions3(self._dll, self.call)
+            folder = subject.folder / "resources"
+            resources = f"{folder}/".encode() if folder.is_dir() else None
+            self.component = calls.instantiate(
+                name, token, resources, self._messages, exchange=exchange, event_mode=events
+            )
+        else:
+            self.functions = calls = Functions2(self._dll, self.call)
+            folder = subject.folder
+            self.component = calls.instantiate(
+                name, token, folder, self._messages, exchange=exchange
+            )
 
     # ---- calls ----
 
-    def call(self, function: str, *arguments: Any, note: str = "") -> int:
-        """Call `function` with this instance; its status. FatalError after fmi2Fatal."""
-        function = self._PREFIX + self._RENAMED.get(function, function)
-        self.library.journal.write(f"{function}({note})")
-        status = getattr(self._dll, function)(self.component, *arguments)
+    def call(self, function: str, *arguments: object, note: str = "") -> Status:
+        """Status of `function` of this instance. FatalError after fmi2Fatal."""
+        self._function = self.functions.name(function)
+        self._last_call = f"{self._function}({note})"
+        self.library.journal.write(self._last_call)
+        status = getattr(self._dll, self._function)(self.component, *arguments)
         if status == FATAL:
             self.component = None
-            raise FatalError(f"{function}({note})", FATAL, self.words())
+            raise FatalError(self._last_call, FATAL, self.words())
         return status
 
-    def must(self, function: str, *arguments: Any, note: str = "") -> None:
-        """The same for a call that is allowed: RefusedError if it is not answered OK or Warning."""
-        status = self.call(function, *arguments, note=note)
-        self.require(status, f"{self._PREFIX}{function}({note})")
+    def must(self, function: str, *arguments: object, note: str = "") -> None:
+        """Call a function that is allowed: RefusedError if it is not answered OK or Warning."""
+        self.require(self.call(function, *arguments, note=note))
 
-    def require(self, status: int, call: str) -> None:
+    def require(self, status: Status, deed: str = "") -> None:
+        """RefusedError about an allowed `deed`, the last call, if its status is above Warning."""
         if status > WARNING:
-            raise RefusedError(call, status, self.words())
+            raise RefusedError(deed or self._last_call, status, self.words())
 
     def words(self) -> tuple[str, ...]:
-        """What the FMU has logged since the last time, troubles only if there are any."""
+        """The FMU's messages since the last time, troubles only if there are any."""
         self.listen()
         told, self._told = self._told, []
         trouble = [text for status, text in told if status != OK]
         return tuple(text[:300] for text in (trouble or [text for _, text in told])[-3:])
 
-    def listen(self) -> int:
+    def listen(self) -> Status:
         """The worst status among the messages not yet asked for with `words`."""
         self._told += self._messages.take()
         return max((status for status, _ in self._told), default=OK)
 
-    # ---- the book ----
+    # ---- the life of an instance ----
 
     def begin(
         self,
-        start: dict[int, float] | None = None,
+        start: Mapping[int, float] | None = None,
         *,
         stop: float | None = None,
         initial_inputs: np.ndarray | None = None,
     ) -> Probe:
-        """Set Reals by value reference, and go through initialization, to the first step or,
-        in model exchange, to continuous-time mode."""
+        """This instance at its first step or, in model exchange, in continuous-time mode.
+
+        `start` are values of Reals by value reference, `initial_inputs` (n_inputs,) are set in
+        initialization mode.
+        """
         self.setup(stop=stop)
         if start:
             self.require(self.set(list(start), np.array(list(start.values()))), "setting values")
@@ -142,129 +160,152 @@ class Probe:
         return self
 
     def setup(self, *, stop: float | None = None) -> None:
-        self.time = self.library.subject.start_time
-        self.must(
-            "SetupExperiment",
-            fmi2.fmi2True,
-            TOLERANCE,
-            self.time,
-            int(stop is not None),
-            stop or 0.0,
-            note=f"start={self.time:g}, stop={stop}",
-        )
+        """Tell the experiment: the FMU's start time, and a stop time [s] if there is one."""
+        self.time = start = self.library.subject.start_time
+        status = self.functions.setup(start=start, stop=stop, tolerance=TOLERANCE)
+        self.require(status)
 
     def enter_initialization(self) -> None:
-        self.must("EnterInitializationMode")
+        """Enter initialization mode."""
+        self.require(self.functions.enter_initialization())
 
     def leave_initialization(self) -> None:
+        """Exit initialization mode."""
         self.must("ExitInitializationMode")
 
     def terminate(self) -> None:
+        """Terminate the simulation."""
         self.must("Terminate")
 
     def settle(self) -> None:
         """Event iteration until nothing changes any more."""
-        for _ in range(100):
-            info = fmi2.fmi2EventInfo()
-            self.must("NewDiscreteStates", ctypes.byref(info))
-            if not info.newDiscreteStatesNeeded:
+        for _ in range(MOST_ITERATIONS):
+            status, again = self.functions.needs_new_discrete_states()
+            self.require(status)
+            if not again:
                 return
-        raise RefusedError("fmi2NewDiscreteStates, 100 times,", WARNING, self.words())
+        deed = f"{self._function}, {MOST_ITERATIONS} times,"
+        raise RefusedError(deed, WARNING, self.words())
 
-    def step(self, size: float) -> int:
+    def step(self, size: float) -> Status:
         """One communication step of `size` [s]."""
-        note = f"t={self.time:.9g}, h={size:.9g}"
-        status = self.call("DoStep", self.time, size, fmi2.fmi2False, note=note)
+        status = self.functions.do_step(self.time, size, 0)
         if status <= WARNING:
             self.time += size
         return status
 
     def advance(self, size: float) -> None:
-        self.require(self.step(size), f"{self._PREFIX}DoStep(t={self.time:.9g}, h={size:.9g})")
+        """One communication step of `size` [s]; RefusedError if it is not made."""
+        self.require(self.step(size))
+
+    def last_successful_time(self) -> tuple[Status, float]:
+        """Time [s] up to which the step could be made that has just been discarded."""
+        return self.functions.last_successful_time()
 
     def reset(self) -> None:
+        """Bring the instance back to where it was when it was made."""
         self.must("Reset")
+        self._held.clear()
 
     def free(self) -> None:
+        """Free the instance, if there is one."""
         if self.component:
-            self.library.journal.write(f"{self._PREFIX}FreeInstance()")
-            getattr(self._dll, f"{self._PREFIX}FreeInstance")(self.component)
+            function = self.functions.name("FreeInstance")
+            self.library.journal.write(f"{function}()")
+            getattr(self._dll, function)(self.component)
             self.component = None
 
     # ---- values ----
 
-    def set(self, references: Sequence[int], values: np.ndarray, note: str = "") -> int:
+    def set(self, references: Sequence[int], values: np.ndarray, note: str = "") -> Status:
+        """Set Reals by value reference to `values` (n_references,)."""
         if not len(references):
             return OK
-        data = np.ascontiguousarray(values, dtype=np.float64)
-        given = (ctypes.c_uint * len(references))(*references)
-        pointer = data.ctypes.data_as(REALS)
-        return self.call("SetReal", given, len(references), pointer, note=note)
+        arrays = self._arrays(references)
+        data = np.concatenate(
+            [self._last_set(r)[:n] for r, n in zip(arrays.references, arrays.sizes, strict=True)]
+        )
+        data[list(arrays.places)] = values
+        status = self.functions.set_reals(arrays, data, note)
+        if status <= WARNING:
+            parts = np.split(data, np.cumsum(arrays.sizes)[:-1])
+            self._held |= dict(zip(arrays.references, parts, strict=True))
+        return status
 
-    def get(self, references: Sequence[int]) -> tuple[int, np.ndarray]:
+    def _last_set(self, reference: int) -> np.ndarray:
+        held = self._held.get(reference)
+        return self.library.subject.array_start(reference) if held is None else held
+
+    def get(self, references: Sequence[int]) -> tuple[Status, np.ndarray]:
+        """Status, and values (n_references,) of Reals by value reference."""
         if not len(references):
             return OK, np.zeros(0)
-        given = (ctypes.c_uint * len(references))(*references)
-        return self._filled("GetReal", len(references), given, len(references))
+        arrays = self._arrays(references)
+        return self._filled(arrays, lambda values: self.functions.get_reals(arrays, values))
 
     def read(self, variables: Sequence[Any]) -> np.ndarray:
-        """The values of Real variables; RefusedError if they cannot be had."""
+        """Values (n_variables,) of Reals; RefusedError if they cannot be had."""
         status, values = self.get([v.valueReference for v in variables])
         self.require(status, "getting values")
         return values
 
     def put(self, variables: Sequence[Any], values: np.ndarray) -> None:
-        """Set Real variables; RefusedError if that is not allowed."""
+        """Set Reals to `values` (n_variables,); RefusedError if that is not allowed."""
         status = self.set([v.valueReference for v in variables], values)
         self.require(status, "setting values")
 
-    def _filled(self, function: str, count: int, *before: Any) -> tuple[int, np.ndarray]:
-        """Status and values of a function whose last argument is an array it writes into."""
-        room = np.concatenate([np.full(count, np.nan), _GUARD])
-        status = self.call(
-            function,
-            *before,
-            room.ctypes.data_as(REALS),
-            *self.counted(count),
-            note=f"{count} values",
-        )
-        if room[count:].tobytes() != _GUARD.tobytes():
-            self.library.overruns.append(function)
-        return status, room[:count]
+    def _arrays(self, references: Sequence[int]) -> Arrays:
+        return self.functions.arrays(references, self.library.subject.array_sizes)
 
-    def counted(self, count: int) -> tuple[int, ...]:  # noqa: ARG002
-        """What follows an array of `count` values: in FMI 3.0 their number."""
-        return ()
+    def _filled(self, arrays: Arrays, fill: _Fill) -> tuple[Status, np.ndarray]:
+        """Status of `fill` for all elements, and the values of the wanted ones."""
+        status, found = self._guarded(arrays.count, fill)
+        return status, found[list(arrays.places)]
+
+    def _guarded(self, count: int, fill: _Fill) -> tuple[Status, np.ndarray]:
+        """Status of `fill`, which writes into an array with a guard behind it; the array."""
+        room = np.concatenate([np.full(count, np.nan), _GUARD])
+        status = fill(room[:count])
+        if room[count:].tobytes() != _GUARD.tobytes():
+            self.library.overruns.append(self._function)
+        return status, room[:count]
 
     # ---- model exchange ----
 
     def state_vector(self) -> np.ndarray:
+        """Continuous states (n_states,)."""
         return self._vector("GetContinuousStates")
 
     def rate_vector(self) -> np.ndarray:
+        """Time derivatives (n_states,) of the continuous states."""
         return self._vector("GetDerivatives")
 
     def nominal_vector(self) -> np.ndarray:
+        """Nominal values (n_states,) of the continuous states."""
         return self._vector("GetNominalsOfContinuousStates")
 
     def _vector(self, function: str) -> np.ndarray:
         count = len(self.library.subject.states)
-        room = np.concatenate([np.full(count, np.nan), _GUARD])
-        status = self.call(function, room.ctypes.data_as(REALS), count)
-        if room[count:].tobytes() != _GUARD.tobytes():
-            self.library.overruns.append(function)
-        self.require(status, f"{self._PREFIX}{function}")
-        return room[:count]
+
+        def fill(values: np.ndarray) -> Status:
+            return self.call(function, values.ctypes.data_as(REALS), count)
+
+        status, found = self._guarded(count, fill)
+        self.require(status, self._function)
+        return found
 
     def set_state_vector(self, x: np.ndarray) -> None:
+        """Set the continuous states (n_states,)."""
         data = np.ascontiguousarray(x, dtype=np.float64)
         self.must("SetContinuousStates", data.ctypes.data_as(REALS), len(data))
 
     def set_time(self, time: float) -> None:
+        """Set the time [s]."""
         self.must("SetTime", ctypes.c_double(time), note=f"t={time:.9g}")
 
-    def completed_integrator_step(self) -> int:
-        event, terminate = self._BOOLEAN(), self._BOOLEAN()
+    def completed_integrator_step(self) -> Status:
+        """Tell that a step of the solver is complete."""
+        event, terminate = self.functions.BOOLEAN(), self.functions.BOOLEAN()
         function = "CompletedIntegratorStep"
         return self.call(function, 1, ctypes.byref(event), ctypes.byref(terminate))
 
@@ -273,53 +314,69 @@ class Probe:
     def directional(
         self, unknowns: Sequence[Any], knowns: Sequence[Any], seed: np.ndarray
     ) -> np.ndarray:
-        """Directional derivative of `unknowns` for the change `seed` of `knowns`."""
-        z = (ctypes.c_uint * len(unknowns))(*(v.valueReference for v in unknowns))
-        v = (ctypes.c_uint * len(knowns))(*(v.valueReference for v in knowns))
-        data = np.ascontiguousarray(seed, dtype=np.float64)
-        arguments = (z, len(unknowns), v, len(knowns), data.ctypes.data_as(REALS))
-        function = "GetDirectionalDerivative"
-        status, found = self._filled(function, len(unknowns), *arguments)
-        self.require(status, f"{self._PREFIX}{function}")
+        """Change (n_unknowns,) of `unknowns` for the change `seed` (n_knowns,) of `knowns`."""
+        z, v = self._arrays_of(unknowns), self._arrays_of(knowns)
+        data = _spread(seed, v)
+        status, found = self._filled(
+            z, lambda found: self.functions.directional_derivative(z, v, data, found)
+        )
+        self.require(status, self._function)
         return found
 
     def adjoint(
         self, unknowns: Sequence[Any], knowns: Sequence[Any], seed: np.ndarray
     ) -> np.ndarray:
-        """Derivative of the sum of `unknowns`, weighted by `seed`, by each of `knowns`; FMI 3.0."""
-        raise NotImplementedError
+        """Derivatives (n_knowns,) of the sum of `unknowns`, weighted by `seed` (n_unknowns,).
+
+        By each of `knowns`; for FMI 3.0 only.
+        """
+        functions = self.functions
+        assert isinstance(functions, Functions3)
+        z, v = self._arrays_of(unknowns), self._arrays_of(knowns)
+        data = _spread(seed, z)
+        status, found = self._filled(
+            v, lambda found: functions.adjoint_derivative(z, v, data, found)
+        )
+        self.require(status, self._function)
+        return found
 
     def output_derivatives(self, outputs: Sequence[Any], order: int) -> np.ndarray:
-        count = len(outputs)
-        y = (ctypes.c_uint * count)(*(v.valueReference for v in outputs))
-        orders = (ctypes.c_int * count)(*[order] * count)
-        function = "GetRealOutputDerivatives"
-        status, found = self._filled(function, count, y, count, orders)
-        self.require(status, f"{self._PREFIX}{function}")
+        """Time derivatives (n_outputs,) of an order of outputs."""
+        y = self._arrays_of(outputs)
+        status, found = self._filled(
+            y, lambda found: self.functions.output_derivatives(y, order, found)
+        )
+        self.require(status, self._function)
         return found
 
     def set_input_derivatives(self, inputs: Sequence[Any], rates: np.ndarray) -> None:
-        count = len(inputs)
-        u = (ctypes.c_uint * count)(*(v.valueReference for v in inputs))
-        orders = (ctypes.c_int * count)(*[1] * count)
+        """Set first time derivatives (n_inputs,) of inputs; for FMI 2.0 only."""
+        assert isinstance(self.functions, Functions2)
         data = np.ascontiguousarray(rates, dtype=np.float64)
-        pointer = data.ctypes.data_as(REALS)
-        self.must("SetRealInputDerivatives", u, count, orders, pointer)
+        self.require(self.functions.set_input_derivatives(self._arrays_of(inputs), data))
+
+    def _arrays_of(self, variables: Sequence[Any]) -> Arrays:
+        return self._arrays([v.valueReference for v in variables])
 
     # ---- state ----
 
     def save(self) -> ctypes.c_void_p:
+        """A saved state of the instance."""
         state = ctypes.c_void_p()
         self.must("GetFMUstate", ctypes.byref(state))
         return state
 
     def restore(self, state: ctypes.c_void_p) -> None:
+        """Bring the instance back to a saved state."""
         self.must("SetFMUstate", state)
 
     def free_state(self, state: ctypes.c_void_p) -> None:
+        """Free a saved state."""
         self.must("FreeFMUstate", ctypes.byref(state))
 
-    def last_successful_time(self) -> tuple[int, float]:
-        value = ctypes.c_double(np.nan)
-        status = self.call("GetRealStatus", LAST_SUCCESSFUL_TIME, ctypes.byref(value))
-        return status, value.value
+
+def _spread(seed: np.ndarray, arrays: Arrays) -> np.ndarray:
+    """The seed of all elements (n_elements,), from that of the wanted ones."""
+    data = np.zeros(arrays.count)
+    np.add.at(data, list(arrays.places), seed)
+    return data

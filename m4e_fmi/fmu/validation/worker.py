@@ -13,7 +13,7 @@ from dataclasses import asdict
 from importlib import import_module
 from pathlib import Path
 
-from m4e_fmi.fmu.validation.call_journal import Journal
+from m4e_fmi.fmu.importer.call_journal import Journal
 from m4e_fmi.fmu.validation.checks.capabilities import refused
 from m4e_fmi.fmu.validation.context import Context, Facts
 from m4e_fmi.fmu.validation.findings import Failure, Finding

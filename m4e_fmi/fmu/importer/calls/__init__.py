@@ -1,7 +1,9 @@
-"""FMI as its versions have it: what one instance of an FMU is told and asked, in one vocabulary.
+"""Calls of FMI 1.0, 2.0 and 3.0, in the vocabulary of FMI 2.0.
 
-`Instance` speaks FMI 2.0; `Fmi1`, `Fmi2` and `Fmi3` translate. Start reading at `standard`, which
-lists what each of them does. Imports m4e_fmi.fmu and m4e_fmi.runtime.
+`Standard` is one instance of an FMU for co-simulation: start reading at `standard`. `Fmi1`, `Fmi2`
+and `Fmi3` are its versions. `functions` with its versions 2 and 3 has the C functions with Python
+arguments, for `Standard`, which raises where one fails, and for validation, which judges the
+status. `parts`, `typed` and `reals_3` move many values at once.
 """
 
 from __future__ import annotations
@@ -9,19 +11,16 @@ from __future__ import annotations
 from m4e_fmi.fmu.importer.calls.fmi1 import Fmi1
 from m4e_fmi.fmu.importer.calls.fmi2 import Fmi2
 from m4e_fmi.fmu.importer.calls.fmi3 import Fmi3
+from m4e_fmi.fmu.importer.calls.functions import DISCARD, ERROR, FATAL, WARNING, Status
 from m4e_fmi.fmu.importer.calls.standard import (
-    DISCARD,
     EARLY,
-    ERROR,
-    FATAL,
     NEAR,
     RESTLESS,
-    WARNING,
     Call,
     Events,
     RawCall,
+    Rollback,
     Standard,
-    Status,
     Value,
 )
 from m4e_fmi.fmu.importer.calls.texts import Texts
@@ -44,6 +43,7 @@ __all__ = [
     "Call",
     "Events",
     "RawCall",
+    "Rollback",
     "Standard",
     "Status",
     "Taken",

@@ -1,26 +1,28 @@
-"""What FMI 1.0 and 2.0 have in common: functions of the same C arguments, by other names."""
+"""Functions that FMI 1.0 and 2.0 have in common: the same C arguments, by other names."""
 
 from __future__ import annotations
 
 import ctypes
 import math
+from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any, ClassVar
 
 import numpy as np
 
+from m4e_fmi.fmu.importer.calls.functions import WARNING, Status
+from m4e_fmi.fmu.importer.calls.functions_2 import last_successful_time
+from m4e_fmi.fmu.importer.calls.parts import Caller, Layout
 from m4e_fmi.fmu.importer.calls.standard import (
-    WARNING,
     Call,
+    Failed,
     RawCall,
     Standard,
-    Status,
     Value,
     check_view,
 )
-from m4e_fmi.fmu.importer.calls.typed import Caller, Layout
-from m4e_fmi.fmu.importer.reading import Variable
+from m4e_fmi.fmu.importer.reading import Description, Variable
 
 _GET_OR_SET = ctypes.CFUNCTYPE(
     ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_size_t, ctypes.c_void_p
@@ -36,40 +38,40 @@ _SET_DERIVATIVES = ctypes.CFUNCTYPE(
     ctypes.c_void_p,
     ctypes.c_void_p,
 )
-_LAST_SUCCESSFUL_TIME = 2
 
 
 class Classic(Standard):
-    """See the module. `BOOLEAN` is the C type of a Boolean, `TRUTH` how it lies in memory."""
+    """Scalars, moved by addresses that are prepared once.
 
-    BOOLEAN: ClassVar[Any]
+    `BOOLEAN` is the C type of a Boolean, `TRUTH` how it lies in memory.
+    """
+
+    BOOLEAN: ClassVar[type[ctypes.c_int | ctypes.c_char]]
     TRUTH: ClassVar[Layout]
 
-    def __init__(self, *arguments: Any) -> None:
-        super().__init__(*arguments)
-        self._kept: list[Any] = []
+    def __init__(self, functions: Any, description: Description, failed: Failed) -> None:
+        super().__init__(functions, description, failed)
+        self._kept: list[np.ndarray] = []
 
     def set_values(self, values: Mapping[str, Value]) -> None:
         kinds = {
-            "Real": ("fmi2SetReal", ctypes.c_double),
-            "Integer": ("fmi2SetInteger", ctypes.c_int),
-            "Enumeration": ("fmi2SetInteger", ctypes.c_int),
-            "Boolean": ("fmi2SetBoolean", self.BOOLEAN),
-            "String": ("fmi2SetString", ctypes.c_char_p),
+            "Real": ("SetReal", ctypes.c_double),
+            "Integer": ("SetInteger", ctypes.c_int),
+            "Enumeration": ("SetInteger", ctypes.c_int),
+            "Boolean": ("SetBoolean", self.BOOLEAN),
+            "String": ("SetString", ctypes.c_char_p),
         }
         for variable, value in zip(self.variables(list(values)), values.values(), strict=True):
             function, kind = kinds[variable.type]
             data = (kind * 1)(value.encode("utf-8") if isinstance(value, str) else value)
-            self.must(function, (ctypes.c_uint * 1)(variable.value_reference), 1, data)
+            reference = (ctypes.c_uint * 1)(variable.value_reference)
+            self.check(self.call(function, reference, 1, data), f"fmi2{function}")
 
     def text(self, variable: Variable) -> str:
         reference, value = (ctypes.c_uint * 1)(variable.value_reference), (ctypes.c_char_p * 1)()
-        status = self.function("fmi2GetString")(self.component, reference, 1, value)
+        status = self.call("GetString", reference, 1, value)
         text = value[0]
         return text.decode("utf-8", errors="replace").strip() if status <= WARNING and text else ""
-
-    def getter(self, names: Sequence[str], view: np.ndarray) -> Call:
-        return self._bound("fmi2GetReal", names, view)
 
     def setter(self, names: Sequence[str], view: np.ndarray) -> Call:
         return self._bound("fmi2SetReal", names, view)
@@ -82,13 +84,13 @@ class Classic(Standard):
         return partial(call, self.component, references.ctypes.data, len(names), view.ctypes.data)
 
     def _caller(self) -> Caller:
-        assert self.component
-        return Caller("fmi2", self.layout, self.address, self.component, {}, self._ready)
+        return Caller("fmi2", self._layout, self.address, self.component, {}, self._ready)
 
+    @abstractmethod
     def _ready(self) -> Status:
-        return 0
+        """Do what values need before they are read."""
 
-    def layout(self, variable: Variable) -> tuple[str, Layout]:
+    def _layout(self, variable: Variable) -> tuple[str, Layout]:
         return {
             "Real": ("Real", Layout.F64),
             "Integer": ("Integer", Layout.I32),
@@ -108,6 +110,10 @@ class Classic(Standard):
         return RawCall(self.address(function), self.component, self._references(names))
 
     def derivative_setter(self, names: Sequence[str], view: np.ndarray) -> Call:
+        """A call that sets two time derivatives of each input from `view` (2 n_names,).
+
+        It holds the first and the second derivative of one input after the other.
+        """
         check_view(view, 2 * len(names))
         references = np.repeat(self._references(names), 2)
         orders = np.array([1, 2] * len(names), dtype=np.int32)
@@ -117,7 +123,5 @@ class Classic(Standard):
         return partial(function, self.component, *addresses, view.ctypes.data)
 
     def reached(self) -> float | None:
-        value = ctypes.c_double()
-        ask = self.function("fmi2GetRealStatus")
-        status = ask(self.component, _LAST_SUCCESSFUL_TIME, ctypes.byref(value))
-        return value.value if status <= WARNING and math.isfinite(value.value) else None
+        status, time = last_successful_time(self.call, 0.0)
+        return time if status <= WARNING and math.isfinite(time) else None

@@ -1,22 +1,24 @@
 """FMI 1.0 for co-simulation, stand-alone.
 
-There is no initialization mode: all that is known goes in first, then the FMU is initialised, and
-only then gives values. Here that happens when the first of its values is wanted.
+There is no initialization mode: start values and inputs are set first, then the FMU is initialised,
+and only then gives values. Here that happens when the first value is read.
 """
 
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 from fmpy import fmi1
 
 from m4e_fmi.fmu.importer.calls.classic import Classic
-from m4e_fmi.fmu.importer.calls.standard import WARNING, Call, Status
-from m4e_fmi.fmu.importer.calls.typed import Layout
+from m4e_fmi.fmu.importer.calls.functions import WARNING, Status
+from m4e_fmi.fmu.importer.calls.parts import Layout
+from m4e_fmi.fmu.importer.calls.standard import Call, Failed
 from m4e_fmi.fmu.importer.messages import Messages
+from m4e_fmi.fmu.importer.reading import Description
 
 _NAMES = {
     "fmi2FreeInstance": "fmiFreeSlaveInstance",
@@ -26,20 +28,20 @@ _NAMES = {
 
 
 class Fmi1(Classic):
-    """See the module. No FMU of FMI 1.0 saves its state or has directional derivatives."""
+    """One instance of FMI 1.0, which knows no saved states and no directional derivatives."""
 
     BOOLEAN = fmi1.fmi1Boolean
     TRUTH = Layout.I8
 
-    def __init__(self, *arguments: Any) -> None:
-        super().__init__(*arguments)
+    def __init__(self, functions: Any, description: Description, failed: Failed) -> None:
+        super().__init__(functions, description, failed)
         self._experiment = (0.0, fmi1.fmi1False, 0.0)
         self._initialised = False
 
     def instantiate(self, name: str, messages: Messages) -> None:
-        self._functions.instanceName = name
-        self._functions.instantiate(functions=messages.callbacks_1(), loggingOn=True)
-        self.component = self._functions.component
+        self._fmpy.instanceName = name
+        self._fmpy.instantiate(functions=messages.callbacks_1(), loggingOn=True)
+        self.component = self._fmpy.component
         if not self.component:
             raise RuntimeError("fmiInstantiateSlave gave no component")
 
@@ -51,36 +53,34 @@ class Fmi1(Classic):
         pass
 
     def exit_initialization(self) -> None:
-        status = self._initialise()
-        if status > WARNING:
-            self._failed(status, "fmi2ExitInitializationMode")
+        self.check(self._ready(), "fmi2ExitInitializationMode")
 
-    def _initialise(self) -> Status:
+    def _ready(self) -> Status:
         if self._initialised:
             return 0
         self._initialised = True
-        return self.function("fmi2ExitInitializationMode")(self.component, *self._experiment)
-
-    def _ready(self) -> Status:
-        return self._initialise()
+        return self.call("ExitInitializationMode", *self._experiment)
 
     def getter(self, names: Sequence[str], view: np.ndarray) -> Call:
-        call = super().getter(names, view)
+        call = self._bound("fmi2GetReal", names, view)
 
         def get() -> Status:
-            status = self._initialise()
+            status = self._ready()
             return call() if status <= WARNING else status
 
         return get
 
+    def wants_end(self) -> bool:
+        return False
+
     def terminate(self) -> Status:
-        return self.function("fmi2Terminate")(self.component)
+        return self.call("Terminate")
 
     def free(self) -> None:
-        self.function("fmi2FreeInstance")(self.component)
+        self.call("FreeInstance")
         self.component = None
 
-    def function(self, function: str) -> Any:
+    def function(self, function: str) -> Callable[..., Any]:
         name = f"{self._description.identifier}_{self.name(function)}"
         loaded = getattr(self._dll, name)
         # FMPy declares that some functions give a text where they give a status

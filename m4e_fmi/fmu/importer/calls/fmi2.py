@@ -4,57 +4,73 @@ from __future__ import annotations
 
 import ctypes
 import math
+from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any
 
+import numpy as np
 from fmpy import fmi2
 
 from m4e_fmi.fmu.importer.calls.classic import Classic
-from m4e_fmi.fmu.importer.calls.standard import WARNING, Call, Status
-from m4e_fmi.fmu.importer.calls.typed import Layout
+from m4e_fmi.fmu.importer.calls.functions import WARNING, Status
+from m4e_fmi.fmu.importer.calls.functions_2 import Functions2
+from m4e_fmi.fmu.importer.calls.parts import Layout
+from m4e_fmi.fmu.importer.calls.standard import Call, Failed, Rollback
 from m4e_fmi.fmu.importer.messages import Messages
-from m4e_fmi.fmu.importer.reading import Variable
+from m4e_fmi.fmu.importer.reading import Description, Variable
 
 _TERMINATED = 3
 """Of fmi2StatusKind."""
 _SAVE_OR_RESTORE = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p)
 
 
-class Fmi2(Classic):
-    """See the module."""
+class Fmi2(Classic, Rollback):
+    """One instance of FMI 2.0."""
 
     BOOLEAN = fmi2.fmi2Boolean
     TRUTH = Layout.I32
 
-    def __init__(self, *arguments: Any) -> None:
-        super().__init__(*arguments)
+    def __init__(self, functions: Any, description: Description, failed: Failed) -> None:
+        super().__init__(functions, description, failed)
+        self._calls = Functions2(self._dll, self.call)
         self._ended: dict[int, float] = {}
 
     def instantiate(self, name: str, messages: Messages) -> None:
-        self._functions.instanceName = name
-        self._functions.instantiate(callbacks=messages.callbacks, loggingOn=True)
-        self.component = self._functions.component
+        folder = Path(self._fmpy.unzipDirectory)
+        self.component = self._calls.instantiate(name, self._fmpy.guid, folder, messages)
+        if self.component is None:
+            raise RuntimeError("fmi2Instantiate gave no component")
 
     def setup(self, *, start: float, stop: float, tolerance: float | None) -> None:
-        defined = int(tolerance is not None), tolerance or 0.0
-        self.must("fmi2SetupExperiment", *defined, start, fmi2.fmi2True, stop)
+        status = self._calls.setup(start=start, stop=stop, tolerance=tolerance)
+        self.check(status, "fmi2SetupExperiment")
 
     def enter_initialization(self) -> None:
-        self.must("fmi2EnterInitializationMode")
+        self.check(self._calls.enter_initialization(), "fmi2EnterInitializationMode")
 
     def exit_initialization(self) -> None:
-        self.must("fmi2ExitInitializationMode")
+        self.check(self.call("ExitInitializationMode"), "fmi2ExitInitializationMode")
 
     def terminate(self) -> Status:
-        return self._dll.fmi2Terminate(self.component)
+        return self.call("Terminate")
 
     def free(self) -> None:
-        self._functions.fmi2FreeInstance(self.component)
+        self.call("FreeInstance")
         self.component = None
+
+    def getter(self, names: Sequence[str], view: np.ndarray) -> Call:
+        return self._bound("fmi2GetReal", names, view)
+
+    def _ready(self) -> Status:
+        return 0
 
     def wants_end(self) -> bool:
         value = ctypes.c_int()
-        status = self._dll.fmi2GetBooleanStatus(self.component, _TERMINATED, ctypes.byref(value))
+        status = self.call("GetBooleanStatus", _TERMINATED, ctypes.byref(value))
         return status <= WARNING and bool(value.value)
+
+    def slot(self) -> ctypes.c_void_p:
+        return ctypes.c_void_p()
 
     def saver(self, slot: ctypes.c_void_p) -> Call:
         function = _SAVE_OR_RESTORE(self.address("fmi2GetFMUstate"))
@@ -78,18 +94,16 @@ class Fmi2(Classic):
 
     def free_state(self, slot: ctypes.c_void_p) -> None:
         if slot:
-            self._dll.fmi2FreeFMUstate(self.component, ctypes.byref(slot))
+            self.call("FreeFMUstate", ctypes.byref(slot))
 
     def directional_derivative(self, output: Variable, known: Variable) -> float:
-        unknowns, knowns = (
-            (ctypes.c_uint * 1)(variable.value_reference) for variable in (output, known)
-        )
-        seed, value = ctypes.c_double(1.0), ctypes.c_double()
-        directions = ctypes.byref(seed), ctypes.byref(value)
-        self.must("fmi2GetDirectionalDerivative", unknowns, 1, knowns, 1, *directions)
-        return value.value
+        unknowns, knowns = (self._calls.arrays([v.value_reference], {}) for v in (output, known))
+        value = np.zeros(1)
+        status = self._calls.directional_derivative(unknowns, knowns, np.ones(1), value)
+        self.check(status, "fmi2GetDirectionalDerivative")
+        return float(value[0])
 
-    def function(self, function: str) -> Any:
+    def function(self, function: str) -> Callable[..., Any]:
         return getattr(self._dll, function)
 
     def name(self, function: str) -> str:

@@ -8,42 +8,40 @@ from __future__ import annotations
 
 import ctypes
 import math
+import os
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from fmpy.fmi1 import FMICallException
 
-from m4e_fmi.fmu.importer.calls.access3 import EVENT_FIELDS, Access, Part, RawComponent, RawState
+from m4e_fmi.fmu.importer.calls.component_3 import EVENT_FIELDS, RawComponent, RawState
+from m4e_fmi.fmu.importer.calls.functions import WARNING, Status
+from m4e_fmi.fmu.importer.calls.functions_3 import DiscreteStates, Functions3
+from m4e_fmi.fmu.importer.calls.parts import Caller, Layout, Part
+from m4e_fmi.fmu.importer.calls.reals_3 import RealAccess
 from m4e_fmi.fmu.importer.calls.standard import (
     EARLY,
     NEAR,
     RESTLESS,
-    WARNING,
     Call,
+    Failed,
     RawCall,
+    Rollback,
     Standard,
-    Status,
     Value,
     check_view,
 )
-from m4e_fmi.fmu.importer.calls.typed import Caller, Layout
 from m4e_fmi.fmu.importer.elements import locate
 from m4e_fmi.fmu.importer.messages import Messages
-from m4e_fmi.fmu.importer.reading import STRUCTURAL, Variable
+from m4e_fmi.fmu.importer.reading import STRUCTURAL, Description, Variable
 from m4e_fmi.runtime.library import library
 
 MOST_EVENTS = 1000
-_NAMES = {
-    "fmi2GetReal": "fmi3GetFloat64",
-    "fmi2SetReal": "fmi3SetFloat64",
-    "fmi2GetFMUstate": "fmi3GetFMUState",
-    "fmi2SetFMUstate": "fmi3SetFMUState",
-    "fmi2FreeFMUstate": "fmi3FreeFMUState",
-}
 _METHODS = {"Enumeration": "Int64"}
 _LAYOUTS = {
     **{f"Int{bits}": Layout[f"I{bits}"] for bits in (8, 16, 32, 64)},
@@ -54,8 +52,6 @@ _LAYOUTS = {
     "Enumeration": Layout.I64,
     "String": Layout.TEXT,
 }
-_DoStep = Callable[[float, float, int], tuple[Status, bool, bool, float]]
-"""Time, size [s], final → status, event to be handled, end wanted, time reached."""
 _RAW = {
     "fmi2GetReal": "m4e_get_3",
     "fmi2SetReal": "m4e_set_3",
@@ -65,31 +61,29 @@ _RAW = {
 }
 
 
-class Fmi3(Standard):
-    """See the module."""
+class Fmi3(Standard, Rollback):
+    """One instance of FMI 3.0."""
 
-    def __init__(self, *arguments: Any) -> None:
-        super().__init__(*arguments)
+    def __init__(self, functions: Any, description: Description, failed: Failed) -> None:
+        super().__init__(functions, description, failed)
+        self._calls = Functions3(self._dll, self.call)
         self._sizes: dict[int, int] = {}
         for variable in self._description.variables.values():
             reference, index = locate(variable.value_reference)
             self._sizes[reference] = max(self._sizes.get(reference, 0), index + 1)
-        self._kept: list[Any] = []
+        self._kept: list[object] = []
         self._raw = RawComponent(next_event=math.inf, ended=math.inf, goes_on=True)
         self.events = self._raw
         self._raw.has_events = self._description.has_events
-        self._experiment = (False, 0.0, 0.0, True, 0.0)
 
     def instantiate(self, name: str, messages: Messages) -> None:
-        self._functions.instanceName = name
-        try:
-            self._instantiate(messages)
-        except Exception:
-            if not self._raw.has_events:
-                raise
+        made = self._instantiate(name, messages)
+        if not made and self._raw.has_events:
             self._raw.has_events = False  # there are FMUs that declare event mode and refuse it
-            self._instantiate(messages)
-        self.component = self._raw.instance = self._functions.component
+            made = self._instantiate(name, messages)
+        if not made:
+            raise RuntimeError("fmi3InstantiateCoSimulation gave no instance")
+        self._fmpy.component = self.component = self._raw.instance = made
         self._raw.do_step = self.address("fmi2DoStep")
         self._raw.enter_event_mode = self.address("fmi3EnterEventMode")
         self._raw.update_discrete_states = self.address("fmi3UpdateDiscreteStates")
@@ -97,37 +91,31 @@ class Fmi3(Standard):
         self._raw.get_state = self.address("fmi2GetFMUstate")
         self._raw.set_state = self.address("fmi2SetFMUstate")
 
-    def _instantiate(self, messages: Messages) -> None:
-        events = bool(self._raw.has_events)
-        self._functions.instantiate(
-            loggingOn=True,
-            eventModeUsed=events,
-            earlyReturnAllowed=events,
-            logMessage=messages.add_3,
+    def _instantiate(self, name: str, messages: Messages) -> int | None:
+        folder, events = self._fmpy.unzipDirectory, bool(self._raw.has_events)
+        resources = f"{Path(folder, 'resources')}{os.sep}".encode()
+        return self._calls.instantiate(
+            name, self._fmpy.guid, resources, messages, event_mode=events, early_return=events
         )
 
     def setup(self, *, start: float, stop: float, tolerance: float | None) -> None:
-        self._experiment = (tolerance is not None, tolerance or 0.0, start, True, stop)
+        self._calls.setup(start=start, stop=stop, tolerance=tolerance)
         self._raw.reached = start
 
     def enter_initialization(self) -> None:
-        self.must("fmi2EnterInitializationMode", *self._experiment)
+        self.check(self._calls.enter_initialization(), "fmi2EnterInitializationMode")
 
     def exit_initialization(self) -> None:
-        self.must("fmi2ExitInitializationMode")
+        self.check(self.call("ExitInitializationMode"), "fmi2ExitInitializationMode")
         if self._raw.has_events:
-            self._check(self._settle(self._raw.reached), "fmi3UpdateDiscreteStates")
+            self.check(self._settle(self._raw.reached), "fmi3UpdateDiscreteStates")
         self._raw.stepping = True
 
-    def _check(self, status: Status, function: str) -> None:
-        if status > WARNING:
-            self._failed(status, function)
-
     def terminate(self) -> Status:
-        return self._dll.fmi3Terminate(self.component)
+        return self.call("Terminate")
 
     def free(self) -> None:
-        self._functions.fmi3FreeInstance(self.component)
+        self.call("FreeInstance")
         self.component = self._raw.instance = None
 
     # ---- values ----
@@ -136,9 +124,9 @@ class Fmi3(Standard):
         variables = self._description.variables
         sizes = [name for name in values if variables[name].causality == STRUCTURAL]
         if sizes:
-            self.must("fmi3EnterConfigurationMode")
+            self.check(self.call("EnterConfigurationMode"), "fmi3EnterConfigurationMode")
             self._set_all({name: values[name] for name in sizes})
-            self.must("fmi3ExitConfigurationMode")
+            self.check(self.call("ExitConfigurationMode"), "fmi3ExitConfigurationMode")
         self._set_all({name: value for name, value in values.items() if name not in sizes})
 
     def _set_all(self, values: Mapping[str, Value]) -> None:
@@ -155,10 +143,10 @@ class Fmi3(Standard):
         """Where there is event mode, nothing but continuous inputs is set in any other."""
         events = self._raw.has_events and self._raw.stepping and self._raw.ended == math.inf
         if events:
-            self.must("fmi3EnterEventMode")
+            self.check(self.call("EnterEventMode"), "fmi3EnterEventMode")
         yield
         if events:
-            self._check(self._settle(self._raw.reached), "fmi3UpdateDiscreteStates")
+            self.check(self._settle(self._raw.reached), "fmi3UpdateDiscreteStates")
 
     def _set_array(self, reference: int, elements: Mapping[int, Value]) -> None:
         """Set elements of an array by index; the others get what they have, or their start."""
@@ -187,13 +175,13 @@ class Fmi3(Standard):
     def _call(self, method: str, *arguments: Any, **more: Any) -> Any:
         """One of FMPy's methods; what is more than a warning has `failed`."""
         try:
-            return getattr(self._functions, method)(*arguments, **more)
+            return getattr(self._fmpy, method)(*arguments, **more)
         except FMICallException as error:
             self._failed(error.status, error.function)
 
     def text(self, variable: Variable) -> str:
         reference, value = (ctypes.c_uint * 1)(variable.value_reference), (ctypes.c_char_p * 1)()
-        status = self._dll.fmi3GetString(self.component, reference, 1, value, 1)
+        status = self.call("GetString", reference, 1, value, 1)
         text = value[0]
         return text.decode("utf-8", errors="replace").strip() if status <= WARNING and text else ""
 
@@ -206,45 +194,34 @@ class Fmi3(Standard):
         return partial(self._access(names).set, view, self._in_event_mode)
 
     def _caller(self) -> Caller:
-        assert self.component
         return Caller(
             "fmi3",
-            self.layout,
+            self._layout,
             self.address,
             self.component,
             self._sizes,
             lambda: 0,
             component=self._raw,
-            enter=lambda: self._dll.fmi3EnterEventMode(self.component),
+            enter=lambda: self.call("EnterEventMode"),
             settle=lambda: self._settle(self._raw.reached),
         )
 
-    def layout(self, variable: Variable) -> tuple[str, Layout]:
+    def _layout(self, variable: Variable) -> tuple[str, Layout]:
         kind = variable.fmi_type
         return _METHODS.get(kind, kind), _LAYOUTS[kind]
 
-    def _access(self, names: Sequence[str]) -> Access:
-        return Access(self.variables(names), self._sizes, self.address, self._raw)
+    def _access(self, names: Sequence[str]) -> RealAccess:
+        return RealAccess(self.variables(names), self._caller(), self._raw)
 
     # ---- steps and events ----
 
     def stepper(self) -> Callable[[float, float, int], Status]:
-        step = self.function("fmi2DoStep")
-        flags = [ctypes.c_bool() for _ in range(3)]
-        reached = ctypes.c_double()
-        outcome = tuple(ctypes.byref(place) for place in (*flags, reached))
-        event, end, early = flags
+        return self._step
 
-        def do_step(time: float, size: float, final: int) -> tuple[Status, bool, bool, float]:
-            early.value = event.value = end.value = False
-            reached.value = time + size
-            status = step(self.component, time, size, final, *outcome)
-            last = reached.value if early.value or status > WARNING else time + size
-            return status, event.value, end.value, last
+    def wants_end(self) -> bool:
+        return False
 
-        return partial(self._step, do_step)
-
-    def _step(self, do_step: _DoStep, time: float, size: float, final: int) -> Status:
+    def _step(self, time: float, size: float, final: int) -> Status:
         """The whole step, or up to an event in it; as m4e_do_step_3."""
         c, stop, now = self._raw, time + size, time
         if c.ended < math.inf:
@@ -253,19 +230,20 @@ class Fmi3(Standard):
         while still < MOST_EVENTS:
             timed = c.has_events and now < c.next_event < stop
             aim = c.next_event if timed else stop
-            status, event, end, last = do_step(
-                now, size if aim - now == stop - time else aim - now, final
-            )
-            c.reached = last
+            part = size if aim - now == stop - time else aim - now
+            status = self._calls.do_step(now, part, final, reached=now + part)
+            outcome = self._calls.outcome
+            told = outcome.early or status > WARNING
+            c.reached = last = outcome.reached if told else now + part
             if status > WARNING:
                 return status
             within = last < stop - NEAR
             if within and last > time and c.has_events and not c.goes_on:
                 return EARLY
-            if end:
+            if outcome.end:
                 c.ended = last
                 return status
-            if c.has_events and (event or _is_at(last, c.next_event)):
+            if c.has_events and (outcome.event or _is_at(last, c.next_event)):
                 status = self._in_event_mode()
                 if status > WARNING or c.ended < math.inf:
                     return status
@@ -278,27 +256,25 @@ class Fmi3(Standard):
 
     def _in_event_mode(self, part: Part | None = None) -> Status:
         """Event iteration, after a part was set."""
-        status = self._dll.fmi3EnterEventMode(self.component)
+        status = self.call("EnterEventMode")
         if status <= WARNING and part:
-            status = part.set(self.component)
+            status = part.set()
         return self._settle(self._raw.reached) if status <= WARNING else status
 
     def _settle(self, time: float) -> Status:
         """Event iteration, in event mode, and back to step mode."""
         self._raw.handled += 1
-        again, end, _nominals, _values, defined = flags = [ctypes.c_bool() for _ in range(5)]
-        following = ctypes.c_double()
-        places = [ctypes.byref(place) for place in (*flags, following)]
+        states = DiscreteStates()
         for _ in range(MOST_EVENTS):
-            status = self._dll.fmi3UpdateDiscreteStates(self.component, *places)
+            status = self._calls.update_discrete_states(states)
             if status > WARNING:
                 return status
-            if end.value:
+            if states.end:
                 self._raw.ended = time
                 return 0
-            self._raw.next_event = following.value if defined.value else math.inf
-            if not again.value:
-                return self._dll.fmi3EnterStepMode(self.component)
+            self._raw.next_event = states.next_event
+            if not states.again:
+                return self.call("EnterStepMode")
         return RESTLESS
 
     def reached(self) -> float | None:
@@ -314,7 +290,7 @@ class Fmi3(Standard):
             return RawCall(place, ctypes.addressof(self._raw), none)
         access = self._access(names)
         self._kept.append(access)
-        return RawCall(place, ctypes.addressof(access.raw), none)
+        return RawCall(place, access.address, none)
 
     # ---- states and derivatives ----
 
@@ -347,20 +323,21 @@ class Fmi3(Standard):
     def free_state(self, slot: ctypes.c_void_p) -> None:
         place = ctypes.c_void_p(_state(slot).state)
         if place:
-            self.function("fmi2FreeFMUstate")(self.component, ctypes.byref(place))
+            self.call("FreeFMUstate", ctypes.byref(place))
 
     def directional_derivative(self, output: Variable, known: Variable) -> float:
-        (z, row), (v, column) = (locate(x.value_reference) for x in (output, known))
-        seed = [0.0] * self._sizes[v]
-        seed[column] = 1.0
-        count = self._sizes[z]
-        return self._call("getDirectionalDerivative", [z], [v], seed, nSensitivity=count)[row]
+        z, v = (self._calls.arrays([x.value_reference], self._sizes) for x in (output, known))
+        seed, found = np.zeros(v.count), np.zeros(z.count)
+        seed[v.places[0]] = 1.0
+        status = self._calls.directional_derivative(z, v, seed, found)
+        self.check(status, "fmi3GetDirectionalDerivative")
+        return float(found[z.places[0]])
 
-    def function(self, function: str) -> Any:
+    def function(self, function: str) -> Callable[..., Any]:
         return getattr(self._dll, self.name(function))
 
     def name(self, function: str) -> str:
-        return _NAMES.get(function, function.replace("fmi2", "fmi3"))
+        return self._calls.name(function[len("fmi2") :])
 
 
 def _state(slot: ctypes.c_void_p) -> RawState:

@@ -1,4 +1,4 @@
-"""What a version of FMI has to do for `Instance`."""
+"""Interface of one instance of an FMU, whatever its version of FMI is; functions as in FMI 2.0."""
 
 from __future__ import annotations
 
@@ -12,12 +12,13 @@ from typing import Any, NoReturn, Protocol
 
 import numpy as np
 
+from m4e_fmi.fmu.importer.calls.functions import WARNING, Status
+from m4e_fmi.fmu.importer.calls.parts import Caller
 from m4e_fmi.fmu.importer.calls.texts import Texts
-from m4e_fmi.fmu.importer.calls.typed import Access, Caller, Layout, Taken
+from m4e_fmi.fmu.importer.calls.typed import Access, Taken
 from m4e_fmi.fmu.importer.messages import Messages
 from m4e_fmi.fmu.importer.reading import Description, Variable
 
-WARNING, DISCARD, ERROR, FATAL = 1, 2, 3, 4
 EARLY, RESTLESS = 16, 17
 """Further answers to a step, of the runtime's component_3.h: an event within it, the simulation was
 to end before it, events without end."""
@@ -25,11 +26,10 @@ to end before it, events without end."""
 NEAR = 1.5e-9
 """Seconds; communication points are whole nanoseconds."""
 
-Status = int
 Call = Callable[[], Status]
 Value = float | int | bool | str
 Failed = Callable[[Status, str], NoReturn]
-"""Called with the status that is more than a warning, and FMI 2.0's name of the function."""
+"""Called with a status above Warning, and FMI 2.0's name of the function."""
 
 
 @dataclass(frozen=True)
@@ -42,14 +42,14 @@ class RawCall:
 
 
 class Events(Protocol):
-    """What an instance has told of events; times in seconds, infinite if there is none."""
+    """Events of an instance; times in seconds, infinite if there is none."""
 
     next_event: float
-    """When it has announced an event."""
+    """Time of the event that it has announced."""
     ended: float
-    """When it asked for the end of the simulation."""
+    """Time at which it asked for the end of the simulation."""
     goes_on: int
-    """Whether it steps on after an event within a step."""
+    """True if it steps on after an event within a step."""
     interruptions: int
     """Number of events within steps after which it went on."""
     handled: int
@@ -70,38 +70,46 @@ class NoEvents:
 class Standard(ABC):
     """One instance of the loaded FMU whose functions FMPy has as `functions`.
 
-    Functions are named as in FMI 2.0. `component` is what the FMU calls the instance; None if there
-    is none, or none that may be called any more. `events` is what it has told of events. What is
-    not implemented is never called: the FMU's description says that it cannot.
+    `component` is what the FMU calls the instance; None if there is none, or none that may be
+    called any more. `events` is what it has told of events. `failed` raises for statuses above
+    Warning; calls that answer with a status leave that to their caller.
     """
 
     def __init__(self, functions: Any, description: Description, failed: Failed) -> None:
-        self._functions = copy(functions)
-        self._dll = functions.dll
+        self._fmpy = copy(functions)
+        self._dll: ctypes.CDLL = functions.dll
         self._description = description
         self._failed = failed
         self.component: int | None = None
         self.events: Events = NoEvents()
 
+    # ---- the life of an instance ----
+
     @abstractmethod
     def instantiate(self, name: str, messages: Messages) -> None:
-        """Make the instance; any exception, or no component, says that it cannot be made."""
+        """Make the instance; any exception says that it cannot be made."""
 
     @abstractmethod
     def setup(self, *, start: float, stop: float, tolerance: float | None) -> None:
         """Tell the experiment: times [s], relative tolerance (None: the FMU's own)."""
 
     @abstractmethod
-    def enter_initialization(self) -> None: ...
+    def enter_initialization(self) -> None:
+        """Enter initialization mode."""
 
     @abstractmethod
-    def exit_initialization(self) -> None: ...
+    def exit_initialization(self) -> None:
+        """Exit initialization mode, ready for the first step."""
 
     @abstractmethod
-    def terminate(self) -> Status: ...
+    def terminate(self) -> Status:
+        """Terminate the simulation."""
 
     @abstractmethod
-    def free(self) -> None: ...
+    def free(self) -> None:
+        """Free the instance."""
+
+    # ---- values ----
 
     @abstractmethod
     def set_values(self, values: Mapping[str, Value]) -> None:
@@ -113,11 +121,11 @@ class Standard(ABC):
 
     @abstractmethod
     def getter(self, names: Sequence[str], view: np.ndarray) -> Call:
-        """A call that reads Reals into `view` (float64, contiguous)."""
+        """A call that reads Reals into `view` (n_names,) (float64, contiguous)."""
 
     @abstractmethod
     def setter(self, names: Sequence[str], view: np.ndarray) -> Call:
-        """A call that sets Reals from `view`."""
+        """A call that sets Reals from `view` (n_names,) (float64, contiguous)."""
 
     def typed(
         self,
@@ -127,81 +135,94 @@ class Standard(ABC):
         taken: Sequence[Taken] = (),
         changed: np.ndarray | None = None,
     ) -> Access:
-        """Access to variables that are not Real, or take the values of such."""
+        """Access to variables that are not Real, or take the values of such.
+
+        `changed` (1,) becomes 0 where a value changes in reading.
+        """
+        assert self.component
         return Access(self.variables(names), self._caller(), texts, taken=taken, changed=changed)
 
     @abstractmethod
     def _caller(self) -> Caller: ...
 
-    @abstractmethod
-    def layout(self, variable: Variable) -> tuple[str, Layout]:
-        """The type in the name of a variable's functions, and how its values lie in memory."""
+    # ---- steps ----
 
     @abstractmethod
     def stepper(self) -> Callable[[float, float, int], Status]:
         """The call ``(t, h, 1) -> status`` that steps from t to t + h [s], never to be undone."""
 
     @abstractmethod
-    def raw(self, function: str, names: Sequence[str] = ()) -> RawCall:
-        """The C function that does what `function` of FMI 2.0 does, for the variables `names`."""
-
-    def derivative_setter(self, names: Sequence[str], view: np.ndarray) -> Call:
-        """A call that sets the first and the second derivative of one input after the other."""
-        raise NotImplementedError
-
-    def slot(self) -> ctypes.c_void_p:
-        """A new place for a state of the FMU, to stay where it is."""
-        return ctypes.c_void_p()
-
-    def saver(self, slot: ctypes.c_void_p) -> Call:
-        """A call that keeps the FMU's state in a slot, instead of the one that is there."""
-        raise NotImplementedError
-
-    def restorer(self, slot: ctypes.c_void_p) -> Call:
-        """A call that brings the FMU back to the state in a slot, which stays there."""
-        raise NotImplementedError
-
-    def free_state(self, slot: ctypes.c_void_p) -> None:
-        """Free the state in a slot, if there is one."""
-        raise NotImplementedError
-
-    def directional_derivative(self, output: Variable, known: Variable) -> float:
-        """∂output/∂known at the present instant."""
-        raise NotImplementedError
-
     def wants_end(self) -> bool:
         """True if the FMU discarded the last step because it asks for the end of the simulation."""
-        return False
 
     @abstractmethod
     def reached(self) -> float | None:
         """Time [s] up to which the step could be made that has just been discarded."""
 
-    def must(self, function: str, *arguments: Any) -> None:
-        """Call a function on the instance; what is more than a warning has `failed`."""
-        status = self.function(function)(self.component, *arguments)
-        if status > WARNING:
-            self._failed(status, function)
+    @abstractmethod
+    def raw(self, function: str, names: Sequence[str] = ()) -> RawCall:
+        """The C function that does what `function` of FMI 2.0 does, for the variables `names`."""
+
+    # ---- functions of the library ----
 
     @abstractmethod
-    def function(self, function: str) -> Any:
+    def function(self, function: str) -> Callable[..., Any]:
         """The function of the library that FMI 2.0 calls `function`."""
 
     @abstractmethod
     def name(self, function: str) -> str:
-        """What this version of FMI calls a function of FMI 2.0."""
+        """The name in this version of FMI of a function of FMI 2.0."""
+
+    def call(self, function: str, *arguments: object, note: str = "") -> Status:
+        """Status of a function of this instance, named as in FMI 2.0 without prefix."""
+        del note  # for those who keep a journal
+        return self.function(f"fmi2{function}")(self.component, *arguments)
+
+    def check(self, status: Status, function: str) -> None:
+        """Raise if the status of `function`, named as in FMI 2.0, is above Warning."""
+        if status > WARNING:
+            self._failed(status, function)
 
     def address(self, function: str) -> int:
-        address = ctypes.cast(self.function(function), ctypes.c_void_p).value
+        """The address of a function, named as in FMI 2.0."""
+        address = ctypes.cast(self.function(function), ctypes.c_void_p).value  # pyright: ignore[reportArgumentType]  a C function
         assert address
         return address
 
     def variables(self, names: Sequence[str]) -> list[Variable]:
+        """The variables of these names."""
         return [self._description.variables[name] for name in names]
 
 
+class Rollback(ABC):
+    """Saved states and directional derivatives, of FMI 2.0 and 3.0.
+
+    They are there as far as the FMU's description declares them.
+    """
+
+    @abstractmethod
+    def slot(self) -> ctypes.c_void_p:
+        """A new place for a state of the FMU, to stay where it is."""
+
+    @abstractmethod
+    def saver(self, slot: ctypes.c_void_p) -> Call:
+        """A call that keeps the FMU's state in a slot, instead of the one that is there."""
+
+    @abstractmethod
+    def restorer(self, slot: ctypes.c_void_p) -> Call:
+        """A call that brings the FMU back to the state in a slot, which stays there."""
+
+    @abstractmethod
+    def free_state(self, slot: ctypes.c_void_p) -> None:
+        """Free the state in a slot, if there is one."""
+
+    @abstractmethod
+    def directional_derivative(self, output: Variable, known: Variable) -> float:
+        """∂output/∂known at the present instant."""
+
+
 def check_view(view: np.ndarray, *shape: int) -> None:
-    """Whether C code may have the address of `view`."""
+    """Assert that C code may have the address of `view` (float64, contiguous, of this shape)."""
     assert view.dtype == np.float64
     assert view.flags.c_contiguous
     assert view.shape == shape

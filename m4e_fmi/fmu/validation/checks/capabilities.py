@@ -9,11 +9,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from m4e_fmi.fmu.importer.calls.functions import ERROR
 from m4e_fmi.fmu.validation.checks.simulated import check_simulated
 from m4e_fmi.fmu.validation.context import Context, Facts
 from m4e_fmi.fmu.validation.findings import Failure, Finding, some
 from m4e_fmi.fmu.validation.fmu_under_test import WRITTEN, scale, start
-from m4e_fmi.fmu.validation.probe import ERROR, INSTANTIATE, FatalError, Probe, RefusedError
+from m4e_fmi.fmu.validation.probe import INSTANTIATE, FatalError, Probe, RefusedError
 
 STEPS = 10
 AMPLITUDES = (1.0, 0.1, 0.01, 1e-4, 0.0)

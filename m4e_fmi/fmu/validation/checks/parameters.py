@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from m4e_fmi.fmu.importer.calls.functions import OK, WARNING
 from m4e_fmi.fmu.validation.context import Context
 from m4e_fmi.fmu.validation.findings import Finding, some
 from m4e_fmi.fmu.validation.fmu_under_test import scale, start, within
-from m4e_fmi.fmu.validation.probe import OK, WARNING, Probe, RefusedError
+from m4e_fmi.fmu.validation.probe import Probe, RefusedError
 
 STEPS = 4
 CHANGE = 0.1

@@ -9,13 +9,10 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
+from m4e_fmi.fmu.importer.calls.functions import WARNING
 from m4e_fmi.fmu.validation.context import Context
 from m4e_fmi.fmu.validation.findings import Finding, some
-from m4e_fmi.fmu.validation.probe import (
-    WARNING,
-    Probe,
-    RefusedError,
-)
+from m4e_fmi.fmu.validation.probe import Probe, RefusedError
 
 INSTANTIATED, INITIALIZATION, EVENT, CONTINUOUS, STEP, TERMINATED = (
     "before initialization",

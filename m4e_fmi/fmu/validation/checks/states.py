@@ -8,9 +8,10 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
+from m4e_fmi.fmu.importer.calls.functions import OK
 from m4e_fmi.fmu.validation.context import Context, first_difference
 from m4e_fmi.fmu.validation.findings import Finding, some
-from m4e_fmi.fmu.validation.probe import OK, Probe, RefusedError
+from m4e_fmi.fmu.validation.probe import Probe, RefusedError
 
 STEPS = 5
 BASIS = "FMI 2.0.4, section 2.1.8"
@@ -69,7 +70,7 @@ def serialise(probe: Probe) -> tuple[bytes, bool]:
     """The state of an instance as bytes, and whether no more was written than announced."""
     state, size = probe.save(), ctypes.c_size_t()
     probe.must("SerializedFMUstateSize", state, ctypes.byref(size))
-    room = (probe.BYTE * (size.value + len(_GUARD)))()
+    room = (probe.functions.BYTE * (size.value + len(_GUARD)))()
     ctypes.memmove(ctypes.addressof(room) + size.value, _GUARD, len(_GUARD))
     note = f"{size.value} bytes"
     probe.must("SerializeFMUstate", state, room, size.value, note=note)
@@ -81,7 +82,7 @@ def serialise(probe: Probe) -> tuple[bytes, bool]:
 def deserialise(probe: Probe, content: bytes) -> None:
     """Bring an instance to the state in `content`."""
     state = ctypes.c_void_p()
-    room = (probe.BYTE * len(content)).from_buffer_copy(content)
+    room = (probe.functions.BYTE * len(content)).from_buffer_copy(content)
     note = f"{len(content)} bytes"
     probe.must("DeSerializeFMUstate", room, len(content), ctypes.byref(state), note=note)
     probe.restore(state)

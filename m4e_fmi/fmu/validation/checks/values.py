@@ -11,17 +11,12 @@ from typing import Any
 
 import numpy as np
 
+from m4e_fmi.fmu.importer.calls.functions import DISCARD, WARNING
 from m4e_fmi.fmu.importer.elements import owner
 from m4e_fmi.fmu.validation.checks.parameters import noticed
 from m4e_fmi.fmu.validation.context import Context
 from m4e_fmi.fmu.validation.findings import Finding, some
-from m4e_fmi.fmu.validation.probe import (
-    DISCARD,
-    WARNING,
-    FatalError,
-    Probe,
-    RefusedError,
-)
+from m4e_fmi.fmu.validation.probe import FatalError, Probe, RefusedError
 
 SPECIAL = (math.nan, math.inf, -math.inf, 5e-324, 1e300, -1e300)
 MOST = 6
@@ -211,7 +206,7 @@ def _references(bench: Context, *, exchange: bool) -> Iterator[Finding]:
         probe.begin()
         types = TYPES_3 if bench.subject.fmi_3 else TYPES
         functions = [f"{verb}{kind}" for verb in ("Get", "Set") for kind in types]
-        nothing = (None, 0, None, *probe.counted(0))
+        nothing = (None, 0, None, *probe.functions.counted(0))
         wrong = [f for f in functions if probe.call(f, *nothing, note="0 values") > WARNING]
     if wrong:
         message = f"no values at all (NULL, 0, NULL) are refused by {some(wrong)}"
@@ -246,11 +241,11 @@ def _text(bench: Context, text: str, what: str, *, exchange: bool) -> Iterator[F
         with bench.probe(exchange=exchange) as probe:
             reference = (ctypes.c_uint * 1)(v.valueReference)
             given = (ctypes.c_char_p * 1)(text.encode())
-            probe.must("SetString", reference, 1, given, *probe.counted(1), note=what)
+            probe.must("SetString", reference, 1, given, *probe.functions.counted(1), note=what)
             back = (ctypes.c_char_p * 1)()
             probe.setup()
             probe.enter_initialization()
-            probe.must("GetString", reference, 1, back, *probe.counted(1), note=what)
+            probe.must("GetString", reference, 1, back, *probe.functions.counted(1), note=what)
             if back[0] != text.encode():
                 message = f"{v.name} does not keep a text ({what})"
                 yield Finding("values.text", "warning", message, "FMI 2.0.4, section 2.1.7")

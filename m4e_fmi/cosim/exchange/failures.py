@@ -1,0 +1,152 @@
+"""Failures of FMUs: errors, and explanations in the FMU's own words."""
+
+from __future__ import annotations
+
+import ctypes
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from m4e_fmi.errors import RunError
+from m4e_fmi.fmu.importer.calls import (
+    DISCARD,
+    EARLY,
+    ERROR,
+    FATAL,
+    RESTLESS,
+    Access,
+    Standard,
+    Status,
+)
+from m4e_fmi.fmu.importer.messages import STATUS, Messages
+from m4e_fmi.fmu.importer.reading import Description
+
+LAST_ERROR = "last_error"
+"""Name of the string variable in which an FMU may explain an error."""
+ANSWERS = {**STATUS, 5: "Pending", EARLY: "an event", RESTLESS: "events without end"}
+"""Texts of statuses."""
+
+
+class DiscardedError(RunError):
+    """An FMU discarded a step; `reached` is the time [s] up to which it could, None if not told.
+
+    `component` is its name, `size` that of the step [s].
+    """
+
+    def __init__(
+        self, message: str, remedy: str, reached: float | None, component: str, size: float
+    ) -> None:
+        super().__init__(message, remedy)
+        self.reached, self.component, self.size = reached, component, size
+
+
+class EventWithinError(DiscardedError):
+    """An FMU has an event within the step, at `reached`."""
+
+
+class EndWithinError(DiscardedError):
+    """An FMU asked for the end of the simulation within the step, at `reached`."""
+
+
+class Warned(ctypes.Structure):
+    """`m4e_warned` of loop.h: steps answered with Warning; when [s] the first and last began."""
+
+    _fields_ = [("count", ctypes.c_uint64), ("first", ctypes.c_double), ("last", ctypes.c_double)]
+
+    def note(self, time: float) -> None:
+        """Count one that began at `time`."""
+        if not self.count:
+            self.first = time
+        self.count, self.last = self.count + 1, time
+
+
+def failed_step(time: float, size: float) -> str:
+    """Text about a step of `size` [s] from `time` [s] that failed."""
+    begin, end = f"{time:.9g} s", f"{time + size:.9g} s"
+    if begin == end:
+        return f"a step of {size:.3g} s from t = {begin} failed"
+    return f"the step from t = {begin} to {end} failed"
+
+
+def value_out_of_range(
+    description: Description, component: str, when: str, access: Access, cells: np.ndarray
+) -> RunError:
+    """The error of an access to `cells` (int64) in which one value does not fit its input."""
+    name, taken = access.names[access.failed], access.taken[access.failed]
+    variable = description.variables[name]
+    cell = int(cells[taken.source])
+    given = cell % 2**64 if taken.large else cell
+    kind = variable.fmi_type + (f" ({', '.join(variable.items)})" if variable.items else "")
+    return RunError(
+        f"{taken.origin} {when} is {given}, which {component}.{name} cannot take: it is of "
+        f"type {kind}, here from {taken.low} to {taken.high}",
+        "keep the value in that range, or connect another input",
+    )
+
+
+class Explanation:
+    """Explanation of a failure by the FMU itself, which logs under `told_name`."""
+
+    def __init__(
+        self, description: Description, fmu: Standard, messages: Messages, told_name: str
+    ) -> None:
+        self._description, self._fmu = description, fmu
+        self._messages, self._told_name = messages, told_name
+
+    def words(self, status: Status = FATAL) -> str:
+        """The FMU's words on a failure with this status, to stand behind our own message.
+
+        Where they begin with a variable, as in ``f is inf``, its description comes after them.
+        """
+        text = self.last_error() if status in (DISCARD, ERROR) else ""
+        text = (text or self._messages.last()).removeprefix(f"{self._told_name}: ")
+        variable = self._description.variables.get(text.partition(" is ")[0])
+        told = f" ({variable.description})" if variable and variable.description else ""
+        return f": {text}{told}" if text else ""
+
+    def last_error(self) -> str:
+        """The text of the variable `last_error`; empty where the FMU has none."""
+        variable = self._description.variables.get(LAST_ERROR)
+        if variable is None or variable.type != "String":
+            return ""
+        return self._fmu.text(variable)
+
+    @property
+    def is_logged(self) -> bool:
+        """True if the FMU has logged more than a warning."""
+        return self._messages.tell_why
+
+    def not_finite(
+        self, component: str, when: str, names: Sequence[str], values: np.ndarray
+    ) -> RunError:
+        """The error of the first of the outputs `names` whose value (n_names,) is nan or infinite.
+
+        `component` is the FMU's name in the system.
+        """
+        name, value = next(
+            (n, v) for n, v in zip(names, values, strict=True) if not math.isfinite(v)
+        )
+        what = self._description.variables[name].description
+        told = f" ({what})" if what else ""
+        message = f"{component}.{name} {when} is {value}{told}{self.words(DISCARD)}"
+        remedy = "try a smaller step_size; check parameters and start values"
+        if self.last_error() or self.is_logged:
+            remedy = f"the FMU tells why: see to that first; else {remedy}"
+        return RunError(message, remedy)
+
+    def step_remedy(self, status: Status, size: float, *, first_step: bool) -> str:
+        """Remedy for a step of `size` [s] that has failed, the likeliest first."""
+        reason = self.is_logged or (status in (DISCARD, ERROR) and self.last_error())
+        own = (
+            f"if {size:g} s is not the step that it was made for, give the component that as its "
+            "own step_size"
+        )
+        first = "the FMU tells why: see to that first"
+        if self._description.constant_step:
+            only = f"it makes steps of one size only: {own}"
+            return f"{first}; {only}" if reason else only
+        if reason and status != DISCARD:
+            return f"{first}; {own}" if first_step else first
+        smaller = f"try a step_size below {size:g} s, or other parameters and start values"
+        return f"{first}; else {smaller}" if reason else f"{smaller}; {own}"

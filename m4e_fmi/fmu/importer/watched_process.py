@@ -1,0 +1,84 @@
+"""A process that calls an FMU and writes a journal of its calls: crashes and hangs are reported.
+
+The process that watches calls no FMU itself, so nothing can happen to it.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from m4e_fmi.fmu.importer.call_journal import last_call
+
+UNASKED_LIMIT = 5.0
+"""Seconds for a call that the standard forbids importers to make."""
+_PROCESSES: Any = multiprocessing.get_context("fork" if hasattr(os, "fork") else "spawn")
+
+
+@dataclass(frozen=True)
+class Ending:
+    """End of a process: by itself with code 0 or another, by a signal, or for a call that hangs.
+
+    The `message` names the last call, which no importer may make if it was `unasked`.
+    """
+
+    kind: Literal["done", "ended", "crash", "hang"]
+    message: str
+    unasked: bool
+
+
+class WatchedProcess:
+    """A process that runs ``target(*arguments)``, with its calls in the file `journal`.
+
+    It is killed when a call takes longer than `call_limit`, or all of it longer than `limit` [s].
+    """
+
+    def __init__(
+        self,
+        target: Callable[..., object],
+        arguments: tuple[object, ...],
+        journal: Path,
+        *,
+        call_limit: float,
+        limit: float,
+    ) -> None:
+        self._journal, self._call_limit, self._limit = journal, call_limit, limit
+        self.began = self._changed = time.monotonic()
+        self._number = 0
+        self._process = _PROCESSES.Process(target=target, args=arguments, daemon=True)
+        self._process.start()
+
+    def ending(self) -> Ending | None:
+        """How the process ended; None while it runs. To be asked until it is there."""
+        now = time.monotonic()
+        last = last_call(self._journal)
+        if last.number != self._number:
+            self._number, self._changed = last.number, now
+        call = last.text or "the first call"
+        code = self._process.exitcode
+        if code is not None:
+            if code < 0:
+                message = f"the process was ended by {signal.Signals(-code).name} in {call}"
+                return Ending("crash", message, last.unasked)
+            message = f"the process ended with code {code} after {call}"
+            return Ending("ended" if code else "done", message, last.unasked)
+        limit = min(self._call_limit, UNASKED_LIMIT) if last.unasked else self._call_limit
+        if now - self._changed > limit:
+            message = f"{call} did not return within {limit:g} s"
+        elif now - self.began > self._limit:
+            message = f"not finished after {self._limit:g} s, in {call}"
+        else:
+            return None
+        self.kill()
+        self._process.join()
+        return Ending("hang", message, last.unasked)
+
+    def kill(self) -> None:
+        """End the process at once."""
+        self._process.kill()
