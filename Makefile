@@ -11,13 +11,17 @@ JOBS ?= 2
 # the tests run side by side, and their matrices are small: threads would only get in the way
 export OPENBLAS_NUM_THREADS ?= 1
 
-.PHONY: demo test verify lint docs bench platforms setup clean
+.PHONY: demo test check verify lint docs bench platforms setup clean
 
 demo: setup
 	$(BIN)/m4e-fmi run examples/moored_buoy/system.yaml
 
 test: setup lint
 	$(BIN)/pytest -n $(JOBS)
+
+# lint, types and the nearest tests of what is changed, within a minute; it says what it left out
+check: setup
+	cd tests && $(CURDIR)/$(BIN)/python -m support.check
 
 # long campaigns, by hand; VERIFY chooses some: make verify VERIFY="-k coupling"
 verify: setup

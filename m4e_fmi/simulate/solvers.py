@@ -21,6 +21,7 @@ from m4e_fmi.simulate.instability import instability
 
 Progress = Callable[[float], None] | None
 Explain = Callable[[float, Sequence[float]], str]
+Function = Callable[[float, Sequence[float]], list[float]]
 
 SCIPY_METHODS = ("RK45", "RK23", "DOP853", "Radau", "BDF", "LSODA")
 PARTS = 100  # into which a run is cut to tell its progress
@@ -229,7 +230,7 @@ def _event_functions(task: Task) -> list[Callable[[float, Sequence[float]], floa
         alone = replace(program, outputs=(program.outputs[k],), results=(program.results[k],))
         _, outputs = _functions(alone)
 
-        def event(t: float, x: Sequence[float], outputs: Callable = outputs) -> float:
+        def event(t: float, x: Sequence[float], outputs: Function = outputs) -> float:
             return outputs(t, list(x))[0]
 
         event.__dict__.update(terminal=watch.terminal, direction=watch.direction)
@@ -237,7 +238,7 @@ def _event_functions(task: Task) -> list[Callable[[float, Sequence[float]], floa
     return functions or None
 
 
-def _functions(program: Program) -> tuple[Callable, Callable]:
+def _functions(program: Program) -> tuple[Function, Function]:
     """rates(t, x) and outputs(t, x) at the program's start values of parameters and inputs."""
     form = load_python(program)
     parameters = [v.start for v in program.parameters]

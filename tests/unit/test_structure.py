@@ -5,12 +5,12 @@ from __future__ import annotations
 import ast
 import re
 from collections import Counter
-from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
 import networkx as nx
 import pytest
+from support import import_graph
 
 ROOT = Path(__file__).parents[2]
 PACKAGES = {
@@ -35,41 +35,12 @@ LAYERS = {
 
 @cache
 def modules() -> dict[str, Path]:
-    """All modules by their dotted name."""
-    found: dict[str, Path] = {}
-    for package, folder in PACKAGES.items():
-        for file in folder.rglob("*.py"):
-            parts = (package, *file.relative_to(folder).with_suffix("").parts)
-            found[".".join(parts).removesuffix(".__init__")] = file
-    return found
-
-
-def imported(module: str) -> Iterator[str]:
-    """The modules of ours that one imports, lazily too, but not under TYPE_CHECKING."""
-
-    def visit(node: ast.AST) -> Iterator[str]:
-        for child in ast.iter_child_nodes(node):
-            if isinstance(child, ast.If) and ast.unparse(child.test) == "TYPE_CHECKING":
-                continue
-            if isinstance(child, ast.Import):
-                yield from (alias.name for alias in child.names)
-            elif isinstance(child, ast.ImportFrom) and child.module and not child.level:
-                for alias in child.names:
-                    name = f"{child.module}.{alias.name}"
-                    yield name if name in modules() else child.module
-            yield from visit(child)
-
-    yield from visit(ast.parse(modules()[module].read_text(encoding="utf-8")))
+    return import_graph.modules(PACKAGES)
 
 
 @cache
 def graph() -> nx.DiGraph:
-    """An edge from each module to each that it imports."""
-    found = nx.DiGraph()
-    found.add_nodes_from(modules())
-    edges = ((one, other) for one in modules() for other in imported(one))
-    found.add_edges_from((a, b) for a, b in edges if b in modules() and a != b)
-    return found
+    return import_graph.graph(modules())
 
 
 def test_no_modules_import_each_other_in_a_circle() -> None:
