@@ -172,7 +172,7 @@ class Instance:
 
     @property
     def events(self) -> Events:
-        """What the FMU has told of events."""
+        """Events that the FMU has told of."""
         return self._fmu.events
 
     @property

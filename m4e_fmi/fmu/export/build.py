@@ -102,13 +102,13 @@ def fmu_files(source: Program | PythonSource, options: Options) -> dict[str, byt
 
 
 def shown(program: Program, options: Options) -> Program:
-    """What an FMU of `program` shows, by the names before they are changed."""
+    """The part of `program` that its FMU shows, with names before they are changed."""
     chosen = program if options.outputs is None else with_outputs(program, options.outputs)
     return with_rates(chosen)
 
 
 def described(program: Program, options: Options) -> ModelDescription:
-    """What an FMU says of a program that is as `shown`."""
+    """The description of an FMU of a program that is as `shown`."""
     return asked(describe(renamed(program, options.rename)), options)
 
 

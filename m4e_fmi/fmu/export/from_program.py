@@ -144,7 +144,7 @@ def _initial(needs: Mapping[str, str], known: set[str]) -> dict[str, str]:
 
 
 def _runtime_files(program: Program, method: str) -> dict[str, bytes]:
-    """What the C runtime needs, for those systems that its library is there for."""
+    """Files that the C runtime needs, for the systems whose library is there."""
     files = {}
     for system, name in PLATFORMS_OF_PYTHONFMU.items():
         own = system == sys.platform

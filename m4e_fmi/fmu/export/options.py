@@ -1,4 +1,4 @@
-"""What is asked of an FMU besides what it is made from."""
+"""Options of an FMU that is built."""
 
 from __future__ import annotations
 

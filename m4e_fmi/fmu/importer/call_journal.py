@@ -27,6 +27,7 @@ class Journal:
         self.unasked = False
 
     def write(self, call: str) -> None:
+        """Write a call down as the last one."""
         self._number += 1
         call += f" with {self.occasion}" if self.occasion else ""
         text = call.encode("ascii", "backslashreplace")[: _SIZE - _HEAD.size]

@@ -22,7 +22,7 @@ _FMI_3 = {
     "canSerializeFMUstate": "canSerializeFMUState",
     "providesDirectionalDerivative": "providesDirectionalDerivatives",
 }
-"""What FMPy calls as FMI 2.0 does, and FMI 3.0's own name."""
+"""FMI 2.0's name, as FMPy has it, and FMI 3.0's own."""
 _IDENTITY = ("fmiVersion", "modelName", "description", "generationTool", "generationDateAndTime")
 _EXPERIMENT = ("startTime", "stopTime", "stepSize", "tolerance")
 _OF_A_VARIABLE = (

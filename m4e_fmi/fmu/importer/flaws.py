@@ -1,4 +1,4 @@
-"""What no reader can make sense of in a model description: numbers and references that are none.
+"""Unreadable parts of a model description: numbers and references that are none.
 
 The XML schema says the same of numbers, but an FMU is read, stepped and shown without it. Sources:
 FMI Specification 2.0.4, section 2.2; 3.0.2, section 2.4.
@@ -139,6 +139,6 @@ def _references(root: Element, version: str) -> Iterator[Flaw]:
 
 
 def _name(element: Element) -> str:
-    """What to call the element: its name, or that of the variable it is in."""
+    """Name of the element for messages: its own, or that of the variable it is in."""
     parent = element.getparent()
     return element.get("name") or (parent.get("name") if parent is not None else "") or element.tag

@@ -1,4 +1,4 @@
-"""What an FMI 1.0 FMU for co-simulation says, in the words of FMI 2.0.
+"""The description of an FMI 1.0 FMU for co-simulation in the words of FMI 2.0.
 
 FMPy reads the variables; capabilities, dependencies and whether a start value is exact are read
 here. Source: FMI for Co-Simulation 1.0, sections 3 and 4.3; FMI for Model Exchange 1.0, section 3.

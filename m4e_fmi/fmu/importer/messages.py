@@ -1,4 +1,4 @@
-"""What FMUs say through FMI's logger, sorted by instance.
+"""Messages that FMUs log through FMI's logger, sorted by instance.
 
 FMPy's native proxy formats the messages (their arguments are variadic, which ctypes cannot take),
 but knows one logger for the whole process. The one here finds the instance by its FMI component
@@ -62,12 +62,14 @@ class Messages:
         return callbacks
 
     def add(self, status: int, text: str) -> None:
+        """Keep a message, and pass it to the listener."""
         text = text[:LONGEST]
         self._texts.append((status, text))
         if status and self._listener and not self.muted:
             self._listener(status, text)
 
     def add_3(self, _environment: Any, status: int, _category: Any, text: bytes | None) -> None:
+        """FMI 3.0's callback for messages."""
         self.add(status, _decoded(text))
 
     def take(self) -> tuple[tuple[int, str], ...]:

@@ -1,4 +1,4 @@
-"""What an FMU file says of itself, read and checked before anything of it is unpacked or run."""
+"""The description of an FMU file, read and checked before anything of it is unpacked or run."""
 
 from __future__ import annotations
 
@@ -103,6 +103,7 @@ class Description:
     content: str = ""
 
     def of_causality(self, *causalities: str) -> list[Variable]:
+        """The variables of one causality."""
         return [v for v in self.variables.values() if v.causality in causalities]
 
     def __repr__(self) -> str:
@@ -167,7 +168,7 @@ def raw_description(path: Path, text: bytes) -> Any:
 
 
 def told_by_fmpy(error: Exception) -> str:
-    """What an error of FMPy's says: in words, or where FMPy has none, its kind and text."""
+    """Text of an error of FMPy's: its words, or where it has none, its kind and text."""
     own = type(error) is Exception or isinstance(error, ValidationError)
     text = str(error) if own else f"FMPy stops with {type(error).__name__}: {error}"
     return text.split("\n")[0]
@@ -214,7 +215,7 @@ def _resize(path: Path, raw: Any, structure: Mapping[str, int]) -> None:
 
 
 def _translated(path: Path, raw: Any, types: Mapping[int, str]) -> Description:
-    """What a description says, in FMI 2.0's words; `types` are FMI 3.0's, by value reference."""
+    """The description in FMI 2.0's words; `types` are FMI 3.0's, by value reference."""
     units = {unit.name: unit for unit in raw.unitDefinitions}
     variables = {v.name: _variable(v, units, types) for v in raw.modelVariables}
     inputs = frozenset(n for n, v in variables.items() if v.causality == "input")

@@ -31,7 +31,7 @@ _TO = {
 }
 _SIZED = re.compile(r"(U?)Int(\d+)")
 _CELL = -(2**63), 2**63 - 1
-"""What an int64 holds."""
+"""The smallest and the largest int64."""
 TYPES = tuple(kind for kind in _TO if _TO[kind])
 """The types that can be connected, and recorded."""
 DISCRETE = tuple(kind for kind in TYPES if kind != REAL)

@@ -48,6 +48,7 @@ class Unpacked:
             raise _cannot_unpack(fmu, error) from error
 
     def remove(self) -> None:
+        """Remove the folder."""
         self._temporary.remove()
 
 

@@ -1,4 +1,4 @@
-"""What every group of checks works with: the library, what is known of the FMU, random values."""
+"""Context of a group of checks: the library, facts about the FMU, random values."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ PATIENCE = 8.0
 
 @dataclass(frozen=True)
 class Facts:
-    """What the first group found: inputs may vary by `amplitude` times their scale, `works` names
+    """Results of the first group: inputs may vary by `amplitude` times their scale, `works` names
     the declared capabilities that are really there."""
 
     amplitude: float = 0.0
@@ -53,6 +53,7 @@ class Context:
 
     @property
     def late(self) -> bool:
+        """True if the group has taken longer than PATIENCE."""
         return time.monotonic() - self.began > PATIENCE
 
     @contextmanager

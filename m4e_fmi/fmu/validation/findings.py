@@ -1,4 +1,4 @@
-"""What a validation comes to: findings, gathered by group of checks."""
+"""Results of a validation: findings, gathered by group of checks."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Finding:
 
     @classmethod
     def from_dict(cls, told: dict[str, Any]) -> Finding:
-        """What `dataclasses.asdict` made, and JSON carried."""
+        """A finding from what `dataclasses.asdict` made, and JSON carried."""
         return cls(**{**told, "words": tuple(told["words"])})
 
     def of(self, version: str) -> Finding:
@@ -77,16 +77,17 @@ class Group:
 
     @classmethod
     def from_dict(cls, told: dict[str, Any]) -> Group:
-        """What `dataclasses.asdict` made, and JSON carried."""
+        """A group from what `dataclasses.asdict` made, and JSON carried."""
         findings = tuple(Finding.from_dict(finding) for finding in told["findings"])
         return cls(**{**told, "findings": findings})
 
     def count(self, severity: Severity) -> int:
+        """Number of findings of one severity."""
         return sum(finding.severity == severity for finding in self.findings)
 
     @property
     def passed(self) -> bool:
-        """Whether it was run and found neither error nor warning."""
+        """True if it was run and found neither error nor warning."""
         troubles = self.count("error") or self.count("warning")
         return not (self.skipped or self.failed or troubles)
 
@@ -108,14 +109,17 @@ class Report:
         return tuple(sorted(found, key=lambda f: SEVERITIES.index(f.severity)))
 
     def of_severity(self, *severities: Severity) -> tuple[Finding, ...]:
+        """Findings of these severities."""
         return tuple(f for f in self.findings if f.severity in severities)
 
     @property
     def ok(self) -> bool:
+        """True if there are no errors."""
         return not self.of_severity("error")
 
     @property
     def complete(self) -> bool:
+        """True if every check could be run."""
         return not any(group.failed for group in self.groups)
 
     def as_dict(self) -> dict[str, Any]:

@@ -45,6 +45,7 @@ class FmuUnderTest:
 
     @classmethod
     def read(cls, folder: Path) -> FmuUnderTest:
+        """The FMU unpacked into `folder`; TooLargeError beyond MOST_ELEMENTS."""
         return cls.of(folder, fmpy.read_model_description(str(folder), validate=False))
 
     @classmethod
@@ -61,6 +62,7 @@ class FmuUnderTest:
 
     @property
     def fmi_3(self) -> bool:
+        """True if it is of FMI 3.0."""
         return self.raw.fmiVersion == "3.0"
 
     @cached_property
@@ -81,12 +83,12 @@ class FmuUnderTest:
 
     @property
     def steps(self) -> bool:
-        """Whether it is for co-simulation."""
+        """True if it is for co-simulation."""
         return self.raw.coSimulation is not None
 
     @property
     def exchanges(self) -> bool:
-        """Whether it is for model exchange."""
+        """True if it is for model exchange."""
         return self.raw.modelExchange is not None
 
     @property
@@ -96,14 +98,16 @@ class FmuUnderTest:
 
     @property
     def once(self) -> bool:
-        """Whether there may be one instance per process only."""
+        """True if there may be one instance per process only."""
         return any(k.canBeInstantiatedOnlyOncePerProcess for k in self.kinds)
 
     @property
     def kinds(self) -> list[Any]:
+        """FMPy's co-simulation and model exchange, as far as it is for them."""
         return [k for k in (self.raw.coSimulation, self.raw.modelExchange) if k is not None]
 
     def kind(self, *, exchange: bool) -> Any:
+        """The one of `kinds` for model exchange or for co-simulation."""
         return self.raw.modelExchange if exchange else self.raw.coSimulation
 
     @cached_property
@@ -113,7 +117,7 @@ class FmuUnderTest:
 
     @property
     def step_is_assumed(self) -> bool:
-        """Whether the FMU makes steps of one size only, and does not say of which."""
+        """True if the FMU makes steps of one size only, and does not say of which."""
         return self.steps and not self.variable_steps and self._declared_step is None
 
     @cached_property
@@ -128,14 +132,17 @@ class FmuUnderTest:
 
     @property
     def start_time(self) -> float:
+        """Start time [s] of the default experiment, 0 where there is none."""
         experiment = self.raw.defaultExperiment
         return float((experiment.startTime if experiment is not None else None) or 0.0)
 
     @property
     def variable_steps(self) -> bool:
+        """True if communication steps may be of any size."""
         return self.steps and bool(self.raw.coSimulation.canHandleVariableCommunicationStepSize)
 
     def reals(self, *causalities: str) -> list[Any]:
+        """Reals of these causalities; of all without any."""
         return [
             v
             for v in self.raw.modelVariables
@@ -144,10 +151,12 @@ class FmuUnderTest:
 
     @cached_property
     def inputs(self) -> list[Any]:
+        """Continuous inputs of type Real."""
         return [v for v in self.reals("input") if v.variability == "continuous"]
 
     @cached_property
     def outputs(self) -> list[Any]:
+        """Continuous outputs of type Real."""
         return [v for v in self.reals("output") if v.variability == "continuous"]
 
     @cached_property
@@ -157,6 +166,7 @@ class FmuUnderTest:
 
     @cached_property
     def parameters(self) -> list[Any]:
+        """Parameters of type Real."""
         return self.reals("parameter")
 
     @cached_property
@@ -166,6 +176,7 @@ class FmuUnderTest:
 
     @cached_property
     def states(self) -> list[Any]:
+        """The continuous states."""
         return [rate.derivative for rate in self.rates]
 
     @cached_property

@@ -45,14 +45,17 @@ Check = Callable[[Context], Iterator[Finding | Facts | Failure | str]]
 
 
 def findings_file(folder: Path, group: str) -> Path:
+    """File into which a group writes its findings, one JSON object a line."""
     return folder / f"{group}.findings"
 
 
 def journal_file(folder: Path, group: str) -> Path:
+    """File that holds the last call of a group."""
     return folder / f"{group}.journal"
 
 
 def stderr_file(folder: Path, group: str) -> Path:
+    """File with the standard error of a group."""
     return folder / f"{group}.stderr"
 
 

@@ -1,17 +1,19 @@
 /* An FMI 3.0 FMU with variables of all types. y = gain u, element by element, for `size` elements; z
- * is the same in Float32, w the sum of what the parameters of other types are. */
+ * is the same in Float32, w the sum of what the parameters of other types are, echo the bytes. */
 #include <stdlib.h>
 #include <string.h>
 
 #include "fmi3Functions.h"
 
-enum { MOST = 64, SIZE = 1, GAIN, U, Y, U32, Y32, SUM, I8, U8, I16, U16, I32, U32BITS, I64, U64, FLAG, WORD, BYTES, MODE };
+enum { MOST = 64, SIZE = 1, GAIN, U, Y, U32, Y32, SUM, I8, U8, I16, U16, I32, U32BITS, I64, U64, FLAG, WORD, BYTES, MODE, ECHO };
 
 typedef struct {
     uint64_t size;
     double gain, u[MOST];
     float u32[2];
     double whole[MODE + 1]; /* of the other types, by value reference */
+    uint8_t bytes[MOST];
+    size_t n_bytes;
     int configuring, running;
 } Gallery;
 
@@ -113,6 +115,25 @@ fmi3Status fmi3SetString(fmi3Instance c, const fmi3ValueReference vr[], size_t n
     return fmi3OK;
 }
 fmi3Status fmi3SetBinary(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const size_t sizes[], const fmi3Binary v[], size_t n_values) {
-    for (size_t i = 0; i < sizes[0]; i++) ((Gallery *)c)->whole[vr[0]] += v[0][i];
+    Gallery *g = c;
+    if (sizes[0] > MOST) return fmi3Error;
+    g->n_bytes = sizes[0];
+    memcpy(g->bytes, v[0], sizes[0]);
+    for (size_t i = 0; i < sizes[0]; i++) g->whole[vr[0]] += v[0][i];
     return fmi3OK;
 }
+fmi3Status fmi3GetBinary(fmi3Instance c, const fmi3ValueReference vr[], size_t n, size_t sizes[], fmi3Binary v[], size_t n_values) {
+    if (n != 1 || vr[0] != ECHO || n_values != 1) return fmi3Error;
+    sizes[0] = ((Gallery *)c)->n_bytes;
+    v[0] = ((Gallery *)c)->bytes;
+    return fmi3OK;
+}
+#ifdef STATE
+fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *s) {
+    if (!*s) *s = malloc(sizeof(Gallery));
+    memcpy(*s, c, sizeof(Gallery));
+    return fmi3OK;
+}
+fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState s) { memcpy(c, s, sizeof(Gallery)); return fmi3OK; }
+fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *s) { free(*s); *s = NULL; return fmi3OK; }
+#endif

@@ -81,6 +81,8 @@ GALLERY = "\n".join(
         '<Start value=""/></Binary>',
         '<Enumeration name="mode" valueReference="19" causality="parameter" variability="fixed" '
         'declaredType="Mode" start="1"/>',
+        '<Binary name="echo" valueReference="20" causality="output" variability="discrete" '
+        'initial="calculated"/>',
     ]
 )
 GALLERY_TYPES = (
@@ -89,8 +91,8 @@ GALLERY_TYPES = (
 )
 GALLERY_OUTPUTS = (
     '<Output valueReference="4" dependencies="3"/><Output valueReference="6" dependencies="5"/>'
-    '<Output valueReference="7" dependencies=""/>'
-    + "".join(f'<InitialUnknown valueReference="{k}"/>' for k in (4, 6, 7))
+    '<Output valueReference="7" dependencies=""/><Output valueReference="20" dependencies=""/>'
+    + "".join(f'<InitialUnknown valueReference="{k}"/>' for k in (4, 6, 7, 20))
 )
 SPECIAL = {"ball": (BALL, BALL_OUTPUTS, ""), "gallery": (GALLERY, GALLERY_OUTPUTS, GALLERY_TYPES)}
 """Of FMI 3.0 only: variables, structure, definitions."""

@@ -17,7 +17,7 @@ from m4e_fmi.fmu.export.description.description import FmuVariable, ModelDescrip
 from m4e_fmi.program import TIME
 
 _MOTION = {"": "position", "v": "velocity", "a": "acceleration"}
-"""What stands before the axis in the last part of a name → the vector's name."""
+"""Text before the axis in the last part of a name → the vector's name."""
 
 LIMITS = ("minimum", "maximum", "nominal")
 
@@ -39,7 +39,7 @@ class Grouped:
 
     @property
     def elements(self) -> tuple[str, ...]:
-        """What the elements are called: ``a[1,1]``, ``a[1,2]``, ...; the name, if it is one."""
+        """Names of the elements: ``a[1,1]``, ``a[1,2]``, ...; the name, if it is one."""
         if not self.shape:
             return (self.name,)
         indices = product(*(range(1, n + 1) for n in self.shape))

@@ -1,4 +1,4 @@
-"""What an FMU says of itself, independent of how it is packaged."""
+"""The description of an FMU and its variables, independent of how it is packaged."""
 
 from __future__ import annotations
 

@@ -179,7 +179,7 @@ def _union(variable: Grouped, place: Mapping[str, Place], *, initial: bool) -> d
 
 
 def dependencies(variable: FmuVariable, *, initial: bool) -> dict[str, str]:
-    """What a scalar depends on → how; at the start, or later."""
+    """Dependencies of a scalar → their kind; at the start, or later."""
     if initial:
         names, kinds = variable.initial_dependencies, variable.initial_kinds
     else:

@@ -22,6 +22,7 @@ class Quantity:
 
     @property
     def type_name(self) -> str:
+        """Name of the type in the model description."""
         return f"SI.{self.name}"  # no variable may have the name of a type: none begins like this
 
 

@@ -122,7 +122,7 @@ def _through(bench: Context, probe: Probe) -> None:
 
 
 def _other_starts(bench: Context, *, exchange: bool) -> list[str]:
-    """What a new instance has, before anything is set, where it is not the start value declared.
+    """Values of a new instance, before anything is set, that are not the start values declared.
 
     Read in initialization mode, where FMI allows it; there `exact` ones are as they were before.
     """

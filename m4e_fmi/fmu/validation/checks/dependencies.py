@@ -39,6 +39,7 @@ class _Measured:
 
 
 def check(bench: Context) -> Iterator[Finding | str]:
+    """Dependencies that contradict what changes, and a reason if there are none."""
     found = False
     for place in places(bench):
         found = True
@@ -132,7 +133,7 @@ def _place_findings(place: Place, measured: _Measured) -> Iterator[Finding]:
 
 
 def _varies(measured: _Measured, row: int, k: int) -> bool:
-    """Whether the factor between two variables is not one number."""
+    """True if the factor between two variables is not one number."""
     slopes = measured.slopes[:, row, k]
     slopes = slopes[np.isfinite(slopes)]
     if not len(slopes) or measured.bends[row, k]:

@@ -28,6 +28,7 @@ BASIS = "FMI 2.0.4, section 2.2.7, attribute `derivative`"
 
 
 def check(bench: Context) -> Iterator[Finding | str]:
+    """Derivatives that contradict differences in time."""
     subject = bench.subject
     if subject.exchanges and subject.states:
         yield from _order_of_states(bench)

@@ -28,6 +28,7 @@ ADJOINT = "providesAdjointDerivatives"
 
 
 def check(bench: Context) -> Iterator[Finding | str]:
+    """Directional derivatives that contradict differences."""
     works = bench.facts.works
     if not any(name.startswith((CAPABILITY, ADJOINT)) for name in works):
         yield f"{CAPABILITY} is not declared, or not there"

@@ -23,6 +23,7 @@ _STATM = Path("/proc/self/statm")
 
 
 def check(bench: Context) -> Iterator[Finding | str]:
+    """Instances that differ after a reset, share values, or leave memory behind."""
     for exchange in bench.subject.ways:
         yield from _reset(bench, exchange=exchange)
         if not bench.subject.once:

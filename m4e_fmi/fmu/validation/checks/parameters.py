@@ -21,6 +21,7 @@ BASIS = "FMI 2.0.4, section 2.2.7, variability and causality"
 
 
 def check(bench: Context) -> Iterator[Finding | str]:
+    """Tunable parameters without effect, and others that can be set too late."""
     way = not bench.subject.steps
     if bench.subject.steps:
         yield from _tunable(bench)

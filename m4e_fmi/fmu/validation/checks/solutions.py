@@ -30,6 +30,7 @@ REFERENCE = 1e-10
 
 
 def check(bench: Context) -> Iterator[Finding | str]:
+    """Solutions that contradict one another."""
     subject = bench.subject
     if not subject.steps or not subject.outputs:
         yield "there is no output of co-simulation"

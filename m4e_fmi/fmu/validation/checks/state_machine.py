@@ -35,6 +35,7 @@ Action = Callable[[Probe], int]
 
 
 def check(bench: Context) -> Iterator[Finding | str]:
+    """Calls that are refused or accepted against the state machine."""
     refused: dict[str, None] = {}
     accepted: dict[str, None] = {}
     readable: dict[str, None] = {}

@@ -14,6 +14,7 @@ from m4e_fmi.fmu.validation.probe import RefusedError
 
 
 def check(bench: Context) -> Iterator[Finding | str]:
+    """A state that does not repeat a run in another process."""
     path = bench.folder / RESUME
     if not path.exists():
         yield "there is no serialised state"

@@ -16,11 +16,12 @@ from m4e_fmi.fmu.validation.probe import Probe, RefusedError
 STEPS = 5
 BASIS = "FMI 2.0.4, section 2.1.8"
 RESUME = "resume.json"
-"""What the group `state_elsewhere` goes on from."""
+"""File from which the group `state_elsewhere` goes on."""
 _GUARD = b"\xa5guard\x5a" * 4
 
 
 def check(bench: Context) -> Iterator[Finding | str]:
+    """Saved states that do not repeat a run."""
     if not bench.subject.steps or "canGetAndSetFMUstate" not in bench.facts.works:
         yield "canGetAndSetFMUstate is not declared for co-simulation, or not there"
         return

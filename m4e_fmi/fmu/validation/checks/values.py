@@ -33,6 +33,7 @@ UNUSABLE = "FMI 2.0.4, section 2.1.3: fmi2Reset makes an FMU usable again after 
 
 
 def check(bench: Context) -> Iterator[Finding | str]:
+    """Special values, steps and references that are not answered as FMI asks for."""
     exchange = not bench.subject.steps
     baseline = _plain_run(bench, exchange=exchange)
     yield from _references(bench, exchange=exchange)
@@ -120,7 +121,7 @@ def _with_special(bench: Context, probe: Probe, variable: Any, value: float) -> 
 
 
 def _timely(bench: Context, probe: Probe) -> bool:
-    """Whether the FMU tells how far it came in the step that it discarded."""
+    """True if the FMU tells how far it came in the step that it discarded."""
     try:
         status, reached = probe.last_successful_time()
     except FatalError:

@@ -27,7 +27,7 @@ LIBRARIES = {
     "2.0": ("fmi2", fmi2.FMU2Slave, fmi2.FMU2Model),
     "3.0": ("fmi3", fmi3.FMU3Slave, fmi3.FMU3Model),
 }
-"""What a function's name begins with, and FMPy's classes that have all of them as methods."""
+"""Prefix of functions, and FMPy's classes that have all of them as methods."""
 
 
 def description_findings(folder: Path) -> tuple[tuple[Finding, ...], str]:

@@ -1,4 +1,4 @@
-"""What a shared library of Linux exports and needs, read from its dynamic section.
+"""Exported and needed symbols of a shared library of Linux, read from its dynamic section.
 
 Source: Tool Interface Standard, Executable and Linking Format, version 1.2, book III; version
 needs: Linux Standard Base Core Specification, section 10.7.

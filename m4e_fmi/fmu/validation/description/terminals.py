@@ -15,6 +15,7 @@ BASIS = "FMI 3.0.2, section 2.4.9"
 
 
 def check_terminals(subject: FmuUnderTest) -> Iterator[Finding]:
+    """Findings about terminals and icons."""
     path = subject.folder / TERMINALS
     if not (subject.fmi_3 and path.is_file()):
         return

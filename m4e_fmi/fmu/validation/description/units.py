@@ -15,6 +15,7 @@ _ROUNDING = 1e-9
 
 
 def check_units(subject: FmuUnderTest) -> Iterator[Finding]:
+    """Findings about units and their use."""
     definitions = {unit.name: unit.baseUnit for unit in subject.raw.unitDefinitions}
     yield from _names(definitions)
     for variable in subject.reals():

@@ -13,6 +13,7 @@ from m4e_fmi.fmu.validation.fmu_under_test import FmuUnderTest, limits
 
 
 def check_variables(subject: FmuUnderTest) -> Iterator[Finding]:
+    """Findings about start values, limits, aliases and derivatives of variables."""
     yield from _aliases(subject)
     for variable in subject.reals():
         yield from _limits(variable)

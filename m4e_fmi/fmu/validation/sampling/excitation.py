@@ -56,7 +56,7 @@ def _samples(bench: Context) -> np.ndarray:
 
 
 def _smooth(samples: np.ndarray) -> bool:
-    """Whether samples of most variables that change lie on a smooth curve."""
+    """True if samples of most variables that change lie on a smooth curve."""
     spread = np.ptp(samples, axis=0)
     curved = np.max(np.abs(np.diff(samples, 2, axis=0)), axis=0) > CURVED * spread
     return not _most(curved, samples)

@@ -54,6 +54,7 @@ class Place:
             self.probe.put(self.knowns, values)
 
     def renew(self) -> None:
+        """Bring a new instance here, instead of the one there was."""
         self.probe.free()
         self.probe = _new_probe(self.bench, self.name)
         arrive(self.bench, self.probe, self.name)
@@ -108,7 +109,7 @@ def places(bench: Context) -> Iterator[Place]:
 
 
 def _states_fit(place: Place) -> bool:
-    """Whether the declared states are those of the state vector; `derivatives` tells if not."""
+    """True if the declared states are those of the state vector; `derivatives` tells if not."""
     place.probe.set_state_vector(place.bench.random(place.bench.subject.states)[0])
     variables = place.probe.read(place.bench.subject.states)
     return np.allclose(variables, place.probe.state_vector(), rtol=1e-12, atol=0.0)

@@ -55,6 +55,18 @@ def test_one_that_keeps_its_whole_state_is_left_as_it_is(c_fmu: Fmus) -> None:
     assert all(description.saves_state for description in found.descriptions.values())
 
 
+def test_outputs_of_type_binary_are_passed_over(c_fmu: Fmus, tmp_path: Path) -> None:
+    """`echo` is Binary: a state is tried, and values are recorded, without it."""
+    gallery = Component("g", FmuFile(c_fmu("3:gallery+state")), {"bytes": "0a10"})
+    system = System("s", (gallery,), (), Simulation(0.1, 0.05, "jacobi"))
+    found = prepare(system)
+    assert found.descriptions["g"].variables["echo"].type == "Binary"
+    assert found.descriptions["g"].saves_state
+    recorded = run(system, results=tmp_path / "r.nc").results().components["g"]
+    assert recorded["sum"].values.tolist() == [26.0] * 3
+    assert "echo" not in recorded
+
+
 def test_a_state_that_is_refused_is_told_before_the_run(c_fmu: Fmus) -> None:
     _, outcome = course(metered(c_fmu, "integrator+claims"))
     (warning,) = (text for text in outcome.warnings if "go back" in text)
