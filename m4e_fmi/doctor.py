@@ -53,7 +53,8 @@ def report(findings: list[Finding]) -> str:
     return "\n".join([*lines, verdict])
 
 
-def as_json(findings: list[Finding]) -> list[dict]:
+def as_json(findings: list[Finding]) -> list[dict[str, object]]:
+    """Findings as JSON values."""
     return [asdict(f) for f in findings]
 
 

@@ -1,6 +1,6 @@
-"""What can go wrong, said so that the reader knows where and what to do.
+"""Errors whose messages name the place and the remedy.
 
-`InputError` (exit code 2): what the user wrote is wrong; it carries every problem found.
+`InputError` (exit code 2): the user's input is wrong; it carries every problem found.
 `RunError` (exit code 1): the input was right, the work failed.
 """
 
@@ -69,6 +69,7 @@ class InputError(M4eError):
         *,
         keys: tuple[str | int, ...] = (),
     ) -> InputError:
+        """The error with one problem."""
         return cls([Problem(message, remedy, file, keys=keys)])
 
 
@@ -125,7 +126,7 @@ def unknown_names(
 
 
 def missing_file(path: Path, what: str = "file") -> tuple[str, str]:
-    """Message and remedy for a file that is not there, or its folder, or that is none.
+    """Message and remedy for a path without a file: it or its folder is missing, or it is a folder.
 
     `what` is the kind of file, as "mesh file".
     """

@@ -1,11 +1,14 @@
-"""How objects show themselves in Python: some lines that say what there is, never all of it."""
+"""Short texts of objects for `repr`: a few lines with the contents, never all of them."""
 
 from __future__ import annotations
 
 import reprlib
 from collections.abc import Iterable, Sequence
 from dataclasses import fields
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
+
+if TYPE_CHECKING:
+    import numpy as np
 
 MOST_LINES = 20
 WIDTH = 100
@@ -22,10 +25,10 @@ class _Short(reprlib.Repr):
         self.maxdict = self.maxlist = self.maxtuple = self.maxset = self.maxfrozenset = 4
         self.maxstring = self.maxother = 60
 
-    def repr_ndarray(self, array: Any, _: int) -> str:
+    def repr_ndarray(self, array: np.ndarray, _: int) -> str:
         return f"<{'×'.join(map(str, array.shape))} array>"
 
-    def repr_instance(self, x: Any, level: int) -> str:
+    def repr_instance(self, x: object, level: int) -> str:
         first, *more = super().repr_instance(x, level).split("\n")
         return f"<{first} …>" if more else first
 
@@ -61,7 +64,7 @@ def listing(title: str, /, **groups: Iterable[Any]) -> str:
 
 
 def _line(head: str, names: Sequence[str]) -> str:
-    """As many of the names as fit into a line, the first one cut if need be."""
+    """A line with as many of the names as fit, the first one cut if need be."""
     line = head + names[0].split("\n")[0][:WIDTH]
     for name in names[1:]:
         if len(line) + len(name) + 5 > WIDTH:
@@ -70,8 +73,8 @@ def _line(head: str, names: Sequence[str]) -> str:
     return line
 
 
-def span(time: Sequence[float] | Any) -> str:
-    """From when to when results are."""
+def span(time: Sequence[float] | np.ndarray) -> str:
+    """Number and time span of rows of results at times (n,) [s]."""
     if not len(time):
         return "no rows"
     return f"{len(time)} rows from {time[0]:g} to {time[-1]:g} s"

@@ -7,11 +7,13 @@ from __future__ import annotations
 
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from types import FrameType
 from typing import Any, NoReturn
 
+Handler = Callable[[int, FrameType | None], object]
 ENDING = tuple(
     signal.Signals(getattr(signal, name))
     for name in ("SIGTERM", "SIGHUP", "SIGBREAK")
@@ -31,7 +33,7 @@ class Terminated(SystemExit):
 
 
 @contextmanager
-def ending_cleanly() -> Iterator[None]:
+def ending_cleanly() -> Generator[None]:
     """Signals of `ENDING` raise Terminated during the block, or at its end if that gets lost.
 
     Those that are ignored (nohup), or that somebody else handles, are left alone.
@@ -58,11 +60,11 @@ def terminate(number: int, _: object) -> NoReturn:
 
 
 def ending(number: int) -> BaseException:
-    """What a signal that asks for the end raises."""
+    """The exception for a signal that asks for the end."""
     return KeyboardInterrupt() if number == signal.SIGINT else Terminated(number)
 
 
-_raisers: list[Any] = [signal.default_int_handler, terminate]
+_raisers: list[object] = [signal.default_int_handler, terminate]
 """Handlers that raise."""
 
 
@@ -94,7 +96,7 @@ _held: list[_Held] = []
 
 
 @contextmanager
-def held() -> Iterator[None]:
+def held() -> Generator[None]:
     """Signals that would raise wait for the end of the block, or for one of `let_through` in it."""
     block = _Held({s: signal.getsignal(s) for s in _raising()})
     if not (block.usual and _is_main()):
@@ -116,8 +118,8 @@ def held() -> Iterator[None]:
 
 
 @contextmanager
-def let_through() -> Iterator[None]:
-    """Within it, signals are not `held`: they raise, and so does one that waits."""
+def let_through() -> Generator[None]:
+    """Signals are not `held` during the block: they raise, and so does one that waits."""
     if not _held or not _is_main() or _raising():
         yield
         return
@@ -141,7 +143,7 @@ _calling: list[list[int]] = []
 
 
 @contextmanager
-def not_lost() -> Iterator[None]:
+def not_lost() -> Generator[None]:
     """Around calls of FMUs: signals that ask for the end raise, if not at once, after the block.
 
     What is raised inside an FMU written in Python goes no further than that, and is at most its
@@ -168,12 +170,12 @@ def not_lost() -> Iterator[None]:
 
 
 def is_ending() -> bool:
-    """Whether a signal has raised within the present block of `not_lost`."""
+    """True if a signal has raised within the present block of `not_lost`."""
     return any(_calling)
 
 
 @contextmanager
-def _told_after(raised: list[int]) -> Iterator[None]:
+def _told_after(raised: list[int]) -> Generator[None]:
     """If there is any in the end, the first is raised, unless one is on its way already."""
     try:
         yield
@@ -188,7 +190,7 @@ def _told_after(raised: list[int]) -> Iterator[None]:
 
 
 @contextmanager
-def handled(numbers: list[signal.Signals], handler: Any) -> Iterator[None]:
+def handled(numbers: list[signal.Signals], handler: Handler) -> Generator[None]:
     """`handler` takes these signals during the block; outside the main thread there are none."""
     if not _is_main():
         yield

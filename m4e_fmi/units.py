@@ -31,6 +31,7 @@ class Unit:
     factor: float = 1.0
 
     def same_dimension(self, other: Unit) -> bool:
+        """True if values in one unit can be converted to the other."""
         return self.exponents == other.exponents
 
     @property
@@ -83,7 +84,7 @@ _NAMED: dict[str, tuple[tuple[int, ...], float]] = {
 _BARE = {"kg", "min", "h", "kn", "%"}
 """Units that take no prefix."""
 KNOWN = f"{', '.join(_NAMED)}, with the prefixes {', '.join(_PREFIXES)}"
-"""All units and prefixes, as messages tell them."""
+"""All units and prefixes, for messages."""
 
 
 @dataclass(frozen=True)
@@ -106,7 +107,7 @@ class Quantity:
 
 
 def parse_quantity(text: str) -> Quantity:
-    """The quantity that `text` is, as ``"5 mm"``; ValueError if it is none."""
+    """The quantity in a text such as ``"5 mm"``; ValueError for any other text."""
     number, _, unit = text.strip().partition(" ")
     try:
         value = float(number)
@@ -117,9 +118,9 @@ def parse_quantity(text: str) -> Quantity:
 
 
 def number_in(unit: str, given: float | str) -> float:
-    """`given` as a number in `unit`, which it is unless it is a text with a unit of its own.
+    """`given` as a number in `unit`: a number is in it already, a text has a unit of its own.
 
-    ValueError says what is wrong with the text.
+    ValueError for a text that is not a quantity, or of another dimension.
     """
     if isinstance(given, str | bool):
         return parse_quantity(str(given)).in_unit(parse_unit(unit))

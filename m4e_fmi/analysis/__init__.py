@@ -1,10 +1,10 @@
-"""What follows from a system near a point of its motion: linear equations and sensitivities.
+"""Linear equations of a system about a point of its motion, and sensitivities.
 
-`linearize` gives M, C, K and A, B, C, D from exact derivatives, `equilibrium` a point to do it at,
-`modes` and `frequency_response` what the linear equations say; `sensitivity` and its kin how
-outputs, eigenvalues and trajectories change with parameters. `Linearizer` and `Sensitivities` do it
-at many points of one system. May import everything up to `simulate`. Start with `points`, then
-`linearization`.
+`linearize` gives M, C, K and A, B, C, D from exact derivatives, `equilibrium` a point to do it at;
+`modes` and `frequency_response` evaluate the linear equations. `sensitivity` and its kin give the
+derivatives of outputs, eigenvalues and trajectories with respect to parameters. `Linearizer` and
+`Sensitivities` do it at many points of one system.
+Start with `points`, then `linearization`.
 """
 
 from m4e_fmi.analysis.equilibrium import equilibrium

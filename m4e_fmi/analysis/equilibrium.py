@@ -1,4 +1,4 @@
-"""Where a system stays at rest, found with exact derivatives.
+"""Equilibria of a system, found with exact derivatives.
 
 Velocities are zero; coordinates (and states that are no part of a motion) are sought such that
 every rate is zero: r(q) = q̈(q, q̇ = 0) = 0.
@@ -69,7 +69,7 @@ class Balance:
         partner = dict(pairs)
         moving = [k for k in range(len(program.states)) if k not in set(self.velocities)]
         self.unknowns = moving
-        """States that are sought: coordinates, and what is no part of a motion."""
+        """States that are sought: coordinates, and those that are no part of a motion."""
         names = [program.states[partner.get(k, k)].name for k in moving]
         self.equations = tuple(program.states[partner.get(k, k)] for k in moving)
         self.observed = observed(program, [f"der({name})" for name in names])
@@ -87,28 +87,35 @@ class Balance:
         return point.with_states(states)
 
     def moved(self, point: OperatingPoint, step: Floats) -> OperatingPoint:
+        """`point` with `step` (n,), in SI, added to the unknowns."""
         states = point.states.copy()
         states[self.unknowns] += step
         return point.with_states(states)
 
     def rates(self, point: OperatingPoint) -> Floats:
+        """Rates that are zero at rest, shape (n,), in SI."""
         return self._rates.at(point)
 
     def slopes(self, point: OperatingPoint) -> Floats:
+        """Derivatives of the rates by the unknowns, shape (n, n), in SI."""
         return self._slopes.at(point)
 
     def sizes(self, point: OperatingPoint) -> Floats:
-        """What changes are compared with: 1 rad; 1 + the largest unknown of the same unit."""
+        """Scales of the unknowns, shape (n,): 1 rad; 1 + the largest unknown of the same unit."""
         values = np.abs(point.states[self.unknowns])
         return 1.0 + np.max(np.where(self._alike, values, 0.0), axis=1)
 
     def newton(self, point: OperatingPoint) -> Floats:
-        """`newton_matrix` at `point`."""
+        """`newton_matrix` at `point`, shape (n, n)."""
         return newton_matrix(self.slopes(point), self.sizes(point))
 
 
 def newton_matrix(slopes: Floats, sizes: Floats) -> Floats:
-    """N: to first order, N r is the shortest change of the unknowns that takes rates r to zero."""
+    """N (n, n): to first order, N r is the shortest change of the unknowns that makes rates r zero.
+
+    `slopes` (n, n) are the derivatives of the rates by the unknowns, `sizes` (n,) the scales by
+    which changes are compared; all in SI.
+    """
     # rows and columns are scaled, so that the rank does not depend on units
     rows = np.linalg.norm(slopes * sizes, axis=1)
     rows[rows == 0.0] = 1.0
@@ -215,7 +222,7 @@ def _at_rest(balance: Balance, point: OperatingPoint) -> OperatingPoint:
 
 
 def _lost(balance: Balance, point: OperatingPoint, why: str) -> RunError:
-    """What to say where the search ends without an equilibrium."""
+    """The error for a search that ends without an equilibrium."""
     rates = balance.rates(point)
     k = int(np.argmax(np.where(np.isfinite(rates), np.abs(rates), np.inf)))
     worst = balance.equations[k]

@@ -28,7 +28,7 @@ class FrequencyResponse:
     inputs: tuple[Variable, ...]
 
     def of(self, output: str, input: str) -> NDArray[np.complex128]:
-        """The response of one output to one input, shape (n,)."""
+        """The response of one output to one input, shape (n,), in the unit of `unit`."""
         i, j = place(output, self.outputs), place(input, self.inputs)
         return self.values[:, i, j]
 
@@ -46,7 +46,7 @@ class FrequencyResponse:
 
 
 def frequency_response(linear: Linearization, omega: ArrayLike) -> FrequencyResponse:
-    """C (iω − A)⁻¹ B + D at angular frequencies `omega` [rad/s].
+    """C (iω − A)⁻¹ B + D at angular frequencies `omega` (n,) [rad/s], or at one.
 
     Raises RunError where `omega` is an undamped natural frequency to the last bit.
     """

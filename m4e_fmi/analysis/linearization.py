@@ -176,9 +176,9 @@ class Linearizer:
         )
 
     def change(self, point: OperatingPoint, direction: Mapping[str, float]) -> Floats:
-        """Derivative of A along a change of parameters, inputs, states: exact second derivatives.
+        """Derivative of A along a change of parameters, inputs, states, shape (n, n), in SI.
 
-        n×n. What `direction` does not name stands still.
+        Exact second derivatives. Variables that `direction` does not name do not change.
         """
         along, n = tuple(direction), len(self.states)
         slopes = self._slopes.derivatives

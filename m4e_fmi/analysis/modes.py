@@ -37,24 +37,24 @@ class Modes:
 
     @cached_property
     def frequencies(self) -> NDArray[np.float64]:
-        """Natural frequencies |λ| [rad/s]; divided by 2π, in Hz."""
+        """Natural frequencies |λ| [rad/s], shape (modes,)."""
         return np.abs(self.eigenvalues)
 
     @cached_property
     def damping_ratios(self) -> NDArray[np.float64]:
-        """−Re λ/|λ|: 0 undamped, 1 or −1 without oscillation; nan for λ = 0."""
+        """−Re λ/|λ|, shape (modes,): 0 undamped, 1 or −1 without oscillation; nan for λ = 0."""
         with np.errstate(invalid="ignore"):
             return -self.eigenvalues.real / self.frequencies
 
     @cached_property
     def shapes(self) -> Complex:
-        """Coordinates of each mode, one column each: rows of v, its largest entry (the first) 1."""
+        """Mode shapes, shape (coordinates, modes): rows of v, the largest entry (the first) 1."""
         rows = self.right[: len(self.coordinates)]
         return rows / rows[_largest(rows), np.arange(rows.shape[1])]
 
     @property
     def stable(self) -> bool:
-        """Whether no motion grows; eigenvalues within rounding of the imaginary axis do not."""
+        """True if no motion grows; eigenvalues within rounding of the imaginary axis do not."""
         largest = np.max(self.frequencies, initial=0.0)
         return bool((self.eigenvalues.real <= NEGLIGIBLE * largest).all())
 

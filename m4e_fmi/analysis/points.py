@@ -65,6 +65,7 @@ class OperatingPoint:
         return self.values[name]
 
     def with_states(self, states: Floats) -> OperatingPoint:
+        """The point with other states (n,), in their SI units."""
         return replace(self, states=states)
 
     def __repr__(self) -> str:
@@ -121,7 +122,10 @@ class Evaluation:
         self._form = None if compiled else load_python(program)
 
     def at(self, point: OperatingPoint, *more: float) -> Floats:
-        """The outputs at `point`; `more` are values of inputs that only this program has."""
+        """Outputs at `point`, shape (n_outputs,), in their units.
+
+        `more` are values of inputs that only this program has.
+        """
         inputs = [*point.inputs, *more]
         if self._engine is not None:
             self._engine.set_parameters(point.parameters)
@@ -141,7 +145,7 @@ class Matrix:
         self._entries = Evaluation(derivatives.program)
 
     def at(self, point: OperatingPoint) -> Floats:
-        """∂rows/∂columns at `point`; RunError if one is not finite there."""
+        """∂rows/∂columns at `point`, shape (rows, columns), in SI; RunError unless finite."""
         d = self.derivatives
         matrix = np.zeros((len(d.rows), len(d.columns)))
         matrix[list(d.row_indices), list(d.column_indices)] = self._entries.at(point)

@@ -64,7 +64,7 @@ class EigenvalueSensitivity:
 
     @property
     def frequencies(self) -> Floats:
-        """d|λ_k| / d by[j] [rad/s by the unit of by]."""
+        """d|λ_k| / d by[j], shape (modes, by) [rad/s by the unit of by]."""
         eigenvalues = self.modes.eigenvalues[:, None]
         with np.errstate(invalid="ignore"):
             return (eigenvalues.conj() * self.values).real / np.abs(eigenvalues)
@@ -129,7 +129,7 @@ class Sensitivities:
         return EigenvalueSensitivity(found, self.by, values)
 
     def _shift(self, point: OperatingPoint) -> Floats:
-        """How the equilibrium moves: one row for each state of `_moved`."""
+        """Derivatives of the equilibrium: one row for each state of `_moved`."""
         if not self.moving:
             return np.zeros((0, len(self.by)))
         return self._balance.newton(point) @ self._pushes.at(point)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from m4e_fmi.analysis.linearization import Mechanical
 from m4e_fmi.errors import InputError, suggestion
@@ -67,7 +67,7 @@ class SymbolicLinearization:
         return direct + self._y.jacobian(self.equations.u_dot) * self._forced
 
     @cached_property
-    def _inputs(self) -> list[Any]:
+    def _inputs(self) -> list[sympy.Symbol]:
         import sympy
 
         return [sympy.Symbol(name, real=True) for name in self.equations.inputs]

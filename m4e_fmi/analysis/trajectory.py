@@ -30,7 +30,7 @@ class TrajectorySensitivity:
     derivatives: Floats = field(repr=False)
 
     def __getitem__(self, names: tuple[str, str]) -> Floats:
-        """d of / d by over time, by the names (of, by)."""
+        """d of / d by over time, by the names (of, by), shape (n_times,), in their SI units."""
         return self.derivatives[:, place(names[0], self.of), place(names[1], self.by)]
 
     def __repr__(self) -> str:
@@ -48,7 +48,7 @@ def trajectory_sensitivity(
     tolerance: float = 1e-8,
     method: str = "dop853",
 ) -> TrajectorySensitivity:
-    """How outputs or states `of` change over time with parameters, inputs or start values `by`.
+    """Derivatives over time of outputs or states `of` by parameters, inputs or start values `by`.
 
     `by` names parameters, inputs (held constant), or states, which means their start value; the
     start values do not change with the parameters. The rest is as for `simulate`. One integration

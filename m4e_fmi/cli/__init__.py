@@ -69,7 +69,7 @@ def _run(arguments: Sequence[str] | None) -> int:
 
 
 def _with_notes(text: str, error: BaseException) -> str:
-    """How far the work was, if that was noted: "interrupted at t = 2 s of 9 s; …"."""
+    """`text` and the progress noted on the error: "interrupted at t = 2 s of 9 s; …"."""
     return " ".join(filter(None, (text, "; ".join(getattr(error, "__notes__", ())))))
 
 
@@ -86,7 +86,7 @@ class _Parser(argparse.ArgumentParser):
         self._wrong: list[str] = []
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:  # pyright: ignore[reportIncompatibleMethodOverride]
-        """As argparse's; exits with all wrong values and unknown arguments."""
+        """argparse's result; exits with all wrong values and unknown arguments."""
         found, unknown = super().parse_known_args(args, namespace)
         for text in unknown:
             option = text.partition("=")[0]

@@ -33,6 +33,7 @@ ARGUMENTS = {
 
 
 def add(commands: argparse._SubParsersAction) -> None:
+    """Add `build` to the command line."""
     command = commands.add_parser("build", help="build the FMU of a model, or all of a system")
     command.add_argument("source", type=Path, help=f"{MODEL_FILE}, or a system file")
     add_native(command, "no Python inside, model exchange too; default for a system, not a model")

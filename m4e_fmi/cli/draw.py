@@ -9,6 +9,7 @@ from m4e_fmi.cli.options import BUILD_FOLDER, MODEL_FILE, load_model, print_file
 
 
 def add(commands: argparse._SubParsersAction) -> None:
+    """Add `draw` to the command line."""
     command = commands.add_parser("draw", help="draw a model in its start pose")
     command.add_argument("model", type=Path, help=MODEL_FILE)
     command.add_argument(

@@ -9,6 +9,7 @@ from m4e_fmi.cli.options import MODEL_FILE, load_model
 
 
 def add(commands: argparse._SubParsersAction) -> None:
+    """Add `equations` to the command line."""
     command = commands.add_parser("equations", help="print a model's equations of motion")
     command.add_argument("model", type=Path, help=MODEL_FILE)
     form = command.add_mutually_exclusive_group()

@@ -23,6 +23,7 @@ POINTS = {
 
 
 def add(commands: argparse._SubParsersAction) -> None:
+    """Add `linearize` to the command line."""
     command = commands.add_parser(
         "linearize", help="equilibrium, frequencies and damping, state space of a model"
     )

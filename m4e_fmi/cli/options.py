@@ -24,6 +24,7 @@ MODEL_FILE = "a model: ours, Chrono's or the paper's lists (YAML)"
 
 
 def add_start_values(command: argparse.ArgumentParser, name: str) -> None:
+    """Add --start-value; `name` stands for the variable in the help."""
     command.add_argument(
         "--start-value",
         nargs=2,
@@ -37,6 +38,7 @@ def add_start_values(command: argparse.ArgumentParser, name: str) -> None:
 
 
 def add_output_file(command: argparse.ArgumentParser) -> None:
+    """Add --output-file, for results."""
     command.add_argument(
         "--output-file",
         type=Path,
@@ -46,6 +48,7 @@ def add_output_file(command: argparse.ArgumentParser) -> None:
 
 
 def add_build_folder(command: argparse.ArgumentParser) -> None:
+    """Add --build-folder."""
     command.add_argument(
         "--build-folder",
         type=Path,
@@ -56,12 +59,12 @@ def add_build_folder(command: argparse.ArgumentParser) -> None:
 
 
 def add_native(command: argparse.ArgumentParser, text: str) -> None:
-    """--native and --no-native; None where neither is given."""
+    """Add --native and --no-native; None where neither is given."""
     command.add_argument("--native", action=argparse.BooleanOptionalAction, help=text)
 
 
 def start_values(options: argparse.Namespace) -> dict[str, float | str]:
-    """What --start-value gives by name, each as `start` in a system file would have it.
+    """Values of --start-value by name, each as `start` in a system file would have it.
 
     InputError with all variables that are given twice.
     """
@@ -99,7 +102,7 @@ def _scalar(text: str) -> float | str:
 
 
 def output_file(options: argparse.Namespace, name: str) -> Path:
-    """Where results go; InputError, before any work, if they cannot be written in that form."""
+    """Path of the results; InputError, before any work, if they cannot be written in that form."""
     from m4e_fmi.files.file_names import file_stem
     from m4e_fmi.results.results_file import check_export
 
@@ -109,7 +112,7 @@ def output_file(options: argparse.Namespace, name: str) -> Path:
 
 
 def is_system(path: Path) -> bool:
-    """Whether a file describes a system rather than a model: a package, or YAML that has parts."""
+    """True for a file of a system, not a model: a package, or YAML with components."""
     from m4e_fmi.cosim.ssp.package import SUFFIX
     from m4e_fmi.files.document import Document
     from m4e_fmi.files.file_kinds import SYSTEM, kind_of
@@ -175,5 +178,6 @@ class Gathered:
 
 
 def print_files(paths: Iterable[Path]) -> None:
+    """Print the paths of files that were written."""
     for path in paths:
         print(f"wrote {path}")

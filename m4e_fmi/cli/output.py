@@ -1,14 +1,14 @@
-"""The one place where text leaves for the terminal: nothing in a name can act on it."""
+"""Output to the terminal, the only place of it: no name can act on the terminal."""
 
 from __future__ import annotations
 
 import os
 import re
 import sys
-from collections.abc import Iterator
+from collections.abc import Generator, Iterable
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import TextIO
 
 _OWN = re.compile(r"\r(?:\x1b\[K)?")
 """Begins a line anew: of a counter or a progress bar, at the start of what is written."""
@@ -31,11 +31,12 @@ class Clean:
     once it takes nothing for another reason, which else is an OSError with the `name`, once.
     """
 
-    def __init__(self, stream: Any, name: str = "", *, spare: bool = False) -> None:
+    def __init__(self, stream: TextIO, name: str = "", *, spare: bool = False) -> None:
         self._stream, self._name = stream, name
         self._spare = spare
 
     def write(self, text: str) -> int:
+        """Write `text`, cleaned; the number of characters written."""
         own = _OWN.match(text)
         begin = own.end() if own else 0
         text = text[:begin] + cleaned(text[begin:])
@@ -47,6 +48,7 @@ class Clean:
             return len(text)
 
     def flush(self) -> None:
+        """Flush the other stream."""
         try:
             self._stream.flush()
         except OSError as error:
@@ -60,17 +62,18 @@ class Clean:
             why = error.strerror or error
             raise OSError(f"{self._name} cannot be written: {why}") from error
 
-    def writelines(self, lines: Any) -> None:
+    def writelines(self, lines: Iterable[str]) -> None:
+        """Write each of `lines`, cleaned."""
         for line in lines:
             self.write(line)
 
-    def __getattr__(self, name: str) -> Any:
+    def __getattr__(self, name: str) -> object:
         return getattr(self._stream, name)
 
 
 @contextmanager
-def clean_output() -> Iterator[None]:
-    """Within it, standard output and standard error are cleaned; nobody need read or have them."""
+def clean_output() -> Generator[None]:
+    """Standard output and error are cleaned during the block; they may be closed or unread."""
     before = sys.stdout, sys.stderr
     with ExitStack() as stack:
         if None in before:

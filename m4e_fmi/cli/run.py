@@ -7,7 +7,7 @@ import sys
 from collections.abc import Iterable, Iterator, Mapping
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from m4e_fmi.cli.options import (
     Gathered,
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 
 def add(commands: argparse._SubParsersAction) -> None:
+    """Add `run` to the command line."""
     command = commands.add_parser("run", help="co-simulate a system of FMUs")
     command.add_argument("system", type=Path, help="a system file (YAML) or package (.ssp)")
     for flag, text in (
@@ -110,7 +111,7 @@ def _system(options: argparse.Namespace) -> System:
 
 
 def _with_start(
-    system: System, start: Mapping[str, Any], origin: str, gathered: Gathered
+    system: System, start: Mapping[str, float | str], origin: str, gathered: Gathered
 ) -> System:
     """The system with those start values whose component is there; the others are problems."""
     from m4e_fmi.cosim.system.origins import ParameterSet

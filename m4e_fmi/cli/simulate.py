@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 
 def add(commands: argparse._SubParsersAction) -> None:
+    """Add `simulate` to the command line."""
     command = commands.add_parser("simulate", help="simulate one model in this process")
     command.add_argument("model", type=Path, help=MODEL_FILE)
     command.add_argument("--stop-time", type=float, default=10.0, metavar="S", help="default 10 s")
@@ -130,7 +131,7 @@ def _unmoved(model: Model, given: Iterable[str]) -> list[str]:
 
 
 def _animation_file(options: argparse.Namespace, name: str) -> Path | None:
-    """Where the animation goes; None if none is wanted."""
+    """Path of the animation; None if none is wanted."""
     from m4e_fmi.report import check_animation_path
 
     if options.animate is None:

@@ -15,6 +15,7 @@ EPILOG = (
 
 
 def add(commands: argparse._SubParsersAction) -> None:
+    """Add `validate` to the command line."""
     command = commands.add_parser(
         "validate", help="check FMUs: what they say, and whether they do it", epilog=EPILOG
     )

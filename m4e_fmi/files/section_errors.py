@@ -210,7 +210,7 @@ def _number_instead(text: str) -> str:
 
 
 def _example(case: _Case) -> str:
-    """How to write a section where another value stands."""
+    """Example of a section to write in place of another value."""
     needed = [n for kind in case.types() for n, f in fields_of(kind).items() if f.is_required()]
     first = case.given if isinstance(case.given, int | float) else "…"
     values = [first, *("…" for _ in needed[1:])]

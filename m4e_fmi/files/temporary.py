@@ -77,7 +77,7 @@ class TemporaryFolder:
 
 
 def _place(parent: Path) -> _Place:
-    """That of this process in `parent`; at first, what dead ones have left there is removed."""
+    """The place of this process in `parent`; a new one removes those of dead processes first."""
     key = parent, os.getpid()
     if key not in _places:
         _sweep(parent)

@@ -49,9 +49,9 @@ def check_suffix(path: str | Path, suffixes: Sequence[str], what: str) -> None:
 
 @contextmanager
 def written(path: str | Path) -> Generator[Path]:
-    """Gives a file to write, of the same suffix and in the same folder, that then becomes `path`.
+    """A file to write, with the suffix and folder of `path`, which it replaces after the block.
 
-    Folders are made where there are none. RunError, and no file, if one cannot be written.
+    Missing folders are made. RunError, and no file, if it cannot be written.
     """
     path = Path(path)
     part = path.with_name(f"{part_prefix()}{uuid.uuid4().hex}{path.suffix}")

@@ -1,4 +1,4 @@
-"""What people look at: progress, summaries, tables, figures, drawings, animations.
+"""Output for people: progress, summaries, tables, figures, drawings, animations.
 
 Imports everything below it. Start with `summaries`, then `figures`; `panels` says what is shown.
 Drawings and animations start from a `scene`, a model in numbers at any pose; `symbols` and `parts`

@@ -11,7 +11,7 @@ _LEAST_FIXED = 1e-4
 
 
 def scale_of(largest: float) -> tuple[float, str]:
-    """What an SI value is multiplied by, and the prefix of the unit, where `largest` is shown.
+    """Factor of SI values and prefix of their unit, where `largest` is shown.
 
     1 and no prefix for 0, and for what is smaller than a thousandth.
     """

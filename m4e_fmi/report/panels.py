@@ -38,7 +38,7 @@ class Panel:
 
     @property
     def curves(self) -> dict[str, np.ndarray]:
-        """What is drawn over time, by the names of the series, in `unit`."""
+        """Curves by the names of the series, shape (n_times,), in `unit`."""
         found = {name: one.values.astype(float) for name, one in self.series.items()}
         return {
             name: self.scale * (values - (values[:1] if self.from_start else 0.0))
@@ -157,7 +157,10 @@ def fitting(panel: Panel) -> Panel:
 
 
 def coinciding(curves: list[np.ndarray]) -> list[tuple[int, int]]:
-    """For each curve how many earlier ones it hides, and how many there are in one place."""
+    """For each curve the number of earlier ones that it hides, and of all in its place.
+
+    `curves` have shape (n_times,), all in one unit.
+    """
     close = SAME * _height(curves)
     found = []
     for k, curve in enumerate(curves):

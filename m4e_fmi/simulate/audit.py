@@ -1,4 +1,4 @@
-"""Where the energy went: works of loads and inputs, and whether the balance closes.
+"""Energy balance of a simulation: works of loads and inputs, and the residual.
 
 The work of a load is one more state of the program, whose rate is the power that the program
 reports: it is integrated by the method that integrates the motion, under the same error control.
@@ -24,11 +24,11 @@ POWER = re.compile(r"(load\.\w+|inputs)\.power")
 @short
 @dataclass(frozen=True)
 class EnergyAudit:
-    """How far the energy balance of a simulation is from closing.
+    """Error of the energy balance of a simulation.
 
-    `residual` [J] over time is E(t) − E(0) − Σ works: of kinetic and potential energy together, and
-    of all loads and inputs that change it. `scale` [J] is the largest that the kinetic energy, the
-    change of the potential energy or the work of one load has been.
+    `residual` [J], shape (n_times,), is E(t) − E(0) − Σ works: of kinetic and potential energy
+    together, and of all loads and inputs that change it. `scale` [J] is the largest value of the
+    kinetic energy, the change of the potential energy or the work of one load.
     """
 
     residual: np.ndarray
@@ -54,7 +54,10 @@ def with_works(program: Program) -> tuple[Program, int]:
 
 
 def energy_audit(values: Mapping[str, np.ndarray]) -> EnergyAudit | None:
-    """The audit of what a simulation gave, by name; None where there is no total energy."""
+    """Audit of `values` over time, arrays (n_times,) by name, energies and works in J.
+
+    None where there is no total energy.
+    """
     if TOTAL not in values:
         return None
     works = [value for name, value in values.items() if name.endswith(".work")]

@@ -24,8 +24,8 @@ def instability(
 ) -> RunError | None:
     """The error to raise if a state had grown without bound when the `failure` came.
 
-    `states` are rows (n, states), of the program's first states, at `times` (n,) [s]. With an empty
-    `failure`, at the end of a simulation, a state must have become huge besides.
+    `states` are the program's first states, shape (n, states), in their units, at `times` (n,)
+    [s]. With an empty `failure`, at the end of a simulation, a state must have become huge besides.
     """
     least = 0.0 if failure else HUGE
     columns = {

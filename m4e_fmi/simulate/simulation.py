@@ -62,9 +62,9 @@ class Event:
 
 @dataclass(frozen=True)
 class Simulation:
-    """What a simulation gave: `time` [s], and per variable (states, outputs) its values over time.
+    """Result of a simulation: `time` [s], shape (n,), and states and outputs over time.
 
-    Values are in the unit of their variable, arrays of the length of `time`. `load.<name>.work` and
+    `values` by name have shape (n,), and the unit of their variable. `load.<name>.work` and
     `inputs.work` [J] are the integrals of the powers. `events` are in the order of time.
     `start_values` are those that were given; `tolerance` is None of a method that has none.
     """
@@ -81,7 +81,7 @@ class Simulation:
     tolerance: float | None = None
 
     def __getitem__(self, name: str) -> Series:
-        """A variable over time; UnknownNameError, a KeyError, if there is none of this name."""
+        """A variable over time, shape (n,), in its unit; UnknownNameError if there is none."""
         return self.values[name]
 
     def __repr__(self) -> str:
@@ -97,7 +97,7 @@ class Simulation:
 
     @cached_property
     def energy(self) -> EnergyAudit | None:
-        """Whether the energy balance closes; None of a program that has no total energy."""
+        """The energy balance; None of a program that has no total energy."""
         return energy_audit(self.values)
 
 
@@ -235,7 +235,7 @@ def _watched(program: Program, events: Sequence[Watch]) -> tuple[Program, tuple[
 
 
 def _explained(system: Program | Model, program: Program, t: float, x: Sequence[float]) -> str:
-    """What is wrong with a model at time t [s] and states x, works after them; "" if nothing is."""
+    """Defect of a model at time t [s] and states x, works after them; "" if there is none."""
     if isinstance(system, Program):
         return ""
     from m4e_fmi.multibody.diagnosis import diagnosis

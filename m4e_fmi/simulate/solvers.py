@@ -35,7 +35,7 @@ class Task:
     `times` [s] ascend from the start. Steps of rk4 are at most `step_size` [s]. The last
     `quadratures` states have an error norm of their own. `watches` name outputs of the program. At
     `kinks` [s], which ascend, rates change their slopes: methods other than SciPy's make no step
-    across them. `explain` says what is wrong at a time and states.
+    across them. `explain` gives the cause of a failure at a time and states.
     """
 
     program: Program
@@ -51,12 +51,13 @@ class Task:
 
     @property
     def start(self) -> list[float]:
+        """Start values of the states, in their units."""
         return [v.start for v in self.program.states]
 
 
 @dataclass(frozen=True)
 class Solved:
-    """`table` has a row of states and outputs per entry of `times` [s].
+    """Result of an integration: `table` has a row of states and outputs per entry of `times` [s].
 
     `events` are (time [s], position in the watches, states), in the order of time; after a terminal
     one comes nothing but a row at its time. `evaluations` counts those of the rates.

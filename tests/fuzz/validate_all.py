@@ -33,7 +33,7 @@ KINDS: dict[str, dict[str, Any]] = {
 
 
 def sources() -> Iterator[tuple[str, Program | PythonSource]]:
-    """What FMUs are made from, by a name of its own."""
+    """Sources of FMUs, each by a name of its own."""
     for path in sorted(EXAMPLES.rglob("*.model.yaml")):
         yield f"{path.parent.name}.{path.name.split('.')[0]}", model_program(load_model(path))
     for path in sorted(EXAMPLES.rglob("system.yaml")):

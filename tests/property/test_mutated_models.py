@@ -93,7 +93,7 @@ def damaged(seed: int, texts: tuple[str, ...]) -> str:
 
 
 def check(seed: int, folder: Path, *texts: str) -> bool:
-    """Whether the damaged file still says a model. Any other error than ours is raised."""
+    """True if the damaged file is still a model. Any other error than ours is raised."""
     try:
         model = model_of(Document.parse(damaged(seed, texts), folder / "flap.model.yaml"))
     except InputError:

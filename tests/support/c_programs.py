@@ -66,5 +66,5 @@ def run_on_windows(program: Path, words: Sequence[str]) -> subprocess.CompletedP
 
 
 def windows_path(path: Path) -> str:
-    """What wine calls `path`."""
+    """Name of `path` under wine."""
     return "Z:" + str(path).replace("/", "\\")

@@ -1,4 +1,4 @@
-"""What is inside of shared libraries of systems other than this one."""
+"""Contents of shared libraries of other systems than this one."""
 
 from __future__ import annotations
 

@@ -354,7 +354,7 @@ READERS: dict[str, Callable[[Path], None]] = {
     "mesh": _mesh,
     "lines": _lines,
 }
-"""What is done through Python, where a command would also build and run."""
+"""Actions through Python, where a command would also build and run."""
 
 
 def codes(seed: Seed, folder: Path) -> list[int]:

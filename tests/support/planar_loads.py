@@ -93,7 +93,7 @@ def random_loads(numbers: Numbers, joints: Mapping[str, Joint]) -> dict[str, Loa
 
 
 def work(reference: Reference, load: Load, along: list[Any]) -> Any:
-    """What `load` does along a change of the coordinates."""
+    """Work of `load` along a change of the coordinates."""
     if isinstance(load, BodyForce | PointForce | BodyDrag | PointDrag):
         return _applied(reference, load, along)
     if isinstance(load, Bushing):

@@ -197,7 +197,7 @@ class Reference:
         return result
 
     def _work(self, unit: list[Any]) -> Any:
-        """What all forces do along a unit change of one coordinate."""
+        """Work of all forces along a unit change of one coordinate."""
         total = self.input_work(unit)
         for body in self.model.bodies:
             weight = self.number(self.model.bodies[body].mass) * self.number(self.model.gravity)
@@ -205,7 +205,7 @@ class Reference:
         return total + sum(work(self, load, unit) for load in self.model.loads.values())
 
     def input_work(self, along: list[Any]) -> Any:
-        """What the inputs do along a change of the coordinates; along u, their power."""
+        """Work of the inputs along a change of the coordinates; along u, their power."""
         total = mpmath.mpf(0)
         for link in self.tree.links:
             body = link.body

@@ -11,7 +11,7 @@ Values = Mapping[str, float]
 
 
 class Evaluated:
-    """What `program` gives for values by name; what is not named has its start value."""
+    """Outputs of `program` for values by name; all others have their start value."""
 
     def __init__(self, program: Program) -> None:
         self.program = program

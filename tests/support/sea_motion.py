@@ -54,7 +54,7 @@ def random_mooring(rng: np.random.Generator) -> Moored:
 
 
 def holds(moored: Moored, *, share: float, short: np.ndarray) -> bool:
-    """Whether steps of `share` of the longest give about the tensions of `short` steps."""
+    """True if steps of `share` of the longest give about the tensions of `short` steps."""
     found = tensions(moored, share=share, duration=STEP * len(short))
     return len(found) == len(short) and np.abs(found - short).max() <= OFF * np.ptp(short)
 

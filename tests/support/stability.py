@@ -52,7 +52,7 @@ OBSERVED = {
 }
 Make = Callable[[float], System]
 ROUNDING = 1e-12
-"""What the course is exact to, over its size."""
+"""Error of the course, over its size."""
 TOO_LARGE = 1e100
 """A course that comes here grows, and squares of it would overflow."""
 POINTS = 60

@@ -45,7 +45,7 @@ def life(fmu: Path, folder: Path) -> Iterator[list[float]]:
 
 
 def mixed(fmus: list[Path], seed: int) -> Values:
-    """What the FMUs give, together in this process, by name; each step's values in a row."""
+    """Outputs of the FMUs, together in this process, by name; each step's values in a row."""
     chance = random.Random(seed)
     found: Values = {fmu.name: [] for fmu in fmus}
     with tempfile.TemporaryDirectory() as folder:
@@ -73,7 +73,7 @@ def without_library(fmu: Path) -> Path:
 
 
 def elsewhere(action: Callable[[], Values]) -> Values:
-    """What `action` returns in a fork of this process; empty if that crashes."""
+    """Result of `action` in a fork of this process; empty if that crashes."""
     reading, writing = os.pipe()
     child = os.fork()
     if child == 0:

@@ -30,7 +30,7 @@ LAYERS = {
         "algorithms time_loop error_estimate monitoring master save"
     ),
 }
-"""What a package consists of: each part imports those before it only."""
+"""Parts of each package: a part imports those before it only."""
 
 
 @cache

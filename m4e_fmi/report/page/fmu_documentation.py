@@ -1,4 +1,4 @@
-"""What an FMU of a model carries for people: a page, a picture, the series of its default run.
+"""Documentation inside the FMU of a model: a page, a picture, the series of its default run.
 
 The series is laid out as the FMI Cross-Check does it (``<identifier>_ref.csv`` and ``_ref.opt``),
 which FMPy compares with; an array is one column, with spaces between its elements, as FMPy and the

@@ -1,4 +1,4 @@
-"""What is in an FMU, as a table."""
+"""Contents of an FMU, as a table."""
 
 from __future__ import annotations
 

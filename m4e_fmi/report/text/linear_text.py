@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -39,10 +39,10 @@ def linear_text(linear: Linearization, modes: Modes, *, title: str) -> str:
     return "\n".join(lines)
 
 
-def linear_json(linear: Linearization, modes: Modes) -> dict[str, Any]:
+def linear_json(linear: Linearization, modes: Modes) -> dict[str, object]:
     """Everything as numbers, lists and texts; complex numbers as (real, imaginary), nan as null."""
     point, mechanical = linear.point, linear.mechanical
-    result: dict[str, Any] = {
+    result: dict[str, object] = {
         "model": point.program.name,
         "time": point.time,
         "point": point.values,

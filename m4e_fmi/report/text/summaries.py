@@ -1,4 +1,4 @@
-"""What a person wants to know first, as text."""
+"""Summaries of runs and simulations, as text."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ def _sizes(outcome: Outcome) -> str:
 
 
 def _rows(results: Results, steps: int) -> str:
-    """How far the rows are apart where there are fewer than communication points; else empty."""
+    """Distance of the rows where there are fewer than communication points; else ""."""
     if len(results.time) > steps:
         return ""
     return f"from rows every {np.diff(results.time).max(initial=0.0):.6g} s"
@@ -141,7 +141,7 @@ def _extremes(results: Results, rows: str) -> list[str]:
 
 @cache
 def _watts(unit: str) -> float:
-    """How many watts a unit of power is; 0 for what is none."""
+    """Watts of a unit of power; 0 for any other unit."""
     try:
         found, watt = parse_unit(unit), parse_unit("W")
     except ValueError:

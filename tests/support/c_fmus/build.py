@@ -286,7 +286,7 @@ OPTIONS = {
     "loud": ("LOUD", ""),
     "anonymous": ("ANONYMOUS", ""),
 }
-"""What an FMU can do besides, or cannot: flag of the compiler and attribute of the description.
+"""Capabilities that an FMU may have or lack: compiler flag and attribute of the description.
 
 A constant one refuses steps of another size than its first, one of a hundredth all but 0.01 s, one
 of a fiftieth all but 0.02 s. One that clears shows zeros when something has been set, until it has

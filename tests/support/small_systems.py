@@ -1,0 +1,39 @@
+"""Systems of a few C models: an oscillator, and any others."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from m4e_fmi.cosim import (
+    Component,
+    FmuFile,
+    Simulation,
+    System,
+)
+
+Fmus = Callable[[str], Path]
+
+
+Starts = Mapping[str, Mapping[str, float]]
+
+
+def system(
+    fmus: Fmus,
+    components: Mapping[str, str],
+    *connections: str,
+    start: Starts | None = None,
+    simulation: Simulation | None = None,
+) -> System:
+    parts = tuple(
+        Component(name, FmuFile(fmus(model)), (start or {}).get(name, {}))
+        for name, model in components.items()
+    )
+    return System("test", parts, connections, simulation or Simulation(1, 0.1))
+
+
+def oscillator(fmus: Fmus, simulation: Simulation) -> System:
+    """A mass of 1 kg on a spring of 1 N/m, released at rest at x = 1 m: x = cos t."""
+    names = {"body": "mass", "spring": "spring"}
+    start = {"body": {"body.m.x": 1.0}}
+    return system(fmus, names, "body.m <-> spring.end", start=start, simulation=simulation)

@@ -1,0 +1,222 @@
+"""Files of results that runs write: all rows, in each form, with what they say of themselves."""
+
+from __future__ import annotations
+
+import csv
+import os
+import re
+import signal
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import pandas
+import pytest
+from support.small_systems import Fmus, oscillator, system
+
+from m4e_fmi.cosim import (
+    Component,
+    FmuFile,
+    Network,
+    Simulation,
+    System,
+    load,
+    read_parameters,
+    run,
+)
+from m4e_fmi.cosim.results.writer import LEAST_ROWS
+from m4e_fmi.errors import InputError, RunError
+from m4e_fmi.fmu import build_fmu
+from m4e_fmi.program import Recorder, Variable
+from m4e_fmi.report.text.summaries import run_summary
+from m4e_fmi.signals import Terminated
+
+
+def test_results_hold_every_output_with_unit_and_name(c_fmu: Fmus, tmp_path: Path) -> None:
+    step = 0.01
+    settings = Simulation(2, step, output_interval=0.05)
+    outcome = run(oscillator(c_fmu, settings), results=tmp_path / "out" / "r.nc")
+    results = outcome.results()
+    assert set(results.components) == {"body", "spring"}
+    assert set(results.components["body"]) == {"body.m.x", "body.m.vx", "body.m.ax"}
+    x, force = results["body.body.m.x"], results["spring.end.force_x"]
+    assert (x.unit, x.long_name) == ("m", "output body.m.x")
+    assert force.unit == "N"
+    np.testing.assert_allclose(results.time, np.arange(0, 41) * 0.05, atol=1e-15)
+    # second order: phase error t (ωH)²/24 and displacement of H²/12 times the force
+    np.testing.assert_allclose(x.values, np.cos(results.time), atol=2 * step**2 / 12)
+    # consistent at every point: the force is the one of this very position
+    np.testing.assert_array_equal(force.values, -x.values)
+    assert results.attributes["title"] == "test"
+    assert results.attributes["algorithm"] == "corrector"
+    assert results.attributes["step_size"] == "0.01 s"
+    assert results.attributes["created"].endswith("+00:00")
+    assert outcome.steps == 200
+
+
+def test_more_rows_than_a_block_arrive_in_order(c_fmu: Fmus, tmp_path: Path) -> None:
+    outcome = run(oscillator(c_fmu, Simulation(7, 0.01)), results=tmp_path / "r.nc")
+    results = outcome.results()
+    assert len(results.time) == 701
+    assert np.all(np.diff(results.time) > 0)
+    np.testing.assert_allclose(results["body.body.m.x"].values, np.cos(results.time), atol=1e-4)
+
+
+def test_results_that_fill_their_blocks_are_complete(
+    c_fmu: Fmus, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("m4e_fmi.cosim.results.writer.MOST_ROWS", LEAST_ROWS)
+    steps = 2 * LEAST_ROWS - 1
+    settings = Simulation(steps / 10, 0.1)
+    outcome = run(system(c_fmu, {"a": "rogue"}, simulation=settings), results=tmp_path / "r.nc")
+    assert len(outcome.results().time) == 2 * LEAST_ROWS
+    assert outcome.results().attributes["ended"] == "at the stop time"
+
+
+@pytest.mark.parametrize("names", [{"a": "talker"}, {"a": "talker", "b": "kinds"}])
+def test_results_that_stay_of_the_classic_form_have_all_attributes(
+    c_fmu: Fmus, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, names: Mapping[str, str]
+) -> None:
+    """There is no room for the netCDF-4 file; `kinds` has texts."""
+    given = system(c_fmu, names)
+    whole = run(given, results=tmp_path / "r.nc").results()
+
+    def full(*_: object) -> None:
+        raise RunError("no room")
+
+    monkeypatch.setattr("m4e_fmi.cosim.results.writer.write_netcdf", full)
+    outcome = run(given, results=tmp_path / "r.nc")
+    assert "of netCDF's classic form" in outcome.notes[-1]
+    found = outcome.results().attributes
+    assert {"coupling_error", "messages", "ended"} <= set(found)
+    created = {"created": ""}
+    assert {**found, **created} == {**whole.attributes, **created}
+    assert list(outcome.results().series) == list(whole.series)
+
+
+def test_chosen_variables_are_recorded(c_fmu: Fmus, tmp_path: Path) -> None:
+    path = tmp_path / "r.nc"
+    whole = oscillator(c_fmu, Simulation(1, 0.1))
+    chosen = run(whole, results=path, variables=["body.*x", "spring.stiffness"]).results()
+    names = {f"{c}.{n}" for c, members in chosen.components.items() for n in members}
+    assert names == {"body.body.m.x", "body.body.m.vx", "body.body.m.ax", "spring.stiffness"}
+    assert chosen["spring.stiffness"].values.tolist() == [1.0] * 11
+    with pytest.raises(InputError, match=r"no output is called 'bdy\.\*'"):
+        run(whole, results=path, variables=["bdy.*"])
+
+
+def test_results_as_csv(c_fmu: Fmus, tmp_path: Path) -> None:
+    results = run(oscillator(c_fmu, Simulation(1, 0.1)), results=tmp_path / "r.csv").results()
+    with (tmp_path / "r.csv").open(encoding="utf-8") as file:
+        rows = list(csv.reader(file))
+    assert rows[0][:2] == ["time [s]", "body.body.m.x [m]"]
+    assert [float(row[1]) for row in rows[1:]] == results["body.body.m.x"].values.tolist()
+
+
+def test_results_as_parquet(c_fmu: Fmus, tmp_path: Path) -> None:
+    parquet = pytest.importorskip("pyarrow.parquet")
+    path = tmp_path / "r.parquet"
+    results = run(oscillator(c_fmu, Simulation(1, 0.1)), results=path).results()
+    series = {
+        f"{c}.{n}": s for c, members in results.components.items() for n, s in members.items()
+    }
+    frame = pandas.read_parquet(path)
+    assert list(frame) == ["time", *series]
+    np.testing.assert_array_equal(frame["time"], results.time)
+    schema = parquet.read_schema(path)
+    for name, one in series.items():
+        np.testing.assert_array_equal(frame[name], one.values)
+        metadata = schema.field(name).metadata
+        assert metadata[b"unit"].decode() == one.unit
+        assert metadata[b"long_name"].decode() == one.long_name
+    assert schema.field("time").metadata[b"unit"] == b"s"
+    told = {key.decode(): value.decode() for key, value in schema.metadata.items()}
+    assert results.attributes.items() <= told.items()
+
+
+def test_a_failed_run_is_in_parquet_too(c_fmu: Fmus, tmp_path: Path) -> None:
+    parquet = pytest.importorskip("pyarrow.parquet")
+    path = tmp_path / "r.parquet"
+    start = {"pump": {"what": 9.0, "when": 0.5}}
+    with pytest.raises(RunError, match=re.escape(str(path))):
+        run(system(c_fmu, {"pump": "rogue"}, start=start), results=path)
+    table = parquet.read_table(path)
+    assert table["time"].to_pylist() == load(path.with_suffix(".nc")).time.tolist()
+    assert table.schema.metadata[b"ended"].startswith(b"failed: pump.y at t = 0.5 s is nan")
+
+
+def test_parquet_without_its_package(
+    c_fmu: Fmus, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(InputError, match="needs the package pyarrow"):
+        run(oscillator(c_fmu, Simulation(1, 0.1)), results=tmp_path / "r.parquet")
+
+
+@pytest.mark.parametrize("name", ["r.png", "r.xlsx", "r"])
+def test_results_in_an_unknown_form(c_fmu, tmp_path: Path, name: str) -> None:
+    with pytest.raises(InputError, match=r"use \.nc, \.csv or \.parquet"):
+        run(oscillator(c_fmu, Simulation(1, 0.1)), results=tmp_path / name)
+    assert not (tmp_path / name).exists()
+    assert not list(tmp_path.glob("r.*"))
+
+
+def test_what_was_made_of_old_results_goes_with_them(
+    c_fmu: Fmus, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With the first step, and not before; other files of the same name stay."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("m4e_fmi.cosim.results.writer.FLUSH", 0.0)
+    names = ("r.nc", "r.csv", "r.png", "r.parquet")
+    seen: list[set[str]] = []
+
+    def look(time: float, _: Network) -> None:
+        seen.append({path.name for path in tmp_path.iterdir() if path.name in names})
+        if time > 0.75:
+            os.kill(os.getpid(), signal.SIGTERM)
+
+    for name in names:
+        Path(name).write_text("old")
+    system = oscillator(c_fmu, Simulation(1, 0.1))
+    with pytest.raises(Terminated):
+        run(system, results="r.csv", beside=[Path("r.png")], observers=[look])
+    assert seen[0] == {*names}
+    assert seen[-1] == {"r.nc", "r.parquet"}
+    assert load("r.nc").time[-1] == pytest.approx(0.8)
+    assert Path("r.csv").read_text().startswith("time [s],")
+    assert not Path("r.png").exists()
+
+
+def test_results_tell_what_was_changed(c_fmu: Fmus, tmp_path: Path) -> None:
+    """Start values and settings with who gave them: the last one counts, as it does in the run."""
+    (tmp_path / "set.yaml").write_text("values: {body.body.m.x: 50 cm, body.body.m.vx: 2}\n")
+    given = oscillator(c_fmu, Simulation(1, 0.1))
+    values = read_parameters(tmp_path / "set.yaml")
+    changed = given.changed(start=values).changed(algorithm="jacobi")
+    start = {"body.body.m.vx": 3}
+    changed = changed.changed(start=start, origin="command line", step_size=0.05)
+    results = run(changed, results=tmp_path / "r.nc").results()
+    told = results.attributes
+    assert told["start_values"].splitlines() == ["body.body.m.x = 50 cm", "body.body.m.vx = 3"]
+    assert told["changed"].splitlines() == [
+        f"body.body.m.x = 50 cm ({tmp_path / 'set.yaml'})",
+        "body.body.m.vx = 3 (command line)",
+        "algorithm = jacobi (Python)",
+        "step_size = 0.05 (command line)",
+    ]
+    assert "not as in the system's file (4): body.body.m.x = 50 cm" in repr(results)
+    plain = run(given, results=tmp_path / "r.nc").results()
+    assert plain.attributes["changed"] == ""
+    assert "not as in" not in repr(plain)
+
+
+def test_a_run_without_columns_says_so(tmp_path: Path) -> None:
+    recorder = Recorder("silent", "")
+    recorder.parameter(Variable("m", "kg", "nobody reads it", start=1.0))
+    part = Component("a", FmuFile(build_fmu(recorder.program(), tmp_path / "silent.fmu")))
+    told: list[str] = []
+    path = tmp_path / "r.nc"
+    outcome = run(System("s", (part,), (), Simulation(1, 0.1)), results=path, tell=told.append)
+    assert [line[:38] for line in told] == ["the results have no column but time: t"]
+    assert told[0] in run_summary(outcome)
