@@ -13,6 +13,8 @@ from m4e_fmi.program.comparison import differences, listing
 from m4e_fmi.program.derivatives import Jacobian, jacobian, rate_entries, tangent
 from m4e_fmi.program.feedback import with_feedback
 from m4e_fmi.program.functions import (
+    AnyScalar,
+    ScalarLike,
     acos,
     asin,
     atan,
@@ -34,10 +36,12 @@ from m4e_fmi.program.tape import Scalar, Tape
 
 __all__ = [
     "TIME",
+    "AnyScalar",
     "Jacobian",
     "Program",
     "Recorder",
     "Scalar",
+    "ScalarLike",
     "Solution",
     "Tape",
     "Variable",

@@ -6,89 +6,121 @@ tape it is recorded, run on SymPy symbols it is derived.
 
 from __future__ import annotations
 
-import math
-from typing import Any
+from typing import Any, Protocol, TypeVar
 
-from m4e_fmi.program.tape import Scalar
+from m4e_fmi.program.tape import BINARY, UNARY, Scalar
+
+AnyScalar = Any
+"""A scalar of the same kind as others that it is computed with, or a float."""
 
 
-def _unary(name: str, value: Any) -> Any:
+class ScalarLike(Protocol):
+    """A scalar to compute with: a float, a recording `Scalar` or a SymPy expression."""
+
+    def __add__(self, other: AnyScalar, /) -> ScalarLike: ...
+    def __radd__(self, other: AnyScalar, /) -> ScalarLike: ...
+    def __sub__(self, other: AnyScalar, /) -> ScalarLike: ...
+    def __rsub__(self, other: AnyScalar, /) -> ScalarLike: ...
+    def __mul__(self, other: AnyScalar, /) -> ScalarLike: ...
+    def __rmul__(self, other: AnyScalar, /) -> ScalarLike: ...
+    def __truediv__(self, other: AnyScalar, /) -> ScalarLike: ...
+    def __rtruediv__(self, other: AnyScalar, /) -> ScalarLike: ...
+    def __pow__(self, other: AnyScalar, /) -> ScalarLike: ...
+    def __neg__(self) -> ScalarLike: ...
+    def __abs__(self) -> ScalarLike: ...
+
+
+S = TypeVar("S", bound=ScalarLike)
+
+
+def _unary(name: str, value: AnyScalar) -> AnyScalar:
     if isinstance(value, Scalar):
         return value.record(name)
     if isinstance(value, int | float):
-        return getattr(math, name)(value)
+        return UNARY[name](value)
     import sympy
 
     return getattr(sympy, name)(value)
 
 
-def _binary(name: str, numeric: Any, symbolic: str, a: Any, b: Any) -> Any:
+def _binary(name: str, symbolic: str, a: AnyScalar, b: AnyScalar) -> AnyScalar:
     if isinstance(a, Scalar):
         return a.record(name, b)
     if isinstance(b, Scalar):
         return b.tape.constant(a).record(name, b)
     if isinstance(a, int | float) and isinstance(b, int | float):
-        return numeric(a, b)
+        return BINARY[name](a, b)
     import sympy
 
     # SymPy would compare long expressions in a maximum, at great cost and to no effect
     return getattr(sympy, symbolic)(a, b, evaluate=False)
 
 
-def sin(x: Any) -> Any:
+def sin(x: S) -> S:
+    """Sine of an angle [rad]."""
     return _unary("sin", x)
 
 
-def cos(x: Any) -> Any:
+def cos(x: S) -> S:
+    """Cosine of an angle [rad]."""
     return _unary("cos", x)
 
 
-def tan(x: Any) -> Any:
+def tan(x: S) -> S:
+    """Tangent of an angle [rad]."""
     return _unary("tan", x)
 
 
-def asin(x: Any) -> Any:
+def asin(x: S) -> S:
+    """Arc sine [rad], from −π/2 to π/2."""
     return _unary("asin", x)
 
 
-def acos(x: Any) -> Any:
+def acos(x: S) -> S:
+    """Arc cosine [rad], from 0 to π."""
     return _unary("acos", x)
 
 
-def atan(x: Any) -> Any:
+def atan(x: S) -> S:
+    """Arc tangent [rad], from −π/2 to π/2."""
     return _unary("atan", x)
 
 
-def tanh(x: Any) -> Any:
+def tanh(x: S) -> S:
+    """Hyperbolic tangent."""
     return _unary("tanh", x)
 
 
-def exp(x: Any) -> Any:
+def exp(x: S) -> S:
+    """Exponential function."""
     return _unary("exp", x)
 
 
-def log(x: Any) -> Any:
+def log(x: S) -> S:
+    """Natural logarithm."""
     return _unary("log", x)
 
 
-def sqrt(x: Any) -> Any:
+def sqrt(x: S) -> S:
+    """Square root."""
     return _unary("sqrt", x)
 
 
-def sign(x: Any) -> Any:
+def sign(x: S) -> S:
     """−1, 0 or 1."""
-    if isinstance(x, int | float):
-        return float((x > 0) - (x < 0))
     return _unary("sign", x)
 
 
-def atan2(y: Any, x: Any) -> Any:
-    return _binary("atan2", math.atan2, "atan2", y, x)
+def atan2(y: ScalarLike, x: ScalarLike) -> AnyScalar:
+    """Angle [rad] of the point (x, y) from the x axis, from −π to π."""
+    return _binary("atan2", "atan2", y, x)
 
 
-def minimum(a: Any, b: Any) -> Any:
-    return _binary("min", min, "Min", a, b)
+def minimum(a: ScalarLike, b: ScalarLike) -> AnyScalar:
+    """The smaller of two scalars."""
+    return _binary("min", "Min", a, b)
 
 
-def maximum(a: Any, b: Any) -> Any:
-    return _binary("max", max, "Max", a, b)
+def maximum(a: ScalarLike, b: ScalarLike) -> AnyScalar:
+    """The larger of two scalars."""
+    return _binary("max", "Max", a, b)

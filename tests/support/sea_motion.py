@@ -10,7 +10,8 @@ import numpy as np
 from support.static_lines import Line, random_line
 
 from m4e_adapters.moordyn import Mooring, MooringConfig, mooring
-from m4e_adapters.moordyn.line_system import LineSystem, MooringError
+from m4e_adapters.moordyn.line_system import LineSystem
+from m4e_adapters.moordyn.moordyn_system import MooringError
 from m4e_adapters.moordyn.mooring import FREE_STEP
 from m4e_adapters.moordyn.stability import MARGIN
 from m4e_fmi.files.document import Document

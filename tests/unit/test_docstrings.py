@@ -1,8 +1,9 @@
 """Docstrings of everything public, with shape and unit of each array.
 
 The rule for arrays: a docstring gives the shape in round brackets, as in (n,) or (n_times, 6), or
-says "scalar" or "shape of"; and the unit in square brackets, as in [m] or [1], or after a comma, as
-in ", m", or says "in … units" or "SI", or the kind of numbers ("indices", "booleans"). Both stand
+says "scalar" or "shape of"; and the unit in square brackets, as in [m] or [1], or as in "(n,), m"
+or "(n,) in m", or says "in … units" or "SI", or the kind of numbers ("indices", "booleans").
+Both stand
 
 - of what is returned, in the first paragraph or after the word "Returns";
 - of each parameter that is an array, in the paragraph that names it, after its name.
@@ -55,7 +56,7 @@ _ENTRY = r"(?:…|\.\.\.|\w+(?: ?[-+*·/] ?\w+)*)"
 SHAPE = re.compile(rf"\({_ENTRY},(?: {_ENTRY}(?:, {_ENTRY})*)?\)|\bscalar|\bshape of\b")
 _SYMBOL = r"(?:[mkMGµn]?(?:rad|deg|Hz|Pa|[msgNJWKAV])|%|1)[²³⁴⁵⁶]?"
 UNIT = re.compile(
-    rf"(?<!\w)\[[^\]]+\]|[,;] (?:in )?{_SYMBOL}(?:[/·]{_SYMBOL})*(?![\w'’])"
+    rf"(?<!\w)\[[^\]]+\]|(?:[,;]|\bin|[,;] in) {_SYMBOL}(?:[/·]{_SYMBOL})*(?![\w'’])"
     r"|\bin (?:[\w'’.-]+ )*units?\b|\bSI\b|\b(?:indices|booleans|codes|bytes)\b"
 )
 

@@ -20,13 +20,10 @@ from support.published_coefficients import (
 )
 
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
-from m4e_adapters.hydrodynamics.memory import radiation, soundness
+from m4e_adapters.hydrodynamics.memory import group_fit, soundness
 from m4e_adapters.hydrodynamics.memory.passivity import singular_frequencies
-from m4e_adapters.hydrodynamics.memory.radiation import (
-    RadiationGroup,
-    RadiationMemory,
-    fit_radiation,
-)
+from m4e_adapters.hydrodynamics.memory.radiation import RadiationMemory, fit_radiation
+from m4e_adapters.hydrodynamics.memory.radiation_group import RadiationGroup
 from m4e_fmi.errors import InputError
 
 SOURCES: dict[str, Callable[[], Coefficients]] = {"sphere": sphere, "flap": flap, "rm3": rm3}
@@ -365,7 +362,7 @@ def test_a_large_change_of_the_added_mass_is_warned_of() -> None:
 def fits_in_turn(monkeypatch: pytest.MonkeyPatch, *fits: RadiationGroup) -> None:
     """Let the fits of a group to its data, to resolved ones, to smooth ones be these."""
     rest = iter(fits)
-    monkeypatch.setattr(radiation, "_fitted", lambda *_: next(rest))
+    monkeypatch.setattr(group_fit, "_fitted", lambda *_: next(rest))
 
 
 def test_an_added_mass_of_unresolved_data_is_not_taken(monkeypatch: pytest.MonkeyPatch) -> None:

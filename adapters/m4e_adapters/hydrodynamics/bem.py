@@ -10,9 +10,9 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from importlib.metadata import version
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from m4e_adapters.hydrodynamics import cache
 from m4e_adapters.hydrodynamics.coefficients import MEMORY_REACH, Coefficients, memory_size
@@ -76,7 +76,7 @@ def without_flow(
 ) -> Coefficients:
     """Coefficients with the hydrostatics alone, computed at once; those of the flow are 0.
 
-    Arguments as of `solve_hulls`.
+    `omega` (nω,) [rad/s]; arguments as of `solve_hulls`.
     """
     n, count = 3 * len(hulls), len(omega) + 1
     table: Arrays = {
@@ -125,9 +125,9 @@ def _store(key: str, arrays: Arrays, progress: Progress) -> None:
         progress(f"the coefficients are not cached: {error.message}")
 
 
-def _content(hulls: Sequence[Hull], water: Water, wave_direction: float) -> dict[str, Any]:
+def _content(hulls: Sequence[Hull], water: Water, wave_direction: float) -> dict[str, ArrayLike]:
     """All that the solution at a frequency depends on, but for the frequency."""
-    content: dict[str, Any] = {
+    content: dict[str, ArrayLike] = {
         "code": [package_hash(f"{__package__}.{name}") for name in CODE],
         "libraries": [f"{name} {version(name)}" for name in LIBRARIES],
         "method": METHOD,

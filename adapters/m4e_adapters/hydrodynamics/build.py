@@ -86,10 +86,10 @@ def _program(
 
 
 def frequency_table(config: HydrodynamicsConfig, hulls: Sequence[Hull]) -> np.ndarray:
-    """Angular frequencies [rad/s] for the potential flow, as `Frequencies` says.
+    """Angular frequencies (nω,) [rad/s] for the potential flow, as `Frequencies` says.
 
-    Another sea changes at most how far the table goes, and no frequency in it: what is cached of
-    one sea serves the next.
+    Another sea changes at most how far the table goes, and no frequency in it: cached solutions of
+    one sea serve the next. InputError with all problems of the table.
     """
     table, problems = table_and_problems(config, hulls)
     if problems:
@@ -98,7 +98,7 @@ def frequency_table(config: HydrodynamicsConfig, hulls: Sequence[Hull]) -> np.nd
 
 
 def check_config(config: HydrodynamicsConfig, *, folder: Path) -> Program:
-    """InputError with all that is wrong with a configuration and its meshes; computes no flow.
+    """InputError with all problems of a configuration and its meshes; computes no flow.
 
     Returns a program with the variables of that of the configuration, but for the states of the
     memory; there is no flow in it.
@@ -117,7 +117,7 @@ def check_config(config: HydrodynamicsConfig, *, folder: Path) -> Program:
 def table_and_problems(
     config: HydrodynamicsConfig, hulls: Sequence[Hull]
 ) -> tuple[np.ndarray, list[Problem]]:
-    """The frequency table, and all that is wrong with it."""
+    """The frequency table (nω,) [rad/s], and all its problems."""
     wanted, water = config.frequencies, config.water
     limit = math.sqrt(MEMORY_REACH * water.gravity / min(map(_reach, hulls)))
     maximum = wanted.maximum or limit

@@ -12,9 +12,9 @@ import io
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from m4e_fmi.files.writing import remove_leftovers, written
 
@@ -36,8 +36,8 @@ def cache_folder() -> Path:
     return Path(user_cache_dir("m4e_fmi")) / "hydrodynamics"
 
 
-def content_key(content: Mapping[str, Any]) -> str:
-    """A name (hexadecimal) made of the bits of arrays, numbers and texts."""
+def content_key(content: Mapping[str, ArrayLike]) -> str:
+    """A name (hexadecimal) made of the bits of `content`: values in SI, scalar or arrays."""
     digest = hashlib.sha256()
     for name in sorted(content):
         value = np.asarray(content[name])
@@ -47,7 +47,10 @@ def content_key(content: Mapping[str, Any]) -> str:
 
 
 def load(key: str) -> dict[str, np.ndarray] | None:
-    """The arrays stored under `key`, None if there are none; DamagedError, OSError."""
+    """The arrays stored under `key`, with the shape of then, in SI units; None if there are none.
+
+    DamagedError if the file is not what was stored, OSError if it cannot be read.
+    """
     path = _path(key)
     try:
         stored = path.read_bytes()
@@ -60,7 +63,7 @@ def load(key: str) -> dict[str, np.ndarray] | None:
 
 
 def store(key: str, arrays: Mapping[str, np.ndarray]) -> None:
-    """Keep `arrays` under `key`; RunError if that cannot be written."""
+    """Keep `arrays` (any shape of each, SI) under `key`; RunError if that cannot be written."""
     packed = io.BytesIO()
     np.savez_compressed(packed, allow_pickle=False, **arrays)
     content = packed.getvalue()

@@ -1,4 +1,4 @@
-"""Hydrodynamic coefficients of floating bodies in the plane: what potential flow says of them.
+"""Hydrodynamic coefficients of floating bodies in the plane, from potential flow.
 
 Motions are surge, heave, pitch of each body about its own centre of gravity, in the order of the
 bodies: 3·N in all. Pitch turns +Z towards +X (about +Y). Waves are e^{−iωt}: a wave of complex
@@ -100,7 +100,7 @@ class Coefficients:
 
     @property
     def retardation(self) -> np.ndarray:
-        """K(jω) = B + jω(A − A∞) of the radiation memory, (nω, n, n)."""
+        """K(jω) = B + jω(A − A∞) of the radiation memory, (nω, n, n) [N.s/m, N.s, N.m.s]."""
         surplus = self.added_mass - self.added_mass_inf
         return self.radiation_damping + 1j * self.omega[:, None, None] * surplus
 
@@ -128,7 +128,7 @@ class Coefficients:
         return np.repeat(np.asarray(self.resolved if len(self.resolved) else none), 3)
 
     def excitation_at(self, omega: np.ndarray) -> np.ndarray:
-        """Excitation (k, n) at other frequencies.
+        """Excitation (k, n) [N/m, N.m/m] at other frequencies `omega` (k,) [rad/s].
 
         Cubic splines of real and imaginary part, after taking out the phase of the wave's way to
         each body. At ω = 0 the water just rises: X = K[:, heave], which completes the table.
@@ -156,5 +156,5 @@ class Coefficients:
         return np.exp(1j * towards * k[:, None] * np.repeat(self.centers[:, 0], 3)[None, :])
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """All fields as arrays, for a file."""
+        """All fields as arrays with the shape of the attributes, SI, for a file."""
         return {field.name: np.asarray(getattr(self, field.name)) for field in fields(self)}

@@ -42,9 +42,10 @@ class FlowSolver:
             self._body = _capytaine_body(self._capytaine, hulls)
 
     def at(self, omega: float) -> dict[str, np.ndarray]:
-        """`added_mass` and `radiation_damping` (n, n), `excitation` (n,), `warnings` (texts).
+        """Solution at `omega` [rad/s]: the arrays are (n, n) and (n,), SI, as of `Coefficients`.
 
-        `omega` in rad/s; at infinity the excitation is 0. RunError if there is no solution.
+        Keys: `added_mass`, `radiation_damping`, `excitation` (0 at infinity), `warnings` (texts).
+        RunError if there is no solution.
         """
         names = list(self._body.dofs)
         n = len(names)

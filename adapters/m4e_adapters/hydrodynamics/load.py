@@ -17,7 +17,8 @@ import numpy as np
 
 from m4e_adapters.hydrodynamics.coefficients import MOTIONS, Coefficients
 from m4e_adapters.hydrodynamics.config import Drag, Radiation, Still
-from m4e_adapters.hydrodynamics.memory.radiation import RadiationGroup, fit_radiation
+from m4e_adapters.hydrodynamics.memory.radiation import fit_radiation
+from m4e_adapters.hydrodynamics.memory.radiation_group import RadiationGroup
 from m4e_adapters.hydrodynamics.sea import AnyWaves, record_sea
 from m4e_adapters.hydrodynamics.small_motions import motion_ranges
 from m4e_fmi.program import Program, Recorder, Scalar, Variable

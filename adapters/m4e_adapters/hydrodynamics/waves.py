@@ -16,25 +16,25 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from m4e_fmi.program import exp, log, sign, sqrt
+from m4e_fmi.program import AnyScalar, ScalarLike, exp, log, sign, sqrt
 
 BAND = (0.5, 12.0)  # of the components, in peak frequencies; beyond is 0.4 % of T02
 LOGARITHMIC = 0.2  # share of the parts that are equal steps of log ω; the others have equal energy
 _KNOTS = 4000  # of the spectrum's integral: energies of parts to 1e-5 of the whole
 
 
-def angular_frequency(wavenumber: Any, *, depth: float, gravity: float) -> Any:
-    """ω [rad/s] of waves of `wavenumber` [rad/m]: ω² = g k tanh(k h)."""
+def angular_frequency(wavenumber: ArrayLike, *, depth: float, gravity: float) -> np.ndarray:
+    """ω (n,) or scalar [rad/s] of `wavenumber` (n,) or scalar [rad/m]: ω² = g k tanh(k h)."""
     k = np.asarray(wavenumber, dtype=float)
     return np.sqrt(gravity * k * np.tanh(k * depth if math.isfinite(depth) else np.inf))
 
 
 def wavenumber(omega: np.ndarray, *, depth: float, gravity: float) -> np.ndarray:
-    """k [rad/m] of waves of `omega` [rad/s] ≥ 0: the root of ω² = g k tanh(k h).
+    """k (n,) [rad/m] of waves of `omega` (n,) or scalar [rad/s] ≥ 0: root of ω² = g k tanh(k h).
 
     Newton's method on y tanh y = ω² h/g, y = k h, from a start that is close in deep and in
     shallow water alike; it converges from above, quadratically.
@@ -62,7 +62,7 @@ def part_edges(peak_omega: float, count: int, *, enhancement: float = 1.0) -> np
 
 
 def component_frequencies(edges: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Angular frequencies [rad/s], one at random in each of the parts between `edges`.
+    """Frequencies (n,) [rad/s], one at random in each part between the `edges` (n + 1,) [rad/s].
 
     Because their differences have no common divisor the sea does not repeat itself.
     """
@@ -70,11 +70,11 @@ def component_frequencies(edges: np.ndarray, rng: np.random.Generator) -> np.nda
 
 
 def component_phases(count: int, rng: np.random.Generator) -> np.ndarray:
-    """`count` phases [rad], uniform in [0, 2π)."""
+    """Phases (count,) [rad], uniform from 0 to 2π."""
     return rng.uniform(0.0, 2 * math.pi, count)
 
 
-def relative_spectrum(ratio: Any, enhancement: Any) -> Any:
+def relative_spectrum(ratio: ScalarLike, enhancement: ScalarLike) -> AnyScalar:
     """JONSWAP's form at ω/ω_p = `ratio`, peak enhancement γ (1: Pierson-Moskowitz), any scale.
 
     r⁻⁵ exp(−1.25 r⁻⁴) γ^exp(−(r − 1)²/(2 σ²)), σ = 0.07 below the peak, 0.09 above it.
@@ -88,10 +88,10 @@ def component_amplitudes(
     omega: Sequence[float],
     widths: Sequence[float],
     *,
-    significant_height: Any,
-    peak_period: Any,
-    enhancement: Any,
-) -> list[Any]:
+    significant_height: ScalarLike,
+    peak_period: ScalarLike,
+    enhancement: ScalarLike,
+) -> list[AnyScalar]:
     """Amplitudes [m] of components at `omega` that stand for parts of `widths` [rad/s].
 
     a² is in proportion to S(ω) Δω, and Σ a²/2 = `significant_height`²/16. Heights in m, periods in

@@ -18,6 +18,7 @@ from m4e_fmi.fmu import FmuVariable, ModelDescription, PythonSource
 TRAVELS = (
     "console.py",
     "line_system.py",
+    "moordyn_system.py",
     "node_forces.py",
     "placement.py",
     "plausibility.py",

@@ -28,9 +28,9 @@ class Hydrostatics:
     waterplane: tuple[float, float, float]
 
     def stiffness(self, center: tuple[float, float], density: float, gravity: float) -> np.ndarray:
-        """Hydrostatic stiffness (3, 3) about `center` (x_G, z_G): force = −K·displacement.
+        """Hydrostatic stiffness (3, 3) [N/m, N/rad, N.m/m, N.m/rad]: force = −K·displacement.
 
-        Units: N/m, N/rad, N.m/m, N.m/rad.
+        About `center` (x_G, z_G) [m], in water of `density` [kg/m3] under `gravity` [m/s2].
         """
         x_g, z_g = center
         area, first, second = self.waterplane

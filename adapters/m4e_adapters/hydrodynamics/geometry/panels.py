@@ -65,7 +65,7 @@ class Panels:
         return Panels(self.vertices[first], np.array(filled, dtype=int).reshape(-1, 4))
 
     def kept(self, mask: np.ndarray) -> Panels:
-        """The panels where `mask` (nf,) is true."""
+        """The panels where `mask` (nf,), booleans, is true."""
         return Panels(self.vertices, self.faces[mask])
 
     @property
@@ -131,7 +131,7 @@ def joined(*parts: Panels) -> Panels:
 
 
 def grid(points: np.ndarray) -> Panels:
-    """Panels between the points (nu, nv, 3); their normals point along ∂/∂u × ∂/∂v."""
+    """Panels between the `points` (nu, nv, 3) [m]; their normals point along ∂/∂u × ∂/∂v."""
     nu, nv, _ = points.shape
     index = np.arange(nu * nv).reshape(nu, nv)
     corners = (index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:])

@@ -57,7 +57,7 @@ class UnprovenError(Exception):
 
 @dataclass(frozen=True)
 class Fit:
-    """`poles` (k,), `residues` (m, k) of the upper triangle, and `offset` (m,): the part s·δ."""
+    """`poles` (k,) [1/s], `residues` (m, k) of the upper triangle, `offset` (m,): the part s·δ."""
 
     poles: Complex
     residues: Complex
@@ -65,20 +65,23 @@ class Fit:
 
 
 class Inequalities:
-    """Frequencies [rad/s] and directions in which Re K must not be negative."""
+    """Frequencies `omega` [rad/s] and `directions` (m,) in which Re K must not be negative."""
 
     def __init__(self) -> None:
         self.omega: list[float] = []
         self.directions: list[np.ndarray] = []
 
     def add(self, omega: np.ndarray, values: np.ndarray, vectors: np.ndarray) -> None:
-        """Those of the eigenvectors (n, m, m) at some frequencies (n,) whose value is too small."""
+        """Add the eigenvectors whose value is too small.
+
+        `omega` (n,) [rad/s]; `values` (n, m) and `vectors` (n, m, m), scaled by the largest B [1].
+        """
         for k, e in np.argwhere(values < ACCEPTED):
             self.omega.append(float(omega[k]))
             self.directions.append(vectors[k, :, e])
 
     def keep(self, chosen: np.ndarray) -> None:
-        """Forget all others."""
+        """Keep only the `chosen` (n_inequalities,), booleans."""
         self.omega = [w for w, one in zip(self.omega, chosen, strict=True) if one]
         self.directions = [v for v, one in zip(self.directions, chosen, strict=True) if one]
 
@@ -227,9 +230,10 @@ def _between(singular: np.ndarray) -> np.ndarray:
 
 
 def singular_frequencies(poles: Complex, combination: np.ndarray, size: int) -> np.ndarray:
-    """Angular frequencies [rad/s] > 0 at which Re K(jω) has an eigenvalue 0, ascending.
+    """Angular frequencies (n,) [rad/s] > 0 at which Re K(jω) has an eigenvalue 0, ascending.
 
-    `combination` (m, order) of the columns of `basis`, the upper triangle of K row by row.
+    `poles` (k,) [1/s]; `combination` (m, order), SI, of the columns of `basis`: the upper triangle
+    of K row by row, which has `size` rows.
     """
     from scipy.linalg import eig
 

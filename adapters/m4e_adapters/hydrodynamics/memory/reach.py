@@ -1,7 +1,7 @@
-"""Which frequencies a radiation memory is fitted to, and which its errors are told of.
+"""Frequencies that a radiation memory is fitted to, and those that its errors refer to.
 
-Where panels are coarse for the waves, or data of others scatter, they break the causality that ties
-damping to added mass: such data help a fit only as long as it can follow them.
+Where panels are too coarse for the waves, or data of others scatter, they break the causality that
+ties damping to added mass: such data help a fit only as long as it can follow them.
 """
 
 from __future__ import annotations

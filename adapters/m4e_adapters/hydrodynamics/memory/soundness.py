@@ -1,4 +1,4 @@
-"""What potential-flow data must be like before a memory is fitted to them.
+"""Checks of potential-flow data before a memory is fitted to them.
 
 A(ω) and B(ω) are symmetric (reciprocity) and B is positive semidefinite (waves carry energy away):
 as matrices, at each frequency. Panels spoil both a little. Where a frequency spoils them much, as
@@ -35,7 +35,10 @@ REMEDY = (
 
 
 def scales(values: np.ndarray) -> np.ndarray:
-    """Square roots of the largest |diagonal| over frequencies of (nω, n, n); 1 where all are 0."""
+    """Square roots (n,) of the largest |diagonal| of `values` over frequencies; 1 where all are 0.
+
+    `values` (nω, n, n) or (n, n), in any unit; its root is that of the result.
+    """
     largest = np.sqrt(np.abs(values.diagonal(axis1=-2, axis2=-1)).reshape(-1, values.shape[-1]))
     found = largest.max(axis=0)
     return np.where(found > 0, found, 1.0)
@@ -44,7 +47,7 @@ def scales(values: np.ndarray) -> np.ndarray:
 def symmetric(
     coefficients: Coefficients, used: np.ndarray, progress: Callable[[str], object]
 ) -> Coefficients:
-    """The data made symmetric; how much those `used` (nω, n) were not is told."""
+    """The data made symmetric; a warning tells how far those `used` (nω, n), booleans, were not."""
     made, told = {}, []
     both = used[:, :, None] & used[:, None, :]
     for name in ("added_mass", "radiation_damping", "added_mass_inf"):
@@ -76,7 +79,9 @@ def displaced_inertia(coefficients: Coefficients) -> np.ndarray:
 
 
 def check_added_mass_inf(coefficients: Coefficients, added_mass_inf: np.ndarray) -> None:
-    """InputError if A∞ (n, n), symmetric, gives some motion a negative mass by more than rounding.
+    """InputError if A∞ gives some motion a negative mass by more than rounding.
+
+    `added_mass_inf` (n, n) [kg, kg.m, kg.m2], symmetric.
 
     Each motion is scaled by its own A∞, and not by less than NEGATIVE of the displaced water's.
     """
@@ -97,7 +102,7 @@ def check_added_mass_inf(coefficients: Coefficients, added_mass_inf: np.ndarray)
 
 
 def meaningful(coefficients: Coefficients) -> np.ndarray:
-    """Which pairs of motions (n, n) of data as computed are more than noise.
+    """True for the pairs of motions (n, n), booleans, of which the raw data are more than noise.
 
     A pair is noise where what its two halves have in common, squared and summed over frequencies,
     is not MEANT times what they differ by, neither in A nor in B: of pure noise both are the same.
@@ -113,11 +118,11 @@ def meaningful(coefficients: Coefficients) -> np.ndarray:
 def dissipative(
     coefficients: Coefficients, used: np.ndarray, progress: Callable[[str], object]
 ) -> np.ndarray:
-    """Which frequencies (nω,) of data as computed have no negative damping.
+    """True for the frequencies (nω,), booleans, at which the raw data have no negative damping.
 
-    `used` (nω, n) are the data that count. Negative is an eigenvalue of their damping matrix below
-    −NEGATIVE, and by more than its two halves differ. InputError if many frequencies have one;
-    those that are left out are told.
+    `used` (nω, n), booleans, are the data that count. Negative is an eigenvalue of their damping
+    matrix below −NEGATIVE, and by more than its two halves differ. InputError if many frequencies
+    have one; else `progress` is told of those that are left out.
     """
     damping = coefficients.radiation_damping * (used[:, :, None] & used[:, None, :])
     size = scales(damping)
@@ -143,9 +148,10 @@ def dissipative(
 
 
 def on_the_line(omega: np.ndarray, responses: Complex, known: np.ndarray) -> np.ndarray:
-    """Which frequencies (n,) agree with the cubic through two neighbours on either side.
+    """True for the frequencies (n,), booleans, that agree with the cubic through their neighbours.
 
-    Only `known` (m, n) values of the `responses` (m, n) count. A frequency is off the line if it,
+    These are two on either side. Only `known` (m, n), booleans, values of the `responses` (m, n)
+    [1] at `omega` (n,) [rad/s] count. A frequency is off the line if it,
     or a RUN of neighbours with it, is far from the cubic across the gap, and the neighbours are on
     the line of the others: at a steep peak they are not. MOST_LEFT_OUT of all at most.
     """
@@ -162,7 +168,9 @@ def on_the_line(omega: np.ndarray, responses: Complex, known: np.ndarray) -> np.
 
 
 def smooth_to(omega: np.ndarray, response: Complex) -> float:
-    """Frequency [rad/s] above which half of a response (n,) or more scatters, inf if none does.
+    """Frequency [rad/s] above which half of a response or more scatters, inf if none does.
+
+    `omega` (n,) [rad/s], `response` (n,) in any unit.
 
     Scatter is a distance from the line above SCATTER of the largest real part, and is not known of
     less than 2 FEWEST frequencies.

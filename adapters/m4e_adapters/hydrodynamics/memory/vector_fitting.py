@@ -10,12 +10,11 @@ et al., IEEE Microw. Wirel. Compon. Lett. 18(6), 2008).
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-Complex = NDArray[np.complexfloating[Any, Any]]
+Complex = NDArray[np.complexfloating]
 
 ITERATIONS = 24
 
@@ -29,7 +28,7 @@ class Samples:
     omega : (n,) angular frequencies [rad/s] ≥ 0.
     values : (m, n) complex, at s = jω.
     weights : (m, 2 n) ≥ 0 of the errors of the real parts, then of the imaginary ones.
-    offset : whether each response may have a part s·δ, which has no memory.
+    offset : True if each response may have a part s·δ, which has no memory.
     """
 
     omega: np.ndarray
@@ -38,7 +37,10 @@ class Samples:
     offset: bool
 
     def columns(self, poles: Complex) -> np.ndarray:
-        """Real and imaginary parts of `basis` and, last, of s, (2 n, order (+ 1))."""
+        """Real, then imaginary parts of `basis`, (2·n, order), SI; with `offset` also of s.
+
+        `poles` (k,) [1/s].
+        """
         found = stacked(basis(self.omega, poles))
         if not self.offset:
             return found
@@ -54,7 +56,10 @@ def fitted_poles(samples: Samples, *, order: int) -> Complex:
 
 
 def evaluate(omega: np.ndarray, poles: Complex, residues: Complex) -> Complex:
-    """Σ r/(jω − p) over all poles, conjugates included: (..., n) for residues (..., k)."""
+    """Σ r/(jω − p) over all poles, conjugates included, (..., n), SI.
+
+    `omega` (n,) [rad/s], `poles` (k,) [1/s], one of each pair, `residues` (..., k), SI.
+    """
     s = 1j * np.asarray(omega)
     result = np.zeros((*residues.shape[:-1], len(s)), dtype=complex)
     for k, pole in enumerate(poles):
@@ -72,7 +77,10 @@ def _starting_poles(omega: np.ndarray, order: int) -> Complex:
 
 
 def basis(omega: np.ndarray, poles: Complex) -> Complex:
-    """Columns whose real combinations are all admissible sums of partial fractions, (n, order)."""
+    """Columns whose real combinations are all sums of partial fractions, (n, order) [s].
+
+    `omega` (n,) [rad/s], `poles` (k,) [1/s].
+    """
     s = 1j * omega
     columns = []
     for pole in poles:
@@ -85,7 +93,7 @@ def basis(omega: np.ndarray, poles: Complex) -> Complex:
 
 
 def stacked(values: Complex) -> np.ndarray:
-    """Real parts, then imaginary parts, along the first axis."""
+    """Real, then imaginary parts (2 n, ...) of `values` (n, ...), in the values' unit."""
     return np.concatenate([values.real, values.imag])
 
 
@@ -113,7 +121,7 @@ def _relocated(samples: Samples, poles: Complex) -> Complex:
 
 
 def companion(poles: Complex) -> np.ndarray:
-    """Real block-diagonal matrix with the poles as eigenvalues, in the order of `basis`."""
+    """Block-diagonal matrix (order, order) [1/s] with the eigenvalues `poles` (k,) [1/s]."""
     blocks = []
     for pole in poles:
         if pole.imag > 0:
@@ -129,12 +137,15 @@ def companion(poles: Complex) -> np.ndarray:
 
 
 def inputs(poles: Complex) -> np.ndarray:
-    """How an input drives the states of `companion`, (order,)."""
+    """Factors (order,) [1] of an input in the states of `companion`; `poles` (k,) [1/s]."""
     return np.concatenate([[2.0, 0.0] if pole.imag > 0 else [1.0] for pole in poles])
 
 
 def residues_of(poles: Complex, combination: np.ndarray) -> Complex:
-    """Residues (..., k) of real combinations (..., order) of the columns of `basis`."""
+    """Residues (..., k) of a real `combination` (..., order) of the columns of `basis`, SI.
+
+    `poles` (k,) [1/s].
+    """
     residues = np.zeros((*combination.shape[:-1], len(poles)), dtype=complex)
     at = 0
     for k, pole in enumerate(poles):

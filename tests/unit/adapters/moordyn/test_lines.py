@@ -9,7 +9,8 @@ import sys
 import pytest
 
 from m4e_adapters.moordyn import MooringConfig, mooring
-from m4e_adapters.moordyn.line_system import LineSystem, MooringError
+from m4e_adapters.moordyn.line_system import LineSystem
+from m4e_adapters.moordyn.moordyn_system import MooringError
 from m4e_adapters.moordyn.placement import misplaced
 from m4e_adapters.moordyn.rest import left_over, too_long
 from m4e_adapters.moordyn.statics import Net

@@ -1,0 +1,226 @@
+"""One system in MoorDyn's memory: created, stepped, saved, freed.
+
+Travels inside the FMU: imports the standard library, `moordyn` and its neighbours that travel as
+well. SI units; positions, velocities and forces are in the world frame, Z up.
+
+MoorDyn 2.7.2 has habits that this module answers:
+
+- `Deserialize`, `SaveState` and `LoadState` release a reference to `None` that they do not own; it
+  is taken again.
+- It writes to the console whatever its options say, and a file beside its input.
+"""
+
+import contextlib
+import ctypes
+import os
+import re
+import sys
+import tempfile
+from math import hypot, isfinite
+from pathlib import Path
+
+from .console import console_kept
+from .rest import with_nodes
+
+INSTALL = "pip install moordyn==2.7.2"
+REPORT_LENGTH = 6  # lines of MoorDyn's own report that go into an error message
+FIRST_GUESS = "Catenary initial profile"  # of no interest where the equilibrium is known
+WARNING = re.compile(r"^WRN |warning", re.IGNORECASE)  # a line of MoorDyn's report that warns
+SOURCE_PLACE = re.compile(r"^(ERR|WRN) \S+:\d+ \w+\(\): ")  # of MoorDyn's own source files
+
+
+class MooringError(RuntimeError):
+    """MoorDyn could not do what was asked; the text says what, when and what to try."""
+
+
+class _NotInstalled:
+    """Stand-in for MoorDyn that raises where it is used: an import error would end the host."""
+
+    def __getattr__(self, _):
+        raise MooringError(f"MoorDyn is not installed for {sys.executable}: {INSTALL}")
+
+
+try:
+    import moordyn
+except ImportError:
+    moordyn = _NotInstalled()
+
+
+class MoorDynSystem:
+    """Lines and fairleads in MoorDyn's memory, from `create` to `close`.
+
+    Parameters
+    ----------
+    text
+        MoorDyn v2 input file; its coupled objects are points only.
+    y
+        The fixed y coordinate [m] of each coupled point, in MoorDyn's order.
+    lines
+        The number of lines.
+    place
+        The folder for MoorDyn's files; the system's temporary one if it is None or cannot be
+        used.
+
+    Attributes
+    ----------
+    lengths, segments
+        Unstretched length [m] and number of segments of each line.
+    """
+
+    def __init__(self, text, *, y, lines, place):
+        self._text, self._y, self._count, self._place = text, y, lines, place
+        self._system = self._folder = None
+        self._lines, self.lengths, self.segments = [], [], []
+        self._size = 0  # bytes of a saved state
+
+    @property
+    def running(self):
+        """True between `create` and `close`."""
+        return self._system is not None
+
+    def create(self, position, *, search, net=None):
+        """Make the system with fairleads at (x, z) [m]; return what MoorDyn wrote to the console.
+
+        With `search` MoorDyn looks for the equilibrium of the lines; else they begin straight, or
+        with their nodes as in `net`. MooringError if that fails.
+        """
+        initialise = moordyn.Init if search else moordyn.Init_NoIC
+        self.close()
+        # a .out file appears beside the input, so every system has a folder of its own
+        self._folder = _new_folder(self._place)
+        path = Path(self._folder.name) / "lines.txt"
+        path.write_text(self._text, encoding="utf-8")
+        with console_kept() as console:
+            try:
+                self._system = moordyn.Create(str(path))
+                at, rest = self._vector(position), [0.0] * (3 * len(self._y))
+                failed = initialise(self._system, at, rest) != 0
+                if net is not None:
+                    self._put_nodes(path.with_suffix(".state"), net)
+            except (RuntimeError, ValueError) as error:
+                failed = True
+                console.write(f"\n{error}\n".encode())
+        if failed:
+            self.close()
+            raise MooringError(_not_started(position, console.text))
+        if os.name == "posix":  # open files need no name, and a kill leaves none
+            self._folder.cleanup()
+        moordyn.SetVerbosity(self._system, moordyn.LEVEL_NONE)
+        self._lines = [moordyn.GetLine(self._system, k + 1) for k in range(self._count)]
+        self.segments = [moordyn.GetLineN(line) for line in self._lines]
+        self.lengths = [moordyn.GetLineUnstretchedLength(line) for line in self._lines]
+        self._size = 0
+        return console.text
+
+    def _put_nodes(self, path, net):
+        moordyn.SaveState(self._system, str(path))
+        path.write_bytes(with_nodes(path.read_bytes(), net))
+        moordyn.LoadState(self._system, str(path))
+        for _ in range(2):
+            _take_none()
+
+    def step(self, position, velocity, t, h):
+        """Forces [N] (x, y, z of one fairlead after the other) of a step from t over h [s].
+
+        Fairleads are at (x, z) [m] at its start and keep the velocity (vx, vz) [m/s]. MooringError
+        if MoorDyn fails or a force is not finite.
+        """
+        try:
+            force = moordyn.Step(
+                self._system, self._vector(position), self._vector(velocity, 0.0), t, h
+            )
+        except (RuntimeError, ValueError) as error:
+            raise MooringError(_broken(t, str(error))) from None
+        if not all(map(isfinite, force)):
+            raise MooringError(_broken(t, "a force is not finite"))
+        # before its first step MoorDyn would write a time that it has not set, and never ends with
+        # an infinite one
+        if not self._size:
+            self._size = len(moordyn.Serialize(self._system))
+        return force
+
+    def _vector(self, pairs, y=None):
+        ys = self._y if y is None else [y] * len(self._y)
+        return [c for (x, z), y in zip(pairs, ys, strict=True) for c in (x, y, z)]
+
+    def end_tensions(self):
+        """Magnitudes [N] of the forces at end A, and at end B, of every line."""
+        ends = zip(self._lines, self.segments, strict=True)
+        found = [(_node_force(line, 0), _node_force(line, last)) for line, last in ends]
+        return [a for a, _ in found], [b for _, b in found]
+
+    def inner_forces(self):
+        """The largest force [N] on an inner node of each line; 0 if it has none."""
+        return [
+            max((_node_force(line, k) for k in range(1, last)), default=0.0)
+            for line, last in zip(self._lines, self.segments, strict=True)
+        ]
+
+    def end_position(self, line, end):
+        """(x, y, z) [m] of end A (0) or B (1) of a line, by its number from 0."""
+        return moordyn.GetLineNodePos(self._lines[line], end * self.segments[line])
+
+    def state(self):
+        """All of MoorDyn's state, as bytes."""
+        return bytes(moordyn.Serialize(self._system))
+
+    def set_state(self, state):
+        """Go back to what `state` returned; MooringError if its size is that of other lines."""
+        # MoorDyn reads beyond the end of bytes that are too few
+        if len(state) != self._size:
+            raise MooringError("the saved state is not one of these lines")
+        moordyn.Deserialize(self._system, state)
+        _take_none()
+
+    def close(self):
+        """Free MoorDyn's memory and files; the system can be created again."""
+        self._lines, self.lengths, self.segments = [], [], []
+        if self._system is not None:
+            system, self._system = self._system, None
+            moordyn.Close(system)
+        if self._folder is not None:
+            self._folder.cleanup()
+            self._folder = None
+
+
+def warnings_in(report, *, equilibrium_known):
+    """Warnings in what MoorDyn wrote while it started, without the places in its source."""
+    lines = [line.strip() for line in report.splitlines() if WARNING.search(line)]
+    lines = [line for line in lines if not (equilibrium_known and FIRST_GUESS in line)]
+    return [f"MoorDyn: {SOURCE_PLACE.sub('', line)}" for line in lines]
+
+
+def _new_folder(place):
+    """A temporary folder in `place`, with which it goes if this process is killed."""
+    options = {"prefix": "m4e_mooring_", "ignore_cleanup_errors": True}
+    if place is not None and str(place).isascii():  # MoorDyn takes no other paths on Windows
+        with contextlib.suppress(OSError):  # as where the FMU's files cannot be changed
+            return tempfile.TemporaryDirectory(dir=place, **options)
+    return tempfile.TemporaryDirectory(**options)
+
+
+def _take_none():
+    """Take the reference to `None` that MoorDyn has released without owning it."""
+    ctypes.pythonapi.Py_IncRef(ctypes.py_object(None))
+
+
+def _node_force(line, node):
+    return hypot(*moordyn.GetLineNodeForce(line, node))
+
+
+def _not_started(position, report):
+    """Error message with the end of what MoorDyn wrote, without the places in its source."""
+    places = ", ".join(f"({x:.6g}, {z:.6g})" for x, z in position)
+    lines = [line for line in report.splitlines() if line.strip()]
+    tail = "\n".join(SOURCE_PLACE.sub("", line) for line in lines[-REPORT_LENGTH:])
+    return (
+        f"MoorDyn cannot start with the fairleads at {places} m: check these positions "
+        f"against the anchors and the lengths of the lines. It reports:\n{tail}"
+    )
+
+
+def _broken(t, reason):
+    return (
+        f"MoorDyn failed in the step from t = {t:.9g} s ({reason}): fairleads that jump, or an "
+        "internal step that is too long; try a smaller communication step or solver time_step"
+    )
