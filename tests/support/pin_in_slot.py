@@ -1,0 +1,34 @@
+"""A type of joint with two coordinates: a pin that slides in a slot of the parent and turns."""
+
+from __future__ import annotations
+
+from m4e_fmi.joints import Coordinate, Frame, JointType, Mount, carried
+from m4e_fmi.space import TURN, Component, Rotation, Twist, added, scaled, unit
+
+
+class PinInSlot(JointType):
+    """The slot lies along `direction`; the angle is the child's absolute one, or relative."""
+
+    name = "pin_in_slot"
+    coordinates = (Coordinate("S", "s", "vs", "m"), Coordinate("Theta", "theta", "omega", "rad"))
+    symbol = "sleeve"
+    has_direction = True
+    frees_rotation = True
+
+    def frame(self, mount: Mount) -> Frame:
+        parent, (s, angle), (speed, omega) = mount.parent, mount.q, mount.u
+        if mount.is_relative:
+            angle, omega = parent.angle + angle, parent.omega + omega
+        local_direction = unit(mount.vector("direction"))
+        direction = parent.rotation(local_direction)
+        return carried(
+            parent,
+            added(mount.to_joint(), scaled(s, local_direction)),
+            angle=(angle, omega, Rotation.by(angle)),
+            local_arm=mount.vector("joint_to_child"),
+            slide=(direction, speed),
+            freedoms=(
+                Twist(direction, parent.omega),
+                Component(TURN, relative=mount.is_relative),
+            ),
+        )
