@@ -94,7 +94,7 @@ def _system(options: argparse.Namespace) -> System:
     with Gathered() as gathered:
         gathered.of(output_file, options, "system")
         system = gathered.of(load_system, options.system)
-        given = [(start_values(options), "command line")]
+        given: list[tuple[Mapping[str, object], str]] = [(start_values(options), "command line")]
         if options.parameters and (read := gathered.of(read_parameters, options.parameters)):
             given.insert(0, (read, ""))
         if system is None:

@@ -1,4 +1,4 @@
-"""Reading `system.yaml`: all that is wrong with it is told at once, in place."""
+"""Reading `system.yaml`: all problems are reported together, each at its place."""
 
 from __future__ import annotations
 
@@ -10,24 +10,26 @@ from typing import Annotated, Any
 
 from pydantic import Field, StringConstraints
 
-from m4e_fmi.cosim.system.connection_text import parse_connection, unknown_component
-from m4e_fmi.cosim.system.origins import ParameterSet
-from m4e_fmi.cosim.system.system import (
-    LONGEST,
-    NS_PER_SECOND,
+from m4e_fmi.cosim.system.component import (
     Component,
     FmuFile,
     Kind,
     ModelFile,
-    Simulation,
-    SimulationSection,
-    System,
-    Time,
     kind_module,
     kinds,
-    simulation_problems,
     step_problems,
 )
+from m4e_fmi.cosim.system.connection_text import parse_connection, unknown_component
+from m4e_fmi.cosim.system.origins import ParameterSet
+from m4e_fmi.cosim.system.simulation import (
+    LONGEST,
+    NS_PER_SECOND,
+    Simulation,
+    SimulationSection,
+    Time,
+    simulation_problems,
+)
+from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import InputError, Problem, missing_file, suggestion
 from m4e_fmi.files.document import Document, Location, Section, SectionType
 from m4e_fmi.files.file_kinds import SYSTEM, check_keys
@@ -55,7 +57,7 @@ class _SystemSection(_PortsSection):
 
 
 class _PartOfSimulation(SimulationSection):
-    """A simulation with values in place of wrong ones, which fit whatever the others are."""
+    """A simulation with values in place of missing ones, which fit whatever the others are."""
 
     stop_time: Time = LONGEST
     step_size: Time = 1 / NS_PER_SECOND
@@ -65,7 +67,7 @@ _OTHERS = tuple(_SystemSection.model_fields.keys() - _PortsSection.model_fields.
 
 
 class _ComponentSection(Section):
-    """What every component may have."""
+    """The keys that every component may have."""
 
     start: dict[str, bool | int | float | str] = Field(default_factory=dict)
     step_size: float | str | None = None
@@ -94,7 +96,7 @@ def read_system(document: Document) -> System:
     problems += _connection_problems(document)
     if simulation is not None:
         found = step_problems(components, simulation)
-        problems += [document.problem(*problem) for problem in found]
+        problems += [document.problem(p.keys, p.message, p.remedy) for p in found]
     if problems or section is None or simulation is None:
         problems += _further_problems(document, components, wrong)
         raise InputError(dict.fromkeys(problems))
@@ -117,20 +119,18 @@ def _further_problems(
 ) -> list[Problem]:
     """Problems of files, models and connections, beside those of the system's file itself.
 
-    A sound system is checked so before its FMUs are built, and not each time when it is read.
+    A system without problems is checked so before its FMUs are built only.
     """
     from m4e_fmi.cosim.input_checks.inputs import checked_inputs
 
     section = document.valid_part(_PortsSection, drop=_OTHERS) or _PortsSection()
     unread = dict.fromkeys(map(str, _mapping(document, "buses").keys() - section.buses.keys()))
     names = [*(c.name for c in components), *wrong, *section.buses, *unread]
-    written = document.data.get("connections")
-    texts = written if isinstance(written, list) else []
     system = System(
         name=str(document.data.get("name")),
         components=tuple(replace(component, step_size=None) for component in components),
-        connections=tuple(_connection_text(text, names) for text in texts),
-        simulation=Simulation(1.0, 1.0),  # of no account here
+        connections=tuple(_connection_text(text, names) for text in _texts(document)),
+        simulation=Simulation(1.0, 1.0),  # not checked here
         inputs=section.inputs,
         outputs=section.outputs,
         buses=section.buses,
@@ -148,7 +148,7 @@ class _ParameterSection(Section):
 def read_parameters(path: str | Path) -> ParameterSet:
     """Start values ``component.variable`` from a file: YAML with `values`, or SSP's `.ssv`.
 
-    InputError with all problems of the file; `System.changed` takes what is read.
+    They are an argument of `System.changed`. InputError with all problems of the file.
     """
     path = Path(path)
     if path.suffix.lower() == ".ssv":
@@ -160,7 +160,7 @@ def read_parameters(path: str | Path) -> ParameterSet:
 
 
 def _read_simulation(document: Document, problems: list[Problem]) -> Simulation | None:
-    """The simulation, as far as its keys are right: those that are not are told with the rest."""
+    """The simulation, None if any of its settings is wrong; adds to `problems`."""
     written = document.data.get("simulation")
     if not isinstance(written, dict):
         return None
@@ -175,18 +175,17 @@ def _read_simulation(document: Document, problems: list[Problem]) -> Simulation 
         return None
     found = simulation_problems(section)
     problems += [
-        document.problem(("simulation", key), message, remedy)
-        for key, message, remedy in found
-        if key in section.model_fields_set
+        document.problem(("simulation", *p.keys), p.message, p.remedy)
+        for p in found
+        if section.model_fields_set.issuperset(map(str, p.keys))
     ]
     return Simulation(**section.model_dump()) if sound and not found else None
 
 
 def _connection_problems(document: Document) -> Iterator[Problem]:
-    """Texts that are no connections, and components that are not there; the FMUs tell the rest."""
+    """Texts that are not connections, and unknown components; the rest needs the FMUs."""
     names = [str(name) for key in ("components", "buses") for name in _mapping(document, key)]
-    written = document.data.get("connections")
-    for index, text in enumerate(written if isinstance(written, list) else ()):
+    for index, text in enumerate(_texts(document)):
         if not isinstance(text, str):
             continue
         at: Location = ("connections", index)
@@ -200,13 +199,19 @@ def _connection_problems(document: Document) -> Iterator[Problem]:
                 yield document.problem(at, unknown.message, unknown.remedy)
 
 
-def _mapping(document: Document, key: str) -> dict[str, Any]:
-    """What is written under a key at the top; nothing if that is no mapping."""
+def _texts(document: Document) -> list[object]:
+    """The entries under `connections`; none if that is not a list."""
+    written = document.data.get("connections")
+    return written if isinstance(written, list) else []
+
+
+def _mapping(document: Document, key: str) -> dict[str, object]:
+    """The mapping under a key at the top; empty if it is not a mapping."""
     written = document.data.get(key)
     return written if isinstance(written, dict) else {}
 
 
-def _connection_text(written: Any, names: Collection[str]) -> str:
+def _connection_text(written: object, names: Collection[str]) -> str:
     """A connection as the system has it; empty for one that is wrong by its text alone."""
     text = " ".join(written.split()) if isinstance(written, str) else ""
     try:
@@ -220,7 +225,7 @@ def _connection_text(written: Any, names: Collection[str]) -> str:
 def _read_components(
     document: Document, problems: list[Problem]
 ) -> tuple[list[Component], dict[str, Component | None]]:
-    """The components that are right; the others by name, with what is right of them."""
+    """The components that are right; the others by name, with their valid parts."""
     components: list[Component] = []
     wrong: dict[str, Component | None] = {}
     for name, keys in _mapping(document, "components").items():
@@ -238,9 +243,9 @@ def _read_components(
 
 
 def _read_component(
-    document: Document, name: str, keys: dict[str, Any], problems: list[Problem]
+    document: Document, name: str, keys: dict[str, object], problems: list[Problem]
 ) -> Component | None:
-    """The component, as far as it is right; adds to `problems`."""
+    """The component with its valid parts; adds to `problems`."""
     at: Location = ("components", name)
     if not _NAME.match(name):
         remedy = "use letters, digits and _, not starting with a digit"
@@ -275,7 +280,7 @@ def _part(
     drop: tuple[str, ...],
     problems: list[Problem],
 ) -> SectionType | None:
-    """The part of the document at `at`, as far as it is right; adds to `problems`."""
+    """The valid parts of the document at `at`; adds to `problems`."""
     try:
         return document.validate(section, at=at, drop=drop)
     except InputError as error:
@@ -295,8 +300,10 @@ def _component(
     )
 
 
-def _read_kind(document: Document, at: Location, kind: Any, problems: list[Problem]) -> Kind | None:
-    """The kind with its configuration, as far as it is right; adds to `problems`."""
+def _read_kind(
+    document: Document, at: Location, kind: object, problems: list[Problem]
+) -> Kind | None:
+    """The kind with the valid parts of its configuration; adds to `problems`."""
     known = kinds()
     if not isinstance(kind, str) or kind not in known:
         remedy = suggestion(str(kind), known, "kinds")

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from m4e_fmi.cosim import Kind, load_system
-from m4e_fmi.cosim.system.system import kind_module
+from m4e_fmi.cosim.system.component import kind_module
 from m4e_fmi.fmu import PythonSource, build_fmu, validate_fmu
 from m4e_fmi.model import load_model
 from m4e_fmi.multibody import model_program

@@ -311,7 +311,7 @@ def _load_system(path: Path) -> None:
 
 
 def _make(path: Path) -> None:
-    from m4e_fmi.cosim.system.system import Kind, kind_module
+    from m4e_fmi.cosim.system.component import Kind, kind_module
 
     system = load_system(path)
     for part in system.components:

@@ -6,7 +6,7 @@ network's `size`; the network's `advance` follows. `held` tells what it held at 
 meanwhile, `followed` how far these went along with their sources. What it knows of the past is in
 the network's `values` and `last`, so that it needs no more than those to go on from another point.
 One that does the same in every step is `Scheduled`, and the C library makes its steps. To add one:
-a file here, an entry in `ALGORITHMS`, its name in `m4e_fmi.cosim.system.system.ALGORITHMS`.
+a file here, an entry in `ALGORITHMS`, its name in `m4e_fmi.cosim.system.simulation.ALGORITHMS`.
 """
 
 from __future__ import annotations

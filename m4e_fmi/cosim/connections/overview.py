@@ -10,7 +10,8 @@ from m4e_fmi.cosim.connections.links import Link
 from m4e_fmi.cosim.connections.missing.loose_ends import is_idle_load, start_text, unfed
 from m4e_fmi.cosim.connections.result_size import thinned, volume
 from m4e_fmi.cosim.connections.timing import Timing, component_cycles
-from m4e_fmi.cosim.system.system import Kind, System
+from m4e_fmi.cosim.system.component import Kind
+from m4e_fmi.cosim.system.system import System
 
 if TYPE_CHECKING:
     from m4e_fmi.cosim.connections.prepared import Prepared

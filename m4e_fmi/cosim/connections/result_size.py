@@ -9,7 +9,7 @@ from math import ceil
 
 from m4e_fmi.cosim.connections.links import Port
 from m4e_fmi.cosim.connections.recorded_variables import chosen
-from m4e_fmi.cosim.system.system import NS_PER_SECOND, Simulation
+from m4e_fmi.cosim.system.simulation import NS_PER_SECOND, Simulation
 from m4e_fmi.fmu.importer.reading import Description
 
 LARGE = 1e9

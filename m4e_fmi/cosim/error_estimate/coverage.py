@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from m4e_fmi.cosim.system.system import NS_PER_SECOND
+from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
 
 NAMED = 3
 """Times that are named, of more."""

@@ -17,7 +17,7 @@ from m4e_fmi.cosim.exchange.failures import EventWithinError
 from m4e_fmi.cosim.exchange.network import Change, Network
 from m4e_fmi.cosim.exchange.operations import gather
 from m4e_fmi.cosim.exchange.step_loop import StepLoop
-from m4e_fmi.cosim.system.system import NS_PER_SECOND
+from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
 from m4e_fmi.cosim.time_loop.energy import BLOCK
 from m4e_fmi.cosim.time_loop.time_events import NEVER, in_nanoseconds
 from m4e_fmi.errors import RunError

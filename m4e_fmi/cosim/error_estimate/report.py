@@ -24,7 +24,7 @@ import numpy as np
 from m4e_fmi.cosim.connections.links import Port
 from m4e_fmi.cosim.error_estimate.coverage import Coverage
 from m4e_fmi.cosim.exchange.network import Network
-from m4e_fmi.cosim.system.system import NS_PER_SECOND
+from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
 from m4e_fmi.shown import short
 
 LEAST_RANGE = 1e-9

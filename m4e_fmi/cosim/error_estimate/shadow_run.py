@@ -20,7 +20,7 @@ from m4e_fmi.cosim.error_estimate.roughness import HISTORY, Roughness, fourth_di
 from m4e_fmi.cosim.error_estimate.step_doubling import NOISE, SMALL, halved_kinks
 from m4e_fmi.cosim.exchange.network import TWICE, Change, Network
 from m4e_fmi.cosim.exchange.operations import Operation, gather
-from m4e_fmi.cosim.system.system import NS_PER_SECOND, Simulation
+from m4e_fmi.cosim.system.simulation import NS_PER_SECOND, Simulation
 from m4e_fmi.cosim.time_loop.energy import BLOCK, EnergyBalance
 from m4e_fmi.cosim.time_loop.time_loop import TimeLoop
 from m4e_fmi.errors import RunError

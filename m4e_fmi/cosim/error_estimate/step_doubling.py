@@ -73,7 +73,7 @@ from m4e_fmi.cosim.error_estimate.windows import Told, pieces, throughout
 from m4e_fmi.cosim.exchange.network import HALF, TWICE, Change, Network, NetworkSnapshot
 from m4e_fmi.cosim.exchange.operations import Operation, gather
 from m4e_fmi.cosim.exchange.snapshot import Memory, recall, remember
-from m4e_fmi.cosim.system.system import NS_PER_SECOND
+from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
 from m4e_fmi.cosim.time_loop.energy import BLOCK
 from m4e_fmi.errors import RunError
 

@@ -53,8 +53,8 @@ from m4e_fmi.cosim.exchange.snapshot import Memory, recall, remember
 from m4e_fmi.cosim.exchange.step_loop import Schedule
 from m4e_fmi.cosim.system.component_step import ComponentStep
 from m4e_fmi.cosim.system.component_steps import ComponentSteps
+from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
 from m4e_fmi.cosim.system.start_values import Value
-from m4e_fmi.cosim.system.system import NS_PER_SECOND
 from m4e_fmi.errors import UnknownNameError
 from m4e_fmi.fmu.importer.calls import Texts
 from m4e_fmi.shown import listing

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from m4e_fmi.cosim.exchange.instance import Instance
-from m4e_fmi.cosim.system.system import NS_PER_SECOND
+from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
 from m4e_fmi.fmu.importer.calls import Access
 
 ROUNDING = 1e-9

@@ -24,7 +24,7 @@ from m4e_fmi.cosim.exchange.operations import (
     SetDerivatives,
     SetTyped,
 )
-from m4e_fmi.cosim.system.system import NS_PER_SECOND
+from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
 from m4e_fmi.fmu.importer.calls import Access
 
 Action = Callable[[float, float, int], int]

@@ -32,7 +32,7 @@ from m4e_fmi.cosim.exchange.operations import (
     SetTyped,
 )
 from m4e_fmi.cosim.exchange.python_executor import PythonExecutor
-from m4e_fmi.cosim.system.system import NS_PER_SECOND
+from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
 from m4e_fmi.fmu.importer.calls import DISCARD
 from m4e_fmi.runtime.library import library
 

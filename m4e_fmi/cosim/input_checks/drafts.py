@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from m4e_fmi.cosim.system.system import Component, FmuFile, Kind, ModelFile, System, kind_module
+from m4e_fmi.cosim.system.component import Component, FmuFile, Kind, ModelFile, kind_module
+from m4e_fmi.cosim.system.system import System
 from m4e_fmi.files.files_read import Files, depends_on, files_read
 
 if TYPE_CHECKING:

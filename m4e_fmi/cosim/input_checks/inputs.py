@@ -15,8 +15,9 @@ from typing import Any
 
 from m4e_fmi.cosim.connections.connect import connection_problems
 from m4e_fmi.cosim.input_checks.drafts import Draft, drafted, takes_long
+from m4e_fmi.cosim.system.component import Component, FmuFile, Kind, kind_module
 from m4e_fmi.cosim.system.component_units import with_units
-from m4e_fmi.cosim.system.system import Component, FmuFile, Kind, System, kind_module
+from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import InputError, Problem, RunError
 from m4e_fmi.fmu import Description, read_description
 from m4e_fmi.fmu.export.expected import expected_description

@@ -29,8 +29,9 @@ from m4e_fmi.cosim.monitoring.instability import Stability
 from m4e_fmi.cosim.monitoring.late_dependence import SecondLook
 from m4e_fmi.cosim.results.writer import Mark, ResultsWriter
 from m4e_fmi.cosim.system.component_steps import ComponentSteps
+from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
 from m4e_fmi.cosim.system.start_values import Value, start_values
-from m4e_fmi.cosim.system.system import NS_PER_SECOND, System
+from m4e_fmi.cosim.system.system import System
 from m4e_fmi.cosim.time_loop.energy import BLOCK as ENERGY_BLOCK
 from m4e_fmi.cosim.time_loop.energy import BondEnergy, EnergyBalance
 from m4e_fmi.cosim.time_loop.time_events import NEXT_EVENT_TIME

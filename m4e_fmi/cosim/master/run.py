@@ -28,8 +28,10 @@ from m4e_fmi.cosim.monitoring.flotation import start_warnings
 from m4e_fmi.cosim.preparation.prepare import prepare
 from m4e_fmi.cosim.preparation.surroundings import model_gravity
 from m4e_fmi.cosim.results.writer import AT_STOP, ResultsWriter
+from m4e_fmi.cosim.system.component import Component
 from m4e_fmi.cosim.system.component_steps import pace
-from m4e_fmi.cosim.system.system import NS_PER_SECOND, Component, Simulation, System
+from m4e_fmi.cosim.system.simulation import NS_PER_SECOND, Simulation
+from m4e_fmi.cosim.system.system import System
 from m4e_fmi.cosim.time_loop.energy import BondEnergy
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.results.results_file import Results, as_given, load, stream_of

@@ -16,7 +16,7 @@ import numpy as np
 from m4e_fmi.cosim.connections.links import Link, Port
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.results.writer import ResultsWriter
-from m4e_fmi.cosim.system.system import Simulation
+from m4e_fmi.cosim.system.simulation import Simulation
 from m4e_fmi.errors import RunError
 from m4e_fmi.results.growth import Growth, largest_growth
 from m4e_fmi.units import BASE_UNITS

@@ -15,7 +15,8 @@ import numpy as np
 from m4e_fmi.code_hash import code_hash
 from m4e_fmi.cosim.input_checks.drafts import WARNING, Draft, drafted, takes_long
 from m4e_fmi.cosim.input_checks.inputs import checked_inputs
-from m4e_fmi.cosim.system.system import Component, FmuFile, Kind, ModelFile, System, kinds
+from m4e_fmi.cosim.system.component import Component, FmuFile, Kind, ModelFile, kinds
+from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import InputError, Problem, RunError
 from m4e_fmi.files.file_names import file_stem, file_stems
 from m4e_fmi.files.files_read import files_read

@@ -6,7 +6,8 @@ from collections.abc import Iterator, Mapping
 
 from m4e_fmi.cosim.connections.links import Axis, Link, Wiring, conversion
 from m4e_fmi.cosim.connections.structure import Structure, Transfer
-from m4e_fmi.cosim.system.system import Kind, System
+from m4e_fmi.cosim.system.component import Kind
+from m4e_fmi.cosim.system.system import System
 from m4e_fmi.fmu.importer.reading import Description
 
 

@@ -19,15 +19,10 @@ from m4e_fmi.cosim.connections.links import Wiring
 from m4e_fmi.cosim.exchange.binary import OWN, PYTHON
 from m4e_fmi.cosim.exchange.interruption import setting_up
 from m4e_fmi.cosim.preparation.trial_instances import Instances, Subject, driven_inputs
+from m4e_fmi.cosim.system.component import Component, FmuFile, Kind, ModelFile
+from m4e_fmi.cosim.system.simulation import Simulation
 from m4e_fmi.cosim.system.start_values import Value
-from m4e_fmi.cosim.system.system import (
-    Component,
-    FmuFile,
-    Kind,
-    ModelFile,
-    Simulation,
-    System,
-)
+from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.importer.opening import opened
 from m4e_fmi.fmu.importer.reading import Description

@@ -12,8 +12,9 @@ from itertools import combinations
 from typing import Any
 
 from m4e_fmi.cosim.connections.links import Wiring
+from m4e_fmi.cosim.system.component import Component, Kind, ModelFile
 from m4e_fmi.cosim.system.start_values import value_of
-from m4e_fmi.cosim.system.system import Component, Kind, ModelFile, System
+from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import InputError
 from m4e_fmi.fmu import Description
 

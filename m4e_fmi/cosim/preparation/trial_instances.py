@@ -11,8 +11,9 @@ import numpy as np
 from m4e_fmi.cosim.connections.links import Wiring
 from m4e_fmi.cosim.exchange.binary import Binary, Files
 from m4e_fmi.cosim.exchange.instance import WARNING, Instance
+from m4e_fmi.cosim.system.component import Component
+from m4e_fmi.cosim.system.simulation import Simulation
 from m4e_fmi.cosim.system.start_values import Value, start_values
-from m4e_fmi.cosim.system.system import Component, Simulation
 from m4e_fmi.fmu.importer.reading import Description, Variable
 from m4e_fmi.signals import not_lost
 

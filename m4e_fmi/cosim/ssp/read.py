@@ -22,9 +22,11 @@ from m4e_fmi.cosim.ssp.package import Element, Package
 from m4e_fmi.cosim.ssp.parameters import Value, bound_parameters, targets
 from m4e_fmi.cosim.ssp.signals import Flow, follow, read_edges
 from m4e_fmi.cosim.ssp.units import Definition, read_units
+from m4e_fmi.cosim.system.component import Component, FmuFile
 from m4e_fmi.cosim.system.component_units import with_units
 from m4e_fmi.cosim.system.connection_text import Connection, parse_connection
-from m4e_fmi.cosim.system.system import Component, FmuFile, Simulation, SimulationSection, System
+from m4e_fmi.cosim.system.simulation import Simulation, SimulationSection
+from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import InputError
 from m4e_fmi.fmu.importer.reading import Description
 

@@ -33,9 +33,9 @@ from m4e_fmi.cosim.ssp.names import (
 )
 from m4e_fmi.cosim.ssp.package import Element
 from m4e_fmi.cosim.ssp.units import Definition, write_units
+from m4e_fmi.cosim.system.component import Component
 from m4e_fmi.cosim.system.connection_text import Connection, parse_connection
 from m4e_fmi.cosim.system.start_values import start_values
-from m4e_fmi.cosim.system.system import Component
 from m4e_fmi.files.writing import written
 from m4e_fmi.fmu.importer.opening import opened
 from m4e_fmi.fmu.importer.reading import Variable

@@ -1,4 +1,4 @@
-"""Which components of a system have a step of their own, and whether all of them can keep to it."""
+"""The components of a system with a step of their own, checked against their FMUs and the run."""
 
 from __future__ import annotations
 
@@ -6,17 +6,19 @@ from collections.abc import Mapping
 from dataclasses import replace
 from fractions import Fraction
 
+from m4e_fmi.cosim.system.component import Component
 from m4e_fmi.cosim.system.component_step import ComponentStep, common_step, fits, rate, seconds
-from m4e_fmi.cosim.system.system import NS_PER_SECOND, TICK, Component, Simulation, System, is_whole
+from m4e_fmi.cosim.system.simulation import NS_PER_SECOND, TICK, Simulation, is_whole
+from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.fmu.importer.reading import Description
 
 ComponentSteps = Mapping[str, ComponentStep]
-"""Component → its rate; those that algorithms may step as they like are not in it."""
+"""Component → its step; without those that algorithms may step as they like."""
 
 
 def rounded(simulation: Simulation) -> list[str]:
-    """A line that tells the steps of a step_size that is none of whole nanoseconds."""
+    """A note on the steps of a step_size that is not of whole nanoseconds; empty for others."""
     size = simulation.step_size
     if is_whole(size):
         return []
@@ -29,9 +31,9 @@ def rounded(simulation: Simulation) -> list[str]:
 def refined(system: System, descriptions: Mapping[str, Description]) -> tuple[System, str]:
     """The system with the longest step, its own or a part of it, that meets all components' points.
 
-    If that is a shorter one, the text tells; the rows of the results stay where they are, and FMUs
-    that make steps of one size keep to the step that was given. Steps that fit to none are left to
-    `pace` to tell.
+    If that is a shorter one, the second value is a note; the rows of the results stay where they
+    are, and FMUs that make steps of one size keep to the step that was given. Steps that fit to
+    none are left to `pace` to report.
     """
     simulation, macro = system.simulation, system.simulation.step
     given = {
@@ -58,13 +60,13 @@ def refined(system: System, descriptions: Mapping[str, Description]) -> tuple[Sy
 
 
 def pace(system: System, descriptions: Mapping[str, Description]) -> dict[str, ComponentStep]:
-    """The rates of the components that have one: given in the system, or wanted by their FMU.
+    """The steps of the components that have their own: given in the system, or set by their FMU.
 
-    An FMU that makes no steps of different sizes (canHandleVariableCommunicationStepSize) is
-    stepped by the system's step if nothing else is given; one that tells the step it goes by inside
-    (fixedInternalStepSize), by that, unless its outputs have to follow its inputs in between: see
-    `_internal_step`. InputError with all problems: steps that do not fit to that of the system, or
-    to what the FMU says; that the run or adaptive steps do not allow.
+    An FMU that makes steps of one size only (canHandleVariableCommunicationStepSize) is stepped by
+    the system's step if nothing else is given; one with a fixedInternalStepSize by that, unless its
+    outputs depend on its inputs in between (`_internal_step`). InputError with all problems: steps
+    that do not fit to that of the system, or to the FMU's; that the run or adaptive steps do not
+    allow.
     """
     problems: list[Problem] = []
     found: dict[str, ComponentStep] = {}
@@ -76,30 +78,32 @@ def pace(system: System, descriptions: Mapping[str, Description]) -> dict[str, C
                 _check(own, system)
                 adaptive = system.simulation.coupling_tolerance is not None
                 found[component.name] = replace(own, adaptive=adaptive)
-        except ValueError as error:
-            message, remedy = error.args
+        except InputError as error:
+            found_here = error.problems[0]
+            message = f"component {component.name!r}: {found_here.message}"
             at = ("components", component.name, "step_size")
-            problems.append(system.problem(at, f"component {component.name!r}: {message}", remedy))
+            problems.append(system.problem(at, message, found_here.remedy))
     if problems:
         raise InputError(problems)
     return found
 
 
 def _internal_step(description: Description, macro: Fraction) -> float | None:
-    """The FMU's internal step [s] if it is to be stepped by that; `macro` is the system's step.
+    """The FMU's internal step [s] if it is to be stepped by that; `macro` [s] is the system's step.
 
-    One that is longer than the system's is no step to take if an output follows an input at once,
-    as in an FMU without states: between the points of so long a step the output would stand still.
-    Such an FMU keeps to its internal step by itself, if it takes steps of different sizes.
+    A longer one than the system's is not taken if an output depends directly on an input, as in an
+    FMU without states: between the points of so long a step the output would stand still. Such an
+    FMU keeps to its internal step by itself, if it takes steps of different sizes.
     """
     inside = description.internal_step
-    follows = any(description.dependencies.values())
-    if inside and follows and not description.constant_step and seconds(inside) > macro:
+    has_feed_through = any(description.dependencies.values())
+    if inside and has_feed_through and not description.constant_step and seconds(inside) > macro:
         return None
     return inside
 
 
 def _rate(component: Component, description: Description, system: System) -> ComponentStep | None:
+    """The component's own step, None without one; InputError if it does not fit."""
     macro, constant = system.simulation.step, description.constant_step
     if component.step_size is None:
         inside = _internal_step(description, macro)
@@ -107,18 +111,15 @@ def _rate(component: Component, description: Description, system: System) -> Com
             return rate(macro, macro, constant=True) if constant else None
         try:
             return rate(seconds(inside), macro, constant=constant)
-        except ValueError as error:
-            message, remedy = error.args
+        except InputError as error:
+            problem = error.problems[0]
             text = f"its FMU goes by steps of {inside:g} s (fixedInternalStepSize)"
-            raise ValueError(f"{text}: {message}", remedy) from None
+            raise InputError.single(f"{text}: {problem.message}", problem.remedy) from None
     own, inside = seconds(component.step_size), description.internal_step
     if inside is not None:
-        try:
-            fits = rate(seconds(inside), own).every == 1
-        except ValueError:
-            fits = False
-        if not fits:
-            raise ValueError(
+        internal = seconds(inside)
+        if not fits(internal, own) or rate(internal, own).is_sampled:
+            raise InputError.single(
                 f"step_size {float(own):g} s is no multiple of {inside:g} s, by which its FMU goes "
                 "(fixedInternalStepSize)",
                 f"take {inside:g} s, or leave it out",
@@ -127,12 +128,12 @@ def _rate(component: Component, description: Description, system: System) -> Com
 
 
 def _check(own: ComponentStep, system: System) -> None:
-    """ValueError, whose arguments are message and remedy, if the run does not allow this rate."""
+    """InputError if the run does not allow this step."""
     simulation = system.simulation
     only = "its FMU makes steps of one size only (canHandleVariableCommunicationStepSize)"
     if simulation.coupling_tolerance is not None and (own.constant or own.is_sampled):
         why = only if own.constant else f"it {own}"
-        raise ValueError(
+        raise InputError.single(
             f"{why}, and with a coupling_tolerance the steps of the system change",
             "leave coupling_tolerance out",
         )
@@ -143,7 +144,7 @@ def _check(own: ComponentStep, system: System) -> None:
     left = Fraction(end - begin, NS_PER_SECOND) % simulation.step
     if left and not own.shortens:
         stop = Fraction(end, NS_PER_SECOND) - left
-        raise ValueError(
+        raise InputError.single(
             f"{only}, and the last step would be one of {float(left):g} s",
             f"take a stop_time of {float(stop):g} s or {float(stop + simulation.step):g} s",
         )

@@ -1,12 +1,12 @@
-"""Where start values and settings come from that are not those of a system's file."""
+"""Origins of start values and settings that are not from a system's file."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
+from m4e_fmi.cosim.system.component import StartValue
 from m4e_fmi.errors import Problem
 from m4e_fmi.files.document import Document
 
@@ -15,12 +15,12 @@ from m4e_fmi.files.document import Document
 class Origin:
     """A file of parameters (with its `document` if it is YAML), or "command line", or "Python".
 
-    `value` is what was given, of settings, which a run may refine.
+    `value` is the given value of a setting, which a run may refine.
     """
 
     name: str = "Python"
     document: Document | None = None
-    value: Any = None
+    value: object = None
 
     def problem(self, variable: str, message: str, remedy: str) -> Problem:
         """A problem with the value that was given for `variable`."""
@@ -29,9 +29,11 @@ class Origin:
         return Problem(message, remedy, "" if self == Origin() else self.name)
 
 
-class ParameterSet(dict[str, Any]):
-    """Start values ``component.variable`` that know the file they are from."""
+class ParameterSet(dict[str, StartValue]):
+    """Start values ``component.variable`` with the file they are from, as `origin`."""
 
-    def __init__(self, values: Mapping[str, Any], path: Path, document: Document | None) -> None:
+    def __init__(
+        self, values: Mapping[str, StartValue], path: Path, document: Document | None
+    ) -> None:
         super().__init__(values)
         self.origin = Origin(str(path), document)

@@ -1,4 +1,4 @@
-"""Start values: whether the FMUs take them, and what they are in the FMUs' own types and units."""
+"""Start values, checked and converted to the FMUs' own types and units."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ import math
 import re
 from collections.abc import Iterable, Mapping
 from numbers import Integral, Real
-from typing import Any
 
 import numpy as np
 
-from m4e_fmi.cosim.system.system import Component, System
+from m4e_fmi.cosim.system.component import Component
+from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import Problem, suggestion
 from m4e_fmi.fmu.importer.reading import Description, Variable
 from m4e_fmi.units import Quantity, parse_quantity
@@ -29,7 +29,7 @@ _SIZED = re.compile(r"(U?)Int(\d+)")
 
 
 def start_values(component: Component, description: Description) -> dict[str, Value]:
-    """What to set in the component's FMU before it is initialised, by variable.
+    """The values to set in the component's FMU before it is initialised, by variable.
 
     A Real given with a unit (a Quantity, or a text as ``"5 mm"``) is converted to that of the FMU;
     an item of an enumeration given by name becomes its number.
@@ -39,7 +39,7 @@ def start_values(component: Component, description: Description) -> dict[str, Va
 
 
 def start_problems(system: System, descriptions: Mapping[str, Description]) -> Iterable[Problem]:
-    """All that is wrong with the start values of a system."""
+    """All problems of the start values of a system."""
     for component in system.components:
         variables = descriptions[component.name].variables
         for name, given in component.start.items():
@@ -64,18 +64,18 @@ def start_problems(system: System, descriptions: Mapping[str, Description]) -> I
 
 
 def is_settable(variable: Variable) -> bool:
-    """Whether FMI lets a start value be set."""
+    """True if FMI allows setting a start value."""
     return variable.variability != "constant" and (
         variable.causality == "input" or variable.initial in ("exact", "approx")
     )
 
 
-def value_of(variable: Variable, given: Value | Quantity) -> Value:
-    """A given value in the variable's type and unit; ValueError(remedy) if it has none.
+def value_of(variable: Variable, start: object) -> Value:
+    """A start value in the variable's type and unit; ValueError with a remedy if it does not fit.
 
-    Numbers may be of any kind, as NumPy's.
+    Numbers may be of any library.
     """
-    given = _plain(given)
+    given = _plain(start)
     if variable.type == "Real" and isinstance(given, str):
         given = parse_quantity(given)
     if isinstance(given, Quantity):
@@ -90,18 +90,19 @@ def value_of(variable: Variable, given: Value | Quantity) -> Value:
         isinstance(given, bool) and variable.type != "Boolean"
     ):
         raise ValueError(f"it is of type {variable.type}")
+    assert isinstance(given, float | int | str)
     _check_range(variable, given)
     _check_limits(variable, given)
     return given
 
 
-def _plain(given: Any) -> Any:
+def _plain(given: object) -> object:
     """A number or a truth value of any library as Python's own; anything else as it is."""
-    if isinstance(given, np.bool_):
+    if isinstance(given, bool | np.bool_):
         return bool(given)
-    if isinstance(given, Integral) and not isinstance(given, bool):
+    if isinstance(given, Integral):
         return int(given)
-    if not isinstance(given, Real) or isinstance(given, bool):
+    if not isinstance(given, Real):
         return given
     try:
         return float(given)
@@ -110,7 +111,7 @@ def _plain(given: Any) -> Any:
 
 
 def _check_range(variable: Variable, given: Value) -> None:
-    """ValueError for what the type cannot hold."""
+    """ValueError for a value that the type cannot hold."""
     sized = _SIZED.fullmatch(variable.fmi_type)
     if sized and isinstance(given, int):
         bits = int(sized[2])

@@ -21,7 +21,7 @@ from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.exchange.operations import Operation
 from m4e_fmi.cosim.exchange.step_loop import Schedule, StepLoop
 from m4e_fmi.cosim.results.writer import ResultsWriter
-from m4e_fmi.cosim.system.system import NS_PER_SECOND, Simulation
+from m4e_fmi.cosim.system.simulation import NS_PER_SECOND, Simulation
 from m4e_fmi.cosim.time_loop.energy import BLOCK as ENERGY_BLOCK
 from m4e_fmi.cosim.time_loop.energy import EnergyBalance
 from m4e_fmi.cosim.time_loop.time_events import NEVER, TimeEvents, in_nanoseconds

@@ -10,8 +10,9 @@ from __future__ import annotations
 import re
 from collections.abc import Container, Iterator, Mapping, Sequence
 
+from m4e_fmi.cosim.system.component import Component
 from m4e_fmi.cosim.system.start_values import value_of
-from m4e_fmi.cosim.system.system import Component, System
+from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import Problem
 from m4e_fmi.fmu.importer.reading import Description, Variable
 

@@ -29,7 +29,7 @@ from m4e_fmi.cosim import (
 )
 from m4e_fmi.cosim.algorithms.course import PARABOLA, InputInterpolation
 from m4e_fmi.cosim.system.component_step import ComponentStep, common_step, rate, seconds
-from m4e_fmi.cosim.system.system import TICK
+from m4e_fmi.cosim.system.simulation import TICK
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.fmu import read_description
 
@@ -65,7 +65,7 @@ def test_times(given: float | str, time: Fraction) -> None:
     "given", ["soon", "5 m", "", "1/0 s", "1e999999999 s", 0, -1.0, float("nan"), "inf"]
 )
 def test_what_is_no_time(given: float | str) -> None:
-    with pytest.raises(ValueError, match="step_size"):
+    with pytest.raises(InputError, match="step_size"):
         seconds(given)
 
 
@@ -93,10 +93,11 @@ def test_rates(step: Fraction, macro: Fraction, found: ComponentStep) -> None:
 def test_what_does_not_fit_names_the_nearest_that_does(
     step: Fraction, message: str, remedy: str
 ) -> None:
-    with pytest.raises(ValueError, match="step_size") as caught:
+    with pytest.raises(InputError, match="step_size") as caught:
         rate(step, 50 * MS)
-    assert message in caught.value.args[0]
-    assert remedy in caught.value.args[1]
+    (problem,) = caught.value.problems
+    assert message in problem.message
+    assert remedy in problem.remedy
 
 
 @pytest.mark.parametrize(
@@ -119,13 +120,13 @@ def test_steps_that_have_none_in_common_are_told_one_by_one() -> None:
     found, problems = common_step(50 * MS, own, TICK)
     assert found == 10 * MS
     assert set(problems) == {"b", "c"}
-    assert problems["b"][0] == "step_size 0.033 s goes 1.51515 times into the system's 0.05 s"
+    assert problems["b"].message == "step_size 0.033 s goes 1.51515 times into the system's 0.05 s"
 
 
 def test_own_steps_that_do_not_meet_one_another() -> None:
     own = {"a": 75 * MS, "b": MS * 50 / 3}  # each of them would fit
     _, problems = common_step(50 * MS, own, TICK)
-    assert problems["b"][0] == "step_size 0.0166667 s and 0.075 s of 'a' do not meet"
+    assert problems["b"].message == "step_size 0.0166667 s and 0.075 s of 'a' do not meet"
 
 
 @pytest.mark.parametrize("algorithm", ["jacobi", "gauss_seidel", "corrector", "implicit"])

@@ -32,7 +32,7 @@ from m4e_fmi.cosim import (
     start,
 )
 from m4e_fmi.cosim.preparation import components
-from m4e_fmi.cosim.system import system as system_module
+from m4e_fmi.cosim.system import component as component_module
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.files.files_read import files_read
 from m4e_fmi.fmu.export.build_record import read_record
@@ -317,13 +317,13 @@ def brought(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callabl
         (site / name).write_text(text)
     monkeypatch.syspath_prepend(str(site))
     found = {name: SimpleNamespace(value=f"gauge_kind.{name}") for name in ("one", "two")}
-    for place in (system_module, components):
+    for place in (component_module, components):
         monkeypatch.setattr(place, "kinds", lambda: found)
 
     def build(kind: str, **config: object) -> list[str]:
         code_hash.cache_clear()
         package_hash.cache_clear()
-        made = system_module.kind_module(kind).Config(**config)
+        made = component_module.kind_module(kind).Config(**config)
         parts = (Component("a", Kind(kind, made)),)
         told: list[str] = []
         system = System("s", parts, (), Simulation(1.0, 0.5), folder=tmp_path)

@@ -16,7 +16,7 @@ from pydantic import Field
 
 from m4e_fmi.cosim import Component, Kind, ModelFile, Simulation, System, prepare, run
 from m4e_fmi.cosim.preparation import components
-from m4e_fmi.cosim.system import system as system_module
+from m4e_fmi.cosim.system import component as component_module
 from m4e_fmi.errors import RunError
 from m4e_fmi.files.document import Section
 from m4e_fmi.files.files_read import read_bytes, read_text
@@ -76,7 +76,7 @@ def pair(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Syste
     class Point:
         value = "coil_kind"
 
-    for place in (system_module, components):
+    for place in (component_module, components):
         monkeypatch.setattr(place, "kinds", lambda: {"coil": Point()})
     monkeypatch.setattr("m4e_fmi.multibody.model_program", mass)
     monkeypatch.setattr(

@@ -10,7 +10,7 @@ from types import ModuleType
 import pytest
 
 from m4e_fmi.cosim import FmuFile, Kind, Simulation, load_system, system_file
-from m4e_fmi.cosim.system import system
+from m4e_fmi.cosim.system import component as component_module
 from m4e_fmi.errors import InputError
 from m4e_fmi.files.document import Section
 from m4e_fmi.fmu import build_fmu
@@ -67,7 +67,7 @@ def folder(tmp_path: Path, fmu: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     class Point:
         value = "coil_kind"
 
-    for place in (system, system_file):
+    for place in (component_module, system_file):
         monkeypatch.setattr(place, "kinds", lambda: {"coil": Point()})
     return tmp_path
 

@@ -1,0 +1,115 @@
+"""Components of a system: their sources, start values and steps."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
+from types import ModuleType
+
+from m4e_fmi.cosim.system.component_step import common_step, seconds
+from m4e_fmi.cosim.system.simulation import TICK, Simulation
+from m4e_fmi.errors import InputError, Problem
+from m4e_fmi.files.document import Section
+from m4e_fmi.shown import short
+from m4e_fmi.units import Quantity, Unit
+
+KIND_GROUP = "m4e_fmi.fmus"
+StartValue = float | int | bool | str | Quantity
+Start = Mapping[str, StartValue]
+
+
+@dataclass(frozen=True)
+class FmuFile:
+    """A component that exists as an FMU: the file `path`, or `member` of that archive."""
+
+    path: Path
+    member: str = ""
+
+
+@dataclass(frozen=True)
+class ModelFile:
+    """A component to be built from a multibody model (`*.model.yaml`)."""
+
+    path: Path
+
+
+@short
+@dataclass(frozen=True)
+class Kind:
+    """A component to be built by the entry point `name` of the group `m4e_fmi.fmus`.
+
+    `config` is an instance of that entry point's `Config`.
+    """
+
+    name: str
+    config: Section
+
+
+Source = FmuFile | ModelFile | Kind
+
+
+@short
+@dataclass(frozen=True)
+class Component:
+    """One FMU of the system.
+
+    `start` holds start values by variable name: in the FMU's unit, or with one of their own (a
+    Quantity, or a text as ``"5 mm"``). `units` are those of variables whose FMU gives none.
+
+    `step_size` is the time by which this FMU is stepped: a number of seconds or a text with
+    unit (``"1/3 ms"``). If that of the simulation is n times as long, the component makes n
+    equal steps in each macro step; if it is m times that of the simulation, it makes one in
+    every m-th; else the system makes shorter macro steps that meet its points. None leaves it
+    to the algorithm.
+
+    `dependencies` names, for some outputs, the inputs that they depend on within an instant, in
+    place of what the FMU declares.
+    """
+
+    name: str
+    source: Source
+    start: Start = field(default_factory=dict)
+    units: Mapping[str, Unit] = field(default_factory=dict)
+    step_size: float | str | None = None
+    dependencies: Mapping[str, Sequence[str]] = field(default_factory=dict)
+
+    @property
+    def own_step(self) -> Fraction | None:
+        """`step_size` [s], None without one; InputError if it is not a valid duration."""
+        return None if self.step_size is None else seconds(self.step_size)
+
+
+def kinds() -> dict[str, EntryPoint]:
+    """Entry points of the kinds of FMU that are installed, by name."""
+    return {point.name: point for point in entry_points(group=KIND_GROUP)}
+
+
+def kind_module(name: str) -> ModuleType:
+    """The module behind a kind: it offers `Config` and `make`."""
+    return importlib.import_module(kinds()[name].value)
+
+
+def step_problems(components: Sequence[Component], simulation: Simulation) -> list[Problem]:
+    """All problems of the components' own steps; `keys` lead to the step in the system."""
+    found: dict[str, Problem] = {}
+    steps: dict[str, Fraction] = {}
+    for component in components:
+        try:
+            if (step := component.own_step) is not None:
+                steps[component.name] = step
+        except InputError as error:
+            found[component.name] = error.problems[0]
+    found |= common_step(simulation.step, steps, TICK)[1]
+    return [
+        Problem(
+            f"component {c.name!r}: {found[c.name].message}",
+            found[c.name].remedy,
+            keys=("components", c.name, "step_size"),
+        )
+        for c in components
+        if c.name in found
+    ]

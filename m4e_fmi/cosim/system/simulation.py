@@ -1,0 +1,193 @@
+"""Settings of a simulation: times, algorithm and tolerances, checked."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass, fields
+from fractions import Fraction
+from typing import Annotated, SupportsFloat, SupportsIndex
+
+from pydantic import BeforeValidator
+
+from m4e_fmi.cosim.system.component_step import TIMES, time_of
+from m4e_fmi.errors import InputError, Problem, suggestion
+from m4e_fmi.files.document import Section, rejected
+
+ALGORITHMS = ("corrector", "gauss_seidel", "implicit", "jacobi")
+NS_PER_SECOND = 1_000_000_000
+"""Nanoseconds, in which the master counts time."""
+LONGEST = 4e9
+"""Seconds that fit twice into 63 bits of nanoseconds, more than a hundred years."""
+TICK = Fraction(1, NS_PER_SECOND)
+"""A nanosecond [s]."""
+ODD = 1e-3
+"""Nanoseconds by which a time may miss whole ones for being a number in floating point."""
+
+TOLERANCES = ("tolerance", "coupling_tolerance")
+NUMBERS = ("stop_time", "step_size", "output_interval", "start_time", *TOLERANCES)
+"""Settings of a simulation that are numbers."""
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """Times [s], algorithm and tolerances of a run.
+
+    A time may be given as a text, ``"10 ms"``. `step_size` is the time between communication
+    points; `output_interval`, a multiple of it, the time between rows of the results (None: every
+    point). `tolerance` (relative) is handed to the FMUs that integrate with error control; None
+    leaves them their own. `coupling_tolerance` (relative) makes the steps adaptive, none larger
+    than `step_size`: None keeps them fixed. InputError with all problems of the settings.
+    """
+
+    stop_time: float
+    step_size: float
+    algorithm: str = ALGORITHMS[0]
+    output_interval: float | None = None
+    start_time: float = 0.0
+    tolerance: float | None = None
+    coupling_tolerance: float | None = None
+
+    @property
+    def step(self) -> Fraction:
+        """`step_size` as the master counts it [s]: whole nanoseconds."""
+        return Fraction(round(self.step_size * NS_PER_SECOND), NS_PER_SECOND)
+
+    def __post_init__(self) -> None:
+        problems: list[Problem] = []
+        for key in NUMBERS:
+            try:
+                object.__setattr__(self, key, _number(key, getattr(self, key)))
+            except InputError as error:
+                problems += error.problems
+        problems = problems or simulation_problems(self)
+        if problems:
+            raise InputError(problems)
+
+
+SETTINGS = tuple(field.name for field in fields(Simulation))
+
+
+def _number(key: str, given: object) -> float | None:
+    """A setting as a number; InputError if it cannot be one.
+
+    It may be a number of any library, and a time a text as ``"10 ms"``.
+    """
+    if given is None and key in ("output_interval", *TOLERANCES):
+        return None
+    if isinstance(given, str) and key not in TOLERANCES:
+        try:
+            return float(time_of(given))
+        except ValueError:
+            raise InputError.single(f"{key} {given!r} is not a valid duration", TIMES) from None
+    is_scalar = getattr(given, "shape", ()) == () and not isinstance(given, str | bool)
+    if is_scalar and isinstance(given, SupportsFloat | SupportsIndex):
+        with suppress(TypeError, ValueError):
+            return float(given)
+    remedy = "1e-6 is usual" if key in TOLERANCES else TIMES
+    raise InputError.single(f"{key}: expected a number, got {given!r}", remedy)
+
+
+def _in_seconds(given: object) -> object:
+    """A text with a unit as a time in seconds; other values as they are."""
+    if not isinstance(given, str):
+        return given
+    try:
+        return float(time_of(given))
+    except ValueError:
+        raise rejected(f"{given!r} is not a valid duration", TIMES) from None
+
+
+Time = Annotated[float, BeforeValidator(_in_seconds)]
+"""A time in seconds, or a text as ``"10 ms"``."""
+
+
+class SimulationSection(Section):
+    """A Simulation as files have it."""
+
+    stop_time: Time
+    step_size: Time
+    algorithm: str = ALGORITHMS[0]
+    output_interval: Time | None = None
+    start_time: Time = 0.0
+    tolerance: float | None = None
+    coupling_tolerance: float | None = None
+
+
+def simulation_problems(simulation: Simulation | SimulationSection) -> list[Problem]:
+    """All problems of times, algorithm and tolerances; `keys` has the setting."""
+    return [*_time_problems(simulation), *_interval_problems(simulation), *_other(simulation)]
+
+
+def _problem(key: str, message: str, remedy: str) -> Problem:
+    return Problem(message, remedy, keys=(key,))
+
+
+def _time_problems(simulation: Simulation | SimulationSection) -> Iterator[Problem]:
+    """Problems of start time, stop time and step."""
+    span = simulation.stop_time - simulation.start_time
+    step = simulation.step_size
+    if not (math.isfinite(span) and span > 0):
+        text = f"stop_time {simulation.stop_time:g} s is not after the start"
+        yield _problem("stop_time", text, f"start_time is {simulation.start_time:g} s")
+    elif max(abs(simulation.start_time), abs(simulation.stop_time)) > LONGEST:
+        text = f"stop_time {simulation.stop_time:g} s: times are counted up to {LONGEST:g} s"
+        yield _problem("stop_time", text, "shorten the run")
+    if not (math.isfinite(step) and step * NS_PER_SECOND >= 1):
+        text = f"step_size {step:g} s: expected 1e-9 s or more"
+        yield _problem("step_size", text, "give it in seconds, as 0.01, or as '10 ms'")
+    elif span > 0 and step > span:
+        text = f"step_size {step:g} s is longer than the run of {span:g} s"
+        yield _problem("step_size", text, f"take {span:g} s or less, or a longer run")
+
+
+def _interval_problems(simulation: Simulation | SimulationSection) -> Iterator[Problem]:
+    """The problem of an output interval that is not a multiple of the step."""
+    interval, step = simulation.output_interval, simulation.step_size
+    if interval is None:
+        return
+    if not abs(interval) <= LONGEST:
+        text = f"output_interval {interval:g} s: expected a multiple of step_size"
+        yield _problem("output_interval", text, "leave it out for a row after every step")
+    elif step <= LONGEST and step * NS_PER_SECOND >= 1:
+        count = round(interval * NS_PER_SECOND) / round(step * NS_PER_SECOND)
+        if count >= 1 and count == int(count):
+            return
+        text = f"output_interval {interval:g} s is not a multiple of step_size {step:g} s"
+        remedy = f"take {max(1, round(count)) * step:g} s, or leave it out"
+        if not is_whole(step):
+            text = (
+                f"output_interval {interval:g} s: steps are whole nanoseconds, so that the "
+                f"step_size of {step:.12g} s is one of {round(step * NS_PER_SECOND)} ns"
+            )
+            nearest = _fitting(step, interval)
+            remedy = f"take a step_size of {nearest:.12g} s, or leave output_interval out"
+        yield _problem("output_interval", text, remedy)
+
+
+def _other(simulation: Simulation | SimulationSection) -> Iterator[Problem]:
+    """Problems of the tolerances and the algorithm."""
+    for key in TOLERANCES:
+        tolerance = getattr(simulation, key)
+        if tolerance is not None and not 0 < tolerance < 1:
+            text = f"{key} {tolerance:g}: expected a number between 0 and 1"
+            yield _problem(key, text, "1e-6 is usual")
+    if simulation.algorithm not in ALGORITHMS:
+        text = f"unknown algorithm {simulation.algorithm!r}"
+        yield _problem("algorithm", text, suggestion(simulation.algorithm, ALGORITHMS))
+
+
+def is_whole(time: float) -> bool:
+    """True for a time [s] of whole nanoseconds."""
+    return abs(time * NS_PER_SECOND - round(time * NS_PER_SECOND)) < ODD
+
+
+def _fitting(step: float, interval: float) -> float:
+    """A time [s] near `step` of whole nanoseconds, of which `interval` [s] is a multiple."""
+    whole, part = round(interval * NS_PER_SECOND), round(step * NS_PER_SECOND)
+    count = max(1, round(whole / part))
+    near = min(count, part)
+    numbers = (n for k in range(near) for n in (near - k, near + k))
+    found = next(n for n in numbers if whole % n == 0)
+    return (whole // found if near == count else found) / NS_PER_SECOND
