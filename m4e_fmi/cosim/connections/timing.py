@@ -14,6 +14,7 @@ import networkx as nx
 from m4e_fmi.cosim.connections.connect import Link, Wiring
 from m4e_fmi.cosim.connections.structure import Structure
 from m4e_fmi.cosim.system.component_step import ComponentStep
+from m4e_fmi.coupling_algorithms import LinkDelay, algorithm_descriptor
 from m4e_fmi.fmu.importer.reading import Description
 
 
@@ -58,8 +59,9 @@ def timings(
         any(descriptions[name].saves_state for name in knot) for knot in knots
     )
     place = {name: k for k, name in enumerate(structure.sweep)}
+    delay = algorithm_descriptor(algorithm).link_delay
 
-    def in_sweep(link: Link) -> Timing:
+    def in_order(link: Link) -> Timing:
         source, target = link.source, link.target
         if place[source.component] < place[target.component]:
             return Timing.KNOWN
@@ -76,16 +78,16 @@ def timings(
             return Timing.HELD
         if not link.is_real:
             return Timing.SWITCHED
-        if algorithm == "jacobi":
+        if delay is LinkDelay.ONE_STEP:
             return Timing.LATE
-        if algorithm == "implicit":
+        if delay is LinkDelay.SOLVED:
             return Timing.SOLVED
-        if algorithm == "gauss_seidel" or not corrects:
-            return in_sweep(link)
+        if delay is LinkDelay.EXECUTION_ORDER or not corrects:
+            return in_order(link)
         if link.target.component not in knot_of.get(link.source.component, ()):
             return Timing.KNOWN
         returns = descriptions[link.target.component].saves_state
-        return Timing.CORRECTED if returns else in_sweep(link)
+        return Timing.CORRECTED if returns else in_order(link)
 
     return {link: timing(link) for link in wiring.links}
 

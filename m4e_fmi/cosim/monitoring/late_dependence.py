@@ -49,10 +49,16 @@ class _Part:
         return self.view.copy()
 
 
+@dataclass(frozen=True)
+class SecondLookSnapshot:
+    """The step of the next look, and a note for each output that follows its inputs."""
+
+    next: int
+    seen: Mapping[Port, str]
+
+
 class SecondLook:
     """Looks at such outputs of a `network`; `notes` tell of those that have changed."""
-
-    SNAPSHOT = ("_next", "_seen")
 
     def __init__(self, network: Network) -> None:
         self._network = network
@@ -64,6 +70,14 @@ class SecondLook:
         ]
         self._seen: Mapping[Port, str] = {}
         self._spoilt: set[Port] = set()
+
+    def snapshot(self) -> SecondLookSnapshot:
+        """What is known now."""
+        return SecondLookSnapshot(self._next, self._seen)
+
+    def restore(self, snapshot: SecondLookSnapshot) -> None:
+        """Continue as from where the snapshot was taken."""
+        self._next, self._seen = snapshot.next, snapshot.seen
 
     @property
     def notes(self) -> tuple[str, ...]:

@@ -17,12 +17,12 @@ from pydantic import BeforeValidator
 
 from m4e_fmi.cosim.system.component_step import TIMES, common_step, seconds, time_of
 from m4e_fmi.cosim.system.origins import Origin, ParameterSet
+from m4e_fmi.coupling_algorithms import DEFAULT_ALGORITHM, algorithm_names
 from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.files.document import Document, Location, Section, rejected
 from m4e_fmi.shown import listing, short
 from m4e_fmi.units import Quantity, Unit
 
-ALGORITHMS = ("corrector", "gauss_seidel", "implicit", "jacobi")
 KIND_GROUP = "m4e_fmi.fmus"
 NS_PER_SECOND = 1_000_000_000
 """Nanoseconds, in which the master counts time."""
@@ -111,7 +111,7 @@ class Simulation:
 
     stop_time: float
     step_size: float
-    algorithm: str = ALGORITHMS[0]
+    algorithm: str = DEFAULT_ALGORITHM
     output_interval: float | None = None
     start_time: float = 0.0
     tolerance: float | None = None
@@ -176,7 +176,7 @@ class SimulationSection(Section):
 
     stop_time: Time
     step_size: Time
-    algorithm: str = ALGORITHMS[0]
+    algorithm: str = DEFAULT_ALGORITHM
     output_interval: Time | None = None
     start_time: Time = 0.0
     tolerance: float | None = None
@@ -358,9 +358,9 @@ def simulation_problems(
         if tolerance is not None and not 0 < tolerance < 1:
             text = f"{key} {tolerance:g}: expected a number between 0 and 1"
             found.append((key, text, "1e-6 is usual"))
-    if simulation.algorithm not in ALGORITHMS:
+    if simulation.algorithm not in algorithm_names():
         text = f"unknown algorithm {simulation.algorithm!r}"
-        found.append(("algorithm", text, suggestion(simulation.algorithm, ALGORITHMS)))
+        found.append(("algorithm", text, suggestion(simulation.algorithm, algorithm_names())))
     return found
 
 
