@@ -21,6 +21,7 @@ from m4e_fmi.cli.options import (
     say,
     start_values,
 )
+from m4e_fmi.coupling_algorithms import algorithm_names, listed
 from m4e_fmi.errors import InputError, Problem, suggestion
 
 if TYPE_CHECKING:
@@ -38,7 +39,7 @@ def add(commands: argparse._SubParsersAction) -> None:
     ):
         command.add_argument(flag, type=_time, metavar="S", help=f"{text}; default: as in the file")
     command.add_argument(
-        "--algorithm", help="corrector, gauss_seidel, implicit or jacobi; default: as in the file"
+        "--algorithm", help=f"{listed(algorithm_names())}; default: as in the file"
     )
     command.add_argument(
         "--check",

@@ -3,8 +3,8 @@
     System ──prepare──► Prepared (FMUs built, connections checked, order known) ──run──► Outcome
 
 Start reading at `system/` (what is coupled), then `connections/` (what follows from it),
-`exchange/` and `time_loop/`, `algorithms/` (how a step is made; `corrector` is the default), and
-`error_estimate/`. `master/` runs it all. See docs/architecture.md.
+`exchange/` and `time_loop/`, `algorithms/` (how a step is made), and `error_estimate/`. `master/`
+runs it all. See docs/architecture.md.
 """
 
 from m4e_fmi.cosim.connections.links import Bond, Link, Port, Wiring

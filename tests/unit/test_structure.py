@@ -21,13 +21,13 @@ PACKAGES = {
 MOST_MODULES = 15
 LAYERS = {
     "m4e_fmi": (
-        "signals units errors files shown program space joints model multibody results runtime "
-        "simulate fmu analysis code_hash doctor report cosim cli"
+        "signals units errors files shown coupling_algorithms program space joints model multibody "
+        "results runtime simulate fmu analysis code_hash doctor report cosim cli"
     ),
     "m4e_fmi.fmu": "importer export validation",
     "m4e_fmi.cosim": (
         "system connections input_checks ssp system_file load exchange preparation results "
-        "algorithms time_loop error_estimate monitoring master save"
+        "stepping algorithms time_loop error_estimate monitoring master save"
     ),
 }
 """Parts of each package: a part imports those before it only."""

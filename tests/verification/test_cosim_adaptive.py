@@ -14,7 +14,7 @@ import pytest
 from scipy.linalg import expm
 
 from m4e_fmi.cosim import Component, FmuFile, Network, Outcome, Simulation, System, run
-from m4e_fmi.cosim.algorithms.step_control import SMALLEST
+from m4e_fmi.cosim.stepping.step_control import SMALLEST
 from m4e_fmi.errors import RunError
 
 Fmus = Callable[[str], Path]

@@ -1,9 +1,9 @@
 """Components that step more often or more rarely than their system: order, error, exact samples.
 
 Two-mass oscillator as in `test_cosim_order`, one of the two stepped by H/n. The order follows from
-what acts on it (`m4e_fmi/cosim/algorithms/course.py`): held values with the first moment of the
-course leave third order, one held value, right in its mean only, second. A sampled component gives
-constants to the others, so that its system has the exact course whatever the step.
+what acts on it (`m4e_fmi/cosim/stepping/input_interpolation.py`): held values with the first moment
+of the course leave third order, one held value, right in its mean only, second. A sampled component
+gives constants to the others, so that its system has the exact course whatever the step.
 """
 
 from __future__ import annotations

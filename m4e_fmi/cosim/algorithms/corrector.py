@@ -1,6 +1,6 @@
 """Two passes per step: all components step, go back, and step again with inputs known better.
 
-In the first pass inputs are predicted (`interface` tells how), and replaced by what is found as
+In the first pass inputs are predicted (see `step_values`), and replaced by what is found as
 components step one after the other. Then all return to the start of the step, and make it again
 with inputs that follow the parabola through the values found at its start, middle and end. In the
 very first step, where nothing is known of the past, there are three passes. Components that are not
@@ -35,95 +35,102 @@ from functools import cached_property
 import networkx as nx
 import numpy as np
 
-from m4e_fmi.cosim.algorithms.course import InputInterpolation
+from m4e_fmi.cosim.algorithms.gauss_seidel import ALGORITHM as FALLBACK
 from m4e_fmi.cosim.algorithms.gauss_seidel import GaussSeidel
-from m4e_fmi.cosim.algorithms.interface import Interface
-from m4e_fmi.cosim.algorithms.part import ComponentStepper
-from m4e_fmi.cosim.algorithms.scheduled import Scheduled
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.exchange.operations import Operation, gather
 from m4e_fmi.cosim.exchange.step_loop import Schedule
+from m4e_fmi.cosim.stepping.component_stepper import ComponentStepper
+from m4e_fmi.cosim.stepping.input_interpolation import InputInterpolation
+from m4e_fmi.cosim.stepping.scheduled import Scheduled
+from m4e_fmi.cosim.stepping.step_values import StepValues
+from m4e_fmi.coupling_algorithms import AlgorithmDescriptor, LinkDelay
 
 
 def corrector(network: Network) -> Corrector | GaussSeidel:
-    """The algorithm for `network`: `gauss_seidel` where no FMU of a cycle can go back.
+    """The algorithm for `network`: `GaussSeidel` where no FMU of some cycle can go back.
 
-    So it is with algebraic loops: what goes round in one within a step, grows from pass to pass.
+    The same holds with algebraic loops, in which an error grows from pass to pass.
     """
     if not network.has_loops:
         corrector = Corrector(network)
         if corrector.can_correct:
             return corrector
-    sweep = GaussSeidel(network)
-    sweep.notes = (_LOOPS if network.has_loops else _NOTHING_RETURNS,)
-    return sweep
+    fallback = GaussSeidel(network)
+    fallback.notes = (_LOOPS if network.has_loops else _NO_ROLLBACK,)
+    return fallback
 
 
 class Corrector(Scheduled):
-    """See the module."""
+    """Two passes of the components per step; three in the first one."""
 
     order = 3
     estimate_order = 3
 
     def __init__(self, network: Network) -> None:
-        self._interface = interface = Interface(network, InputInterpolation.PARABOLA)
-        parts = {part.name: part for part in interface.parts}
-        self._knots = tuple(_Knot([parts[k] for k in names], c) for names, c in _knots(network))
-        self._before = np.zeros_like(interface.end)
-        super().__init__(network, self._passes(2), interface.held)
-        self.followed = interface.followed
-        rigid = [part.name for knot in self._knots if knot.cyclic for part in knot.once]
-        moving = [part for part in parts.values() if part.moved]
-        single = [part.name for part in parts.values() if part.holds and part.pieces == 1]
-        back: list[str] = []
-        if interface.sampled:
-            looking = [part.name for part in parts.values() if part.looks_back]
-            back = [name for name in looking if name not in single]
-        reasons = [_once(rigid), _moved(moving), _single(single)]
-        reasons += [_back(back, interface.sampled[0].name)] if back else []
-        found = [reason for reason in reasons if reason]
-        self.notes: tuple[str, ...] = (f"{'; '.join(found)}: {_LOST}",) if found else ()
-        if found:
+        self._step_values = step_values = StepValues(network, InputInterpolation.PARABOLA)
+        steppers = {stepper.name: stepper for stepper in step_values.steppers}
+        self._groups = tuple(
+            _CyclicGroup([steppers[k] for k in names], c) for names, c in _groups(network)
+        )
+        self._before = np.zeros_like(step_values.end)
+        super().__init__(network, self._passes(2), step_values.held)
+        self.followed = step_values.followed
+        reasons = self._reasons(list(steppers.values()))
+        if reasons:
+            self.notes = (f"{'; '.join(reasons)}: {_LOST}",)
             self.order = 2
+
+    def _reasons(self, steppers: Sequence[ComponentStepper]) -> list[str]:
+        """Reasons why the order is lost."""
+        without_rollback = [s.name for group in self._groups if group.cyclic for s in group.once]
+        moving = [stepper for stepper in steppers if stepper.moved]
+        single = [stepper.name for stepper in steppers if stepper.holds and stepper.pieces == 1]
+        found = [_once(without_rollback), _moved(moving), _single(single)]
+        if sampled := self._step_values.sampled:
+            back = [s.name for s in steppers if s.looks_back and s.name not in single]
+            found += [_back(back, sampled[0].name)] if back else []
+        return [reason for reason in found if reason]
 
     @property
     def end(self) -> np.ndarray:
-        """Values of all exchanged outputs at the end of the step."""
-        return self._interface.end
+        """Values of all exchanged outputs at the end of the step (n_outputs,), in their units."""
+        return self._step_values.end
 
     @property
     def change(self) -> np.ndarray:
-        """What the last pass changed in `end`."""
+        """Changes of `end` by the last pass (n_outputs,), in the outputs' units."""
         return self._before - self.end
 
     @property
     def estimates(self) -> bool:
-        """Whether `change` tells of all exchanged outputs: each belongs to a cycle."""
-        return all(knot.cyclic or not knot.gives for knot in self._knots)
+        """True if `change` covers all exchanged outputs: each belongs to a cycle."""
+        return all(group.cyclic or not group.has_outputs for group in self._groups)
 
     @property
     def can_correct(self) -> bool:
-        """Whether a component of each cycle of connections can make its step again."""
-        return all(knot.again for knot in self._knots if knot.cyclic)
+        """True if a component of each cycle of connections can make its step again."""
+        return all(group.again for group in self._groups if group.cyclic)
 
     def _passes(self, count: int) -> list[Operation]:
         """A step of so many passes."""
-        interface = self._interface
-        operations = [o for part in (*interface.parts, *interface.sampled) for o in part.save]
-        operations += interface.begin
-        for knot in self._knots:
-            operations += [o for part in (*knot.again, *knot.once) for o in part.operations]
-            if not knot.cyclic:
+        values = self._step_values
+        operations = [o for stepper in (*values.steppers, *values.sampled) for o in stepper.save]
+        operations += values.begin
+        for group in self._groups:
+            steppers = (*group.again, *group.once)
+            operations += [o for stepper in steppers for o in stepper.operations]
+            if not group.cyclic:
                 continue
-            again = [o for part in knot.again for o in (*part.restore, *part.operations)]
+            again = [o for stepper in group.again for o in (*stepper.restore, *stepper.operations)]
             operations += again * (count - 2)
-            for part in (*knot.again, *knot.once):
-                if part.outputs.stop > part.outputs.start:
-                    ends = range(part.outputs.start, part.outputs.stop)
-                    operations.append(gather(self._before[part.outputs], interface.end, ends))
+            for outputs in (stepper.outputs for stepper in steppers):
+                if outputs.stop > outputs.start:
+                    ends = range(outputs.start, outputs.stop)
+                    operations.append(gather(self._before[outputs], values.end, ends))
             operations += again
-        operations += [o for part in interface.sampled for o in part.operations]
-        return [*operations, *interface.mean]
+        operations += [o for stepper in values.sampled for o in stepper.operations]
+        return [*operations, *values.mean]
 
     @cached_property
     def _first(self) -> Schedule:
@@ -132,7 +139,7 @@ class Corrector(Scheduled):
 
     def prepare(self, size: float) -> None:
         """Weights for this size, and that of the step before."""
-        self._interface.prepare(size)
+        self._step_values.prepare(size)
 
     def step(self, time: float, size: float) -> None:
         """Step all components from `time` by `size` [s]."""
@@ -145,48 +152,48 @@ class Corrector(Scheduled):
 
     def undo(self) -> None:
         """Return all components to the start of the step."""
-        self._interface.undo()
+        self._step_values.undo()
 
 
-class _Knot:
+class _CyclicGroup:
     """Components that depend on one another in a cycle of connections, or a single one.
 
     `again` are those that can make their step again, `once` the others.
     """
 
-    def __init__(self, parts: list[ComponentStepper], cyclic: bool) -> None:
+    def __init__(self, steppers: list[ComponentStepper], cyclic: bool) -> None:
         self.cyclic = cyclic
-        self.gives = any(part.outputs.stop > part.outputs.start for part in parts)
-        self.again = tuple(part for part in parts if part.can_return)
-        self.once = tuple(part for part in parts if not part.can_return)
+        self.has_outputs = any(s.outputs.stop > s.outputs.start for s in steppers)
+        self.again = tuple(stepper for stepper in steppers if stepper.has_rollback)
+        self.once = tuple(stepper for stepper in steppers if not stepper.has_rollback)
 
 
-def _knots(network: Network) -> list[tuple[list[str], bool]]:
-    """Names of the components of each knot, and whether it is a cycle; sources before targets."""
-    graph: nx.DiGraph = nx.DiGraph()
+def _groups(network: Network) -> list[tuple[list[str], bool]]:
+    """Names of each group's components, and True if it is a cycle; sources before targets."""
+    graph: nx.DiGraph[str] = nx.DiGraph()
     names = [name for name in network.execution_order if not network.due(name)]
     ends = [(k.source.component, k.target.component) for k in network.links if not k.delayed]
     graph.add_nodes_from(names)
     graph.add_edges_from((a, b) for a, b in ends if a in graph and b in graph)
     whole = nx.condensation(graph)
-    found = []
-    for knot in nx.lexicographical_topological_sort(whole):
-        members = whole.nodes[knot]["members"]
+    found: list[tuple[list[str], bool]] = []
+    for group in nx.lexicographical_topological_sort(whole):
+        members = whole.nodes[group]["members"]
         cyclic = len(members) > 1 or any(graph.has_edge(name, name) for name in members)
         found.append(([name for name in names if name in members], cyclic))
     return found
 
 
 _LOST = "second order instead of third: half the step leaves a quarter of the error, not an eighth"
-_NOTHING_RETURNS = (
+_NO_ROLLBACK = (
     "no FMU can go back (canGetAndSetFMUstate), so that nothing could be corrected: ran as "
-    f"gauss_seidel, {_LOST}"
+    f"{FALLBACK.name}, {_LOST}"
 )
-_LOOPS = f"an algebraic loop is solved at each communication point: ran as gauss_seidel, {_LOST}"
+_LOOPS = f"an algebraic loop is solved at each communication point: ran as {FALLBACK.name}, {_LOST}"
 
 
 def _once(names: Sequence[str]) -> str:
-    """That these cannot go back; empty if there are none."""
+    """The reason that these components cannot go back; empty if there are none."""
     if not names:
         return ""
     ones = "it steps once" if len(names) == 1 else "they step once"
@@ -196,24 +203,25 @@ def _once(names: Sequence[str]) -> str:
     )
 
 
-def _moved(parts: Sequence[ComponentStepper]) -> str:
-    """That these move inputs along others; empty if there are none."""
-    if not parts:
+def _moved(steppers: Sequence[ComponentStepper]) -> str:
+    """The reason that these components move inputs along others; empty if there are none."""
+    if not steppers:
         return ""
-    moved, rate = parts[0].moved[0]
-    count = sum(len(part.moved) for part in parts)
-    if len(parts) > 1:
-        moved, rate = f"{parts[0].name}.{moved}", f"{parts[0].name}.{rate}"
+    moved, rate = steppers[0].moved[0]
+    count = sum(len(stepper.moved) for stepper in steppers)
+    if len(steppers) > 1:
+        moved, rate = f"{steppers[0].name}.{moved}", f"{steppers[0].name}.{rate}"
     more = f" (and {count - 1} more)" if count > 1 else ""
-    verbs = ("moves", "follows") if len(parts) == 1 else ("move", "follow")
+    verbs = ("moves", "follows") if len(steppers) == 1 else ("move", "follow")
+    names = _listed([stepper.name for stepper in steppers])
     return (
-        f"{_listed([part.name for part in parts])} {verbs[0]} {moved} along {rate}{more} and "
+        f"{names} {verbs[0]} {moved} along {rate}{more} and "
         f"{verbs[1]} no higher derivatives (canInterpolateInputs)"
     )
 
 
 def _single(names: Sequence[str]) -> str:
-    """That these make one step at a time; empty if there are none."""
+    """The reason that these make one step in each macro step; empty if there are none."""
     if not names:
         return ""
     one, its = ("makes", "holds its") if len(names) == 1 else ("make", "hold their")
@@ -224,7 +232,7 @@ def _single(names: Sequence[str]) -> str:
 
 
 def _back(names: Sequence[str], jumping: str) -> str:
-    """That these take outputs from the step before, beside a component that jumps."""
+    """The reason that these use outputs of the step before, beside a component that jumps."""
     verb = "tells" if len(names) == 1 else "tell"
     return (
         f"{_listed(names)} {verb} no value in the middle of a step, and what there is of the step "
@@ -234,3 +242,15 @@ def _back(names: Sequence[str], jumping: str) -> str:
 
 def _listed(names: Sequence[str]) -> str:
     return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
+
+
+ALGORITHM = AlgorithmDescriptor(
+    name="corrector",
+    summary="all components step, go back, and step again with inputs known better",
+    order=Corrector.order,
+    link_delay=LinkDelay.CORRECTED,
+    solves_loops=False,
+    needs_rollback=False,
+    stability=1,
+    make=corrector,
+)

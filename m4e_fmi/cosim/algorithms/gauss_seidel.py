@@ -43,15 +43,16 @@ from functools import partial
 
 import numpy as np
 
-from m4e_fmi.cosim.algorithms.prediction import MOST_TERMS, Signal, Terms
-from m4e_fmi.cosim.algorithms.scheduled import Scheduled
 from m4e_fmi.cosim.connections.links import Link, Port
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.exchange.operations import Combine, Get, Operation, gather, setting
+from m4e_fmi.cosim.stepping.prediction import MOST_TERMS, Signal, Terms
+from m4e_fmi.cosim.stepping.scheduled import Scheduled
+from m4e_fmi.coupling_algorithms import AlgorithmDescriptor, LinkDelay
 
 
 class GaussSeidel(Scheduled):
-    """See the module."""
+    """Steps of the components one after the other, with predicted means of inputs held."""
 
     order = 2
 
@@ -84,7 +85,7 @@ class GaussSeidel(Scheduled):
 
 
 class _Component:
-    """One component's part of a sweep: others step `before` it, and wait for the outputs `asked`.
+    """One component's part of a step: others step `before` it, and wait for the outputs `asked`.
 
     It sets the held inputs, steps, and brings the outputs that are asked for to the end.
     """
@@ -187,3 +188,15 @@ def _fill(combination: Combine, rows: Sequence[Terms]) -> None:
         for k, (index, weight) in enumerate(sorted(terms.items())):
             combination.index[k, row] = index
             combination.weight[k, row] = weight
+
+
+ALGORITHM = AlgorithmDescriptor(
+    name="gauss_seidel",
+    summary="components step one after the other, with the means of their inputs held",
+    order=GaussSeidel.order,
+    link_delay=LinkDelay.EXECUTION_ORDER,
+    solves_loops=False,
+    needs_rollback=False,
+    stability=0,
+    make=GaussSeidel,
+)

@@ -1,7 +1,7 @@
 """Every step solves for the inputs: components and connections agree in the middle and at the end.
 
 Unknown are the values of all connected inputs in the middle and at the end of the step. For given
-values all components return to the start and make their step (`interface` tells how); what their
+values all components return to the start and make their step (see `step_values`); what their
 outputs then differ by from the inputs they feed is the residual, which a quasi-Newton iteration
 (`newton`) brings to zero. Its Jacobian begins with what outputs depend on at once: directional
 derivatives, of FMUs that provide them. What inputs do in the course of a step is learnt as the
@@ -20,65 +20,79 @@ where FMUs hold their inputs.) All FMUs must be able to go back.
 
 from __future__ import annotations
 
+from copy import copy
+from dataclasses import dataclass
+
 import numpy as np
 
-from m4e_fmi.cosim.algorithms.course import InputInterpolation
-from m4e_fmi.cosim.algorithms.interface import Interface
-from m4e_fmi.cosim.algorithms.part import ComponentStepper, Courses
-from m4e_fmi.cosim.algorithms.step_control import Scale
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.exchange.newton import DIFFERENCE, OF_NOMINAL, NotConvergedError, QuasiNewton
 from m4e_fmi.cosim.exchange.step_loop import Schedule
+from m4e_fmi.cosim.stepping.algorithm import AlgorithmSnapshot
+from m4e_fmi.cosim.stepping.component_stepper import ComponentStepper, InputTrajectories
+from m4e_fmi.cosim.stepping.input_interpolation import InputInterpolation
+from m4e_fmi.cosim.stepping.step_control import Scale
+from m4e_fmi.cosim.stepping.step_values import StepValues
+from m4e_fmi.coupling_algorithms import AlgorithmDescriptor, LinkDelay
 from m4e_fmi.errors import RunError
 
 SEEN, WIDER, WIDENINGS = 1e-10, 1e3, 5
-"""Share of its size by which an output has to change, that a difference tells something; by what
-the difference of the input grows until then, and how often it is tried."""
+"""Share of its size by which an output must change for a usable difference; factor by which the
+difference of the input grows until it does; largest number of attempts."""
+
+
+@dataclass(frozen=True)
+class ImplicitSnapshot(AlgorithmSnapshot):
+    """The iteration with its Jacobian, and the sizes of the unknowns."""
+
+    newton: QuasiNewton
+    scale: np.ndarray
+    felt: np.ndarray
 
 
 class Implicit:
-    """See the module."""
+    """Steps of all components, repeated until inputs and outputs agree."""
 
-    SNAPSHOT = ("_newton", "_scale", "_felt")
+    order = 2
 
     def __init__(self, network: Network) -> None:
         self._network = network
         count = len(network.inputs)
         self._inputs = np.zeros(3 * count)
-        courses = Courses(self._inputs, np.arange(3 * count).reshape(3, count))
-        self._interface = interface = Interface(network, InputInterpolation.LINES, courses)
-        self.held, self.followed = interface.held, interface.followed
+        trajectories = InputTrajectories(self._inputs, np.arange(3 * count).reshape(3, count))
+        self._step_values = values = StepValues(network, InputInterpolation.LINES, trajectories)
+        self.held, self.followed = values.held, values.followed
         self.notes: tuple[str, ...] = ()
-        self.order = 2
-        rigid = [part.name for part in self._interface.parts if not part.can_return]
-        if rigid:
-            raise RunError(
-                f"implicit needs FMUs that can go back (canGetAndSetFMUstate), which "
-                f"{' and '.join(rigid)} cannot",
-                "choose algorithm: corrector, which does without and solves loops, too",
-            )
-        self._scale = Scale(network, self._interface.sources)
+        self._scale = Scale(network, values.sources)
         nominals = [network.nominal(link.source) for link in network.links]
         self._least = OF_NOMINAL * np.array(nominals)
         self._felt = np.zeros(2 * count)
         self._newton = QuasiNewton()
-        saved = [o for part in (*interface.parts, *interface.sampled) for o in part.save]
-        self._begin = Schedule([*saved, *interface.begin])
-        rest = [o for part in interface.sampled for o in part.operations]
-        self._end = Schedule([*rest, *interface.mean])
-        again = {part.name: (*part.restore, *part.operations) for part in interface.parts}
+        saved = [o for stepper in (*values.steppers, *values.sampled) for o in stepper.save]
+        self._begin = Schedule([*saved, *values.begin])
+        rest = [o for stepper in values.sampled for o in stepper.operations]
+        self._end = Schedule([*rest, *values.mean])
+        again = {s.name: (*s.restore, *s.operations) for s in values.steppers}
         self._again = {name: Schedule(operations) for name, operations in again.items()}
         self._all = Schedule([o for operations in again.values() for o in operations])
 
     def step(self, time: float, size: float) -> None:
         """Step all components from `time` by `size` [s]; RunError if the inputs are not found."""
-        interface, network = self._interface, self._network
+        values, network = self._step_values, self._network
         network.size = size
-        interface.prepare(size)
+        values.prepare(size)
         self._begin.run(time)
         self._inputs[: len(network.inputs)] = network.inputs
-        one = np.maximum(self._scale.with_values(interface.end), self._least)
-        scale = np.maximum(np.concatenate((one, one)), self._felt)
+        one = np.maximum(self._scale.with_values(values.end), self._least)
+        sizes = np.concatenate((one, one))
+        self._solve(time, size, sizes, np.maximum(sizes, self._felt))
+        network.roughness = max(network.roughness, self._newton.roughness)
+        self._scale.keep(self._scale.with_values(values.end))
+        self._end.run(time, size)
+
+    def _solve(self, time: float, size: float, sizes: np.ndarray, scale: np.ndarray) -> None:
+        """Find inputs of these `sizes` (2 n_inputs,) with which the step agrees."""
+        network = self._network
 
         def residual(x: np.ndarray) -> np.ndarray:
             self._step(self._all, time, size, x)
@@ -86,31 +100,38 @@ class Implicit:
 
         def jacobian(x: np.ndarray, r: np.ndarray, *, again: bool) -> np.ndarray:
             matrix = self._jacobian(x, r, (time, size), scale, declared=not again)
-            self._felt = np.abs(matrix + np.eye(len(x))) @ np.concatenate((one, one))
+            self._felt = np.abs(matrix + np.eye(len(x))) @ sizes
             np.maximum(scale, self._felt, out=scale)
             return matrix
 
         try:
             self._newton.solve(residual, jacobian, self._found(), scale)
         except NotConvergedError as failure:
-            worst = network.links[failure.worst % len(one)]
+            worst = network.links[failure.worst % len(network.links)]
             raise RunError(
                 f"the inputs of the step from t = {time:.9g} s to {time + size:.9g} s could not be "
                 f"found in {failure.iterations} iterations: {worst.target} still misses its source "
                 f"{worst.source} by {failure.size:.3g} of its range",
                 f"try a step_size below {size:g} s, or a smaller tolerance of the FMUs",
             ) from failure
-        network.roughness = max(network.roughness, self._newton.roughness)
-        self._scale.keep(self._scale.with_values(interface.end))
-        self._end.run(time, size)
 
     def undo(self) -> None:
         """Return all components to the start of the step."""
-        self._interface.undo()
+        self._step_values.undo()
+
+    def snapshot(self) -> ImplicitSnapshot:
+        """The iteration as it is now."""
+        return ImplicitSnapshot(copy(self._newton), self._scale.snapshot(), self._felt)
+
+    def restore(self, snapshot: AlgorithmSnapshot) -> None:
+        """Continue as from where the snapshot was taken."""
+        assert isinstance(snapshot, ImplicitSnapshot)
+        self._newton, self._felt = copy(snapshot.newton), snapshot.felt
+        self._scale.restore(snapshot.scale)
 
     def _found(self) -> np.ndarray:
         """Values of the connected inputs' sources, in the middle and at the end; or known ones."""
-        places = self._interface.places
+        places = self._step_values.places
         return np.concatenate((self._network.values[places[1]], self._network.values[places[2]]))
 
     def _step(self, again: Schedule, time: float, size: float, x: np.ndarray) -> None:
@@ -133,50 +154,53 @@ class Implicit:
         """
         count = len(r) // 2
         matrix = -np.eye(2 * count)  # inputs of components that step more rarely change nothing
-        for part in self._interface.parts:
-            inputs = range(part.inputs.start, part.inputs.stop)
-            if declared and self._network.instances[part.name].description.directional_derivatives:
-                matrix[:, [*inputs, *(k + count for k in inputs)]] = self._at_once(part)
+        for stepper in self._step_values.steppers:
+            inputs = range(stepper.inputs.start, stepper.inputs.stop)
+            description = self._network.instances[stepper.name].description
+            if declared and description.directional_derivatives:
+                matrix[:, [*inputs, *(k + count for k in inputs)]] = self._at_once(stepper)
                 continue
+            again = self._again[stepper.name]
             for column in (k + shift for k in inputs for shift in (0, count)):
-                matrix[:, column] += self._difference(part, column, x, x + r, step, scale)
-            self._step(self._again[part.name], *step, x)
+                matrix[:, column] += self._difference(again, column, x, x + r, step, scale)
+            self._step(again, *step, x)
         return matrix
 
     def _difference(
         self,
-        part: ComponentStepper,
+        again: Schedule,
         column: int,
         x: np.ndarray,
         found: np.ndarray,
         step: tuple[float, float],
         scale: np.ndarray,
     ) -> np.ndarray:
-        """Derivatives of what is `found` for inputs `x` by one of them.
+        """Derivatives of the outputs `found` for inputs `x` by one of them.
 
-        The input is moved by a share of its scale, or by more until that shows.
+        A component makes its step `again` with the input moved by a share of its scale, or by more
+        until an output changes.
         """
         slope = np.zeros_like(x)
         for wider in range(WIDENINGS):
             delta = DIFFERENCE * float(scale[column]) * WIDER**wider
             moved = x.copy()
             moved[column] += delta
-            self._step(self._again[part.name], *step, moved)
+            self._step(again, *step, moved)
             change = self._found() - found
             slope = change / delta
             if (np.abs(change) > SEEN * np.maximum(scale, np.abs(found))).any():
                 break
         return slope
 
-    def _at_once(self, part: ComponentStepper) -> np.ndarray:
+    def _at_once(self, stepper: ComponentStepper) -> np.ndarray:
         """Columns of the Jacobian for a component's inputs, in the middle and at the end."""
         network = self._network
-        instance = network.instances[part.name]
-        count, first = len(network.links), part.inputs.start
-        inputs = network.targets[part.inputs]
+        instance = network.instances[stepper.name]
+        count, first = len(network.links), stepper.inputs.start
+        inputs = network.targets[stepper.inputs]
         block = np.zeros((count, len(inputs)))
         for row, link in enumerate(network.links):
-            if link.source.component == part.name:
+            if link.source.component == stepper.name:
                 known = instance.description.dependencies[link.source.variable]
                 for column, port in enumerate(inputs):
                     if port.variable in known:
@@ -184,3 +208,15 @@ class Implicit:
                         block[row, column] = instance.directional_derivative(*pair)
         block[first : first + len(inputs)] -= np.eye(len(inputs))
         return np.block([[block, np.zeros_like(block)], [np.zeros_like(block), block]])
+
+
+ALGORITHM = AlgorithmDescriptor(
+    name="implicit",
+    summary="steps are repeated until inputs and outputs agree in the middle and at the end",
+    order=Implicit.order,
+    link_delay=LinkDelay.SOLVED,
+    solves_loops=True,
+    needs_rollback=True,
+    stability=2,
+    make=Implicit,
+)

@@ -8,19 +8,20 @@ from __future__ import annotations
 
 import numpy as np
 
-from m4e_fmi.cosim.algorithms.scheduled import Scheduled
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.exchange.operations import Operation, gather
+from m4e_fmi.cosim.stepping.scheduled import Scheduled
+from m4e_fmi.coupling_algorithms import AlgorithmDescriptor, LinkDelay
 
 
 class Jacobi(Scheduled):
-    """See the module."""
+    """One step of each component per macro step, all from the values at its start."""
 
     order = 1
 
     def __init__(self, network: Network) -> None:
         count = len(network.inputs)
-        held = np.zeros(count)  # what the exchange before has set
+        held = np.zeros(count)  # as set by the last exchange
         noted: list[Operation] = [gather(held, network.inputs, range(count))] if count else []
         steps = [
             operation
@@ -31,3 +32,15 @@ class Jacobi(Scheduled):
 
     def prepare(self, size: float) -> None:
         """Nothing depends on the size."""
+
+
+ALGORITHM = AlgorithmDescriptor(
+    name="jacobi",
+    summary="all components step at once",
+    order=Jacobi.order,
+    link_delay=LinkDelay.ONE_STEP,
+    solves_loops=False,
+    needs_rollback=False,
+    stability=0,
+    make=Jacobi,
+)

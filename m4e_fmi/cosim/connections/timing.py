@@ -14,6 +14,7 @@ import networkx as nx
 from m4e_fmi.cosim.connections.links import Link, Wiring
 from m4e_fmi.cosim.connections.structure import Structure
 from m4e_fmi.cosim.system.component_step import ComponentStep
+from m4e_fmi.coupling_algorithms import LinkDelay, algorithm_descriptor
 from m4e_fmi.fmu.importer.reading import Description
 
 
@@ -58,6 +59,7 @@ def timings(
         any(descriptions[name].saves_state for name in cycle) for cycle in cycles
     )
     place = {name: k for k, name in enumerate(structure.execution_order)}
+    delay = algorithm_descriptor(algorithm).link_delay
 
     def in_order(link: Link) -> Timing:
         source, target = link.source, link.target
@@ -76,11 +78,11 @@ def timings(
             return Timing.HELD
         if not link.is_real:
             return Timing.SWITCHED
-        if algorithm == "jacobi":
+        if delay is LinkDelay.ONE_STEP:
             return Timing.LATE
-        if algorithm == "implicit":
+        if delay is LinkDelay.SOLVED:
             return Timing.SOLVED
-        if algorithm == "gauss_seidel" or not corrects:
+        if delay is LinkDelay.EXECUTION_ORDER or not corrects:
             return in_order(link)
         if link.target.component not in cycle_of.get(link.source.component, ()):
             return Timing.KNOWN

@@ -6,24 +6,20 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from m4e_fmi.cosim.algorithms import Undoing
-from m4e_fmi.cosim.algorithms.scheduled import Scheduled, looped
 from m4e_fmi.cosim.exchange.events import ended
 from m4e_fmi.cosim.exchange.failures import EventWithinError
 from m4e_fmi.cosim.exchange.network import Change, Network
 from m4e_fmi.cosim.exchange.operations import gather
 from m4e_fmi.cosim.exchange.step_loop import StepLoop
+from m4e_fmi.cosim.stepping.algorithm import Algorithm, Undoing
+from m4e_fmi.cosim.stepping.scheduled import Scheduled, step_loop
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
 from m4e_fmi.cosim.time_loop.energy import BLOCK
 from m4e_fmi.cosim.time_loop.time_events import NEVER, in_nanoseconds
 from m4e_fmi.errors import RunError
-
-if TYPE_CHECKING:
-    from m4e_fmi.cosim.algorithms import Algorithm
 
 ROUNDING = 1e-14
 """Share of the largest value up to which a difference says nothing."""
@@ -186,7 +182,7 @@ class SecondCourse:
     @cached_property
     def _loop(self) -> StepLoop | None:
         noted = gather(self._values, self._network.values, self._sources)
-        return looped(self._algorithm, self._network, [noted])
+        return step_loop(self._algorithm, self._network, [noted])
 
     def halt(self) -> None:
         """End steps that are made at once at the next point, called by another thread."""

@@ -12,7 +12,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from m4e_fmi.cosim.algorithms import Algorithm
 from m4e_fmi.cosim.error_estimate.coverage import Coverage
 from m4e_fmi.cosim.error_estimate.repeated_steps import FAR, off
 from m4e_fmi.cosim.error_estimate.report import over
@@ -20,6 +19,7 @@ from m4e_fmi.cosim.error_estimate.roughness import HISTORY, Roughness, fourth_di
 from m4e_fmi.cosim.error_estimate.step_doubling import NOISE, SMALL, halved_kinks
 from m4e_fmi.cosim.exchange.network import TWICE, Change, Network
 from m4e_fmi.cosim.exchange.operations import Operation, gather
+from m4e_fmi.cosim.stepping.algorithm import Algorithm
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND, Simulation
 from m4e_fmi.cosim.time_loop.energy import BLOCK, EnergyBalance
 from m4e_fmi.cosim.time_loop.time_loop import TimeLoop

@@ -48,7 +48,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -73,12 +72,10 @@ from m4e_fmi.cosim.error_estimate.windows import Told, pieces, throughout
 from m4e_fmi.cosim.exchange.network import HALF, TWICE, Change, Network, NetworkSnapshot
 from m4e_fmi.cosim.exchange.operations import Operation, gather
 from m4e_fmi.cosim.exchange.snapshot import Memory, recall, remember
+from m4e_fmi.cosim.stepping.algorithm import Algorithm
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
 from m4e_fmi.cosim.time_loop.energy import BLOCK
 from m4e_fmi.errors import RunError
-
-if TYPE_CHECKING:
-    from m4e_fmi.cosim.algorithms import Algorithm
 
 FIRST, SHARE = 2048, 16
 """Steps of the first window; octaves over windows after it."""

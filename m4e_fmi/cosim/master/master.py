@@ -10,8 +10,6 @@ from typing import cast
 
 import numpy as np
 
-from m4e_fmi.cosim.algorithms import ALGORITHMS, Algorithm, Returning, Undoing, returning
-from m4e_fmi.cosim.algorithms.step_control import SMALLEST, StepControl
 from m4e_fmi.cosim.connections.links import Wiring
 from m4e_fmi.cosim.connections.structure import Structure
 from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport, Spans, certificate
@@ -24,18 +22,25 @@ from m4e_fmi.cosim.exchange.fmu_log import FmuMessage, Journal, Warn
 from m4e_fmi.cosim.exchange.instance import Instance
 from m4e_fmi.cosim.exchange.interruption import quiet, same_folder, setting_up, stepping
 from m4e_fmi.cosim.exchange.network import HALF, TWICE, Change, Network, NetworkSnapshot
-from m4e_fmi.cosim.exchange.snapshot import Memory, recall, remember
 from m4e_fmi.cosim.monitoring.instability import Stability
-from m4e_fmi.cosim.monitoring.late_dependence import SecondLook
+from m4e_fmi.cosim.monitoring.late_dependence import SecondLook, SecondLookSnapshot
 from m4e_fmi.cosim.results.writer import Mark, ResultsWriter
+from m4e_fmi.cosim.stepping.algorithm import (
+    Algorithm,
+    AlgorithmSnapshot,
+    ErrorEstimating,
+    Undoing,
+)
+from m4e_fmi.cosim.stepping.algorithm_choice import error_estimating, made
+from m4e_fmi.cosim.stepping.step_control import SMALLEST, StepControl, StepControlSnapshot
 from m4e_fmi.cosim.system.component_steps import ComponentSteps
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
 from m4e_fmi.cosim.system.start_values import Value, start_values
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.cosim.time_loop.energy import BLOCK as ENERGY_BLOCK
-from m4e_fmi.cosim.time_loop.energy import BondEnergy, EnergyBalance
+from m4e_fmi.cosim.time_loop.energy import BondEnergy, EnergyBalance, EnergySnapshot
 from m4e_fmi.cosim.time_loop.time_events import NEXT_EVENT_TIME
-from m4e_fmi.cosim.time_loop.time_loop import MOST_DISCARDED, TimeLoop
+from m4e_fmi.cosim.time_loop.time_loop import MOST_DISCARDED, TimeLoop, TimeLoopSnapshot
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.importer.reading import Description
 from m4e_fmi.signals import not_lost
@@ -61,7 +66,11 @@ class State:
 
     master: Master = field(repr=False)
     point: NetworkSnapshot = field(repr=False)
-    memory: Memory = field(repr=False)
+    algorithm: AlgorithmSnapshot = field(repr=False)
+    control: StepControlSnapshot | None = field(repr=False)
+    energy: EnergySnapshot = field(repr=False)
+    time_loop: TimeLoopSnapshot = field(repr=False)
+    second_look: SecondLookSnapshot = field(repr=False)
     row: Mark | None = field(repr=False)
     seen: Seen | None = field(repr=False)
 
@@ -73,8 +82,6 @@ class State:
 
 class Master:
     """Owns the instances of a system from `with` to the end of the block."""
-
-    SNAPSHOT = ("_algorithm", "_control", "_energy", "_course", "_second_look")
 
     def __init__(
         self,
@@ -156,7 +163,7 @@ class Master:
         simulation = self._system.simulation
         self._control, self._algorithm = None, self._make(self.network)
         if simulation.coupling_tolerance is not None:
-            self._control = self._step_control(cast("Returning", self._algorithm))
+            self._control = self._step_control(cast("ErrorEstimating", self._algorithm))
         if isinstance(self._algorithm, Undoing) and self._shortens:
             for instance in self.network.instances.values():
                 instance.stop_at_events()
@@ -171,9 +178,9 @@ class Master:
         """The algorithm of the system, with an estimate of its error if the steps are adaptive."""
         simulation = self._system.simulation
         if simulation.coupling_tolerance is None:
-            return ALGORITHMS[simulation.algorithm](network)
+            return made(simulation.algorithm, network)
         self._refuse_rigid()
-        return returning(simulation.algorithm, network)
+        return error_estimating(simulation.algorithm, network)
 
     def _rigid(self) -> list[str]:
         """The components that cannot go back."""
@@ -259,7 +266,7 @@ class Master:
             witness.finish()
         if witness.failure:
             return witness.failure
-        if isinstance(witness, ShadowRun) and self._course.switches.count:
+        if isinstance(witness, ShadowRun) and self._time_loop.switches.count:
             witness.switched = True  # the two sets switch at different times
         return certificate(
             network,
@@ -279,7 +286,7 @@ class Master:
             else None
         )
 
-    def _step_control(self, algorithm: Returning) -> StepControl:
+    def _step_control(self, algorithm: ErrorEstimating) -> StepControl:
         simulation = self._system.simulation
         tolerance = simulation.coupling_tolerance
         assert tolerance is not None
@@ -298,17 +305,17 @@ class Master:
     @property
     def rejected(self) -> int:
         """Number of steps that were taken back and made again, smaller."""
-        return self._course.shortened + (self._control.rejected if self._control else 0)
+        return self._time_loop.shortened + (self._control.rejected if self._control else 0)
 
     @property
     def steps(self) -> int:
         """Number of macro steps from the start to the present point."""
-        return self._course.steps
+        return self._time_loop.steps
 
     @property
     def done(self) -> bool:
         """Whether the stop time is reached, or an FMU has asked for the end."""
-        return self._course.now >= self._stop or self._course.over
+        return self._time_loop.now >= self._stop or self._time_loop.over
 
     @property
     def ended(self) -> str:
@@ -325,7 +332,7 @@ class Master:
         """Components' own steps, what the algorithm does without, and events; one line each."""
         own = [f"{name} {rate}" for name, rate in self._rates.items()]
         seen = [*event_notes(self.network.instances.values())]
-        seen += self._course.switches.notes
+        seen += self._time_loop.switches.notes
         if rough := self.network.roughness:
             seen.append(
                 f"inputs are solved for to {rough:.1e} of their size only: what FMUs answer to "
@@ -369,16 +376,16 @@ class Master:
         self.begin(results, singly=bool(observers))
         tell = _ticker(progress)
         self._observe(observers)
-        with stepping(self._course.halt, self._where) as check, self._pausing(check):
+        with stepping(self._time_loop.halt, self._where) as check, self._pausing(check):
             while not self.done:
                 self._advance()
                 self._observe(observers)
-                tell(self._course.now / NS_PER_SECOND)
+                tell(self._time_loop.now / NS_PER_SECOND)
                 check()
 
     def _where(self) -> str:
         """Where the run is, for a message."""
-        return f" (after t = {self._course.time:.9g} s)"
+        return f" (after t = {self._time_loop.time:.9g} s)"
 
     @contextmanager
     def _pausing(self, check: Callable[[], None]) -> Iterator[None]:
@@ -393,7 +400,7 @@ class Master:
     def begin(self, results: ResultsWriter | None = None, *, singly: bool) -> None:
         """Make ready for steps that are recorded in `results`, one at a time if `singly`."""
         self._results = results
-        self._course = TimeLoop(
+        self._time_loop = TimeLoop(
             self.network,
             self._algorithm,
             self._energy,
@@ -407,14 +414,14 @@ class Master:
             hopeless=lambda: self._stability.is_lost(),
         )
         self._stability = Stability(self.network, self._system.simulation, self._stated)
-        self._journal.clock = lambda: self._course.time
+        self._journal.clock = lambda: self._time_loop.time
         if results is not None:
             results.record(self.network.time)
 
     def _advance(self) -> None:
         """Make as many steps as can be made at once, and look at what has come of them."""
         try:
-            self._course.advance(self._second_look.room(self.steps) or ENERGY_BLOCK)
+            self._time_loop.advance(self._second_look.room(self.steps) or ENERGY_BLOCK)
         except RunError as failure:
             error = self._at_every_length(failure)
             told = self._stability.explained(error, self._results)
@@ -432,7 +439,7 @@ class Master:
         simulation = self._system.simulation
         if not isinstance(error, DiscardedError) or isinstance(error, EventWithinError):
             return error
-        course, sizes = self._course, f"{simulation.step_size:g} s down to {error.size:.3g} s"
+        course, sizes = self._time_loop, f"{simulation.step_size:g} s down to {error.size:.3g} s"
         if error.size <= 2 * SMALLEST * simulation.step_size:
             tried = f"every step from there, of {sizes}"
         elif course.discarded >= MOST_DISCARDED:
@@ -450,7 +457,7 @@ class Master:
 
     def step(self) -> None:
         """Make one step; KeyboardInterrupt and Terminated come after it."""
-        with stepping(self._course.halt, self._where) as check, self._pausing(check):
+        with stepping(self._time_loop.halt, self._where) as check, self._pausing(check):
             self._advance()
 
     def set(self, component: str, values: Mapping[str, Value]) -> None:
@@ -482,7 +489,17 @@ class Master:
         point = self.network.keep()
         row = self._results.mark() if self._results else None
         seen = self._witness.seen() if isinstance(self._witness, StepDoublingEstimator) else None
-        return State(self, point, remember(self), row, seen)
+        return State(
+            self,
+            point,
+            self._algorithm.snapshot(),
+            self._control.snapshot() if self._control else None,
+            self._energy.snapshot(),
+            self._time_loop.snapshot(),
+            self._second_look.snapshot(),
+            row,
+            seen,
+        )
 
     @not_lost()
     def restore(self, state: State) -> None:
@@ -492,7 +509,12 @@ class Master:
         if self._results and state.row:
             self._results.back(state.row)
         self.network.restore(state.point)
-        recall(self, state.memory)
+        self._algorithm.restore(state.algorithm)
+        if self._control and state.control:
+            self._control.restore(state.control)
+        self._energy.restore(state.energy)
+        self._time_loop.restore(state.time_loop)
+        self._second_look.restore(state.second_look)
         self._stability.back(state.time, self.steps)
         if isinstance(self._witness, StepDoublingEstimator) and state.seen:
             self._witness.back(state.seen)

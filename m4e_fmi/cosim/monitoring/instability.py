@@ -17,6 +17,7 @@ from m4e_fmi.cosim.connections.links import Link, Port
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.results.writer import ResultsWriter
 from m4e_fmi.cosim.system.simulation import Simulation
+from m4e_fmi.coupling_algorithms import algorithm_descriptor, algorithm_names, listed
 from m4e_fmi.errors import RunError
 from m4e_fmi.results.growth import Growth, largest_growth
 from m4e_fmi.units import BASE_UNITS
@@ -155,12 +156,9 @@ class Stability:
             )
         settings = self._simulation
         steps = grown.tenfold / settings.step_size
-        others = {
-            "jacobi": "algorithm: corrector or implicit",
-            "gauss_seidel": "algorithm: corrector or implicit",
-            "corrector": "algorithm: implicit",
-        }
-        advice = []
+        rank = algorithm_descriptor(settings.algorithm).stability
+        others = [n for n in algorithm_names() if algorithm_descriptor(n).stability > rank]
+        advice: list[str] = []
         carried = _acceleration(self._network.links, self._network)
         if carried is not None:
             advice.append(
@@ -168,8 +166,8 @@ class Stability:
                 "of the mass matrix instead (added_mass: true of the body, and a connection "
                 "'water.added_mass -> body.added_mass')"
             )
-        if settings.algorithm in others:
-            advice.append(f"take {others[settings.algorithm]}")
+        if others:
+            advice.append(f"take algorithm: {listed(others)}")
         if steps < FAST:
             advice.insert(0 if carried is None else 1, f"try step_size: {settings.step_size / 4:g}")
         else:

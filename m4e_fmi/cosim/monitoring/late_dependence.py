@@ -20,8 +20,9 @@ import numpy as np
 
 from m4e_fmi.cosim.connections.dependence import DECLARED, PROBED, STATED, how_known
 from m4e_fmi.cosim.connections.links import Port
-from m4e_fmi.cosim.exchange.instance import WARNING, Call, Instance
+from m4e_fmi.cosim.exchange.instance import Call, Instance
 from m4e_fmi.cosim.exchange.network import Network
+from m4e_fmi.fmu.importer.calls import WARNING
 
 RARER = 2
 """After n steps, the next look is n over this many steps later."""
@@ -49,10 +50,16 @@ class _Part:
         return self.view.copy()
 
 
+@dataclass(frozen=True)
+class SecondLookSnapshot:
+    """The step of the next look, and a note for each output that follows its inputs."""
+
+    next: int
+    seen: Mapping[Port, str]
+
+
 class SecondLook:
     """Looks at such outputs of a `network`; `notes` tell of those that have changed."""
-
-    SNAPSHOT = ("_next", "_seen")
 
     def __init__(self, network: Network) -> None:
         self._network = network
@@ -64,6 +71,14 @@ class SecondLook:
         ]
         self._seen: Mapping[Port, str] = {}
         self._spoilt: set[Port] = set()
+
+    def snapshot(self) -> SecondLookSnapshot:
+        """What is known now."""
+        return SecondLookSnapshot(self._next, self._seen)
+
+    def restore(self, snapshot: SecondLookSnapshot) -> None:
+        """Continue as from where the snapshot was taken."""
+        self._next, self._seen = snapshot.next, snapshot.seen
 
     @property
     def notes(self) -> tuple[str, ...]:

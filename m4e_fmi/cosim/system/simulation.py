@@ -12,10 +12,10 @@ from typing import Annotated, SupportsFloat, SupportsIndex
 from pydantic import BeforeValidator
 
 from m4e_fmi.cosim.system.component_step import TIMES, time_of
+from m4e_fmi.coupling_algorithms import DEFAULT_ALGORITHM, algorithm_names
 from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.files.document import Section, rejected
 
-ALGORITHMS = ("corrector", "gauss_seidel", "implicit", "jacobi")
 NS_PER_SECOND = 1_000_000_000
 """Nanoseconds, in which the master counts time."""
 LONGEST = 4e9
@@ -43,7 +43,7 @@ class Simulation:
 
     stop_time: float
     step_size: float
-    algorithm: str = ALGORITHMS[0]
+    algorithm: str = DEFAULT_ALGORITHM
     output_interval: float | None = None
     start_time: float = 0.0
     tolerance: float | None = None
@@ -108,7 +108,7 @@ class SimulationSection(Section):
 
     stop_time: Time
     step_size: Time
-    algorithm: str = ALGORITHMS[0]
+    algorithm: str = DEFAULT_ALGORITHM
     output_interval: Time | None = None
     start_time: Time = 0.0
     tolerance: float | None = None
@@ -173,9 +173,9 @@ def _other(simulation: Simulation | SimulationSection) -> Iterator[Problem]:
         if tolerance is not None and not 0 < tolerance < 1:
             text = f"{key} {tolerance:g}: expected a number between 0 and 1"
             yield _problem(key, text, "1e-6 is usual")
-    if simulation.algorithm not in ALGORITHMS:
+    if simulation.algorithm not in algorithm_names():
         text = f"unknown algorithm {simulation.algorithm!r}"
-        yield _problem("algorithm", text, suggestion(simulation.algorithm, ALGORITHMS))
+        yield _problem("algorithm", text, suggestion(simulation.algorithm, algorithm_names()))
 
 
 def is_whole(time: float) -> bool:

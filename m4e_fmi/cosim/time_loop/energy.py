@@ -1,4 +1,4 @@
-"""Effect of the coupling on energy: a balance over every connection that carries power.
+"""Energy balance of the coupling, over every connection that carries power.
 
 Across a power bond a force F goes to a body, whose velocity v is exchanged too. At the
 communication points, where all values are consistent, its source gives the power F·v:
@@ -11,29 +11,29 @@ it really went:
 
     received = Σ held force · displacement + c H/12 · ΔF · Δv
 
-where the force went along with its source, the `followed` share c of the second term is added: what
-the mean of the force lacks of its work, by the changes of force and velocity over the step.
+where the force went along with its source, the `followed` share c of the second term is added: the
+work that the mean of the force lacks, by the changes of force and velocity over the step.
 
 Their difference is energy that the coupling invented (received > given) or lost. For a second-order
-algorithm it falls with the square of the step size; with inputs that are held it is what holding
-them does.
+algorithm it falls with the square of the step size; with inputs that are held it is the effect of
+holding them.
 
-It is told as a share of what the motion exchanges. The mean F̄ of a force over the run, as
-buoyancy at rest or the pull of a mooring, is a constant force: the work F̄ (x − x₀) is that of a
+It is given as a share of the energy that the motion exchanges. The mean F̄ of a force over the run,
+as buoyancy at rest or the pull of a mooring, is a constant force: the work F̄ (x − x₀) is that of a
 potential, it comes back with the body, and may be far larger than all that moves. So
 
     exchanged = max W − min W,   W(t) = ∫₀ᵗ F·v dt − Σ F̄ (x − x₀)
 
 over the directions of the bond: of an oscillation on a spring k with the amplitude A that is
 k A²/2, whatever the preload. Where a body does not come back, as one that is towed or turns on and
-on, the work of the mean force is what is exchanged, and stays in W: in a direction in which it ends
+on, the work of the mean force is exchanged energy, and stays in W: in a direction in which it ends
 farther from its start than half the distance that it has travelled.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -44,9 +44,9 @@ from m4e_fmi.cosim.exchange.operations import Operation, gather
 BLOCK = 1024
 """Steps that are noted before they are evaluated."""
 LIKE = 4.0
-"""How much longer than the one beside it a step may be, for both to tell a second derivative."""
+"""Largest ratio of two neighbouring steps that give a second derivative."""
 NOISE = 1e-12
-"""A swing of a coordinate, in its own unit (m, rad), that rounding gives a body at rest."""
+"""Swing of a coordinate of a body at rest by rounding, in its own unit (m, rad)."""
 MOST_KEPT = 1024
 """Rows that are kept for the swing of the energy."""
 
@@ -83,23 +83,48 @@ class BondEnergy:
         return 0.0 if self.is_idle else self.residual / self.exchanged
 
 
+@dataclass(frozen=True)
+class _Sums:
+    """Integrals over all evaluated steps, and the extreme rows of the energies given.
+
+    `given` and `received` (n_bonds,) are in J. By axis (n_axes,), in the units of their FMUs: `way`
+    and `distance` travelled, `impulse` and largest magnitude `peak` of the force. `time` in s.
+    `swing` (n_rows, n_bonds + n_axes) has rows of energies given and ways.
+    """
+
+    given: np.ndarray
+    received: np.ndarray
+    way: np.ndarray
+    distance: np.ndarray
+    impulse: np.ndarray
+    peak: np.ndarray
+    time: float
+    swing: np.ndarray
+
+
+@dataclass(frozen=True)
+class EnergySnapshot:
+    """The sums, and the steps that are noted but not evaluated yet."""
+
+    sums: _Sums
+    steps: int
+    points: np.ndarray
+    held: np.ndarray
+    sizes: np.ndarray
+
+
 class EnergyBalance:
-    """Follows the bonds of a network from the present communication point on.
+    """Energy balance over the bonds of a network from the present communication point on.
 
     Forces, velocities and coordinates are noted at every point, and evaluated in blocks. Of each
     block two rows are kept for the swing of the energy, where it is largest and smallest for the
     mean forces up to there.
     """
 
-    SNAPSHOT = (
-        "_points", "_held", "_sizes", "_steps", "_given", "_received",
-        "_way", "_distance", "_impulse", "_time", "_swing", "_peak",
-    )  # fmt: skip
-
     def __init__(
         self, network: Network, bonds: Iterable[Bond], followed: np.ndarray | None = None
     ) -> None:
-        """`followed` tells how far each input goes along with its source (see `Algorithm`)."""
+        """`followed` (n_inputs,) are shares by which inputs go along with sources (`Algorithm`)."""
         self._bonds = tuple(bonds)
         self._values = network.values
         axes = [(k, axis) for k, bond in enumerate(self._bonds) for axis in bond.axes]
@@ -125,16 +150,26 @@ class EnergyBalance:
         self._held = np.zeros((BLOCK, count))
         self._sizes = np.zeros(BLOCK)
         self._steps = 0
-        self._given = np.zeros(len(self._bonds))
-        self._received = np.zeros(len(self._bonds))
         self._bond_of = np.array([k for k, _ in axes], dtype=np.intp)
-        self._way, self._distance, self._impulse, self._peak = np.zeros((4, count))
-        self._time = 0.0
-        self._swing = np.zeros((1, len(self._bonds) + count))
+        swing = np.zeros((1, len(self._bonds) + count))
+        self._sums = _Sums(
+            *np.zeros((2, len(self._bonds))), *np.zeros((4, count)), time=0.0, swing=swing
+        )
         self._values.take(self._index, out=self._points[0], mode="clip")
 
+    def snapshot(self) -> EnergySnapshot:
+        """The balance as it is now."""
+        block = self._points.copy(), self._held.copy(), self._sizes.copy()
+        return EnergySnapshot(self._sums, self._steps, *block)
+
+    def restore(self, snapshot: EnergySnapshot) -> None:
+        """Continue as from where the snapshot was taken; operations keep their addresses."""
+        self._sums, self._steps = snapshot.sums, snapshot.steps
+        self._points[:], self._held[:] = snapshot.points, snapshot.held
+        self._sizes[:] = snapshot.sizes
+
     def add(self, held: np.ndarray, size: float) -> None:
-        """Account for the step of `size` [s] that led to the present point, with `held` inputs."""
+        """Account for a step of `size` [s] to the present point, with inputs `held` (n_inputs,)."""
         if not self._bonds:
             return
         step = self._steps
@@ -143,7 +178,7 @@ class EnergyBalance:
         self.note(1, size)
 
     def operations(self, held: np.ndarray) -> tuple[Operation, ...]:
-        """What notes a step at place `noted` of a block, as `add` does; `held` stays the array."""
+        """Operations that note a step at place `noted` of a block; `held` stays the array."""
         if not self._bonds:
             return ()
         return (
@@ -166,10 +201,7 @@ class EnergyBalance:
             self._evaluate()
 
     def jump(self) -> None:
-        """Something was set in an FMU, which may have changed the values at the present point.
-
-        To be called after they were exchanged.
-        """
+        """Account for values set in an FMU at the present point, after the exchange there."""
         if not self._bonds:
             return
         present = self._values.take(self._index, mode="clip")
@@ -179,43 +211,49 @@ class EnergyBalance:
 
     def _evaluate(self) -> None:
         """Add the block to the sums; its last point is the first of the next."""
-        count = self._steps
+        count, sums = self._steps, self._sums
         if not count:
             return
         force, velocity, position = np.split(self._points[: count + 1], 3, axis=1)
         sizes = self._sizes[:count, None]
         half = sizes / 2
-        given = self._given + np.cumsum(_passed((force * velocity) @ self._of_bond, sizes), axis=0)
+        given = sums.given + np.cumsum(_passed((force * velocity) @ self._of_bond, sizes), axis=0)
         passed = _passed(velocity, sizes)
         # a held force bends no way: where nothing follows, the trapezoid is exact
         along = np.where(self._followed > 0.0, passed, half * (velocity[1:] + velocity[:-1]))
         way = np.where(self._has_position, position[1:] - position[:-1], along)
-        self._received += ((self._held[:count] * way) @ self._way_of_bond).sum(axis=0)
+        received = sums.received + ((self._held[:count] * way) @ self._way_of_bond).sum(axis=0)
         bent = sizes / 12 * np.diff(force, axis=0) * np.diff(velocity, axis=0)
-        self._received += (bent @ (self._followed[:, None] * self._of_bond)).sum(axis=0)
-        self._impulse += (half * (force[1:] + force[:-1])).sum(axis=0)
-        self._peak = np.maximum(self._peak, np.abs(force).max(axis=0))
-        self._time += float(self._sizes[:count].sum())
-        self._distance += np.abs(passed).sum(axis=0)
-        ways = self._way + np.cumsum(passed, axis=0)  # by the same rule as the energy given
-        self._given, self._way = given[-1].copy(), ways[-1].copy()
+        ways = sums.way + np.cumsum(passed, axis=0)  # by the same rule as the energy given
+        self._sums = replace(
+            sums,
+            given=given[-1].copy(),
+            received=received + (bent @ (self._followed[:, None] * self._of_bond)).sum(axis=0),
+            way=ways[-1].copy(),
+            distance=sums.distance + np.abs(passed).sum(axis=0),
+            impulse=sums.impulse + (half * (force[1:] + force[:-1])).sum(axis=0),
+            peak=np.maximum(sums.peak, np.abs(force).max(axis=0)),
+            time=sums.time + float(self._sizes[:count].sum()),
+        )
         self._keep(np.hstack((given, ways)))
         self._points[0] = self._points[count]
         self._steps = 0
 
     def _work(self, rows: np.ndarray) -> np.ndarray:
         """W of each bond, for the mean forces, of rows: energies given (bonds), ways (axes)."""
-        comes_back = np.abs(self._way) <= self._distance / 2
-        mean = np.where(comes_back, self._impulse / self._time, 0.0) if self._time else 0.0
+        sums = self._sums
+        comes_back = np.abs(sums.way) <= sums.distance / 2
+        mean = np.where(comes_back, sums.impulse / sums.time, 0.0) if sums.time else 0.0
         given, ways = np.hsplit(rows, [len(self._bonds)])
         return given - (ways * mean) @ self._of_bond
 
     def _keep(self, rows: np.ndarray) -> None:
-        """Keep what of these rows is largest and smallest; of what is kept, when it is too much."""
-        self._swing = np.concatenate((self._swing, self._extremes(rows)))
-        if len(self._swing) > MOST_KEPT:
-            parts = np.array_split(self._swing, len(self._swing) // 4)
-            self._swing = np.concatenate([self._extremes(part) for part in parts])
+        """Keep the extremes of these rows; of all kept rows, when they are too many."""
+        swing = np.concatenate((self._sums.swing, self._extremes(rows)))
+        if len(swing) > MOST_KEPT:
+            parts = np.array_split(swing, len(swing) // 4)
+            swing = np.concatenate([self._extremes(part) for part in parts])
+        self._sums = replace(self._sums, swing=swing)
 
     def _extremes(self, rows: np.ndarray) -> np.ndarray:
         """Two rows: each bond with its axes as where its W is largest, and where smallest."""
@@ -227,8 +265,9 @@ class EnergyBalance:
     def result(self) -> tuple[BondEnergy, ...]:
         """The balance up to the present point, one entry per bond."""
         self._evaluate()
-        noise = NOISE * (self._peak @ np.abs(self._way_of_bond))
-        columns = (self._given, self._received, np.ptp(self._work(self._swing), axis=0), noise)
+        sums = self._sums
+        noise = NOISE * (sums.peak @ np.abs(self._way_of_bond))
+        columns = (sums.given, sums.received, np.ptp(self._work(sums.swing), axis=0), noise)
         rows = zip(*(column.tolist() for column in columns), strict=True)
         return tuple(
             BondEnergy(bond.name, given, received, exchanged, adds=bond.adds, noise=least)
@@ -237,10 +276,10 @@ class EnergyBalance:
 
 
 def _passed(rates: np.ndarray, sizes: np.ndarray) -> np.ndarray:
-    """The integrals over steps of `sizes` (steps, 1) [s] of what has these `rates` at their ends.
+    """Integrals (steps, n) over steps of `sizes` (steps, 1) [s] of `rates` (steps + 1, n).
 
-    Trapezoids, less H³/12 times the mean second derivative at both ends, as far as points beside
-    the step tell it: steps beside one another must be of like size, which those at a jump are not.
+    Trapezoids, less H³/12 times the mean second derivative at both ends, as far as it is known from
+    points beside the step: neighbouring steps must be of like size, which those at a jump are not.
     """
     found = sizes / 2 * (rates[1:] + rates[:-1])
     if len(sizes) < 2:

@@ -20,9 +20,10 @@ from functools import partial
 import numpy as np
 
 from m4e_fmi.cosim.connections.links import Port
-from m4e_fmi.cosim.exchange.instance import WARNING, Instance
+from m4e_fmi.cosim.exchange.instance import Instance
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
+from m4e_fmi.fmu.importer.calls import WARNING
 from m4e_fmi.fmu.importer.reading import Description
 from m4e_fmi.units import parse_unit
 

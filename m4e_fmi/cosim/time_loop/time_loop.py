@@ -1,17 +1,16 @@
-"""How a run goes on: macro steps, many at once where each is like the one before."""
+"""Macro steps of a run, many at once where each is like the one before."""
 
 from __future__ import annotations
 
 import time as clock
 from collections.abc import Callable, Sequence
+from copy import copy
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol, cast
 
 import numpy as np
 
-from m4e_fmi.cosim.algorithms import Algorithm, Returning, Undoing
-from m4e_fmi.cosim.algorithms.scheduled import Scheduled, looped
-from m4e_fmi.cosim.algorithms.step_control import SMALLEST, StepControl
 from m4e_fmi.cosim.connections.links import Port
 from m4e_fmi.cosim.exchange.discrete import Switches
 from m4e_fmi.cosim.exchange.events import event_count, is_over, telling
@@ -21,6 +20,9 @@ from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.exchange.operations import Operation
 from m4e_fmi.cosim.exchange.step_loop import Schedule, StepLoop
 from m4e_fmi.cosim.results.writer import ResultsWriter
+from m4e_fmi.cosim.stepping.algorithm import Algorithm, ErrorEstimating, Undoing
+from m4e_fmi.cosim.stepping.scheduled import Scheduled, step_loop
+from m4e_fmi.cosim.stepping.step_control import SMALLEST, StepControl
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND, Simulation
 from m4e_fmi.cosim.time_loop.energy import BLOCK as ENERGY_BLOCK
 from m4e_fmi.cosim.time_loop.energy import EnergyBalance
@@ -49,6 +51,21 @@ class Watcher(Protocol):
     ) -> None: ...
 
 
+@dataclass(frozen=True)
+class TimeLoopSnapshot:
+    """The place in the run: times in ns, numbers of steps, and switches so far."""
+
+    now: int
+    row: int
+    steps: int
+    shortened: int
+    jump: int
+    switches: Switches
+    discarded: int
+    full: int
+    cap: int
+
+
 class TimeLoop:
     """Macro steps from `now` [ns] on, and the rows of the results.
 
@@ -59,18 +76,6 @@ class TimeLoop:
     those since the time `since` [s], at which the last step of full size ended.
     `switches` are the steps within which values changed that are not Real.
     """
-
-    SNAPSHOT = (
-        "now",
-        "_row",
-        "steps",
-        "shortened",
-        "_jump",
-        "switches",
-        "discarded",
-        "_full",
-        "_cap",
-    )
 
     def __init__(
         self,
@@ -110,6 +115,27 @@ class TimeLoop:
         self._jump = NEVER
         self._cap = NEVER  # [ns]: a step as long was discarded since the last full one
 
+    def snapshot(self) -> TimeLoopSnapshot:
+        """The place in the run as it is now."""
+        return TimeLoopSnapshot(
+            self.now,
+            self._row,
+            self.steps,
+            self.shortened,
+            self._jump,
+            copy(self.switches),
+            self.discarded,
+            self._full,
+            self._cap,
+        )
+
+    def restore(self, snapshot: TimeLoopSnapshot) -> None:
+        """Continue as from where the snapshot was taken."""
+        self.now, self._row, self.steps = snapshot.now, snapshot.row, snapshot.steps
+        self.shortened, self.discarded = snapshot.shortened, snapshot.discarded
+        self._jump, self._full, self._cap = snapshot.jump, snapshot.full, snapshot.cap
+        self.switches = copy(snapshot.switches)
+
     @property
     def time(self) -> float:
         """Simulated time [s] up to which whole steps are made, also while many are being made."""
@@ -128,7 +154,7 @@ class TimeLoop:
         noted = (*self._energy.operations(self._algorithm.held), *watched)
         rows = self._results.schedule if self._results else None
         every = -(-self._every // self._size)
-        loop = looped(self._algorithm, self._network, noted, rows, every=every)
+        loop = step_loop(self._algorithm, self._network, noted, rows, every=every)
         if loop:
             anywhere = self._singly or self._telling  # where rows end is not known before
             loop.state.rows_from = self._start if anywhere else self._stop
@@ -281,7 +307,7 @@ class TimeLoop:
                 continue
             if control is None:
                 return size
-            algorithm = cast("Returning", algorithm)
+            algorithm = cast("ErrorEstimating", algorithm)
             if self._network.discrete.differs(discrete) and control.shrinks(size):
                 algorithm.undo()
                 size = self._wanted()

@@ -121,5 +121,5 @@ def test_adaptive_steps_tell_of_switches(c_fmu: Fmus) -> None:
     with start(System("s", parts, links, settings)) as execution:
         for _ in execution:
             pass
-        switches = execution._master._course.switches
+        switches = execution._master._time_loop.switches
     assert switches.count >= 1

@@ -1,19 +1,19 @@
-"""One component's step in pieces, its inputs along their courses: a list of operations.
+"""One component's step in pieces, its inputs along their trajectories: a list of operations.
 
 How the inputs follow depends on what the FMU can do:
 
 =============================  =================================================================
-it interpolates its inputs     two pieces; value and two derivatives of the course at the start of
-                               each
+it interpolates its inputs     two pieces; value and two derivatives of the trajectory at the
+                               start of each
 it holds its inputs, or a      four pieces, or two along straight lines, in which it holds what
-tunable parameter is driven    acts like the course (`course`)
+tunable parameter is driven    acts like the trajectory (`input_interpolation`)
 it moves input w along input   as many pieces; w at the start of each, and the slope that brings it
-u (u is declared w's rate)     to where its course is at the end of the piece: second order
+u (u is declared w's rate)     to where its trajectory is at the end of the piece: second order
 =============================  =================================================================
 
 A component with a step of its own has as many pieces as it has steps in the macro step (and each
 piece is made in several steps where the macro step is longer than that of the simulation). Where
-they have no end in the middle, the outputs there are taken from other points (`course`).
+they have no end in the middle, the outputs there are taken from other points (`middle_outputs`).
 """
 
 from __future__ import annotations
@@ -22,8 +22,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from m4e_fmi.cosim.algorithms.course import InputInterpolation
-from m4e_fmi.cosim.algorithms.middle import FromEnds, FromPoints
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.exchange.operations import (
     Combine,
@@ -35,13 +33,16 @@ from m4e_fmi.cosim.exchange.operations import (
     setting,
     setting_derivatives,
 )
+from m4e_fmi.cosim.stepping.input_interpolation import InputInterpolation
+from m4e_fmi.cosim.stepping.middle_outputs import MiddleFromEnds, MiddleFromPoints
 
 
 @dataclass(frozen=True, eq=False)
-class Courses:
-    """Where the courses of all connected inputs are: `values[places[k]]`, shape (3, inputs).
+class InputTrajectories:
+    """Trajectories of all connected inputs in a step: `values[places[k]]`, shape (3, n_inputs).
 
-    These are the values at the start, in the middle and at the end of the step.
+    These are the values at the start, in the middle and at the end of the step, in the units of the
+    inputs' sources.
     """
 
     values: np.ndarray
@@ -53,23 +54,28 @@ class Courses:
 
 
 class ComponentStepper:
-    """One component's step along `courses`: its `operations`, once `prepare` knows the size.
+    """One component's step along `trajectories`: its `operations`, once `prepare` knows the size.
 
     Outputs are read in the middle and at the end, into those blocks of the network's values.
     `inputs` and `outputs` are the component's places among the network's targets and outputs,
-    `holds` tells that it holds its inputs, in one of `pieces` after the other.
+    `holds` is true if it holds its inputs, in one of `pieces` after the other.
     """
 
     def __init__(
-        self, network: Network, name: str, courses: Courses, way: InputInterpolation
+        self,
+        network: Network,
+        name: str,
+        trajectories: InputTrajectories,
+        interpolation: InputInterpolation,
     ) -> None:
         self.name = name
-        self._network, self._courses, self._way = network, courses, way
+        self._network, self._trajectories = network, trajectories
+        self._interpolation = interpolation
         self._instance = network.instances[name]
         self.inputs, self.outputs = network.input_slice(name), network.output_slice(name)
-        self._places = courses.places[:, self.inputs]
+        self._places = trajectories.places[:, self.inputs]
         description = self._instance.description
-        self.can_return = description.saves_state
+        self.has_rollback = description.saves_state
         self._names = tuple(port.variable for port in network.targets[self.inputs])
         parameters = {v.name for v in description.of_causality("parameter")}.intersection(
             self._names
@@ -93,13 +99,13 @@ class ComponentStepper:
 
     @property
     def followed(self) -> float:
-        """How far inputs go along with their sources: see `Algorithm`."""
-        return 1.0 - self._way.lost(self.pieces) if self.holds else 1.0
+        """Share by which inputs go along with their sources: see `Algorithm`."""
+        return 1.0 - self._interpolation.lost(self.pieces) if self.holds else 1.0
 
     @property
     def save(self) -> tuple[Operation, ...]:
         """Keeps the state to which `restore` returns, if the FMU can."""
-        return (Save(self._instance),) if self.can_return else ()
+        return (Save(self._instance),) if self.has_rollback else ()
 
     @property
     def restore(self) -> tuple[Operation, ...]:
@@ -121,7 +127,7 @@ class ComponentStepper:
 
     def _fewest(self) -> int:
         if self.holds:
-            return self._way.held_pieces
+            return self._interpolation.held_pieces
         return 2 if self._names or self._outputs else 1
 
     def _piece(self, k: int) -> list[Operation]:
@@ -140,23 +146,25 @@ class ComponentStepper:
 
     @property
     def looks_back(self) -> bool:
-        """Whether connected outputs in the middle are taken from the step before, too."""
+        """True if connected outputs in the middle are taken from the step before, too."""
         sources = {k.source for k in self._network.links if k.source.component == self.name}
         chains = map(self._network.derivatives, sources)
-        return isinstance(self._middle, FromEnds) and any(len(chain) == 1 for chain in chains)
+        return isinstance(self._middle, MiddleFromEnds) and any(len(chain) == 1 for chain in chains)
 
-    def _interpolated(self) -> FromEnds | FromPoints | None:
-        """How the outputs in the middle follow from others, if they cannot be read there."""
-        known = self._way.known(self.pieces, held=self.holds)
+    def _interpolated(self) -> MiddleFromEnds | MiddleFromPoints | None:
+        """The outputs in the middle as taken from others, if they cannot be read there."""
+        known = self._interpolation.known(self.pieces, held=self.holds)
         known.sort(key=lambda k: abs(2 * k - self.pieces))
-        points = sorted(known[: self._way.most_points])
+        points = sorted(known[: self._interpolation.most_points])
         if 2 * known[0] == self.pieces:
             return None
         if points == [0, self.pieces]:
-            return FromEnds(
-                self._network, self.outputs, straight=self._way is InputInterpolation.LINES
+            return MiddleFromEnds(
+                self._network,
+                self.outputs,
+                straight=self._interpolation is InputInterpolation.LINES,
             )
-        return FromPoints(self._network, self.outputs, points, self.pieces)
+        return MiddleFromPoints(self._network, self.outputs, points, self.pieces)
 
     def _read(self, piece: int) -> tuple[Operation, ...]:
         """Reads the outputs at the end of so many pieces, if they are wanted there.
@@ -180,26 +188,28 @@ class ComponentStepper:
         if at_end:
             operations += network.seeing(self.name)
         if late and self._names:
-            operations += self._give(self._way.at(piece / self.pieces))
+            operations += self._give(self._interpolation.at(piece / self.pieces))
         if late:
             operations.append(Get(self._instance, late, into[self._early :]))
         return (*operations, *(found.operations if found and at_end else ()))
 
     def _give(self, weights: np.ndarray) -> tuple[Operation, ...]:
-        """Sets all inputs to the same combination of the values of their courses."""
+        """Sets all inputs to the same combination of the values of their trajectories."""
         count = len(self._names)
         counts = weights != 0.0
         weight = np.repeat(weights[counts, None], count, axis=1)
-        combined = self._courses.combined(np.zeros(count), self._places[counts], weight)
+        combined = self._trajectories.combined(np.zeros(count), self._places[counts], weight)
         return combined, *setting(self._instance, self._names, combined.into)
 
     def _follow(self, s: float) -> tuple[Operation, ...]:
         """Lets the inputs go from their values at s with two derivatives."""
-        value, first, half = self._way.expansion(s)
+        value, first, half = self._interpolation.expansion(s)
         count = len(self._names)
         unit = np.tile(np.column_stack((first, 2 * half)), count)
         power = np.tile((1.0, 2.0), count)
-        combined = self._courses.combined(np.zeros(2 * count), self._places.repeat(2, axis=1), unit)
+        combined = self._trajectories.combined(
+            np.zeros(2 * count), self._places.repeat(2, axis=1), unit
+        )
         self._sized.append((combined.weight, unit, power))
         given = setting_derivatives(self._instance, self._names, combined.into)
         return *self._give(value), combined, *given
@@ -207,17 +217,17 @@ class ComponentStepper:
     def _hold(self, k: int, share: float) -> tuple[Operation, ...]:
         """Holds the inputs in piece k, from a share of it on, but moves those along others."""
         if not self.moved:
-            return self._give(self._way.held(k, self.pieces))
+            return self._give(self._interpolation.held(k, self.pieces))
         place = {name: column for column, name in enumerate(self._names)}
-        unit = np.repeat(self._way.held(k, self.pieces)[:, None], len(place), axis=1)
+        unit = np.repeat(self._interpolation.held(k, self.pieces)[:, None], len(place), axis=1)
         power, own = np.zeros(len(place)), self._places.copy()
-        start, end = (self._way.at(j / self.pieces) for j in (k, k + 1))
+        start, end = (self._interpolation.at(j / self.pieces) for j in (k, k + 1))
         for w, u in self.moved:
             unit[:, place[w]] = start + share * (end - start)
             unit[:, place[u]] = (end - start) * self.pieces
             own[:, place[u]] = self._places[:, place[w]]
             power[place[u]] = 1.0
-        combined = self._courses.combined(np.zeros(len(place)), own, unit)
+        combined = self._trajectories.combined(np.zeros(len(place)), own, unit)
         self._sized.append((combined.weight, unit, power))
         return combined, *setting(self._instance, self._names, combined.into)
 

@@ -22,10 +22,12 @@ misses the tolerance too, however small, it is no jump: that ends the run.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from m4e_fmi.cosim.algorithms.jump_detection import Foresight
 from m4e_fmi.cosim.exchange.network import Network
+from m4e_fmi.cosim.stepping.jump_detection import JumpDetection, JumpDetectionSnapshot
 from m4e_fmi.errors import RunError
 
 SMALLEST = 1e-6
@@ -35,22 +37,26 @@ OF_NOMINAL = 0.01
 """Share of the nominal value up to which taken back attempts count."""
 
 
+@dataclass(frozen=True)
+class StepControlSnapshot:
+    """The next size [ns], the last steps' fate, and the scales of the outputs."""
+
+    size: int
+    rejected: int
+    passed: bool
+    just_rejected: bool
+    scale: np.ndarray
+    reached: np.ndarray
+    jumps: JumpDetectionSnapshot
+
+
 class StepControl:
     """Chooses steps for a relative `tolerance`; sizes are in nanoseconds, `largest` the first.
 
-    Estimates fall with the power `order` of the step. `passed` tells that the last step has missed
-    the tolerance, being the smallest: something has jumped in it.
+    Estimates fall with the power `order` of the step. `passed` is true if the last step has missed
+    the tolerance, being the smallest: something has jumped in it. `rejected` counts the steps that
+    were taken back.
     """
-
-    SNAPSHOT = (
-        "size",
-        "rejected",
-        "passed",
-        "_just_rejected",
-        "_scale",
-        "_reached",
-        "_foresight",
-    )
 
     def __init__(self, network: Network, tolerance: float, largest: int, order: int) -> None:
         self._network = network
@@ -68,20 +74,34 @@ class StepControl:
         self._reached = np.zeros(len(self._sources))
         outputs = [network.outputs[k] for k in self._sources]
         start = network.values[: len(network.outputs)]
-        self._foresight = Foresight(round(network.time * 1e9), start[self._sources])
+        self._jumps = JumpDetection(round(network.time * 1e9), start[self._sources])
         self._most_reached = OF_NOMINAL * np.array([network.nominal(port) for port in outputs])
 
-    def accepts(self, change: np.ndarray, end: np.ndarray, now: int, size: int) -> bool:
-        """Whether a step of `size` from `now` [ns] may stand, and the size of the next one.
+    def snapshot(self) -> StepControlSnapshot:
+        """The control as it is now."""
+        fate = self.size, self.rejected, self.passed, self._just_rejected
+        return StepControlSnapshot(
+            *fate, self._scale.snapshot(), self._reached, self._jumps.snapshot()
+        )
 
-        `change` and `end` are the changes and values of all exchanged outputs at its end. RunError
-        naming the output if the smallest step is not small enough, twice running.
+    def restore(self, snapshot: StepControlSnapshot) -> None:
+        """Continue as from where the snapshot was taken."""
+        self.size, self.rejected = snapshot.size, snapshot.rejected
+        self.passed, self._just_rejected = snapshot.passed, snapshot.just_rejected
+        self._scale.restore(snapshot.scale)
+        self._reached = snapshot.reached
+        self._jumps.restore(snapshot.jumps)
+
+    def accepts(self, change: np.ndarray, end: np.ndarray, now: int, size: int) -> bool:
+        """True if a step of `size` from `now` [ns] may stand; sets the size of the next one.
+
+        `change` and `end` (n_outputs,) are the changes and values of all exchanged outputs at its
+        end, in their units. RunError naming the output if the smallest step is not small enough,
+        twice running.
         """
         scale = self._scale.with_values(end)
         values = end[self._sources]
-        changes = np.maximum(
-            np.abs(change[self._sources]), self._foresight.missed(now + size, values)
-        )
+        changes = np.maximum(np.abs(change[self._sources]), self._jumps.missed(now + size, values))
         enough = np.maximum(scale, self._attempted(np.abs(end) + np.abs(change)))
         ratios = changes / np.where(enough > 0.0, self._tolerance * enough, 1.0)
         error = float(ratios.max(initial=0.0))
@@ -93,9 +113,9 @@ class StepControl:
         if accepted:
             self.passed = missed
             self._scale.keep(scale)
-            self._foresight.note(now + size, values)
+            self._jumps.note(now + size, values)
             if missed:
-                self._foresight.forget()
+                self._jumps.forget()
             factor = min(max(factor, LEAST), 1.0 if self._just_rejected else MOST)
             cut_short = size < self.size and factor >= 1.0  # by the end, or a row of the results
             wanted = max(size * factor, self.size) if cut_short else size * factor
@@ -116,13 +136,13 @@ class StepControl:
         return True
 
     def pass_over(self, end: np.ndarray, time: int) -> None:
-        """The run has passed over a jump to `time` [ns], where all exchanged outputs are `end`."""
+        """Continue after a jump to `time` [ns], where the exchanged outputs are `end`."""
         self._scale.keep(self._scale.with_values(end))
-        self._foresight.note(time, end[self._sources])
-        self._foresight.forget()
+        self._jumps.note(time, end[self._sources])
+        self._jumps.forget()
 
     def _attempted(self, reached: np.ndarray) -> np.ndarray:
-        """What attempts have `reached` at most, this one included, within its bounds."""
+        """Largest values of attempts, this one included, within their bounds."""
         self._reached = np.maximum(self._reached, self._scale.with_values(reached))
         return np.minimum(self._reached, self._most_reached)
 
@@ -137,9 +157,10 @@ class StepControl:
 
 
 class Scale:
-    """Largest magnitudes so far of some outputs, `sources`, shared among those of one unit."""
+    """Largest magnitudes so far of some outputs, `sources`, shared among those of one unit.
 
-    SNAPSHOT = ("_largest",)
+    `sources` (n,) are places among the exchanged outputs.
+    """
 
     def __init__(self, network: Network, sources: np.ndarray) -> None:
         self._sources = sources
@@ -149,12 +170,20 @@ class Scale:
         self._largest = np.zeros(len(known))
         self.keep(self.with_values(network.values[: len(network.outputs)]))
 
+    def snapshot(self) -> np.ndarray:
+        """Largest magnitude of each unit (n_units,), in that unit."""
+        return self._largest.copy()
+
+    def restore(self, largest: np.ndarray) -> None:
+        """Continue as from where the snapshot was taken."""
+        self._largest = largest.copy()
+
     def with_values(self, values: np.ndarray) -> np.ndarray:
-        """The scale of each of the outputs if these are `values` of all exchanged ones too."""
+        """Scale (n,) of the outputs, with these `values` (n_outputs,) of all exchanged ones."""
         largest = self._largest.copy()
         np.maximum.at(largest, self._group, np.abs(values[self._sources]))
         return largest[self._group]
 
     def keep(self, scale: np.ndarray) -> None:
-        """Keep what `with_values` has returned."""
+        """Keep the scale (n,) that `with_values` has returned."""
         self._largest[self._group] = scale

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from m4e_fmi.cosim.algorithms.prediction import Signal, Terms
+from m4e_fmi.cosim.stepping.prediction import Signal, Terms
 
 SIZE, LAST = 0.3, 0.2
 NOW, BEFORE, STEPPED, RATE, CURVATURE = range(5)

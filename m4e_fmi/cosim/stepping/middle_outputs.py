@@ -1,6 +1,6 @@
 """Outputs in the middle of a step where they cannot be read there: from those at other points.
 
-See `course` for the points at which they are known, and for the order that is kept.
+See `input_interpolation` for the points at which they are known, and for the order that is kept.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ from m4e_fmi.cosim.exchange.operations import Combine, Operation, gather
 
 
 def weights(shares: Sequence[float]) -> np.ndarray:
-    """Weights of values at these shares of a step in the polynomial through them, at its middle."""
+    """Weights (n,) of values at `shares` of a step in their polynomial, taken at its middle."""
     return np.array([math.prod((0.5 - q) / (p - q) for q in shares if q != p) for p in shares])
 
 
-class FromPoints:
+class MiddleFromPoints:
     """From values at `points`, the ends of so many of a step's `pieces`.
 
     Those that lie within the step are read into `rows`; `operations` follow the reading at its end.
@@ -47,7 +47,7 @@ class FromPoints:
         """Nothing depends on the sizes."""
 
 
-class FromEnds:
+class MiddleFromEnds:
     """From values at both ends of the step, and their declared derivatives there.
 
     Without these, from those at the start of the step before; if there was none, or on a `straight`

@@ -1,11 +1,10 @@
-"""Base of the algorithms that do the same in every step: their step is a schedule."""
+"""Base of the algorithms that perform the same operations in every step, and their step loop."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,15 +12,14 @@ from m4e_fmi.cosim.exchange.events import has_events, telling
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.exchange.operations import Operation
 from m4e_fmi.cosim.exchange.step_loop import Schedule, StepLoop
-
-if TYPE_CHECKING:
-    from m4e_fmi.cosim.algorithms import Algorithm
+from m4e_fmi.cosim.stepping.algorithm import Algorithm, AlgorithmSnapshot
 
 
 class Scheduled(ABC):
-    """`operations` make a step, once it is prepared; `held` is what they hold at the inputs.
+    """An algorithm whose step is `operations`, once it is prepared; the C library performs them.
 
-    Inputs are held all through a step, unless `followed` says otherwise.
+    `held` (n_inputs,) is what they hold at the inputs, in the units of their sources: all through
+    a step, unless `followed` (n_inputs,) says otherwise.
     """
 
     order: int
@@ -38,7 +36,7 @@ class Scheduled(ABC):
         """Make `operations` those of a step of `size` [s] after the network's last one."""
 
     def repeats(self, size: float) -> bool:
-        """Whether `operations`, which are prepared then, make any number of steps of `size` [s]."""
+        """True if `operations`, which are prepared then, make any number of steps of `size` [s]."""
         same = size == self.network.last
         if same:
             self.prepare(size)
@@ -54,8 +52,16 @@ class Scheduled(ABC):
         self.prepare(size)
         self._schedule.run(time, size)
 
+    def snapshot(self) -> AlgorithmSnapshot:
+        """Nothing: all that it knows of the past is the network's."""
+        return AlgorithmSnapshot()
 
-def looped(
+    def restore(self, snapshot: AlgorithmSnapshot) -> None:
+        """Nothing is to be restored."""
+        del snapshot
+
+
+def step_loop(
     algorithm: Algorithm,
     network: Network,
     noted: Sequence[Operation],
@@ -63,10 +69,11 @@ def looped(
     *,
     every: int = 1,
 ) -> StepLoop | None:
-    """The operations of a step, to be repeated while the algorithm `repeats`, and `noted` after it.
+    """The operations of a step, repeated while the algorithm `repeats`, each time with `noted`.
 
-    None where no step is like another: the algorithm is not `Scheduled`, loops are solved, or FMUs
-    may have events. It ends where a value changes that is no Real.
+    `rows` fill a row of the results after every so many steps. None where no step is like another:
+    the algorithm is not `Scheduled`, loops are solved, or FMUs may have events. The loop ends where
+    a value changes that is not Real.
     """
     exchange = network.operations
     if exchange is None or not isinstance(algorithm, Scheduled):

@@ -1,4 +1,4 @@
-"""Any algorithm with an estimate of its error: each step is made whole, and again in two halves.
+"""Error estimate for any algorithm: each step is made whole, and again in two halves.
 
 Two halves of an algorithm of order p differ from the whole step by 2ᵖ − 1 times their own error in
 it. The halves count; `change` is their error. All FMUs must be able to go back.
@@ -6,23 +6,17 @@ it. The halves count; `change` is their error. All FMUs must be able to go back.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from m4e_fmi.cosim.exchange.network import Network
-
-if TYPE_CHECKING:
-    from m4e_fmi.cosim.algorithms import Algorithm
+from m4e_fmi.cosim.stepping.algorithm import Algorithm, AlgorithmSnapshot
 
 PLACE = 1
 """Where the FMUs keep their states at the start of a step."""
 
 
-class Doubling:
-    """See the module; `algorithm` makes the steps on `network`."""
-
-    SNAPSHOT = ("_algorithm",)
+class StepHalving:
+    """Steps of `algorithm` on `network`, with the estimate of their error."""
 
     def __init__(self, network: Network, algorithm: Algorithm) -> None:
         self._network = network
@@ -63,3 +57,11 @@ class Doubling:
     def undo(self) -> None:
         """Return all components to the start of the step."""
         self._network.restore(self._start)
+
+    def snapshot(self) -> AlgorithmSnapshot:
+        """The snapshot of its algorithm."""
+        return self._algorithm.snapshot()
+
+    def restore(self, snapshot: AlgorithmSnapshot) -> None:
+        """Continue as from where the snapshot was taken."""
+        self._algorithm.restore(snapshot)

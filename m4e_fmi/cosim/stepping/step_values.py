@@ -1,7 +1,7 @@
-"""What passes between the components during one step: values at its start, middle and end.
+"""Exchanged values at the start, middle and end of a step, and the components' steps.
 
 A component makes its step in pieces, so that its outputs are known in the middle too, and its
-inputs follow their courses (`course`, `part`). This is what all components share.
+inputs follow their trajectories (`input_interpolation`, `component_stepper`).
 """
 
 from __future__ import annotations
@@ -10,23 +10,27 @@ import math
 
 import numpy as np
 
-from m4e_fmi.cosim.algorithms.course import InputInterpolation
-from m4e_fmi.cosim.algorithms.part import ComponentStepper, Courses, Sampled
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.exchange.operations import Combine, Operation, gather
+from m4e_fmi.cosim.stepping.component_stepper import ComponentStepper, InputTrajectories, Sampled
+from m4e_fmi.cosim.stepping.input_interpolation import InputInterpolation
 
 
-class Interface:
+class StepValues:
     """The exchanged values over one step, in the network's blocks `now`, `middle` and `stepped`.
 
-    The latter two, of which `middle` and `end` are views, are predicted by the operations `begin`,
-    and replaced as `parts` make their steps. `mean` brings the means over the step of all connected
-    inputs into `held`. `places` (3, inputs) are those of their values at the start, in the middle
-    and at the end of the step. Inputs follow the courses of their sources, unless others are given.
+    The latter two, of which `middle` and `end` (n_outputs,) are views, are predicted by the
+    operations `begin`, and replaced as `steppers` make their steps; `sampled` are the components
+    that step more rarely. `mean` brings the means over the step of all connected inputs into `held`
+    (n_inputs,). `places` (3, n_inputs) are those of their values at the start, in the middle and at
+    the end of the step. Inputs follow the trajectories of their sources, unless others are given.
     """
 
     def __init__(
-        self, network: Network, way: InputInterpolation, courses: Courses | None = None
+        self,
+        network: Network,
+        interpolation: InputInterpolation,
+        trajectories: InputTrajectories | None = None,
     ) -> None:
         self._network = network
         values, self._count = network.values, len(network.outputs)
@@ -38,20 +42,22 @@ class Interface:
         for column, link in enumerate(network.links):
             if (known := network.held_place(link)) is not None:
                 places[:, column] = known
-        found = Courses(values, places)
-        given = courses or found
+        found = InputTrajectories(values, places)
+        given = trajectories or found
         due = {name: network.due(name) for name in network.execution_order}
-        self.parts = tuple(
-            ComponentStepper(network, n, given, way) for n in network.execution_order if not due[n]
+        self.steppers = tuple(
+            ComponentStepper(network, n, given, interpolation)
+            for n in network.execution_order
+            if not due[n]
         )
         self.sampled = tuple(
             Sampled(network, name) for name in network.execution_order if due[name]
         )
         self.held = np.zeros(len(self.sources))
-        weight = np.repeat(way.mean[:, None], len(self.sources), axis=1)
+        weight = np.repeat(interpolation.mean[:, None], len(self.sources), axis=1)
         sampled = [
             gather(self.held[own], network.inputs, range(own.start, own.stop))
-            for own in (part.inputs for part in self.sampled)
+            for own in (stepper.inputs for stepper in self.sampled)
         ]
         self.mean = (found.combined(self.held, found.places, weight), *sampled)
         self.followed = self._followed()
@@ -61,10 +67,10 @@ class Interface:
         self.begin = self._begin()
 
     def _followed(self) -> np.ndarray:
-        """Of each input, how far it goes along with its source: see `Algorithm`."""
+        """Shares by which the inputs go along with their sources: see `Algorithm`."""
         found = np.zeros(len(self.sources))
-        for part in self.parts:
-            found[part.inputs] = part.followed
+        for stepper in self.steppers:
+            found[stepper.inputs] = stepper.followed
         for k, link in enumerate(self._network.links):
             if link.delayed or self._network.due(link.source.component):
                 found[k] = 0.0
@@ -82,14 +88,14 @@ class Interface:
         """Make all operations those of a step of `size` [s] after the network's last one."""
         for prediction in self._predicted:
             prediction.prepare(size, self._network.last)
-        for part in self.parts:
-            part.prepare(size, self._network.last)
+        for stepper in self.steppers:
+            stepper.prepare(size, self._network.last)
 
     def undo(self) -> None:
         """Return all components to the start of the step, also if it failed."""
         self.middle[:] = self._block(self._network.earlier)
-        for part in (*self.parts, *self.sampled):
-            part.undo()
+        for stepper in (*self.steppers, *self.sampled):
+            stepper.undo()
 
 
 class _Prediction:
@@ -131,9 +137,9 @@ class _Prediction:
 
 
 def _weights(ahead: float, last: float, derivatives: int) -> np.ndarray:
-    """Of an output's value now, and one step of `last` [s] before, and of what else is known.
+    """Weights (4,) of an output's value now, one step of `last` [s] before, and others.
 
-    That is its value in the middle of that step, or so many of its derivatives now.
+    These are its value in the middle of that step, or so many of its derivatives now.
     """
     if not derivatives:
         s = ahead / last if last else 0.0

@@ -27,7 +27,7 @@ from m4e_fmi.cosim import (
     run,
     save_system,
 )
-from m4e_fmi.cosim.algorithms.course import PARABOLA, InputInterpolation
+from m4e_fmi.cosim.stepping.input_interpolation import PARABOLA, InputInterpolation
 from m4e_fmi.cosim.system.component_step import ComponentStep, common_step, rate, seconds
 from m4e_fmi.cosim.system.simulation import TICK
 from m4e_fmi.errors import InputError, RunError

@@ -1,18 +1,18 @@
-"""The course of an input during a step, through its values at the start, in the middle, at the end.
+"""Trajectory of an input during a step, through its values at the start, in the middle, at the end.
 
 Through three values u₀, u½, u₁ goes a parabola:
 
     u(s) = c₀ + c₁ s + c₂ s²,   s = (t − tₙ)/H,   c₁ = −3u₀ + 4u½ − u₁,   c₂ = 2u₀ − 4u½ + 2u₁.
 
-Straight lines from u₀ over u½ to u₁ (`Way.LINES`) are of second order, and stable where a parabola,
-solved for its values, is not.
+Straight lines from u₀ over u½ to u₁ (`InputInterpolation.LINES`) are of second order, and stable
+where a parabola, solved for its values, is not.
 
-An FMU that holds its inputs gets values that act like the course. A held value with the right mean
-gives a velocity that a force drives, but not the displacement: that is off by H³/96 of the force's
-rate in a half step, and lets an undamped pair gain energy. Two values one after the other, with the
-right first moment besides, ∫u ds and ∫s u ds, act to the fourth order like the course itself, at
-their end; three have the right second moment too. For a course a + bσ + cσ² over such a *group* of
-pieces, σ from 0 to 1, they are
+An FMU that holds its inputs gets values that act like the trajectory. A held value with the right
+mean gives a velocity that a force drives, but not the displacement: that is off by H³/96 of the
+force's rate in a half step, and lets an undamped pair gain energy. Two values one after the other,
+with the right first moment besides, ∫u ds and ∫s u ds, act to the fourth order like the trajectory
+itself, at their end; three have the right second moment too. For a trajectory a + bσ + cσ² over
+such a *group* of pieces, σ from 0 to 1, they are
 
 ==============  ==================================================
 one value       a + b/2 + c/3
@@ -52,29 +52,29 @@ HELD = {
 
 
 class InputInterpolation(Enum):
-    """How inputs pass through their three values."""
+    """Curve of inputs through their three values; weights (3,) are those of u₀, u½ and u₁."""
 
     PARABOLA = "parabola"
     LINES = "straight lines"
 
     @property
     def mean(self) -> np.ndarray:
-        """The mean over the step: Simpson's rule, or the trapezoid."""
+        """Weights (3,) of the mean over the step: Simpson's rule, or the trapezoid."""
         weight = 4.0 if self is InputInterpolation.PARABOLA else 2.0
         return np.array([1.0, weight, 1.0]) / (2.0 + weight)
 
     def at(self, s: float) -> np.ndarray:
-        """The value at s."""
+        """Weights (3,) of the value at the share `s` of the step."""
         return self.expansion(s)[0]
 
     def known(self, pieces: int, *, held: bool) -> list[int]:
-        """The ends of pieces at which outputs are known, from 0 on; inputs are `held` or not."""
+        """Ends of pieces at which outputs are known, from 0 on; inputs are `held` or not."""
         if not held or self is InputInterpolation.LINES:
             return list(range(pieces + 1))
         return [*range(0, max(1, pieces - 1), 2), pieces]
 
     def expansion(self, s: float) -> np.ndarray:
-        """Value, first and half of the second derivative by s, at s and after it."""
+        """Weights (3, 3) of value, first and half second derivative by s, at s and after it."""
         if self is InputInterpolation.PARABOLA:
             start, slope, bend = PARABOLA
             return np.array([start + s * slope + s * s * bend, slope + 2 * s * bend, bend])
@@ -84,15 +84,15 @@ class InputInterpolation(Enum):
 
     @property
     def held_pieces(self) -> int:
-        """How many values are held in a step, at least."""
+        """Least number of values that are held in a step."""
         return 4 if self is InputInterpolation.PARABOLA else 2
 
     def lost(self, pieces: int) -> float:
-        """What share of the first moment about the mean is lost in so many pieces that are held."""
+        """Share of the first moment about the mean that is lost in so many pieces that are held."""
         return 1 / pieces**2 if self is InputInterpolation.LINES or pieces == 1 else 0.0
 
     def held(self, piece: int, pieces: int) -> np.ndarray:
-        """What is held in one of so many pieces."""
+        """Weights (3,) of the value that is held in one of so many pieces."""
         if self is InputInterpolation.LINES:
             start, end = self.at(piece / pieces), self.at((piece + 1) / pieces)
             if 2 * piece + 1 == pieces:
@@ -107,5 +107,5 @@ class InputInterpolation(Enum):
 
     @property
     def most_points(self) -> int:
-        """How many known values the one in the middle is taken from, at most."""
+        """Largest number of known values from which the one in the middle is taken."""
         return 4 if self is InputInterpolation.PARABOLA else 2

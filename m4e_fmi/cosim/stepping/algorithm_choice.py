@@ -1,0 +1,59 @@
+"""The algorithm of a run: made for a network by name, with an error estimate where steps adapt."""
+
+from __future__ import annotations
+
+from m4e_fmi.cosim.connections.dependence import STEPPED, how_known
+from m4e_fmi.cosim.connections.links import Link
+from m4e_fmi.cosim.exchange.network import Network
+from m4e_fmi.cosim.stepping.algorithm import Algorithm, ErrorEstimating, OwnEstimate
+from m4e_fmi.cosim.stepping.step_halving import StepHalving
+from m4e_fmi.coupling_algorithms import DEFAULT_ALGORITHM, algorithm_descriptor
+from m4e_fmi.errors import RunError
+
+
+def made(name: str, network: Network) -> Algorithm:
+    """The algorithm `name` for `network`: of first order where values come a step late.
+
+    RunError if it needs rollback that an FMU does not have.
+    """
+    descriptor = algorithm_descriptor(name)
+    stepping = [network.instances[c] for c in network.execution_order if not network.due(c)]
+    fixed = [i.name for i in stepping if not i.description.saves_state]
+    if descriptor.needs_rollback and fixed:
+        raise RunError(
+            f"{name} needs FMUs that can go back (canGetAndSetFMUstate), which "
+            f"{' and '.join(fixed)} cannot",
+            f"choose algorithm: {DEFAULT_ALGORITHM}, which does without and solves loops, too",
+        )
+    algorithm = descriptor.make(network)
+    delayed = [str(link) for link in network.links if link.delayed]
+    stepped = dict.fromkeys(str(k.source) for k in network.links if _is_stepped(network, k))
+    notes = [
+        f"{_first_of(late)} {what}: first order, half the step leaves half the error"
+        for late, what in (
+            (delayed, "carries the value of the step before"),
+            (list(stepped), "shows the inputs of its FMU after the next step only"),
+        )
+        if late
+    ]
+    if notes:
+        algorithm.order = 1
+        algorithm.notes = (*algorithm.notes, *notes)
+    return algorithm
+
+
+def error_estimating(name: str, network: Network) -> ErrorEstimating:
+    """The algorithm `name` for `network`, with an estimate of its error in each step."""
+    algorithm = made(name, network)
+    if isinstance(algorithm, OwnEstimate) and algorithm.estimates and algorithm.order > 1:
+        return algorithm
+    return StepHalving(network, algorithm)
+
+
+def _is_stepped(network: Network, link: Link) -> bool:
+    source = link.source
+    return how_known(network.instances[source.component].description, source.variable) == STEPPED
+
+
+def _first_of(names: list[str]) -> str:
+    return names[0] + (f" (and {len(names) - 1} more)" if len(names) > 1 else "")
