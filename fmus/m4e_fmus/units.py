@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated
 
 from pydantic import BeforeValidator
 
@@ -10,7 +10,7 @@ from m4e_fmi.files.document import rejected
 from m4e_fmi.units import parse_unit
 
 
-def _known(text: Any) -> Any:
+def _known(text: object) -> str:
     try:
         parse_unit(str(text))
     except ValueError as error:

@@ -13,10 +13,11 @@ import zlib
 from array import array
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 from m4e_fmi.errors import InputError
 from m4e_fmi.program.program import TIME, Program, Variable
-from m4e_fmi.program.tape import Tape
+from m4e_fmi.program.tape import Operation, Tape
 
 MAGIC = b"\x89M4E\r\n\x1a\n"
 VERSION = 2
@@ -63,13 +64,7 @@ def code_of(program: Program, jacobian: Iterable[Entry] = ()) -> Code:
     entries = sorted(jacobian)
     operations = program.tape.operations
     roots = [*program.rates, *program.results, *program.constants, *(e[2] for e in entries)]
-    needed = bytearray(len(operations))
-    for k in roots:
-        needed[k] = 1
-    for k in range(max(roots, default=-1), -1, -1):
-        if needed[k] and CODES.get(operations[k][0], 0) >= FIRST_UNARY:
-            for argument in operations[k][1:]:
-                needed[argument] = 1
+    needed = _needed(operations, roots)
     leaves = {TIME: (TIME_NODE, 0)}
     for kind, group in (
         (STATE, program.states),
@@ -104,6 +99,18 @@ def code_of(program: Program, jacobian: Iterable[Entry] = ()) -> Code:
     return code
 
 
+def _needed(operations: list[Operation], roots: list[int]) -> bytearray:
+    """For each operation 1 if `roots` need it, else 0."""
+    needed = bytearray(len(operations))
+    for k in roots:
+        needed[k] = 1
+    for k in range(max(roots, default=-1), -1, -1):
+        if needed[k] and CODES.get(operations[k][0], 0) >= FIRST_UNARY:
+            for argument in operations[k][1:]:
+                needed[argument] = 1
+    return needed
+
+
 def _words(values: Iterable[int]) -> bytes:
     return _little(array("I", values))
 
@@ -112,7 +119,7 @@ def _doubles(values: Iterable[float]) -> bytes:
     return _little(array("d", values))
 
 
-def _little(values: array) -> bytes:
+def _little(values: array[int] | array[float]) -> bytes:
     if sys.byteorder == "big":
         values.byteswap()
     return values.tobytes()
@@ -182,7 +189,7 @@ class _Reader:
         self.offset += size
         return piece
 
-    def numbers(self, kind: str, count: int) -> list:
+    def numbers(self, kind: str, count: int) -> list[Any]:
         values = array(kind)
         values.frombytes(self.take(count * values.itemsize))
         if sys.byteorder == "big":

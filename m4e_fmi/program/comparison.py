@@ -1,4 +1,4 @@
-"""Programs as text, and what differs between two of them."""
+"""Programs as text, and the differences between two of them."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import fields
 from typing import TYPE_CHECKING
 
-from m4e_fmi.program.tape import COMMUTATIVE, Tape
+from m4e_fmi.program.tape import COMMUTATIVE, Operation, Tape
 
 if TYPE_CHECKING:
     from m4e_fmi.program.program import Program, Variable
@@ -31,7 +31,7 @@ def listing(program: Program) -> str:
 
 
 def results(program: Program) -> Iterator[tuple[str, int]]:
-    """What `program` computes, by name: rates as der(x), outputs, calculated parameters."""
+    """Name and node of each result: rates as der(x), outputs, calculated parameters."""
     for state, node in zip(program.states, program.rates, strict=True):
         yield f"der({state.name})", node
     for output, node in zip(program.outputs, program.results, strict=True):
@@ -41,7 +41,7 @@ def results(program: Program) -> Iterator[tuple[str, int]]:
 
 
 def differences(old: Program, new: Program) -> list[str]:
-    """What is different in `new`, one line each; none for equal programs.
+    """Differences of `new` from `old`, one line each; none for equal programs.
 
     Programs are equal if their variables are, in the same order, and if they do the same
     operations on them: to the bit the same results, on whatever tapes they are.
@@ -53,7 +53,7 @@ def differences(old: Program, new: Program) -> list[str]:
     ]
     for group in GROUPS:
         lines += _changed_variables(group, getattr(old, group), getattr(new, group))
-    table: dict[tuple, int] = {}
+    table: dict[Operation, int] = {}
     before, after = _identities(old, table), _identities(new, table)
     old_nodes, new_nodes = dict(results(old)), dict(results(new))
     for name in (name for name in before if name in after and before[name] != after[name]):
@@ -63,7 +63,7 @@ def differences(old: Program, new: Program) -> list[str]:
     return lines
 
 
-def _identities(program: Program, table: dict[tuple, int]) -> dict[str, int]:
+def _identities(program: Program, table: dict[Operation, int]) -> dict[str, int]:
     """For each result a number that is the same for the same operations; `table` is shared."""
     numbers: dict[int, int] = {}
     named = dict(results(program))

@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 from m4e_fmi.errors import UnknownNameError
 from m4e_fmi.program.functions import cos, log, sign, sin, sqrt
@@ -24,8 +24,8 @@ from m4e_fmi.shown import short
 FEW = 4
 """Symbols whose partial derivatives are multiplied by a direction one by one, at most."""
 
-Slopes = dict[Any, Scalar]
-"""Derivatives of one node by direction; what is absent is zero."""
+Slopes = dict[int, Scalar]
+"""Derivatives of one node by direction (any numbers); an absent one is zero."""
 
 
 def tangent(program: Program, along: Iterable[str] | None = None) -> Program:
@@ -42,7 +42,7 @@ def tangent(program: Program, along: Iterable[str] | None = None) -> Program:
     for name in names:
         text = f"Direction: change of {name}"
         direction = recorder.input(Variable(f"d({name})", _unit(program, name), text))
-        given[program.tape.node(("symbol", name))] = {None: direction}
+        given[program.tape.node(("symbol", name))] = {0: direction}
     rates = zip(program.states, program.rates, strict=True)
     outputs = zip(program.outputs, program.results, strict=True)
     rows = [(f"der({v.name})", f"({v.unit})/s", node) for v, node in rates]
@@ -50,7 +50,7 @@ def tangent(program: Program, along: Iterable[str] | None = None) -> Program:
     slopes = _around(program, [node for _, _, node in rows], given)
     for (name, unit, _), slope in zip(rows, slopes, strict=True):
         variable = Variable(f"d({name})", unit, f"Change of {name} along the direction")
-        recorder.output(variable, slope.get(None, 0.0))
+        recorder.output(variable, slope.get(0, 0.0))
     return recorder.program()
 
 
@@ -155,17 +155,17 @@ def _around(program: Program, roots: Sequence[int], given: Mapping[int, Slopes])
 
 def _drives(
     tape: Tape, solution: Solution, given: Mapping[int, Slopes]
-) -> dict[Any, dict[int, Scalar]]:
-    """What each direction asks of the equations that were solved.
+) -> dict[int, dict[int, Scalar]]:
+    """Right-hand side of the solved equations for each direction.
 
-    What depends on few symbols does so by its partial derivatives: turning a vector gives its
+    Nodes that depend on few symbols are derived by partial derivatives: turning a vector gives its
     neighbour, so most of them are on the tape already.
     """
     balance = [s.index for s in solution.balance()]
     symbols = {tape.operations[k][1]: k for k in given}
     readers = {k: names & symbols.keys() for k, names in tape.symbols_of_each(balance).items()}
     partials: dict[int, dict[int, Scalar]] = defaultdict(dict)
-    changes: dict[Any, dict[int, Scalar]] = defaultdict(dict)
+    changes: dict[int, dict[int, Scalar]] = defaultdict(dict)
     one = tape.constant(1.0)
     units: dict[int, Slopes] = {k: {k: one} for k in given}
     few = [k for k in readers if len(readers[k]) <= FEW]

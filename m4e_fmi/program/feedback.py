@@ -9,7 +9,7 @@ from m4e_fmi.program.program import TIME, Program, Recorder
 from m4e_fmi.program.tape import Scalar
 
 Law = Callable[[Mapping[str, Scalar]], Scalar | float]
-"""What an input is, as a function of states, parameters, other inputs and `time` by name."""
+"""The value of an input as a function of states, parameters, other inputs and `time` by name."""
 
 
 def with_feedback(program: Program, laws: Mapping[str, Law]) -> Program:
@@ -51,7 +51,7 @@ def _scalar(recorder: Recorder, value: Scalar | float) -> Scalar:
 def _copied(
     program: Program, recorder: Recorder, symbols: Mapping[str, Scalar]
 ) -> dict[int, Scalar]:
-    """What takes the place of each node that `program` needs."""
+    """The copy of each node that `program` needs, by node."""
     copied: dict[int, Scalar] = {}
     for k in program.tape.reachable([*program.rates, *program.results, *program.constants]):
         kind, *arguments = program.tape.operations[k]

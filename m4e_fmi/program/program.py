@@ -49,21 +49,21 @@ class Variable:
 class Solution(Protocol):
     """A part of a program that solves equations, and how their solution changes.
 
-    A program that says so has cheaper derivatives: they go through the `balance` and one more solve
+    A program that has one has cheaper derivatives: they go through the `balance` and one more solve
     with what is factored already, instead of through the factoring.
     """
 
     @property
     def unknowns(self) -> Sequence[Scalar]:
-        """What is solved for."""
+        """The scalars that are solved for."""
         ...
 
     def balance(self) -> Sequence[Scalar]:
-        """What the unknowns depend on, none of them among it; recorded when asked for."""
+        """Scalars that the unknowns depend on, none of them an unknown; recorded when asked for."""
         ...
 
     def drive(self, change: Mapping[int, Scalar]) -> Mapping[int, Scalar]:
-        """What a `change` of the balance, by place in it, asks of the equations: linear, local."""
+        """Right-hand side for a `change` of the balance, by place; linear, local."""
         ...
 
     def response(self, drive: Mapping[int, Scalar]) -> Sequence[Scalar | int]:
@@ -110,7 +110,7 @@ class Program:
 
     @cached_property
     def _dependencies(self) -> dict[int, frozenset[str]]:
-        """What each rate, output and calculated parameter depends on."""
+        """Names that each rate, output and calculated parameter depends on, by node."""
         return self.tape.symbols_of_each([*self.rates, *self.results, *self.constants])
 
     def operations(self, roots: Iterable[int]) -> list[int]:
@@ -168,7 +168,7 @@ class Program:
 
 
 class Recorder:
-    """Makes a Program: declare variables, compute with the scalars it returns, say what comes out.
+    """Recorder of a Program: declare variables, compute with their scalars, declare the outputs.
 
     >>> r = Recorder("decay", "exponential decay")
     >>> k = r.parameter(Variable("k", "1/s", "rate", start=2.0))
@@ -200,24 +200,28 @@ class Recorder:
         self._variables[group][name] = variable
 
     def parameter(self, variable: Variable) -> Scalar:
+        """Declare a parameter. ValueError, here as below, for a name that is taken."""
         self._declare("parameters", variable)
         return self.tape.symbol(variable.name)
 
     def input(self, variable: Variable) -> Scalar:
+        """Declare an input."""
         self._declare("inputs", variable)
         return self.tape.symbol(variable.name)
 
     def state(self, variable: Variable) -> Scalar:
+        """Declare a state, which needs a `rate`."""
         self._declare("states", variable)
         return self.tape.symbol(variable.name)
 
     def rate(self, name: str, value: Scalar | float) -> None:
-        """Say that the time derivative of state `name` is `value`."""
+        """Set the time derivative of state `name` to `value`. ValueError if it has one already."""
         if name not in self._variables["states"] or name in self._rates:
             raise ValueError(f"{self.name}: {name!r} is no state, or has its rate already")
         self._rates[name] = self._index(value)
 
     def output(self, variable: Variable, value: Scalar | float) -> None:
+        """Declare an output of this `value`."""
         self._declare("outputs", variable)
         self._results.append(self._index(value))
 

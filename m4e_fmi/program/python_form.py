@@ -18,6 +18,9 @@ from dataclasses import dataclass
 from types import CodeType
 
 from m4e_fmi.program.program import TIME, Program
+from m4e_fmi.program.tape import Operation
+
+Function = Callable[..., list[float]]
 
 _BINARY = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
 _CALLS = {"abs": "abs", "min": "min", "max": "max", "sign": "sign", "pow": "pow"}
@@ -51,15 +54,15 @@ def python_source(program: Program) -> str:
 class PythonForm:
     """The four functions of a program, loaded in this process."""
 
-    constants: Callable
-    rates: Callable
-    outputs: Callable
-    calculated: Callable
+    constants: Function
+    rates: Function
+    outputs: Function
+    calculated: Function
 
 
 def load_python(program: Program) -> PythonForm:
     """The program's functions, ready to call (see the module's docstring)."""
-    namespace: dict = {}
+    namespace: dict[str, Function] = {}
     code: CodeType = compile(python_source(program), f"<program {program.name}>", "exec")
     exec(code, namespace)  # our own generated text: names in it are indices, never user strings
     return PythonForm(**{k: namespace[k] for k in PythonForm.__dataclass_fields__})
@@ -101,7 +104,7 @@ class _Writer:
         return [k for k in nodes if k in fixed & read and self._computes(operations[k])]
 
     @staticmethod
-    def _computes(operation: tuple) -> bool:
+    def _computes(operation: Operation) -> bool:
         return operation[0] not in ("constant", "symbol")
 
     def function(self, name: str, arguments: str, roots: list[int]) -> str:

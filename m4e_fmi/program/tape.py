@@ -8,7 +8,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
-from typing import NoReturn
+from typing import Any, NoReturn
+
+Operation = tuple[Any, ...]
+"""A name with a number, a name or the indices of its arguments, see `Tape`."""
 
 UNARY: dict[str, Callable[[float], float]] = {
     "neg": lambda a: -a,
@@ -47,7 +50,7 @@ BRANCHES = (
 
 
 def _computed(function: Callable[..., float], *values: float) -> float | None:
-    """`function` of constants; None where it has no finite value, which is then met at run time."""
+    """`function` of constants; None where it has no finite value: that is left to the run."""
     try:
         result = function(*values)
     except (ValueError, ZeroDivisionError, OverflowError):
@@ -63,17 +66,17 @@ class Tape:
     """
 
     def __init__(self) -> None:
-        self.operations: list[tuple] = []
-        self._scalars: dict[tuple, Scalar] = {}
+        self.operations: list[Operation] = []
+        self._scalars: dict[Operation, Scalar] = {}
 
     def __len__(self) -> int:
         return len(self.operations)
 
-    def node(self, operation: tuple) -> int:
+    def node(self, operation: Operation) -> int:
         """Index of `operation`, which is appended unless it is there already."""
         return self.recorded(operation).index
 
-    def recorded(self, operation: tuple) -> Scalar:
+    def recorded(self, operation: Operation) -> Scalar:
         """The scalar of `operation`, which is appended unless it is there already."""
         scalar = self._scalars.get(operation)
         if scalar is None:
@@ -94,12 +97,14 @@ class Tape:
         return other
 
     def constant(self, value: float) -> Scalar:
+        """The scalar of a number; ValueError if it is not finite."""
         value = float(value)
         if not math.isfinite(value):
             raise ValueError(f"a constant must be finite, got {value}")
         return self.recorded(("constant", value + 0.0))  # one zero: -0.0 + 0.0 is 0.0
 
     def symbol(self, name: str) -> Scalar:
+        """The scalar of a symbol."""
         return self.recorded(("symbol", name))
 
     @property
@@ -138,7 +143,7 @@ class Tape:
         return self.recorded((name, i, j))
 
     def _folded(self, name: str, a: Scalar, b: Scalar) -> Scalar | None:
-        """What takes the place of an operation on a constant or a negated scalar, or None."""
+        """Replacement of an operation on a constant or a negated scalar; None if there is none."""
         x = self.operations[a.index][1] if a.kind == CONSTANT else None
         y = self.operations[b.index][1] if b.kind == CONSTANT else None
         if x is not None and y is not None:
@@ -171,6 +176,8 @@ class Tape:
                         return self.unary("neg", other)
             case "div":
                 return self.constant(0.0) if x == 0.0 else a if y == 1.0 else None
+            case _:
+                pass
         return None
 
     def _with_negated(self, name: str, a: Scalar, b: Scalar) -> Scalar | None:
@@ -191,7 +198,8 @@ class Tape:
                 return self.unary("neg", self.binary(name, minus_a, b))
             case "mul" | "div" if minus_b is not None:
                 return self.unary("neg", self.binary(name, a, minus_b))
-        return None
+            case _:
+                return None
 
     def _negated(self, a: Scalar) -> Scalar | None:
         """The scalar that `a` is the negative of, None if it is not recorded as one."""

@@ -58,8 +58,8 @@ class Growth:
 def growth(name: str, times: np.ndarray, values: np.ndarray, *, decades: float) -> Growth | None:
     """The growth without bound of one quantity up to its last sample, by `decades` at least.
 
-    `times` (n,) [s] ascend; `values` (n,) are taken by their magnitudes, up to the first that is
-    not finite. None if it does not grow so.
+    `times` (n,) [s] ascend; `values` (n,), in any unit, are taken by their magnitudes, up to the
+    first that is not finite. None if it does not grow so.
     """
     size = np.abs(values)
     bad = np.flatnonzero(~np.isfinite(size))
@@ -120,6 +120,6 @@ def _sustained(name: str, times: np.ndarray, level: np.ndarray, least: float) ->
 def largest_growth(
     times: np.ndarray, columns: Mapping[str, np.ndarray], *, decades: float
 ) -> Growth | None:
-    """The growth by most decades among the quantities that `columns` (n,) are of."""
+    """The growth by most decades among `columns`, (n,) each, in any unit, at `times` (n,) [s]."""
     found = (growth(name, times, values, decades=decades) for name, values in columns.items())
     return max((one for one in found if one), key=lambda one: one.decades, default=None)

@@ -17,9 +17,9 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 TRUTH = {"false": 0, "true": 1}
 TEXT = "str"
@@ -39,10 +39,12 @@ class Recorded:
 
     @property
     def is_real(self) -> bool:
+        """True for Reals."""
         return self.type == "Real"
 
     @property
     def is_text(self) -> bool:
+        """True for Strings."""
         return self.kind == TEXT
 
     @property
@@ -50,7 +52,7 @@ class Recorded:
         """Names of values: of an enumeration and of Booleans."""
         return TRUTH if self.type == "Boolean" else self.items
 
-    def told(self, value: Any) -> str:
+    def told(self, value: str | float) -> str:
         """A value as text: by its name if it has one."""
         if self.is_text:
             return repr(value)
@@ -58,13 +60,13 @@ class Recorded:
         return names.get(int(value), f"{value:g}" if self.is_real else str(value))
 
     @property
-    def file_type(self) -> Any:
+    def file_type(self) -> type[str] | str:
         """The type for netCDF4's createVariable."""
         return str if self.is_text else self.kind
 
     @property
-    def attributes(self) -> dict[str, Any]:
-        """Attributes of the values in a file."""
+    def attributes(self) -> dict[str, str | np.ndarray]:
+        """Attributes of the values in a file; arrays are `flag_values` (n_items,) [1]."""
         items = self.named
         if not items:
             return {}
@@ -75,9 +77,10 @@ class Recorded:
         }
 
     def stored(self, cells: np.ndarray, text_at: Callable[[int], str]) -> np.ndarray:
-        """Values in a netCDF-4 file for cells (int64, see cosim's `standards.typed`).
+        """Values (n,) in a netCDF-4 file for `cells` (n,), in the variable's unit.
 
-        Reals are as they are, texts are found by their places.
+        Cells are int64, see cosim's `standards.typed`, but those of Reals. Texts are found by
+        their places.
         """
         if self.is_real:
             return cells
@@ -87,7 +90,10 @@ class Recorded:
         return np.array([known[place] for place in cells.tolist()], dtype=object)
 
     def values(self, stored: np.ndarray) -> np.ndarray:
-        """The values in their own type: Booleans as such, texts as objects, numbers as they are."""
+        """The values (n,) of `stored` (n,) in their own type, in the variable's unit.
+
+        Booleans become such, texts objects; numbers stay.
+        """
         if self.type == "Boolean":
             return stored.astype(bool)
         return stored.astype(object) if self.is_text else stored
@@ -96,8 +102,11 @@ class Recorded:
 REAL = Recorded()
 
 
-def recorded_as(file_type: Any, attributes: Mapping[str, Any]) -> Recorded:
-    """The type of what lies in a file as `file_type` (of netCDF4), with these attributes."""
+def recorded_as(file_type: type[str] | np.dtype, attributes: Mapping[str, ArrayLike]) -> Recorded:
+    """The type of a variable that is a `file_type` (of netCDF4) in a file, with these `attributes`.
+
+    Of `attributes` the arrays are `flag_values` (n_items,) [1].
+    """
     if file_type is str:
         return Recorded("String", TEXT)
     kind = np.dtype(file_type).str[1:]

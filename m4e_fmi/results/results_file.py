@@ -40,7 +40,7 @@ _OTHERS = {
     b"PK": "a ZIP archive, as an FMU and a system's package (.ssp) are",
     b"\x89PNG": "a picture (PNG)",
 }
-"""What files of other kinds begin with."""
+"""First bytes of files of other kinds."""
 _LOOKED_AT, _SHOWN = 4096, 60
 """Bytes of a file and characters of its first line by which its kind is told."""
 
@@ -113,7 +113,7 @@ def load(path: str | Path) -> Results:
 
 
 def _kind(head: bytes) -> str:
-    """What a file that begins so looks like."""
+    """The kind of a file that begins with `head`, as far as it can be told."""
     for magic, kind in _OTHERS.items():
         if head.startswith(magic):
             return kind
@@ -129,7 +129,7 @@ def _kind(head: bytes) -> str:
 
 
 def _instead(path: Path) -> str:
-    """What to do in place of loading a file that is not netCDF."""
+    """Remedy for loading a file that is not netCDF."""
     beside = path.with_suffix(NETCDF)
     if beside.name != path.name and beside.is_file():
         return f"load {beside.name}, which is beside it"
@@ -192,8 +192,9 @@ def write_netcdf(
 ) -> None:
     """Write `count` rows as netCDF-4 to `path`, which appears whole or not at all.
 
-    Each of `blocks` holds further rows: the times (rows, 1), then an array (rows, columns) for each
-    of `sections`; what is not Real is there as cells, Strings by their places among `texts`.
+    Each of `blocks` holds further rows: the times (n_rows, 1) [s], then an array (n_rows,
+    n_columns), in the variables' units, for each of `sections`; other types than Real are cells,
+    Strings by their places among `texts`.
     RunError if the file cannot be written.
     """
     with written(path) as part:

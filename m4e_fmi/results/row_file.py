@@ -18,7 +18,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from io import FileIO
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -85,8 +84,8 @@ class RowFile:
     def append(self, first: int, parts: Sequence[np.ndarray]) -> None:
         """Write rows from row `first` on, which may be before the end: later rows are given up.
 
-        `parts` are arrays (rows, columns), one for each section. OSError if the disk does not take
-        all of them; those that it took can be read then.
+        `parts` are arrays (n_rows, n_columns) in the variables' units, one for each section.
+        OSError if the disk does not take all of them; those that it took can be read then.
         """
         if first < self.count:
             self._commit(first)
@@ -150,10 +149,11 @@ class RowFile:
 
     @property
     def closed(self) -> bool:
+        """True after `close`."""
         return self._file.closed
 
     def blocks(self) -> Iterator[list[np.ndarray]]:
-        """The rows that can be read, some at a time: an array (rows, columns) for each section.
+        """Blocks of rows: an array (n_rows, n_columns) for each section, in the variables' units.
 
         They can be read after `close`, too; before, also where the file has been moved or removed.
         """
@@ -168,7 +168,7 @@ class RowFile:
         self._put(COUNT_AT, count.to_bytes(8, "big"))
         self.count = count
 
-    def _put(self, place: int, data: Any) -> None:
+    def _put(self, place: int, data: bytes | bytearray | memoryview) -> None:
         view = memoryview(data).cast("B")
         self._file.seek(place)
         while view:
@@ -188,12 +188,11 @@ def is_row_file(path: Path) -> bool:
 
 
 def read_rows(path: Path) -> tuple[dict[str, str | int], list[tuple[Column, np.ndarray]]]:
-    """The attributes of a file that RowFile writes or has written, and its variables.
+    """The attributes of a file of a RowFile, and its variables (n_rows,), in the variables' units.
 
-    Cells are there as the values that they stand for, as `Recorded.stored`.
-
-    Each is a Column, with its full name, and the values in all rows that are complete: (rows,).
-    InputError if the file is cut off.
+    Each variable is a Column, with its full name, and its values in all complete rows. Cells are
+    given as the values that they stand for, as by `Recorded.stored`. InputError if the file is cut
+    off.
     """
     with path.open("rb", buffering=0) as file:
         begin = int.from_bytes(_read(file, BEGIN_AT + len(BEGIN_NAME) + 12, 8), "big")

@@ -24,7 +24,7 @@ _ENDED_LENGTH = 1024
 CLOSING_LENGTH = 8192
 """Bytes of the text of CLOSING."""
 MAGIC = b"CDF\x05"
-"""What a file begins with."""
+"""The first bytes of a file."""
 COUNT_AT = len(MAGIC)
 """Where the number of rows is."""
 _DIMENSIONS, _VARIABLES, _ATTRIBUTES = 10, 11, 12
@@ -72,6 +72,7 @@ TIME = Section("", (Column("time", "s", "simulated time"),))
 
 
 def fixed(text: str) -> bytes:
+    """The bytes of a text, cut or filled with blanks to the length of `ended`."""
     return text.encode()[:_ENDED_LENGTH].decode(errors="ignore").encode().ljust(_ENDED_LENGTH)
 
 

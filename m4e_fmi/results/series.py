@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from m4e_fmi.results.recorded import REAL, Recorded
 
@@ -25,7 +26,7 @@ class Series(np.ndarray):
     recorded: Recorded
 
     def __new__(
-        cls, name: str, unit: str, long_name: str, values: Any, recorded: Recorded = REAL
+        cls, name: str, unit: str, long_name: str, values: ArrayLike, recorded: Recorded = REAL
     ) -> Series:
         made = np.asarray(values).view(cls)
         made.name, made.unit, made.long_name, made.recorded = name, unit, long_name, recorded
@@ -33,10 +34,10 @@ class Series(np.ndarray):
 
     @property
     def values(self) -> np.ndarray:
-        """The values as a plain array, which shares memory with this one."""
+        """The values (n,) as a plain array that shares memory, in the series' unit."""
         return self.view(np.ndarray)
 
-    def __array_finalize__(self, source: Any) -> None:
+    def __array_finalize__(self, source: object) -> None:
         self.name = self.unit = self.long_name = ""
         self.recorded = REAL
 
@@ -50,6 +51,7 @@ class Series(np.ndarray):
         return part._named_like(self) if isinstance(part, Series) else part
 
     def copy(self, order: Any = "C") -> Series:
+        """A copy with name and unit."""
         return super().copy(order)._named_like(self)
 
     def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **options: Any) -> Any:
@@ -63,7 +65,7 @@ class Series(np.ndarray):
             return tuple(map(_plain, result))
         return _plain(result)
 
-    def __reduce__(self) -> Any:
+    def __reduce__(self) -> tuple[type[Series], tuple[object, ...]]:
         return Series, (self.name, self.unit, self.long_name, self.values, self.recorded)
 
     def __repr__(self) -> str:

@@ -39,7 +39,7 @@ RUNTIME_FLAGS = ("-DM4E_SHARED", "-s")
 SHELL_FLAGS = ("-s",)
 """Of the library of native FMUs, which exports nothing but FMI."""
 NOT_IN_FMUS = ("component_3.c", "ensemble.c", "lanes.c", "loop.c", "monitor.c", "typed.c")
-"""What runs many models, or a master."""
+"""Sources for running many models, or a master."""
 
 VECTOR_FLAGS = {
     "avx512": ("-mavx512f", "-mprefer-vector-width=512"),

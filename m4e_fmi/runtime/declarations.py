@@ -1,4 +1,4 @@
-"""What m4e.h declares, for ctypes. Standard library only: it also travels inside FMUs."""
+"""Declarations of m4e.h for ctypes. Standard library only: it also travels inside FMUs."""
 
 from __future__ import annotations
 

@@ -60,11 +60,13 @@ class Watch:
 
 @dataclass(frozen=True)
 class Run:
-    """What a run gave: `status` DONE or EVENT, or a negative one with `message` saying why.
+    """Result of a run: `status` DONE or EVENT, or a negative one with `message` saying why.
 
-    `time` [s], `states` and `outputs` have the rows that were reached; `event_index` (position in
-    the watches), `event_time` [s] and `event_states` the events in the order of time. `stopped_at`
-    [s] is how far the integration came, `component` the state whose value or rate was not finite.
+    `time` (n_times,) [s], `states` (n_times, n_states) and `outputs` (n_times, n_outputs) have the
+    rows that were reached; `event_index` (n_events,), position in the watches, `event_time`
+    (n_events,) [s] and `event_states` (n_events, n_states) the events in the order of time.
+    `stopped_at` [s] is how far the integration came, `component` the state whose value or rate was
+    not finite.
     """
 
     status: int
@@ -84,7 +86,10 @@ class Run:
 
 
 def vector(values: ArrayLike, shape: tuple[int, ...], what: str) -> Floats:
-    """`values` as a contiguous array of that shape; InputError names what it is of another."""
+    """A contiguous array with the `values`, which have shape (n,) or (n, m), in their units.
+
+    InputError, which names `what` they are, if their shape is not `shape`.
+    """
     array = np.ascontiguousarray(values, dtype=np.float64)
     if array.shape != shape:
         raise InputError.single(f"{what}: expected shape {shape}, got {array.shape}")
@@ -167,7 +172,7 @@ class Engine:
         self.library.m4e_program_counts(self._program, self.counts)
 
     @staticmethod
-    def _indices(values: Sequence[int]) -> tuple[int, ctypes.Array]:
+    def _indices(values: Sequence[int]) -> tuple[int, ctypes.Array[ctypes.c_uint32]]:
         return len(values), (ctypes.c_uint32 * max(1, len(values)))(*values)
 
     def compile(self) -> bool:
@@ -190,29 +195,34 @@ class Engine:
         return True
 
     def set_parameters(self, values: ArrayLike) -> None:
+        """Set all parameters to `values` (n_parameters,), SI."""
         p = vector(values, (self.counts.parameters,), "parameters")
         self.library.m4e_set_parameters(self.handle, p.ctypes.data)
 
     def set_inputs(self, values: ArrayLike) -> None:
+        """Set all inputs to `values` (n_inputs,), SI."""
         u = vector(values, (self.counts.inputs,), "inputs")
         self.library.m4e_set_inputs(self.handle, u.ctypes.data)
 
     def rates(self, t: float, x: ArrayLike) -> Floats:
-        """Time derivatives of the states at time t [s] and states x."""
+        """Time derivatives (n_states,) of the states at t [s] and states `x` (n_states,), SI."""
         x = vector(x, (self.counts.states,), "states")
         result = np.empty(self.counts.states)
         self.library.m4e_rates(self.handle, t, x.ctypes.data, result.ctypes.data)
         return result
 
     def outputs(self, t: float, x: ArrayLike) -> Floats:
-        """The selected outputs at time t [s] and states x."""
+        """The selected outputs (n_outputs,) at t [s] and states `x` (n_states,), SI."""
         x = vector(x, (self.counts.states,), "states")
         result = np.empty(len(self.selected))
         self.library.m4e_outputs(self.handle, t, x.ctypes.data, result.ctypes.data)
         return result
 
     def outputs_over(self, times: Floats, states: Floats) -> Floats:
-        """The selected outputs at each of `times` [s] and rows of `states`, one row each."""
+        """The selected outputs (n_times, n_outputs), SI, at `times` (n_times,) [s] and `states`.
+
+        `states` (n_times, n_states), SI.
+        """
         n, m = self.counts.states, len(self.selected)
         x = vector(states, (len(times), n), "states")
         result = np.empty((len(times), m))
@@ -222,15 +232,15 @@ class Engine:
         return result
 
     def calculated(self) -> Floats:
-        """The calculated parameters."""
+        """The calculated parameters (n_calculated,), SI."""
         result = np.empty(self.counts.calculated)
         self.library.m4e_calculated(self.handle, result.ctypes.data)
         return result
 
     def jacobian(self, t: float, x: ArrayLike) -> Floats:
-        """n × (n + 1): derivatives of the rates by the states, then by time.
+        """Derivatives (n, n + 1) of the rates by states, then time, SI, at t [s] and `x` (n,), SI.
 
-        Raises InputError if the engine was made without entries of the Jacobian.
+        InputError if the engine was made without entries of the Jacobian.
         """
         n = self.counts.states
         x = vector(x, (n,), "states")
@@ -247,8 +257,9 @@ class Engine:
         control: Control | None = None,
         most_events: int = 1000,
     ) -> Run:
-        """Integrate from `states` (the start values by default) at times[0] to times[-1] [s].
+        """Integrate over `times` (n_times,) [s] from `states` (n_states,), SI.
 
+        By default `states` are the start values.
         One foreign call, which releases the interpreter lock. A run that fails returns what it
         reached and says why in `message`.
         """
@@ -313,7 +324,10 @@ def ensemble(
     control: Control | None = None,
     compiled: bool = False,
 ) -> list[Run]:
-    """Runs of one program from many parameter sets and start states (one row per run, SI).
+    """Runs of one program from many parameter sets and start states, one row each.
+
+    `parameters` (n_runs, n_parameters), `states` (n_runs, n_states) and `inputs` (n_runs, n_inputs,
+    the start values by default) are in SI units, `times` (n_times,) in s.
 
     Eight runs at a time share one pass over the program; each keeps its own steps, so a run gives
     the same bits as `Engine.simulate` alone. Explicit methods, no events. `compiled` takes seconds

@@ -42,15 +42,15 @@ class Integrator:
         self.report = Report()
 
     def start(self, t: float, states: ArrayLike, *, step: float = 0.0) -> None:
-        """Begin at time t [s] and `states`, trying `step` [s] first; 0: found from the rates."""
+        """Begin at t [s] and `states` (n_states,), SI; try `step` [s] first, 0: by the rates."""
         x = vector(states, (self.engine.counts.states,), "states")
         self.engine.library.m4e_start(self._handle, t, x.ctypes.data, step)
 
     def advance(self, times: ArrayLike, *, bound: float) -> Floats:
-        """States at `times` [s] (ascending, ≤ bound), one row each; no step goes beyond `bound`.
+        """States (n_times, n_states), SI, at `times` (n_times,) [s], ascending and ≤ `bound` [s].
 
-        `report` tells status, steps and evaluations since the start; after a failure the rows not
-        reached are missing.
+        No step goes beyond `bound`. `report` has status, steps and evaluations since the start;
+        after a failure the rows not reached are missing.
         """
         at = np.ascontiguousarray(times, dtype=np.float64)
         rows = np.empty((at.size, self.engine.counts.states))

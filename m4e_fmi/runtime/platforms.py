@@ -57,7 +57,7 @@ PLATFORMS = {
 
 @dataclass(frozen=True)
 class Library:
-    """What a library is compiled from."""
+    """Sources and flags of a library."""
 
     sources: Callable[[], list[Path]]
     flags: tuple[str, ...]

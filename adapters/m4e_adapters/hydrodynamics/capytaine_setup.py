@@ -16,7 +16,7 @@ KERNEL_TOLERANCES = (1e-8, 1e-7, 1e-6, 1e-5)  # mean square
 EXPECTED = ("Precomputing tabulation",)  # once per machine
 
 
-def import_capytaine() -> Any:
+def import_capytaine() -> ModuleType:
     """The package; threads as the environment says, else one for each processor we may use."""
     available = getattr(os, "sched_getaffinity", None)
     count = len(available(0)) if available else os.cpu_count() or 1
@@ -29,8 +29,7 @@ def import_capytaine() -> Any:
         import capytaine
     finally:
         root.removeHandler(guard)
-    module: ModuleType = capytaine
-    return module
+    return capytaine
 
 
 class _Keeper(logging.Handler):

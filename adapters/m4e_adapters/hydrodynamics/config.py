@@ -1,4 +1,4 @@
-"""What stands below a `kind: hydrodynamics` component of a system file.
+"""Keys of a `kind: hydrodynamics` component of a system file.
 
 Lengths in m, angles in degrees where said, everything else SI. The reference pose of a body is the
 one it floats in at rest: world frame, z = 0 the still-water level.
@@ -7,7 +7,7 @@ one it floats in at rest: world frame, z = 0 the still-water level.
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, model_validator
 
@@ -20,11 +20,11 @@ DEEP = "deep"
 AUTO = "auto"
 
 
-def _depth(value: Any) -> Any:
+def _depth(value: object) -> object:
     return math.inf if value == DEEP else value
 
 
-def _order(value: Any) -> Any:
+def _order(value: object) -> object:
     return None if value == AUTO else value
 
 
@@ -193,7 +193,7 @@ class Radiation(Section):
 
 
 class _Waves(Section):
-    """What all waves have: direction and ramp."""
+    """Direction and ramp, which all waves have."""
 
     direction: Direction = 0.0
     ramp_time: NotNegative | None = None

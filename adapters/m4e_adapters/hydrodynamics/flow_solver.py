@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -86,7 +87,7 @@ def _solution(solver: Any, problem: Any, omega: float) -> Any:
         ) from None
 
 
-def _capytaine_body(capytaine: Any, hulls: Sequence[Hull]) -> Any:
+def _capytaine_body(capytaine: ModuleType, hulls: Sequence[Hull]) -> Any:
     """All hulls as one Capytaine body; planes of symmetry that all share are used.
 
     Capytaine's Pitch is the rotation about +Y, v = (z, 0, −x) at (x, z) from the centre: it turns

@@ -95,7 +95,7 @@ def hydrodynamics_program(
     return recorder.program()
 
 
-def _record_motion(recorder: Recorder, body: str, center: Mapping) -> tuple[Vector, Vector]:
+def _record_motion(recorder: Recorder, body: str, center: np.ndarray) -> tuple[Vector, Vector]:
     """Inputs of a body; its displacement from the reference pose, and its velocity."""
     reference = (float(center[0]), float(center[1]), 0.0)
     displacement: Vector = []

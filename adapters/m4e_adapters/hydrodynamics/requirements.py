@@ -1,4 +1,4 @@
-"""What this adapter needs on a machine, for `m4e-fmi doctor`."""
+"""Requirements of this adapter on a machine, for `m4e-fmi doctor`."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ REINSTALL = "reinstall it: pip install --force-reinstall capytaine"
 
 
 def requirements() -> list[tuple[str, bool, str]]:
-    """Each thing needed, whether it is there, and a detail or what to do."""
+    """Name, presence, and a detail or a remedy of each requirement."""
     return [_package(), _core(), _cache()]
 
 

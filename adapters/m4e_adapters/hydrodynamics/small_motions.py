@@ -24,6 +24,7 @@ class Range:
 
     @property
     def is_open(self) -> bool:
+        """True if there is no limit."""
         return math.isinf(self.minimum) and math.isinf(self.maximum)
 
 

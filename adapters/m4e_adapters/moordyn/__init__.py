@@ -1,8 +1,8 @@
 """Mooring lines by MoorDyn: from a description or a ready file to what an FMU runs.
 
-`config` is what a system file may say, `from_config` makes a `Mooring` of it, `line_system` steps
-that. Imports m4e_fmi's document and errors; `line_system` and `placement` travel in FMUs and import
-moordyn only. Start reading in `from_config.py`.
+`config` has the keys of a system file, `from_config` makes a `Mooring` of them, `line_system` steps
+that. Imports m4e_fmi's document and errors; `line_system` and the modules that it imports travel in
+FMUs and import moordyn only. Start reading in `from_config.py`.
 """
 
 from m4e_adapters.moordyn.config import MooringConfig
@@ -25,7 +25,7 @@ MOORDYN = "2.7.2"
 
 
 def requirements() -> list[tuple[str, bool, str]]:
-    """Whether MoorDyn is here in the version whose behaviour was measured."""
+    """Name, presence and remedy of MoorDyn, in the version whose behaviour was measured."""
     from importlib.metadata import PackageNotFoundError, version
 
     try:

@@ -1,4 +1,4 @@
-"""What a mooring section of a system file says.
+"""Keys of a mooring section of a system file.
 
 Either the lines are described here, or `file` names a ready MoorDyn v2 input file.
 """
@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import (
     BeforeValidator,
@@ -93,7 +93,7 @@ class _Unknown:
     remedy: str
 
 
-def _known(value: Any) -> Any:
+def _known(value: object) -> object:
     if isinstance(value, _Unknown):
         raise rejected(value.message, value.remedy)
     return value
@@ -137,7 +137,7 @@ class MooringConfig(Section):
 
     fairleads: a list of names, or names with the (x, z) [m] where they are unless a connection or a
     start value says otherwise. anchors: names with their fixed (x, z) [m]. World frame.
-    static_equilibrium: whether lines start where they rest; else straight, or as a catenary.
+    static_equilibrium: true if lines start where they rest; else straight, or as a catenary.
     """
 
     file: str | None = None
@@ -152,17 +152,16 @@ class MooringConfig(Section):
 
     @model_validator(mode="before")
     @classmethod
-    def _references_known(cls, data: Any) -> Any:
+    def _references_known(cls, data: object) -> object:
         """Mark the references of lines that lead nowhere, to be told with all other problems."""
-        lines = data.get("lines") if isinstance(data, dict) else None
-        if not isinstance(lines, dict):
+        if not isinstance(data, dict) or not isinstance(data.get("lines"), dict):
             return data
-        marked = {name: _with_marks(name, line, data) for name, line in lines.items()}
+        marked = {name: _with_marks(name, line, data) for name, line in data["lines"].items()}
         return {**data, "lines": marked}
 
     @field_validator("fairleads", mode="before")
     @classmethod
-    def _names_only(cls, value: Any) -> Any:
+    def _names_only(cls, value: object) -> object:
         if not isinstance(value, list):
             return value
         if not all(isinstance(name, str) for name in value):
@@ -240,7 +239,7 @@ _PLACES = {
 """Where what a key of a line refers to is written, and what it is."""
 
 
-def _with_marks(name: str, line: Any, data: Mapping[str, Any]) -> Any:
+def _with_marks(name: str, line: object, data: Mapping[str, object]) -> object:
     """A line as it is written, but for `_Unknown` in place of references that lead nowhere."""
     if isinstance(line, Line):
         line = line.model_dump(by_alias=True)
@@ -249,9 +248,10 @@ def _with_marks(name: str, line: Any, data: Mapping[str, Any]) -> Any:
     marks = {}
     for key, (sections, noun) in _PLACES.items():
         parts = [data.get(section) or () for section in sections]
-        if not isinstance(line.get(key), str) or not all(isinstance(p, _LISTED) for p in parts):
+        listed = [part for part in parts if isinstance(part, _LISTED)]
+        if not isinstance(line.get(key), str) or len(listed) < len(parts):
             continue
-        known = {str(word) for part in parts for word in part}
+        known = {str(word) for part in listed for word in part}
         if line[key] not in known:
             text = f"{name}: there is no {noun} {line[key]!r}"
             noun = "points" if key == "from" else f"{noun}s"

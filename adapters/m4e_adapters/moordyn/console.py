@@ -1,4 +1,4 @@
-"""What a library writes to the console, kept instead of shown.
+"""Console output of a library, kept instead of shown.
 
 Travels inside the FMU: imports the standard library only.
 """
@@ -17,9 +17,11 @@ class Console:
         self.text = ""
 
     def write(self, data):
+        """Add these bytes."""
         os.write(self._file.fileno(), data)
 
     def finish(self):
+        """Make `text` of all that was written."""
         self._file.seek(0)
         self.text = self._file.read().decode("utf-8", "replace")
 

@@ -1,13 +1,12 @@
-"""From what a system file says to a mooring."""
+"""A mooring from its section of a system file."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 from m4e_adapters.moordyn.config import MooringConfig, Seabed
 from m4e_adapters.moordyn.line_file import line_file
-from m4e_adapters.moordyn.mooring import Fairlead, Mooring, internal_step, net_line
+from m4e_adapters.moordyn.mooring import Fairlead, Mooring, NetData, internal_step, net_line
 from m4e_adapters.moordyn.ready_files.ready_file import ready_mooring
 from m4e_adapters.moordyn.stability import Segment, clear_of_seabed
 
@@ -36,7 +35,7 @@ def mooring(config: MooringConfig, *, folder: str | Path = ".") -> Mooring:
     )
 
 
-def _net(config: MooringConfig) -> dict[str, Any]:
+def _net(config: MooringConfig) -> NetData:
     """Points (anchors, then fairleads) and lines, for their static equilibrium."""
     water = config.water
     assert water is not None

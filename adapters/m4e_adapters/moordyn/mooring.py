@@ -13,6 +13,10 @@ FREE_STEP = 1.0  # [s] internal step where nothing moves inside the lines
 SHORTEST = 1e-6  # [s] internal step: a million of them a second
 
 
+NetData = dict[str, Any]
+"""JSON values that describe points and lines, see `rest.net_at`."""
+
+
 @dataclass(frozen=True)
 class Fairlead:
     """A point that is moved from outside: its name and where it starts [m], world frame.
@@ -29,7 +33,7 @@ class Fairlead:
 
 @dataclass(frozen=True)
 class Mooring:
-    """What a `LineSystem` needs.
+    """Data of a `LineSystem`.
 
     `text` is a MoorDyn v2 input file; `fairleads` and `lines` are in its order; `time_step` [s] is
     MoorDyn's internal step. `net` describes points and lines for their static equilibrium (see
@@ -43,7 +47,7 @@ class Mooring:
     fairleads: tuple[Fairlead, ...]
     lines: tuple[str, ...]
     time_step: float
-    net: dict[str, Any] | None
+    net: NetData | None
     at_rest: bool
     bed: float
     drawn: tuple[Fairlead, ...] = ()
@@ -61,7 +65,7 @@ def net_line(
     bending: float,
     density: float,
     gravity: float,
-) -> dict[str, Any]:
+) -> dict[str, object]:
     """A line as `statics.Net` takes it: `ends` are numbers of points from 0, the rest is SI."""
     return {
         "ends": ends,

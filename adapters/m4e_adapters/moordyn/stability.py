@@ -71,7 +71,7 @@ class Segment:
 
 
 def clear_of_seabed(held: Iterable[float], *, length: float, depth: float) -> bool:
-    """Whether no part of a line can reach the seabed at −`depth`; `held` are z of ends that stay.
+    """True if no part of a line can reach the seabed at −`depth`; `held` are z of ends that stay.
 
     All in metres; `length` is unstretched, a line may be stretched by STRAIN.
     """

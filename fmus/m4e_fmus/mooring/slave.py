@@ -9,7 +9,7 @@ from .slave_base import M4eSlave  # type: ignore
 
 
 class MooringSlave(M4eSlave):
-    """`mooring.json` has what a `LineSystem` takes, `lines.txt` is MoorDyn's input."""
+    """Mooring lines: a `LineSystem` with the input `lines.txt` and arguments `mooring.json`."""
 
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
@@ -27,6 +27,7 @@ class MooringSlave(M4eSlave):
         ]
 
     def initialise(self):
+        """Start the lines, unless they have started with the same motion."""
         motion = (self._pairs("x", "z"), self._pairs("vx", "vz"))
         if motion != self._started_with:
             self._lines.start(*motion)
@@ -38,9 +39,11 @@ class MooringSlave(M4eSlave):
             self.log(f"{self.instance_name}: {text}", status=Fmi2Status.warning)
 
     def step(self, t, h):
+        """Advance from t over h [s]."""
         self._lines.advance(t, h, self._pairs("x", "z"), self._pairs("vx", "vz"))
 
     def update(self):
+        """Set the outputs for the present inputs."""
         self._lines.settle(self._pairs("vx", "vz"))
         self._warn(self._lines.overstretched() + self._lines.surfaced())
         for name, (x, z) in zip(self._fairleads, self._lines.force, strict=True):
@@ -51,12 +54,15 @@ class MooringSlave(M4eSlave):
                 self.values[self.index[f"{name}.{end}"]] = tension
 
     def save(self):
+        """All that later results depend on, as JSON values and bytes."""
         return self._lines.save() if self._lines.running else {}
 
     def restore(self, saved):
+        """Go back to what `save` returned."""
         self._started_with = None
         if saved:
             self._lines.restore(saved)
 
     def finish(self):
+        """Free the lines."""
         self._lines.close()

@@ -1,8 +1,8 @@
-"""What a system file says of a sum."""
+"""Keys of a sum in a system file."""
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated
 
 from pydantic import BeforeValidator, Field, StringConstraints, model_validator
 
@@ -16,7 +16,7 @@ Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
 Factor = Annotated[float, Field(allow_inf_nan=False)]
 
 
-def _factors(written: Any) -> Any:
+def _factors(written: object) -> object:
     """A list of names as factors of 1."""
     if not isinstance(written, list | tuple):
         return written
@@ -29,7 +29,7 @@ def _factors(written: Any) -> Any:
 class Config(Section):
     """The keys of a component of `kind: sum`, without `kind` and `start`.
 
-    inputs: what is added up, a list of names, or factors by name. unit: that of all inputs and of
+    inputs: the summands, a list of names, or factors by name. unit: that of all inputs and of
     the output; or signals, which makes each input and the sum a connector: units by signal name.
     """
 

@@ -1,9 +1,9 @@
-"""What a system file says of a time table."""
+"""Keys of a time table in a system file."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import (
     BeforeValidator,
@@ -36,7 +36,7 @@ class Signal(Section):
     description: str = ""
 
 
-def _of_unit(written: Any) -> Any:
+def _of_unit(written: object) -> object:
     return {"unit": written} if isinstance(written, str) else written
 
 
@@ -46,7 +46,7 @@ class Config(Section):
     signals: the outputs by name; a text is short for {unit: text}. Numbers are in a CSV `file`, in
     its column `time` [s] (the first, if unsaid) and for each signal in its `column` (of the
     signal's name, if unsaid), or here, as `times` [s] and each signal's `values`.
-    between: what is between two rows, 'linear', or 'held' as the row before. beyond: what is before
+    between: values between two rows, 'linear', or 'held' as the row before. beyond: values before
     the first row and after the last, an 'error', or 'held' as that row.
     """
 

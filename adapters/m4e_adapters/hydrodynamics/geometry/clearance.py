@@ -1,4 +1,4 @@
-"""Room between the wetted surfaces of two bodies: whether they overlap, and how wide the gap is.
+"""Room between the wetted surfaces of two bodies: overlap, and width of the gap.
 
 NumPy and SciPy's nearest neighbours only. A hull is closed by its mirror image in the still-water
 level. A point is inside of it if the hull is seen from there in all directions: the solid angles of

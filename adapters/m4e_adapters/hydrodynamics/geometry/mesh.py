@@ -49,7 +49,7 @@ class Hull:
 def make_hulls(
     config: HydrodynamicsConfig, folder: Path, *, progress: Callable[[str], object]
 ) -> tuple[Hull, ...]:
-    """The hulls of all bodies in the order of the file; InputError with all that is wrong."""
+    """The hulls of all bodies in the order of the file; InputError with all problems."""
     hulls, problems = hulls_and_problems(config, folder, progress=progress)
     if problems:
         raise InputError(problems)
@@ -59,7 +59,7 @@ def make_hulls(
 def hulls_and_problems(
     config: HydrodynamicsConfig, folder: Path, *, progress: Callable[[str], object]
 ) -> tuple[list[Hull], list[Problem]]:
-    """The hulls of those bodies that can have one, and all that is wrong with any."""
+    """The hulls of those bodies that can have one, and the problems of all."""
     hulls, problems = [], []
     for name, body in config.bodies.items():
         try:
@@ -203,7 +203,7 @@ def _loaded(path: Path, name: str, keys: Keys = ()) -> Panels:
 
 
 def _immersed(panels: Panels, name: str) -> Panels:
-    """What is below z = 0, without panels that lie in the still-water level."""
+    """The part below z = 0, without panels that lie in the still-water level."""
     reach = RELATIVE_TOLERANCE * panels.size
     low, high = panels.vertices[:, 2].min(), panels.vertices[:, 2].max()
     if low >= -reach:
@@ -227,6 +227,31 @@ def checked(panels: Panels, name: str) -> Panels:
 
     def wrong(message: str, remedy: str) -> InputError:
         return InputError.single(f"body {name!r}: {message}", remedy)
+
+    _check_edges(panels, wrong)
+    shells = sorted(panels.shells(), key=lambda shell: abs(hydrostatics_of(shell).volume))
+    outwards = [shell if hydrostatics_of(shell).volume > 0 else shell.reversed for shell in shells]
+    for first, second in combinations(outwards, 2):
+        if (point := overlap(first, second)) is not None:
+            raise wrong(
+                f"a closed shell is inside the hull {_place(point)}",
+                "remove it: a hull is the surface that the water touches; of parts that intersect "
+                "make one surface",
+            )
+    for shell, right in zip(shells, outwards, strict=True):
+        if shell is not right:
+            raise wrong(
+                "the mesh is inverted: the normals point out of the water "
+                f"{_place(shell.centers[0])}, the volume within is "
+                f"{hydrostatics_of(shell).volume:.4g} m3",
+                "reverse the order of the vertices of every panel there: normals point into the "
+                "water",
+            )
+    return panels
+
+
+def _check_edges(panels: Panels, wrong: Callable[[str, str], InputError]) -> None:
+    """The error that `wrong` makes where an edge below the water is not one of two panels."""
 
     def place(edge: tuple[int, int]) -> str:
         return _place(panels.vertices[list(edge)].mean(axis=0))
@@ -253,25 +278,6 @@ def checked(panels: Panels, name: str) -> Panels:
             f"neighbouring panels face opposite ways {place(twisted[0])}",
             "turn the panels so that all normals point into the water",
         )
-    shells = sorted(panels.shells(), key=lambda shell: abs(hydrostatics_of(shell).volume))
-    outwards = [shell if hydrostatics_of(shell).volume > 0 else shell.reversed for shell in shells]
-    for first, second in combinations(outwards, 2):
-        if (point := overlap(first, second)) is not None:
-            raise wrong(
-                f"a closed shell is inside the hull {_place(point)}",
-                "remove it: a hull is the surface that the water touches; of parts that intersect "
-                "make one surface",
-            )
-    for shell, right in zip(shells, outwards, strict=True):
-        if shell is not right:
-            raise wrong(
-                "the mesh is inverted: the normals point out of the water "
-                f"{_place(shell.centers[0])}, the volume within is "
-                f"{hydrostatics_of(shell).volume:.4g} m3",
-                "reverse the order of the vertices of every panel there: normals point into the "
-                "water",
-            )
-    return panels
 
 
 def waterline(panels: Panels) -> list[tuple[int, int]]:

@@ -10,12 +10,15 @@ own axes, which the solver makes use of.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
 from m4e_adapters.hydrodynamics.config import Box, Cylinder, Sphere
 from m4e_adapters.hydrodynamics.geometry.hydrostatics import Hydrostatics, hydrostatics_of
 from m4e_adapters.hydrodynamics.geometry.panels import Panels, grid, joined
+
+Placing = Callable[[float, float], tuple[float, float, float]]
 
 
 def cylinder_panels(shape: Cylinder, panels: int) -> Panels:
@@ -77,7 +80,7 @@ def box_panels(shape: Box, panels: int) -> Panels:
     upwards = np.linspace(1, 0, max(2, round(draft / edge)) + 1)
     z = -0.5 * draft * (1.0 - np.cos(np.pi * upwards))
 
-    def patch(us: np.ndarray, vs: np.ndarray, place) -> Panels:
+    def patch(us: np.ndarray, vs: np.ndarray, place: Placing) -> Panels:
         return grid(np.array([[place(u, v) for v in vs] for u in us]))
 
     hull = joined(

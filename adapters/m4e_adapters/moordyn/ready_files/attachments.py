@@ -1,4 +1,4 @@
-"""What the points, rods and lines of a MoorDyn file are attached to.
+"""Attachments of the points, rods and lines of a MoorDyn file.
 
 Points are held, moved from outside (coupled, or fixed to a coupled body) or free. A coupled body is
 not given to MoorDyn: each of its points is a fairlead of its own, which whoever connects it moves
@@ -54,22 +54,22 @@ class Attachments:
                 self.file.wrong(row, f"no line ends at point {row.words[0]}", remedy)
 
     def moved(self, row: Row) -> bool:
-        """Whether a point is moved from outside."""
+        """True if a point is moved from outside."""
         body = BODY.fullmatch(row.words[1].upper())
         if body:
             return _is(self.bodies[body[1]].words[1], COUPLED)
         return _is(row.words[1], COUPLED)
 
     def free(self, row: Row) -> bool:
-        """Whether a point moves by its forces."""
+        """True if a point moves by its forces."""
         return _is(row.words[1], FREE)
 
     def held(self, row: Row) -> bool:
-        """Whether a point stays where it is."""
+        """True if a point stays where it is."""
         return _is(row.words[1], FIXED)
 
     def simple(self) -> bool:
-        """Whether all lines end at points that are held, moved or free by themselves."""
+        """True if all lines end at points that are held, moved or free by themselves."""
         on_others = [
             row
             for row in self.file.rows("points")

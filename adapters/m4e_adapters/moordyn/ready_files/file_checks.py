@@ -1,7 +1,6 @@
-"""What is checked of a MoorDyn file before MoorDyn sees it.
+"""Checks of a MoorDyn file before MoorDyn sees it.
 
-MoorDyn 2.7.2 ends the process, says little, hangs or goes on silently with much of what is found
-here.
+With many of these faults MoorDyn 2.7.2 ends the process, says little, hangs or goes on silently.
 """
 
 from __future__ import annotations

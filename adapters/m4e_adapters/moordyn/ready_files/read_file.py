@@ -43,6 +43,7 @@ class ReadFile:
         self.options = {option_name(row): row for row in self.rows("options") if row.words[1:]}
 
     def rows(self, section: str) -> tuple[Row, ...]:
+        """The rows of a section; none if it is not there."""
         return self.tables.get(section, ())
 
     def option(self, key: str, default: float) -> float:
@@ -82,8 +83,10 @@ def option_name(row: Row) -> str:
 
 
 def has_force(row: Row) -> bool:
-    """Whether a row of a point has the three columns of a constant force, before drag area and
-    added mass; words behind those are a comment."""
+    """True if a row of a point has the three columns of a constant force.
+
+    They stand before drag area and added mass; words behind those are a comment.
+    """
     return len(row.words) >= FORCED_POINT and all(map(number, row.words[7:FORCED_POINT]))
 
 

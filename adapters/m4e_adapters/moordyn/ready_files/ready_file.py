@@ -10,10 +10,9 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from m4e_adapters.moordyn.line_file import QUIET, RELAXATION, header
-from m4e_adapters.moordyn.mooring import Fairlead, Mooring, internal_step, net_line
+from m4e_adapters.moordyn.mooring import Fairlead, Mooring, NetData, internal_step, net_line
 from m4e_adapters.moordyn.ready_files.attachments import BODY, COUPLED, POINT_END, Attachments
 from m4e_adapters.moordyn.ready_files.file_checks import check, check_places
 from m4e_adapters.moordyn.ready_files.read_file import ReadFile, has_force, option_name
@@ -175,7 +174,7 @@ def _segments(file: ReadFile, attached: Attachments) -> dict[str, Segment]:
     return found
 
 
-def _net(file: ReadFile, attached: Attachments) -> dict[str, Any]:
+def _net(file: ReadFile, attached: Attachments) -> NetData:
     """Points and lines for their static equilibrium, see `rest.net_at`."""
     density, gravity = (file.option(key, value) for key, value in WATER.items())
     points = []
