@@ -38,13 +38,13 @@ TOLERANCE = re.compile(r"(?:.* ± )?(\d+(?:\.\d+)?(?:e-?\d+)?)")
 HEAD = """\
 # Validation
 
-What is verified, against what, and how closely. This page is made from the markers of the tests and
-compared with them in every run of the tests; tolerances are those that the tests assert, relative
-where they have no unit. `make test` measures all of it.
+All verified results, with their references and tolerances. This page is made from the markers of
+the tests and compared with them in every test run; tolerances are those that the tests assert,
+relative unless they have a unit. `make test` measures all of it.
 
-*Analytic* is a solution, an identity or a balance that mathematics or mechanics gives; *published*
-are figures or formulas of others, cited; *independent code* is another program, or another
-formulation written for the test alone.
+*Analytic*: a solution, an identity or a balance from mathematics or mechanics; *published*: cited
+figures or formulas; *independent code*: another program, or another formulation written for the
+test alone.
 """
 
 

@@ -1,4 +1,4 @@
-"""The examples of control and design, each against another source of its number."""
+"""Control and design examples, each compared with another source."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The certificate against the true errors of random linear pairs, whose course is known."""
+"""The certificate against the true errors of random linear pairs with exact solutions."""
 
 from __future__ import annotations
 

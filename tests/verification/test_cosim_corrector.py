@@ -1,4 +1,4 @@
-"""The corrector on systems with exact solutions: order, error, and what it does without.
+"""The corrector on systems with exact solutions: order, error, and loss of order.
 
 Two-mass oscillator as in `test_cosim_order`. The best of other masters there has an error of 5.8e-3
 at H = 0.1 and second order; third order promises 3e-4.

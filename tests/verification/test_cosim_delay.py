@@ -1,4 +1,4 @@
-"""How late a signal is after a chain of components, as the phase of an oscillation that they pass.
+"""Delay of a signal through a chain of components, as the phase of an oscillation.
 
 A unit mass on a unit spring moves as cos(t); each component of the chain is y' = u − y, which turns
 the phase by 45 degrees. At 1 rad/s a phase error is a delay in seconds.

@@ -1,4 +1,4 @@
-"""FMUs of FMI 2.0 that ask for the end of the simulation: they discard a step, and say why."""
+"""FMUs of FMI 2.0 that request the end of the simulation by discarding a step."""
 
 from __future__ import annotations
 

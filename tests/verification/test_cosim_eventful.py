@@ -1,4 +1,4 @@
-"""The stated coupling error against the true one of systems in which something happens at once."""
+"""The stated coupling error against the true one, for systems with sudden events."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Steps that an FMU discards because something happens in them: they end there instead."""
+"""Steps that an FMU discards because of an event within them: they end at the event."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Events of FMI 3.0 FMUs: steps end there, or the FMU goes on, and the run says so."""
+"""Events of FMI 3.0 FMUs: steps end there, or the run reports that they did not."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Coupled systems that grow without bound: what is named, since when, and what is not called so."""
+"""Coupled systems that grow without bound: the reported output and time, and no false reports."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""FMUs that lose their outputs when inputs are set: read before that, they give what others give.
+"""FMUs that lose their outputs when inputs are set: read earlier, they equal those of others.
 
 Such an FMU shows zeros from the moment when anything is set until it has made its next step. Tools
 that read outputs straight after each step, as FMPy does, never see them.

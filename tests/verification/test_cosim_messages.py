@@ -1,4 +1,4 @@
-"""Messages of FMUs in a run reach the person: at once, in the summary, the outcome and the file."""
+"""Messages of FMUs in a run: shown at once, in the summary, the outcome and the file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""FMUs of FMI 1.0, 2.0 and 3.0 in one system: the same as if all were of FMI 2.0."""
+"""FMUs of FMI 1.0, 2.0 and 3.0 in one system: the same results as with FMI 2.0 alone."""
 
 from __future__ import annotations
 

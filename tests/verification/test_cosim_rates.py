@@ -1,4 +1,4 @@
-"""Components that step more often or more rarely than their system: order, error, exact samples.
+"""Components with more or fewer steps than their system: order, error, exact samples.
 
 Two-mass oscillator as in `test_cosim_order`, one of the two stepped by H/n. The order follows from
 what acts on it (`m4e_fmi/cosim/stepping/input_interpolation.py`): held values with the first moment

@@ -1,4 +1,4 @@
-"""FMUs that keep something in static variables, though they do not say that they are but one."""
+"""FMUs with undeclared static variables."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A controller in Python, a step at a time; states to which a run returns bit for bit."""
+"""A controller in Python, one step at a time; saved states restored bit for bit."""
 
 from __future__ import annotations
 

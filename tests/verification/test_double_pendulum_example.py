@@ -1,4 +1,4 @@
-"""The paper's double pendulum (section 5.1): one trajectory, whichever way it is made."""
+"""The paper's double pendulum (section 5.1): one trajectory from every way to compute it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What runs against what is read: recursion and closed form solve the paper's Eq. (5)."""
+"""Programs against printed equations: recursion and closed form solve the paper's Eq. (5)."""
 
 from __future__ import annotations
 

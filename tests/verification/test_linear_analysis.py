@@ -1,4 +1,4 @@
-"""Linear analysis against textbooks and matrices that are written down by hand."""
+"""Linear analysis against textbooks and matrices derived by hand."""
 
 from __future__ import annotations
 

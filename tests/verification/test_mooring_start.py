@@ -1,4 +1,4 @@
-"""Where lines start, against their static equilibrium by another formulation.
+"""Start positions of lines against their static equilibrium by another formulation.
 
 Both have the same number of segments: what is judged is the start, not the division of the line
 (test_mooring_catenary.py judges that).
