@@ -1,7 +1,7 @@
-"""What the user says: bodies, joints, points, loads and parameters of a planar multibody system.
+"""A planar multibody system as its author gives it: bodies, joints, points, loads, parameters.
 
 The same elements from Python (`Model(...)`), from files (`load_model`) and from the lists of the
-paper (`model_from_lists`). Imports `document`, `errors`, `units` and `program`. Start with
+paper (`model_from_lists`). Imports `files`, `units`, `program` and `joints`. Start with
 `elements` and `loads`, then `checks`.
 """
 

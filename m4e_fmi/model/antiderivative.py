@@ -48,6 +48,8 @@ def antiderivative(law: Expression, variable: str) -> Maybe:
             return _map(antiderivative(b, variable), lambda B: _times(a, B))
         case "div", (a, b) if variable not in b.names():
             return _map(antiderivative(a, variable), lambda A: _over(A, b))
+        case _:
+            pass
     if law.kind == "mul" and _sums(law) <= MOST_SUMS:
         for factor, other in (law.arguments, law.arguments[::-1]):
             if factor.kind in ("add", "sub"):

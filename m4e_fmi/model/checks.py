@@ -1,4 +1,4 @@
-"""What can be wrong with a model beyond the form of its file; all of it is found at once."""
+"""Checks of a model beyond the form of its file; all problems are found at once."""
 
 from __future__ import annotations
 
@@ -41,6 +41,7 @@ from m4e_fmi.program.program import TIME as PROGRAM_TIME
 from m4e_fmi.units import near_unit, parse_unit
 
 if TYPE_CHECKING:
+    from m4e_fmi.model.findings import Elements
     from m4e_fmi.model.model import Model
 
 SMALLEST, LARGEST = 1e-100, 1e100
@@ -68,8 +69,8 @@ def findings(model: Model) -> list[Finding]:
     return list(element_findings(model, Names.of(model))) or list(whole_findings(model))
 
 
-def whole_findings(model: Any) -> Iterator[Finding]:
-    """What is wrong with the tree and with the numbers, given that every element is right."""
+def whole_findings(model: Elements) -> Iterator[Finding]:
+    """Problems of the tree and of the numbers, given that every element is right."""
     yield from _tree_findings(model)
     quantities = list(_all_quantities(model))
     yield from _value_findings(model, quantities)
@@ -77,9 +78,9 @@ def whole_findings(model: Any) -> Iterator[Finding]:
 
 
 def further_findings(
-    model: Any, found: Collection[Finding], *, complete: bool
+    model: Elements, found: Collection[Finding], *, complete: bool
 ) -> Iterator[Finding]:
-    """What is wrong with the tree and the numbers, and does not follow from what is `found`.
+    """Problems of the tree and the numbers that do not follow from those `found` already.
 
     `model` is a namespace of the groups of a Model. The tree is looked at if all bodies and joints
     are there (`complete`) and their names are right. Numbers that are wrong, and those made from
@@ -102,8 +103,8 @@ def further_findings(
     yield from dimension_findings(model, iter(quantities))
 
 
-def element_findings(model: Any, names: Names) -> Iterator[Finding]:
-    """What is wrong with single elements: names, references, expressions.
+def element_findings(model: Elements, names: Names) -> Iterator[Finding]:
+    """Problems of single elements: names, references, expressions.
 
     `model` needs the groups of a Model only; some of its elements may be missing.
     """
@@ -149,7 +150,7 @@ def _table_findings(at: Location, table: Table) -> Iterator[Finding]:
         yield Finding(at, str(error), error.remedy)
 
 
-def _name_findings(model: Any) -> Iterator[Finding]:
+def _name_findings(model: Elements) -> Iterator[Finding]:
     for group in ("parameters", "tables", "bodies", "joints", "points", "loads"):
         for name in getattr(model, group):
             if not NAME.fullmatch(name):
@@ -169,7 +170,7 @@ def _name_findings(model: Any) -> Iterator[Finding]:
             yield Finding(("tables", name), message, "rename one of the two")
 
 
-def _neutral_names(model: Any) -> Iterator[str]:
+def _neutral_names(model: Elements) -> Iterator[str]:
     """Names that have a meaning where bodies have ``mass: neutral``."""
     for name, body in model.bodies.items():
         if body.is_neutral:
@@ -228,7 +229,7 @@ def _joint_type_findings(at: Location, joint: Joint) -> Iterator[Finding]:
         yield Finding((*at, "coordinate"), message, "leave it out")
 
 
-def _tree_findings(model: Any) -> Iterator[Finding]:
+def _tree_findings(model: Elements) -> Iterator[Finding]:
     """Each body must hang on the ground through exactly one chain of joints."""
     parents: dict[str, str] = {}
     for name, joint in model.joints.items():
@@ -253,7 +254,7 @@ def _tree_findings(model: Any) -> Iterator[Finding]:
         yield Finding(("bodies",), "a model needs at least one body", "add one under 'bodies'")
 
 
-def _reached(model: Any) -> set[str]:
+def _reached(model: Elements) -> set[str]:
     """The ground, and all that hangs on it through joints."""
     children: dict[str, list[str]] = {}
     for joint in model.joints.values():
@@ -267,8 +268,10 @@ def _reached(model: Any) -> set[str]:
     return reached
 
 
-def _value_findings(model: Any, quantities: Iterable[tuple[Location, Any]]) -> Iterator[Finding]:
-    """What the start values of the parameters do not allow the `quantities` of the model."""
+def _value_findings(
+    model: Elements, quantities: Iterable[tuple[Location, Any]]
+) -> Iterator[Finding]:
+    """Values of `quantities` at the start that are not allowed."""
     values = parameter_values(model.parameters)
     computed: dict[Location, float] = {}
     for at, quantity in quantities:
@@ -315,7 +318,7 @@ def _constant_findings(at: Location, expression: Expression) -> Iterator[Finding
 
 
 def doubts(model: Model) -> Iterator[Finding]:
-    """What is allowed in a model, and seldom meant: negative stiffness and damping of loads."""
+    """Values that are allowed and seldom meant: negative stiffness and damping of loads."""
     values = parameter_values(model.parameters)
     for at, quantity in _all_quantities(model):
         expression = as_expression(quantity)
@@ -343,7 +346,7 @@ def without_value(parameter: str) -> tuple[str, str]:
     return message, f"give a start value (--start-value {parameter} '120 t'), or run the system"
 
 
-def bounded_parameters(model: Any) -> frozenset[str]:
+def bounded_parameters(model: Elements) -> frozenset[str]:
     """Parameters that are, by themselves, a quantity that must be positive or not negative."""
     return frozenset(
         expression.arguments[0]
@@ -354,7 +357,7 @@ def bounded_parameters(model: Any) -> frozenset[str]:
     )
 
 
-def _all_quantities(model: Any) -> Iterator[tuple[Location, Any]]:
+def _all_quantities(model: Elements) -> Iterator[tuple[Location, Any]]:
     """Every number or expression of the model, and where it stands."""
     yield ("gravity",), model.gravity
     for group in ("bodies", "joints", "points", "loads"):
@@ -376,6 +379,6 @@ def _bounded(element: Any) -> tuple[str, ...]:
     return (*getattr(element, "positive", ()), *getattr(element, "not_negative", ()))
 
 
-def _element(model: Any, at: Location) -> Any:
+def _element(model: Elements, at: Location) -> Any:
     """The element to which the quantity at `at` belongs; None for gravity."""
     return getattr(model, str(at[0]))[at[1]] if len(at) > 1 else None

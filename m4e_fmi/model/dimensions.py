@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from m4e_fmi.files.document import Location
 from m4e_fmi.joints import JOINT_TYPES
@@ -17,6 +17,9 @@ from m4e_fmi.model.expression import CONSTANTS, Expression
 from m4e_fmi.model.findings import Finding
 from m4e_fmi.model.quantity import as_expression
 from m4e_fmi.units import BASE_UNITS, parse_unit
+
+if TYPE_CHECKING:
+    from m4e_fmi.model.findings import Elements
 
 Dimension = tuple[Fraction, ...]
 """Exponents of the base units but rad."""
@@ -73,7 +76,8 @@ def dimension(e: Expression, known: Mapping[str, Maybe]) -> Maybe:
             return None if parts[0] is None else tuple(x / 2 for x in parts[0])
         case "sign":
             return None
-    return parts[0]  # neg, abs
+        case _:  # neg, abs
+            return parts[0]
 
 
 def _sum(a: Dimension, b: Dimension, sign: int) -> Dimension:
@@ -102,7 +106,9 @@ def told(of: Maybe) -> str:
     return ".".join(base if x == 1 else f"{base}{x}" for base, x in pairs) or "1"
 
 
-def dimension_findings(model: Any, quantities: Iterator[tuple[Location, Any]]) -> Iterator[Finding]:
+def dimension_findings(
+    model: Elements, quantities: Iterator[tuple[Location, Any]]
+) -> Iterator[Finding]:
     """Findings on `quantities` of a model with a dimension that their place does not take."""
     units = {name: p.unit for name, p in (*model.parameters.items(), *model.tables.items())}
     known = {name: of for name, unit in units.items() if (of := dimension_of(unit)) is not None}
@@ -136,7 +142,7 @@ def _remedy(
     return f"write an expression that is in {unit}"
 
 
-def expected_unit(model: Any, at: Location) -> str:
+def expected_unit(model: Elements, at: Location) -> str:
     """The unit of the quantity at a place of a model; "" where any will do."""
     if at == ("gravity",):
         return "m/s2"

@@ -1,4 +1,4 @@
-"""What moves in a model. Frozen; every quantity is a number or an expression in parameters.
+"""Parameters, bodies, joints and points. Frozen; a quantity is a number or an expression.
 
 In Python an expression may also be one of SymPy.
 

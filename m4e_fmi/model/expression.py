@@ -15,6 +15,7 @@ from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any
 
 from m4e_fmi import program as functions
+from m4e_fmi.space import Number
 
 if TYPE_CHECKING:
     pass
@@ -70,11 +71,11 @@ class UnknownFunctionError(ExpressionError):
         super().__init__(message, column)
 
 
-class Values(dict[str, Any]):
+class Values(dict[str, Number]):
     """Scalars by name, and how a constant becomes a scalar of the same kind."""
 
     def __init__(
-        self, values: Mapping[str, Any], *, number: Callable[[float], Any] = float
+        self, values: Mapping[str, Number], *, number: Callable[[float], Number] = float
     ) -> None:
         super().__init__(values)
         self.number = number
@@ -104,7 +105,7 @@ class Expression:
             if isinstance(argument, Expression):
                 yield from argument.constants()
 
-    def evaluate(self, values: Values) -> Any:
+    def evaluate(self, values: Values) -> Number:
         """The value over whatever scalars `values` holds; KeyError for a name it lacks."""
         if self.kind == "number":
             return values.number(self.arguments[0])
@@ -143,7 +144,7 @@ class Expression:
         return f"Expression({self})"
 
 
-def _power(base: Any, exponent: Any) -> Any:
+def _power(base: Number, exponent: Number) -> Number:
     """base ** exponent; of floats, the real power or ValueError, never a complex number."""
     if isinstance(base, int | float) and isinstance(exponent, int | float):
         return math.pow(base, exponent)

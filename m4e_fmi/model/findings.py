@@ -1,4 +1,4 @@
-"""What a check finds, and the checks that elements share: expressions, vectors, references."""
+"""Findings of checks, and the checks that elements share: expressions, vectors, references."""
 
 from __future__ import annotations
 
@@ -21,7 +21,12 @@ from m4e_fmi.model.quantity import as_expression
 from m4e_fmi.units import parse_quantity
 
 if TYPE_CHECKING:
+    from types import SimpleNamespace
+
     from m4e_fmi.model.model import Model
+
+    Elements = Model | SimpleNamespace
+    """A model, or the groups of one that cannot be made, because some elements are wrong."""
 
 TIME = "t"
 SINGULAR = {"bodies": "body", "points": "point", "joints": "joint"}
@@ -38,7 +43,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class Names:
-    """What has been declared. A name can be declared although its element is not usable."""
+    """Names that are declared. One can be declared although its element is not usable."""
 
     bodies: frozenset[str]
     points: frozenset[str]
@@ -73,7 +78,7 @@ class Known:
     motion: Callable[[str], Complaint | None] | None = None
 
     def complaint(self, name: str) -> Complaint | None:
-        """What is wrong with `name`; None if it is known."""
+        """Complaint about `name`; None if it is known."""
         if name in self.names:
             return None
         if name.lower() == NEUTRAL:
@@ -109,6 +114,7 @@ PLANAR_VECTOR = "models are planar: write [x, z]"
 
 
 def vectors(at: Location, value: Any, known: Known) -> Iterator[Finding]:
+    """Problems of a pair (x, z) of numbers or expressions."""
     is_pair = isinstance(value, tuple | list) and len(value) == 2
     if not is_pair and getattr(value, "shape", None) != (2,):  # of NumPy's arrays
         yield Finding(at, f"expected two entries, got {value!r}", PLANAR_VECTOR)
@@ -118,6 +124,7 @@ def vectors(at: Location, value: Any, known: Known) -> Iterator[Finding]:
 
 
 def expressions(at: Location, value: Any, known: Known) -> Iterator[Finding]:
+    """Problems of a number or an expression."""
     try:
         expression = as_expression(value)
     except ExpressionError as error:
@@ -152,6 +159,7 @@ def _instead(value: Any, error: ExpressionError, known: Known) -> str:
 
 
 def reference(at: Location, name: str, known: Iterable[str], noun: str) -> Iterator[Finding]:
+    """A finding if `name` is not one of the `known` bodies, points or joints (`noun`)."""
     if name in ("world", "earth", "origin", "inertial") and GROUND in known and name not in known:
         yield Finding(at, f"unknown {SINGULAR[noun]} {name!r}", f"did you mean {GROUND!r}?")
     elif name not in known:

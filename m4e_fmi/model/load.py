@@ -31,9 +31,11 @@ def load_model(path: str | Path) -> Model:
 
 def as_model(given: Model | str | Path) -> Model:
     """The Model itself, or the one in the file at a path; InputError for anything else."""
-    if isinstance(given, Model):
-        return given
-    if isinstance(given, str | Path):
-        return load_model(given)
-    kind = type(given).__name__
-    raise InputError.single(f"expected a Model, or the path of a model file; got {kind}")
+    match given:
+        case Model():
+            return given
+        case str() | Path():
+            return load_model(given)
+        case _:
+            kind = type(given).__name__
+            raise InputError.single(f"expected a Model, or the path of a model file; got {kind}")

@@ -1,9 +1,9 @@
-"""What can be wrong with single loads."""
+"""Checks of single loads."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, get_args
+from typing import TYPE_CHECKING, Any, get_args
 
 from m4e_fmi.errors import suggestion
 from m4e_fmi.files.document import Location
@@ -21,6 +21,9 @@ from m4e_fmi.model.findings import (
 )
 from m4e_fmi.model.loads import Axes
 
+if TYPE_CHECKING:
+    from m4e_fmi.model.findings import Elements
+
 MOTION = {
     "body": ("x", "z", "theta", "vx", "vz", "omega"),
     "point": ("x", "z", "vx", "vz"),
@@ -37,7 +40,7 @@ def _has_effort(joint: Joint) -> bool:
 class LoadChecks:
     """The checks of one model's loads; `model` needs its joints and loads only."""
 
-    def __init__(self, model: Any, names: Names) -> None:
+    def __init__(self, model: Elements, names: Names) -> None:
         self.model = model
         self.names = names
         plain = names.parameters | names.tables | {TIME}
@@ -52,7 +55,7 @@ class LoadChecks:
             yield from self._law(at, load)
 
     def _motion_complaint(self, name: str) -> Complaint | None:
-        """What is wrong with a name like ``joint.hinge.q``."""
+        """Complaint about a name like ``joint.hinge.q``; None if it is right."""
         kind, _, rest = name.partition(".")
         element, _, variable = rest.rpartition(".")
         if kind == "load":

@@ -58,7 +58,7 @@ class Model:
 
     @property
     def warnings(self) -> tuple[Problem, ...]:
-        """What is allowed and seldom meant, as negative damping."""
+        """Findings on values that are allowed and seldom meant, such as negative damping."""
         return self._warnings
 
     @property

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import reduce
-from typing import Any, TypeGuard
+from typing import TypeGuard
 
 import sympy
 
@@ -50,8 +50,8 @@ def _plus(total: Expression, term: Expression) -> Expression:
 
 def _product(node: sympy.Mul) -> Expression:
     """Numerator over denominator, which SymPy keeps as factors with a negative power."""
-    above: list[Any] = []
-    below: list[Any] = []
+    above: list[sympy.Expr] = []
+    below: list[sympy.Expr] = []
     for factor in node.args:
         power = factor.exp if isinstance(factor, sympy.Pow) else sympy.Integer(1)
         negative = power.is_Number and power.is_negative
@@ -65,7 +65,7 @@ def _product(node: sympy.Mul) -> Expression:
     return Expression("neg", (result,)) if negated else result
 
 
-def _times(factors: list[Any]) -> Expression:
+def _times(factors: list[sympy.Expr]) -> Expression:
     if not factors:
         return Expression("number", (1.0,))
     return reduce(lambda a, b: Expression("mul", (a, b)), map(from_sympy, factors))

@@ -1,4 +1,4 @@
-"""Tables: something known at certain times, and linear in between."""
+"""Tables: values at certain times, linear in between."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from numbers import Real
-from typing import Any
 
 from m4e_fmi.program import maximum, minimum
 from m4e_fmi.shown import short
+from m4e_fmi.space import Number
 from m4e_fmi.units import parse_unit
 
 MOST_ROWS = 10_000
 
 
 class TableError(ValueError):
-    """What is wrong with a table, and what to do."""
+    """A fault of a table, and its remedy."""
 
     def __init__(self, message: str, remedy: str = "") -> None:
         self.remedy = remedy
@@ -37,7 +37,7 @@ class Table:
     unit: str = "1"
     description: str = ""
 
-    def at(self, time: Any) -> Any:
+    def at(self, time: Number) -> Number:
         """The value at `time` over any scalar that knows min and max.
 
         It is a sum over the intervals: slope times the part of the interval that has passed. Five
@@ -45,7 +45,7 @@ class Table:
         """
         factor = parse_unit(self.unit).factor
         values = [factor * value for value in self.values]
-        total: Any = values[0]
+        total: Number = values[0]
         for k in range(1, len(values)):
             start, end = self.times[k - 1], self.times[k]
             rise = values[k] - values[k - 1]

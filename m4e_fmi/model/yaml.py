@@ -38,7 +38,7 @@ from m4e_fmi.model.model import STANDARD_GRAVITY, Model
 from m4e_fmi.model.table import Table
 
 
-def _number_or_text(value: Any) -> float | str:
+def _number_or_text(value: object) -> float | str:
     if isinstance(value, bool) or not isinstance(value, int | float | str):
         got = "nothing" if value is None else repr(value)
         remedy = "models are planar: give one number" if isinstance(value, list) else ""
@@ -48,8 +48,8 @@ def _number_or_text(value: Any) -> float | str:
     return value
 
 
-def _planar(value: Any, info: ValidationInfo) -> Any:
-    """A vector as it is; what is none is rejected with a remedy."""
+def _planar(value: object, info: ValidationInfo) -> object:
+    """A vector as it is; anything else is rejected with a remedy."""
     if not isinstance(value, list | tuple):
         raise rejected(f"{info.field_name}: expected [x, z], got {value!r}", PLANAR_VECTOR)
     if len(value) != 2:
@@ -58,7 +58,7 @@ def _planar(value: Any, info: ValidationInfo) -> Any:
     return value
 
 
-def _joint_type(value: Any) -> str:
+def _joint_type(value: object) -> str:
     """The name of a type of joint as it is; any other is rejected with a remedy."""
     if isinstance(value, str) and value in JOINT_TYPES:
         return value
@@ -67,16 +67,16 @@ def _joint_type(value: Any) -> str:
     raise PydanticKnownError("literal_error", {"expected": ", ".join(JOINT_TYPES)})
 
 
-def _unit(value: Any) -> Any:
+def _unit(value: object) -> str:
     """A unit as it is; the number 1 is the text."""
     if isinstance(value, str):
         return value
-    if value == 1 and not isinstance(value, bool):
+    if not isinstance(value, bool) and value == 1:
         return "1"
     raise rejected(f"unit: expected a unit, got {value!r}", "write one like N/m, or 1 for none")
 
 
-def _number_text_or_nothing(value: Any) -> float | str | None:
+def _number_text_or_nothing(value: object) -> float | str | None:
     return None if value is None else _number_or_text(value)
 
 
@@ -244,7 +244,7 @@ def _tables(section: ModelSection, folder: Path) -> tuple[dict[str, Table], list
 
 
 def _file_finding(at: Location, problem: Problem) -> Finding:
-    """What is wrong with the file of the table at `at`."""
+    """The finding on a problem of the file of the table at `at`."""
     place = "columns" if "column '" in problem.message else "file"
     line = f", line {problem.line}" if problem.line else ""
     message = f"{Path(problem.file).name}{line}: {problem.message}"

@@ -1,8 +1,8 @@
-"""What follows from a model: topology, B and Ḃ, loads, energies, the equations of motion.
+"""Equations of motion of a model: topology, B and Ḃ, loads, energies, the equations of motion.
 
 One source runs over SymPy symbols (`Equations`, to read) and over a tape (`model_program`, to run):
 `assembly` sets a model in motion, `recursion` or `closed_form` gives the accelerations,
-`sensitivity` how they change. Only `planar` knows that the world has two dimensions. Imports
+`sensitivity` their derivatives. Joints and vectors are those of `joints` and `space`. Imports
 `model` and `program`. Start with `topology`, then `kinematics`, then `assembly`.
 """
 

@@ -72,12 +72,13 @@ def mass_matrix(assembly: Assembly) -> Rows:
     for k in range(len(tree.links)):
         for j, momentum, turning in _momenta(assembly, composites[k], k):
             own = True
-            i, P, L = k, momentum, turning
+            i, P, spin = k, momentum, turning
             while i >= 0:
-                for coordinate, entry in _seen(assembly, i, P, L):
+                for coordinate, entry in _seen(assembly, i, P, spin):
                     if not (own and coordinate > j) and not _is_zero(entry):
                         rows[j][coordinate] = rows[coordinate][j] = entry
-                L = (L if tree.links[i].is_relative else 0) + moment(assembly.frames[i].reach, P)
+                spin = spin if tree.links[i].is_relative else 0
+                spin = spin + moment(assembly.frames[i].reach, P)
                 i, own = tree.links[i].parent, False
     if assembly.added_mass:
         _add_water(assembly, rows)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -15,14 +14,14 @@ from m4e_fmi.multibody.model_program.declaration import state_names
 from m4e_fmi.multibody.topology import Link, Topology, topology
 
 LARGEST = 1e150
-"""Of any number: what follows from it is squared, which ends at 1e308."""
+"""Largest size of a number that can still be squared: floats end at 1e308."""
 
 SINGULAR = 1e-14
 """Smallest over largest eigenvalue of a scaled mass matrix that rounding cannot have made."""
 
 
 def diagnosis(model: Model, values: Mapping[str, float], time: float) -> str:
-    """What is wrong with a model at `time` [s] and `values`; "" if nothing is seen.
+    """The fault of a model at `time` [s] and `values` in words; "" if none is found.
 
     `values` has the parameters, the inputs that act, and the states, by their names in the program.
     """
@@ -51,15 +50,15 @@ def diagnosis(model: Model, values: Mapping[str, float], time: float) -> str:
 
 
 def _scalars(model: Model, tree: Topology, values: Mapping[str, float], time: float) -> Scalars:
-    """Numbers to assemble with; what `values` does not have is zero."""
+    """Numbers to assemble with; variables that `values` does not have are zero."""
     q, u = ([0.0] * len(tree.coordinate_names) for _ in range(2))
     for link in tree.links:
         for (position, velocity), k in zip(state_names(link), link.coordinates, strict=True):
             q[k], u[k] = values.get(position, 0.0), values.get(velocity, 0.0)
     wet = range(1, 3 * len(links_with_added_mass(model, tree)) + 1)
 
-    def numbers(owner: str, *names: str) -> Any:
-        return tuple(values.get(f"{owner}.{name}", 0.0) for name in names)
+    def number(owner: str, name: str) -> float:
+        return values.get(f"{owner}.{name}", 0.0)
 
     return Scalars(
         q,
@@ -67,11 +66,15 @@ def _scalars(model: Model, tree: Topology, values: Mapping[str, float], time: fl
         time,
         {name: values.get(name, 0.0) for name in (*model.parameters, *model.lacking)},
         body_wrench={
-            link.body: numbers(f"body.{link.body}", "force_x", "force_z", "moment_y")
+            link.body: (
+                number(f"body.{link.body}", "force_x"),
+                number(f"body.{link.body}", "force_z"),
+                number(f"body.{link.body}", "moment_y"),
+            )
             for link in tree.links
         },
         point_force={
-            name: numbers(f"point.{name}", "force_x", "force_z")
+            name: (number(f"point.{name}", "force_x"), number(f"point.{name}", "force_z"))
             for name, point in model.points.items()
             if point.body != GROUND
         },

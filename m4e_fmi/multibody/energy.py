@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from m4e_fmi.multibody.assembly import Assembly
-from m4e_fmi.space import dot
+from m4e_fmi.space import Number, dot
 
 
-def kinetic_energy(assembly: Assembly) -> Any:
+def kinetic_energy(assembly: Assembly) -> Number:
     """½ vᵀ(𝓜 + A)v [J]."""
-    total: Any = 0
+    total: Number = 0
     for (mass, inertia), frame in zip(assembly.masses, assembly.frames, strict=True):
         total = total + mass * dot(frame.velocity, frame.velocity)
         total = total + inertia * (frame.omega * frame.omega)
@@ -21,13 +19,13 @@ def kinetic_energy(assembly: Assembly) -> Any:
     return total / 2
 
 
-def potential_energy(assembly: Assembly) -> Any:
+def potential_energy(assembly: Assembly) -> Number:
     """Potential energy [J] of gravity on the dry masses (zero at Z = 0) and of the springs.
 
     A spring counts if its quantities depend on parameters only, and a law if its integral is known:
     see `loads`.
     """
-    total: Any = 0
+    total: Number = 0
     for (mass, _), frame in zip(assembly.masses, assembly.frames, strict=True):
         total = total + mass * assembly.gravity * frame.position[1]
     for load in assembly.loads.values():
@@ -35,9 +33,9 @@ def potential_energy(assembly: Assembly) -> Any:
     return total
 
 
-def input_power(assembly: Assembly) -> Any:
+def input_power(assembly: Assembly) -> Number:
     """Power [W] of what acts from outside; the integer 0 if nothing does."""
-    total: Any = 0
+    total: Number = 0
     outside = assembly.scalars
     for body, (x, z, torque) in outside.body_wrench.items():
         frame = assembly.frame(body)
@@ -50,7 +48,7 @@ def input_power(assembly: Assembly) -> Any:
     return total
 
 
-def load_powers(assembly: Assembly) -> dict[str, Any]:
+def load_powers(assembly: Assembly) -> dict[str, Number]:
     """Power [W] by which each load changes the sum of kinetic and potential energy, by its name.
 
     A load that has a potential and nothing else is left out. Together with the power of what acts

@@ -1,4 +1,4 @@
-"""What loads do: forces, moments, efforts, their power and their potential, over any scalar.
+"""Forces, moments and efforts of loads, their power and their potential, over any scalar.
 
 A load between two bodies resists the growth of a distance, of a twist or of a joint's displacement:
 where it acts decides which, its kind how strongly. A part of the resistance may have a potential;
@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 from m4e_fmi.model import (
     BodyDrag,
@@ -32,7 +31,12 @@ from m4e_fmi.model.expression import Expression
 from m4e_fmi.model.loads import Load
 from m4e_fmi.multibody.motion import Motion
 from m4e_fmi.program import maximum, minimum, tanh
-from m4e_fmi.space import Vector, added, dot, norm, scaled, subtracted
+from m4e_fmi.space import Number, Vector, added, dot, norm, scaled, subtracted
+
+_BetweenPoints = TensionSpring | TensionDamper | TensionStop | Bushing
+_Elastic = TensionSpring | TorsionSpring | TensionStop | JointStop | Bushing
+_Spring = TensionSpring | TorsionSpring
+_Damper = TensionDamper | TorsionDamper
 
 
 @dataclass(frozen=True)
@@ -45,9 +49,9 @@ class Action:
     force: Vector = (0, 0)
     point: str = ""
     body: str = ""
-    moment: Any = 0
+    moment: Number = 0
     joint: str = ""
-    effort: Any = 0
+    effort: Number = 0
 
 
 @dataclass(frozen=True)
@@ -61,9 +65,9 @@ class Acting:
     """
 
     actions: list[Action]
-    power: Any = 0
-    potential: Any = 0
-    measures: Mapping[str, Any] = field(default_factory=dict)
+    power: Number = 0
+    potential: Number = 0
+    measures: Mapping[str, Number] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -73,14 +77,14 @@ class _Resistance:
     `measures` are those of `Acting` that only this kind of load has.
     """
 
-    total: Any
-    lost: Any
-    potential: Any = 0
-    measures: Mapping[str, Any] = field(default_factory=dict)
+    total: Number
+    lost: Number
+    potential: Number = 0
+    measures: Mapping[str, Number] = field(default_factory=dict)
 
 
 def acting(load: Load, motion: Motion) -> Acting:
-    """What `load` does in a state."""
+    """Effect of `load` in a state."""
     if isinstance(load, BodyForce | PointForce | BodyDrag | PointDrag):
         return _applied(load, motion)
     if isinstance(load, TorsionSpring | TorsionDamper):
@@ -97,7 +101,7 @@ def _applied(load: BodyForce | PointForce | BodyDrag | PointDrag, motion: Motion
     body = load.body if at_body else state.model.points[load.point].body
     frame = state.frame(body)
     velocity = frame.velocity if at_body else state.points[load.point].velocity
-    torque: Any = 0
+    torque: Number = 0
     if isinstance(load, BodyDrag | PointDrag):
         wind = subtracted(velocity, _pair(load, "flow", motion))
         force = scaled(-_value(load, "coefficient", motion) * norm(wind), wind)
@@ -118,9 +122,7 @@ def _applied(load: BodyForce | PointForce | BodyDrag | PointDrag, motion: Motion
     return Acting([Action(force, body=body, moment=torque)], power, measures=measures)
 
 
-def _between_points(
-    load: TensionSpring | TensionDamper | TensionStop | Bushing, motion: Motion
-) -> Acting:
+def _between_points(load: _BetweenPoints, motion: Motion) -> Acting:
     """A tension along the line between two points, or what needs no line.
 
     Where the points coincide a tension has no direction, and is no force.
@@ -160,7 +162,7 @@ def _held_together(
     return Acting(_opposite(load, force), power, potential, measures)
 
 
-def _opposite(load: Any, force: Vector) -> list[Action]:
+def _opposite(load: _BetweenPoints, force: Vector) -> list[Action]:
     """`force` on the first point of a load, the opposite on the second."""
     first, second = load.points
     return [Action(force, point=first), Action(scaled(-1, force), point=second)]
@@ -185,19 +187,21 @@ def _in_joint(load: JointEffort | JointFriction | JointStop, motion: Motion) -> 
 
 
 def _resisting(
-    found: _Resistance, rate: Any, actions: list[Action], measures: Mapping[str, Any]
+    found: _Resistance, rate: Number, actions: list[Action], measures: Mapping[str, Number]
 ) -> Acting:
     lossless = isinstance(found.lost, int)
     power = 0 if lossless else -(found.lost * rate)
     return Acting(actions, power, found.potential, {**measures, **found.measures})
 
 
-def _resistance(load: Any, motion: Motion, s: Any, rate: Any) -> _Resistance:
-    """What `load` does against the growth of `s`."""
+def _resistance(load: Load, motion: Motion, s: Number, rate: Number) -> _Resistance:
+    """Resistance of `load` to the growth of `s`."""
     return _RESISTANCES[type(load)](load, motion, s, rate)
 
 
-def _spring(load: TensionSpring | TorsionSpring, motion: Motion, s: Any, rate: Any) -> _Resistance:
+def _spring(
+    load: TensionSpring | TorsionSpring, motion: Motion, s: Number, rate: Number
+) -> _Resistance:
     rest, name = ("length", "extension") if isinstance(load, TensionSpring) else ("angle", "twist")
     extension = s - _value(load, rest, motion)
     measures = {name: extension}
@@ -212,8 +216,8 @@ def _spring(load: TensionSpring | TorsionSpring, motion: Motion, s: Any, rate: A
 
 
 def _by_law(
-    load: TensionSpring | TorsionSpring, motion: Motion, e: Any, rate: Any
-) -> tuple[Any, Any]:
+    load: TensionSpring | TorsionSpring, motion: Motion, e: Number, rate: Number
+) -> tuple[Number, Number]:
     """Tension or moment, and its potential energy; None if none is known."""
     law, (variable, speed) = quantity(load, "law"), load.law_variables
     values = motion.with_(**{variable: e, speed: rate})
@@ -223,7 +227,9 @@ def _by_law(
     return law.evaluate(values), None if energy is None else energy.evaluate(values)
 
 
-def _damper(load: TensionDamper | TorsionDamper, motion: Motion, s: Any, rate: Any) -> _Resistance:
+def _damper(
+    load: TensionDamper | TorsionDamper, motion: Motion, s: Number, rate: Number
+) -> _Resistance:
     del s
     if load.law is None:
         force = _value(load, "damping", motion) * rate
@@ -233,7 +239,7 @@ def _damper(load: TensionDamper | TorsionDamper, motion: Motion, s: Any, rate: A
     return _Resistance(force, force)
 
 
-def _stop(load: TensionStop | JointStop, motion: Motion, s: Any, rate: Any) -> _Resistance:
+def _stop(load: TensionStop | JointStop, motion: Motion, s: Number, rate: Number) -> _Resistance:
     """Nothing between the limits; beyond, stiffness and a damping that it bounds."""
     stiffness, damping = (_value(load, name, motion) for name in ("stiffness", "damping"))
     total, lost, energy, gap = 0, 0, 0, None
@@ -259,19 +265,19 @@ def _stop(load: TensionStop | JointStop, motion: Motion, s: Any, rate: Any) -> _
 NOTHING = Expression("number", (0.0,))
 
 
-def _friction(load: JointFriction, motion: Motion, s: Any, rate: Any) -> _Resistance:
+def _friction(load: JointFriction, motion: Motion, s: Number, rate: Number) -> _Resistance:
     del s
     force = _value(load, "effort", motion) * tanh(rate / _value(load, "velocity", motion))
     return _Resistance(force, force)
 
 
-def _effort(load: JointEffort, motion: Motion, s: Any, rate: Any) -> _Resistance:
+def _effort(load: JointEffort, motion: Motion, s: Number, rate: Number) -> _Resistance:
     del s, rate
     force = -_value(load, "effort", motion)
     return _Resistance(force, force)
 
 
-_RESISTANCES: dict[type, Callable[[Any, Motion, Any, Any], _Resistance]] = {
+_RESISTANCES: dict[type, Callable[..., _Resistance]] = {
     TensionSpring: _spring,
     TorsionSpring: _spring,
     TensionDamper: _damper,
@@ -283,17 +289,17 @@ _RESISTANCES: dict[type, Callable[[Any, Motion, Any, Any], _Resistance]] = {
 }
 
 
-def _value(load: Any, name: str, motion: Motion) -> Any:
+def _value(load: Load, name: str, motion: Motion) -> Number:
     return quantity(load, name).evaluate(motion)
 
 
-def _pair(load: Any, name: str, motion: Motion) -> Vector:
+def _pair(load: Load, name: str, motion: Motion) -> Vector:
     x, z = (part.evaluate(motion) for part in vector(load, name))
     return x, z
 
 
-def _is_constant(load: Any, motion: Motion, *, allowed: str = "") -> bool:
-    """Whether all scalars of the load depend on parameters only (a law also on what is allowed)."""
+def _is_constant(load: _Elastic, motion: Motion, *, allowed: str = "") -> bool:
+    """True if all scalars of the load depend on parameters only, or a law on the allowed name."""
     given = [name for name in load.scalars if getattr(load, name) is not None]
     names = frozenset().union(*(quantity(load, name).names() for name in given))
     return names <= {*motion.state.model.parameters, allowed}

@@ -8,15 +8,14 @@ from __future__ import annotations
 import copy
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from m4e_fmi.joints import GROUND_FRAME, Frame, Place
 from m4e_fmi.model import GROUND, Model, Table
 from m4e_fmi.model.expression import Values
 from m4e_fmi.multibody.topology import Topology
-from m4e_fmi.space import AXES
+from m4e_fmi.space import AXES, Number
 
-Lookup = Callable[[str, Table, Any], Any]
+Lookup = Callable[[str, Table, Number], Number]
 """The value of a table by its name, itself, and the time."""
 
 
@@ -26,15 +25,15 @@ class State:
 
     model: Model
     tree: Topology
-    q: Sequence[Any]
-    u: Sequence[Any]
+    q: Sequence[Number]
+    u: Sequence[Number]
     frames: Sequence[Frame]
     points: Mapping[str, Place]
 
     def frame(self, body: str) -> Frame:
         return GROUND_FRAME if body == GROUND else self.frames[self.tree.index(body)]
 
-    def joint(self, name: str) -> tuple[Any, Any]:
+    def joint(self, name: str) -> tuple[Number, Number]:
         """Angle or displacement of a joint's child against its parent, and its rate."""
         link = self.tree.links[self.tree.index(self.model.joints[name].child)]
         (k,) = link.coordinates
@@ -43,7 +42,7 @@ class State:
         parent = self.frames[link.parent]
         return self.q[k] - parent.angle, self.u[k] - parent.omega
 
-    def variable(self, name: str) -> Any:
+    def variable(self, name: str) -> Number:
         """A variable of the motion: joint.<name>.q, body.<name>.vx, point.<name>.z, …"""
         kind, element, variable = name.split(".")
         if kind == "joint":
@@ -65,7 +64,7 @@ class Motion(Values):
         self.state = state
         self.lookup = lookup
 
-    def __missing__(self, name: str) -> Any:
+    def __missing__(self, name: str) -> Number:
         tables = self.state.model.tables
         if name in tables:
             value = self.lookup(name, tables[name], self["t"])
@@ -74,7 +73,7 @@ class Motion(Values):
         self[name] = value
         return value
 
-    def with_(self, **more: Any) -> Motion:
+    def with_(self, **more: Number) -> Motion:
         """The same with more names."""
         other = copy.copy(self)
         other.update(more)

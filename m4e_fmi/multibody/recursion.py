@@ -78,8 +78,7 @@ def factors(assembly: Assembly) -> Factors:
         outs = [inertia.eliminate(freedom, size) for freedom in frame.freedoms[-1:]]
         for freedom in frame.freedoms[-2::-1]:
             inertia.reduce(outs[-1])
-            size = outs[-1].freedom.left(size)
-            outs.append(inertia.eliminate(freedom, size))
+            outs.append(inertia.eliminate(freedom, len(outs[-1].column)))
         eliminations[k] = outs[::-1]
         if link.parent >= 0:
             for out in outs[-1:]:

@@ -82,10 +82,6 @@ class Freedom(ABC):
         `fixed` is (a_x, a_z, α) of a body fixed to the parent.
         """
 
-    @abstractmethod
-    def left(self, size: int) -> int:
-        """How many of `size` components are left when this freedom is eliminated."""
-
 
 @dataclass(frozen=True)
 class Component(Freedom):
@@ -131,9 +127,6 @@ class Component(Freedom):
 
     def rate(self, value: Number, fixed: Sequence[Number]) -> Number:
         return value - fixed[self.index] if self.relative else value
-
-    def left(self, size: int) -> int:
-        return min(self.index, size)
 
 
 @dataclass(frozen=True)
@@ -192,6 +185,3 @@ class Twist(Freedom):
     def rate(self, value: Number, fixed: Sequence[Number]) -> Number:
         del fixed
         return value
-
-    def left(self, size: int) -> int:
-        return size

@@ -24,7 +24,7 @@ from m4e_fmi.model.chrono.tree import Branch, Edge, branches
 from m4e_fmi.model.elements import GROUND, Body, Joint, Quantity
 
 SMALL = 1e-6
-"""What counts as zero beside 1: of directions, of positions in metres, of rates."""
+"""Size that counts as zero beside 1: of directions, of positions in metres, of rates."""
 TYPES = {"REVOLUTE": REVOLUTE, "PRISMATIC": PRISMATIC, "LOCK": FIXED}
 Joining = JointSection | MotorSection
 
@@ -260,7 +260,7 @@ class Mechanism:
 
 
 def guides(motor: MotorSection) -> bool:
-    """Whether a motor is a joint as well."""
+    """True of a motor that is a joint as well."""
     return (motor.guide if motor.type == "LINEAR" else motor.spindle) != "FREE"
 
 
@@ -281,6 +281,6 @@ def unit(axis: Vector3 | None) -> Vector3:
 
 
 def parallel(a: Sequence[float], b: Sequence[float]) -> bool:
-    """Whether two directions agree but for their sense."""
+    """True if two directions agree but for their sense."""
     cross = (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
     return math.hypot(*cross) <= SMALL * math.hypot(*a) * math.hypot(*b)

@@ -276,7 +276,8 @@ def function_text(function: FunctionSection, *, degrees: bool) -> Quantity | Non
             return f"{function.amplitude or 0.0!r}*sin({angle})"
         case "RAMP":
             return f"{function.intercept!r} + {function.slope!r}*t"
-    return None
+        case "DATA" | "CONTROLLER":
+            return None
 
 
 def times(factor: float, quantity: Quantity) -> Quantity:

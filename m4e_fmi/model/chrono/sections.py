@@ -219,7 +219,7 @@ class ModelSection(Section):
 
 
 class SimulationSection(Section):
-    """What a simulation says about the model; the rest of it belongs to Chrono's solver."""
+    """The part of a simulation that belongs to the model; the rest is for Chrono's solver."""
 
     model_config = ConfigDict(extra="ignore", frozen=True)
 

@@ -54,7 +54,7 @@ def branches(
 def _grow(
     root: str, at: Mapping[str, list[Edge[Joining]]], reached: set[str], used: set[int]
 ) -> Iterator[Branch[Joining]]:
-    """What hangs on `root`, by distance from it; marks bodies and edges."""
+    """Branches from `root`, by distance from it; marks bodies and edges."""
     waiting = [root]
     for parent in waiting:  # grows while it is walked through
         for edge in at.get(parent, ()):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
-from typing import Any
 
 from m4e_fmi.files.document import Location
 from m4e_fmi.model.elements import GROUND, Point
@@ -20,7 +19,7 @@ from m4e_fmi.model.loads import (
 )
 from m4e_fmi.model.m4e.mechanism import Mechanism
 from m4e_fmi.model.m4e.points import PointName, point_name
-from m4e_fmi.model.m4e.values import added, is_number, is_row, is_whole
+from m4e_fmi.model.m4e.values import Data, added, is_number, is_row, is_whole
 from m4e_fmi.model.quantity import as_expression
 
 FORCES = (
@@ -37,10 +36,10 @@ class Forces:
         self.say, self.places = mechanism.say, mechanism.places
 
     @cached_property
-    def _point_rows(self) -> dict[PointName, tuple[Location, list[Any]]]:
+    def _point_rows(self) -> dict[PointName, tuple[Location, list[Data]]]:
         """The declared points: where each stands, and its row [x, z]."""
         groups = self.lists.get("Initial_Points", {})
-        found: dict[PointName, tuple[Location, list[Any]]] = {}
+        found: dict[PointName, tuple[Location, list[Data]]] = {}
         if not isinstance(groups, Mapping):
             self.say(("Initial_Points",), f"expected a dictionary, got {groups!r}")
             return found
@@ -52,7 +51,7 @@ class Forces:
             message = f"expected a dictionary {{body: [[x, z], …]}}, got {bodies!r}"
             self.say(("Initial_Points", "BD"), message)
             bodies = {}
-        lists: list[tuple[int, Location, Any]] = [(0, ("Initial_Points", "GR"), groups.get("GR"))]
+        lists: list[tuple[int, Location, Data]] = [(0, ("Initial_Points", "GR"), groups.get("GR"))]
         for key, rows in bodies.items():
             at = ("Initial_Points", "BD", key)
             number = int(key) if str(key).isdecimal() else 0
@@ -101,7 +100,7 @@ class Forces:
                     yield from self._load(key, k, row, points)
 
     def _load(
-        self, kind: str, k: int, row: Any, points: dict[str, Point]
+        self, kind: str, k: int, row: Data, points: dict[str, Point]
     ) -> Iterator[tuple[str, Load]]:
         """The loads of one row of Force[kind]."""
         name, at = f"{kind}_{k}", ("Force", kind, k)
@@ -132,15 +131,15 @@ class Forces:
             self.places["loads", name, field] = (*at, 1, i) if spring else (*at, 1)
         yield name, made(ends, **dict(zip(fields, values, strict=True)))  # type: ignore[arg-type]
 
-    def _is_law(self, value: Any, variables: Sequence[str]) -> bool:
-        """Whether a coefficient is an expression of the extension or its rate: then it is a law."""
+    def _is_law(self, value: Data, variables: Sequence[str]) -> bool:
+        """True of a coefficient that is an expression of the extension or its rate: a law."""
         try:
             names = as_expression(value).names()
         except ExpressionError:  # reported where the value itself is checked
             return False
         return bool(names.intersection(variables) - set(self.mechanism.symbols))
 
-    def _applied(self, kind: str, name: str, at: Location, row: Any) -> Iterator[tuple[str, Load]]:
+    def _applied(self, kind: str, name: str, at: Location, row: Data) -> Iterator[tuple[str, Load]]:
         """A force given by its components: at a CG, or at a point of a body."""
         form = "[body, Fx, Fz, My]" if kind == "CG" else "[body, point, Fx, Fz, My]"
         width = form.count(",") + 1
@@ -172,8 +171,8 @@ class Forces:
             yield f"{name}_moment", BodyForce(body, moment=moment)
             self.places["loads", f"{name}_moment", "moment"] = (*at, first + 2)
 
-    def _end(self, kind: str, at: Location, end: Any, points: dict[str, Point]) -> str | None:
-        """What an element is fastened to; a CG becomes a point when it is first used."""
+    def _end(self, kind: str, at: Location, end: Data, points: dict[str, Point]) -> str | None:
+        """The point or body that an element acts on; a CG becomes a point when it is first used."""
         if kind.startswith("Torsion"):
             return self._body(at, end, least=0)
         try:
@@ -185,7 +184,7 @@ class Forces:
             points.setdefault(name.name, Point(f"body_{name.body}", (0.0, 0.0)))
         return name.name
 
-    def _body(self, at: Location, number: Any, *, least: int) -> str | None:
+    def _body(self, at: Location, number: Data, *, least: int) -> str | None:
         if is_whole(number) and number == least == 0:
             return GROUND
         if not is_whole(number) or number not in self.children:
@@ -194,8 +193,8 @@ class Forces:
         return f"body_{number}"
 
     def _numbers(
-        self, at: Location, values: Sequence[Any], *, nested: bool, first: int = 0
-    ) -> list[Any] | None:
+        self, at: Location, values: Sequence[Data], *, nested: bool, first: int = 0
+    ) -> list[Data] | None:
         """Values that are numbers or expressions; None, with findings, if one cannot be."""
         right = True
         for k, value in enumerate(values):

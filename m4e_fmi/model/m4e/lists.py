@@ -11,7 +11,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from types import SimpleNamespace
-from typing import Any
 
 from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.files.document import Document, Location
@@ -20,7 +19,7 @@ from m4e_fmi.model.elements import Parameter
 from m4e_fmi.model.findings import Finding, Names
 from m4e_fmi.model.m4e.forces import Forces
 from m4e_fmi.model.m4e.mechanism import ROWS, SYMBOLS, Mechanism
-from m4e_fmi.model.m4e.values import plain
+from m4e_fmi.model.m4e.values import Data, plain
 from m4e_fmi.model.model import Model
 
 KEYS = (
@@ -31,7 +30,7 @@ SETTINGS = ("TimeStep", "tspan", "integrator_kwargs", "animation_on", "SaveMovie
 
 
 def model_from_lists(
-    lists: Mapping[str, Any],
+    lists: Mapping[str, Data],
     *,
     name: str = "m4e",
     description: str = "",
@@ -91,12 +90,12 @@ def model_of_lists(document: Document) -> Model:
     return Model(name=name, description=description, **fields).place_warnings(placed)
 
 
-def are_lists(data: Mapping[str, Any]) -> bool:
-    """Whether a file's plain data are the paper's lists."""
+def are_lists(data: Mapping[str, Data]) -> bool:
+    """True if a file's plain data are the paper's lists."""
     return isinstance(data.get("joints"), list) and "model" not in data
 
 
-def normalize_prismatic(directions: Any) -> list[list[Any]]:
+def normalize_prismatic(directions: Data) -> list[list[Data]]:
     """Rows scaled to length 1 (NaN and zero rows as they are); here for the paper's listings.
 
     Models take directions of any length, so nothing depends on calling it.
@@ -104,22 +103,24 @@ def normalize_prismatic(directions: Any) -> list[list[Any]]:
     return [_unit_vector(list(row)) for row in directions]
 
 
-def _unit_vector(row: list[Any]) -> list[Any]:
-    square = sum(entry * entry for entry in row)
+def _unit_vector(row: list[Data]) -> list[Data]:
+    square: Data = 0
+    for entry in row:
+        square = square + entry * entry
     if square != square or square == 0:
         return row
     length = math.sqrt(square) if isinstance(square, int | float) else square**0.5
     return [entry / length for entry in row]
 
 
-def _report_unknown(mechanism: Mechanism, lists: Mapping[str, Any]) -> None:
+def _report_unknown(mechanism: Mechanism, lists: Mapping[str, Data]) -> None:
     for key in lists:
         if key not in KEYS and key not in SETTINGS:
             remedy = suggestion(str(key), KEYS, "names")
             mechanism.say((str(key),), f"unknown name {str(key)!r}", remedy)
 
 
-def _checked(mechanism: Mechanism) -> tuple[dict[str, Any], list[Finding]]:
+def _checked(mechanism: Mechanism) -> tuple[dict[str, Data], list[Finding]]:
     """The fields of the Model, and what is wrong, placed in the lists."""
     gravity, bodies, joints = mechanism.gravity(), mechanism.bodies(), mechanism.joints()
     forces = Forces(mechanism)

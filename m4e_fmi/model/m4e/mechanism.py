@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from functools import cached_property
-from typing import Any
 
 from m4e_fmi.files.document import Location
 from m4e_fmi.joints import FLOATING, PRISMATIC, REVOLUTE, JointType
@@ -12,6 +11,7 @@ from m4e_fmi.model.elements import GROUND, Body, Joint, Parameter
 from m4e_fmi.model.loads import BodyForce, Load
 from m4e_fmi.model.m4e.values import (
     NAN,
+    Data,
     Lists,
     added,
     first_of,
@@ -37,7 +37,7 @@ class Mechanism(Lists):
     """
 
     def __init__(
-        self, lists: Mapping[str, Any], parameters: Mapping[str, Parameter | float]
+        self, lists: Mapping[str, Data], parameters: Mapping[str, Parameter | float]
     ) -> None:
         super().__init__(lists)
         self.symbols = dict(self._symbols(parameters))
@@ -118,7 +118,7 @@ class Mechanism(Lists):
             )
 
     @cached_property
-    def origin(self) -> list[Any]:
+    def origin(self) -> list[Data]:
         origin = self.lists.get("Reference_frame_Origin", [0.0, 0.0])
         if not is_row(origin, 2):
             message = f"expected [x, z], got {origin!r}"
@@ -126,7 +126,7 @@ class Mechanism(Lists):
             return [0.0, 0.0]
         return origin
 
-    def gravity(self) -> Any:
+    def gravity(self) -> Data:
         """Gravity, the parameter `g` where it is a number; a gVec equal for all scales it."""
         g = self._as_parameter(
             "g", self.lists.get("g", STANDARD_GRAVITY), "m/s2", ("g",), "Gravity"
@@ -137,7 +137,7 @@ class Mechanism(Lists):
             return times(g, scales[0])
         return g
 
-    def _scales(self) -> list[Any]:
+    def _scales(self) -> list[Data]:
         """gVec, one entry per body; ones where it is not given."""
         count = len(self.children)
         if "gVec" not in self.lists:
@@ -148,14 +148,14 @@ class Mechanism(Lists):
                 self.say(("gVec", k), f"expected a number, got {scale!r}", "1 is full gravity")
         return [scale if is_number(scale) else 1.0 for scale in rows]
 
-    def _per_body(self, key: str, count: int) -> list[Any]:
+    def _per_body(self, key: str, count: int) -> list[Data]:
         values = self.list_of(key, "give one number per body")
         if key in self.lists and len(values) != count:
             message = f"{len(values)} entries for {count} bodies"
             self.say((key,), message, "give one entry per body, in the order of their numbers")
         return values
 
-    def _as_parameter(self, name: str, value: Any, unit: str, at: Location, text: str) -> Any:
+    def _as_parameter(self, name: str, value: Data, unit: str, at: Location, text: str) -> Data:
         """`name`, a new parameter, for a number; an expression as it is."""
         if not is_number(value) or name in self.symbols:
             return value
@@ -220,9 +220,9 @@ class Mechanism(Lists):
             self.say(("types", row), f"unknown type {types[row]!r}", "known: 'R', 'P', 'F'")
         return letter
 
-    def _vectors(self, row: int, parent: int, letter: str) -> dict[str, Any] | None:
+    def _vectors(self, row: int, parent: int, letter: str) -> dict[str, Data] | None:
         """Geometry of a revolute or prismatic joint."""
-        result: dict[str, Any] = {}
+        result: dict[str, Data] = {}
         fields = [
             ("parent_to_joint", "parent_cg_to_joint"),
             ("joint_to_child", "joint_to_child_cg"),
@@ -252,7 +252,7 @@ class Mechanism(Lists):
             result["parent_to_joint"] = added(self.origin, result["parent_to_joint"])
         return result
 
-    def _floating(self, row: int, parent: int, values: dict[str, Any]) -> dict[str, Any] | None:
+    def _floating(self, row: int, parent: int, values: dict[str, Data]) -> dict[str, Data] | None:
         """No geometry, but the start position goes into `values`."""
         if parent:
             message = f"a floating joint is always to the ground, got the parent {parent}"
@@ -281,7 +281,7 @@ class Mechanism(Lists):
             values[axis] = plus(shift, place)
         return {}
 
-    def _vector(self, key: str, row: int) -> list[Any] | None:
+    def _vector(self, key: str, row: int) -> list[Data] | None:
         """Row `row` of a list of vectors, NAN for entries that are NaN; None if it is no vector."""
         rows = self.lists.get(key)
         if not isinstance(rows, list) or row >= len(rows):
@@ -291,7 +291,7 @@ class Mechanism(Lists):
             return None
         return [NAN if is_nan(entry) else entry for entry in rows[row]]
 
-    def _initial(self) -> dict[int, dict[str, Any]]:
+    def _initial(self) -> dict[int, dict[str, Data]]:
         """Start values of every joint, by the number of its child."""
         slots = []  # (child, letter of the coordinate, key of q, key of u)
         for child, row in sorted(self.children.items()):
@@ -306,7 +306,7 @@ class Mechanism(Lists):
             message = f"{len(values)} entries, expected {2 * count}"
             self.say(("ic",), message, f"in this order: {', '.join([*q, *u])}")
             return {}
-        initial: dict[int, dict[str, Any]] = {}
+        initial: dict[int, dict[str, Data]] = {}
         for k, (child, _, position, velocity) in enumerate(slots):
             for key, index in ((position, k), (velocity, k + count)):
                 self.places["joints", f"joint_{child}", "initial", key] = ("ic", index)
@@ -319,7 +319,7 @@ class Mechanism(Lists):
         letter = types[row] if isinstance(types, list) and row < len(types) else None
         return letter if isinstance(letter, str) and letter in TYPES else None
 
-    def weights(self, bodies: dict[str, Body], gravity: Any) -> dict[str, Load]:
+    def weights(self, bodies: dict[str, Body], gravity: Data) -> dict[str, Load]:
         """Forces that make good for bodies whose gVec is not 1, where gVec differs."""
         scales = self._scales() if "gVec" in self.lists else []
         if len(set(scales)) < 2:

@@ -57,7 +57,7 @@ def point_name(text: object, declared: Collection[PointName], bodies: int) -> Po
 
 
 def _readings(kind: str, first: str, second: str | None) -> list[PointName]:
-    """What the digits may mean, whether or not there is such a point."""
+    """Readings of the digits as body and point, whether or not there is such a point."""
     if kind == "GR":  # the digit after GR is the ground's, 0
         index = second if second is not None else first[1:]
         known = index and (second is not None or first[0] == "0")

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from numbers import Integral, Real
-from typing import Any
+from typing import Any, TypeAlias
 
 from m4e_fmi.files.document import Location
 from m4e_fmi.model.expression import Expression, ExpressionError
 from m4e_fmi.model.findings import Finding
 from m4e_fmi.model.quantity import as_expression
+
+Data: TypeAlias = Any
+"""An entry of the lists: a number, a text, an expression of SymPy, a list of such."""
 
 NAN = object()
 """Stands for an entry that is NaN: not given."""
@@ -18,7 +21,7 @@ NAN = object()
 class Lists:
     """The lists as plain Python, the findings so far, and where the lists say each element."""
 
-    def __init__(self, lists: Mapping[str, Any]) -> None:
+    def __init__(self, lists: Mapping[str, Data]) -> None:
         self.lists = lists
         self.findings: list[Finding] = []
         self.places: dict[Location, Location] = {}
@@ -33,7 +36,7 @@ class Lists:
                 return (*self.places[location[:length]], *location[length:])
         return location
 
-    def list_of(self, key: str, remedy: str) -> list[Any]:
+    def list_of(self, key: str, remedy: str) -> list[Data]:
         """The list named `key`; empty, with a finding, if there is none."""
         value = self.lists.get(key)
         if key not in self.lists:
@@ -43,7 +46,7 @@ class Lists:
         return value if isinstance(value, list) else []
 
 
-def plain(value: Any) -> Any:
+def plain(value: Data) -> Data:
     """Arrays and tuples as lists, at any depth; the rest as it is."""
     if hasattr(value, "tolist") and not hasattr(value, "free_symbols"):
         value = value.tolist()
@@ -54,42 +57,42 @@ def plain(value: Any) -> Any:
     return value
 
 
-def is_row(value: Any, length: int) -> bool:
+def is_row(value: object, length: int) -> bool:
     return isinstance(value, list) and len(value) == length
 
 
-def first_of(value: Any) -> Any:
+def first_of(value: Data) -> Data:
     """The entry of a row of one, as columns of numbers have them."""
     return value[0] if is_row(value, 1) else value
 
 
-def is_number(value: Any) -> bool:
-    return isinstance(value, Real) and not isinstance(value, bool)
+def is_number(value: object) -> bool:
+    return not isinstance(value, bool) and isinstance(value, Real)
 
 
-def is_whole(value: Any) -> bool:
-    return isinstance(value, Integral) and not isinstance(value, bool)
+def is_whole(value: object) -> bool:
+    return not isinstance(value, bool) and isinstance(value, Integral)
 
 
-def is_nan(value: Any) -> bool:
+def is_nan(value: object) -> bool:
     return value is None or str(value) == "nan" or (is_number(value) and value != value)
 
 
-def added(a: Sequence[Any], b: Sequence[Any]) -> tuple[Any, ...]:
+def added(a: Sequence[Data], b: Sequence[Data]) -> tuple[Data, ...]:
     return tuple(plus(x, y) for x, y in zip(a, b, strict=True))
 
 
-def plus(a: Any, b: Any) -> Any:
+def plus(a: Data, b: Data) -> Data:
     if is_number(a) and is_number(b):
         return a + b
     return b if is_number(a) and a == 0 else _combined("add", a, b)
 
 
-def times(a: Any, b: Any) -> Any:
+def times(a: Data, b: Data) -> Data:
     return a * b if is_number(a) and is_number(b) else _combined("mul", a, b)
 
 
-def _combined(kind: str, a: Any, b: Any) -> Any:
+def _combined(kind: str, a: Data, b: Data) -> Data:
     try:
         return Expression(kind, (as_expression(a), as_expression(b)))
     except ExpressionError:  # reported where the value itself is checked

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Container
-from typing import Any, Protocol
+from typing import Protocol
 
 from m4e_fmi.model import Model
 from m4e_fmi.model.checks import bounded_parameters
@@ -21,6 +21,7 @@ from m4e_fmi.model.quantity import as_expression
 from m4e_fmi.multibody.assembly import Scalars
 from m4e_fmi.multibody.topology import Link, Topology
 from m4e_fmi.program import Recorder, Variable
+from m4e_fmi.space import Number
 from m4e_fmi.units import parse_unit
 
 DOF_UNITS = ("m", "m", "rad")
@@ -34,10 +35,17 @@ def is_unset(parameter: Variable) -> bool:
     return parameter.start == 0.0 and bool(NEUTRAL_MASS.fullmatch(parameter.name))
 
 
-class Inputs(Protocol):
-    """What gives scalars for inputs: a recorder, or whoever has others."""
+class Described(Protocol):
+    """An element with a description of its author's."""
 
-    def input(self, variable: Variable) -> Any: ...
+    @property
+    def description(self) -> str: ...
+
+
+class Inputs(Protocol):
+    """Source of scalars for inputs: a recorder, or one with scalars of its own."""
+
+    def input(self, variable: Variable) -> Number: ...
 
 
 def state_names(link: Link) -> list[tuple[str, str]]:
@@ -47,7 +55,7 @@ def state_names(link: Link) -> list[tuple[str, str]]:
     return [(f"{owner}.{c.position}", f"{owner}.{c.velocity}") for c in joint_type.coordinates]
 
 
-def in_words(element: Any, text: str) -> str:
+def in_words(element: Described, text: str) -> str:
     """`text` of a variable of an element, after the words that the user has for the element."""
     words = " ".join(element.description.split())
     return f"{words}: {text[0].lower()}{text[1:]}" if words else text
@@ -58,7 +66,7 @@ def declared(
 ) -> Scalars:
     """The parameters, inputs and states of a model, declared."""
     bounded = bounded_parameters(model)
-    parameters: dict[str, Any] = {
+    parameters: dict[str, Number] = {
         name: recorder.parameter(_parameter(name, parameter, bounded=name in bounded))
         for name, parameter in model.parameters.items()
     }
@@ -84,14 +92,14 @@ def _parameter(name: str, parameter: Parameter, *, bounded: bool) -> Variable:
     )
 
 
-def _declared_neutral_mass(recorder: Recorder, body: str) -> Any:
+def _declared_neutral_mass(recorder: Recorder, body: str) -> Number:
     """The mass of a body [kg]; not a number while it is 0, so that nothing runs without a value."""
     text = f"Mass of body {body}, to be set to that of the water it displaces"
     mass = recorder.parameter(Variable(neutral_mass(body), "kg", text, minimum=0.0))
     return mass * (mass / mass)
 
 
-def _declared_added_mass(recorder: Recorder, model: Model, tree: Topology) -> list[list[Any]]:
+def _declared_added_mass(recorder: Recorder, model: Model, tree: Topology) -> list[list[Number]]:
     dofs = [
         (link.body, unit)
         for link in tree.links
@@ -113,10 +121,10 @@ def _declared_added_mass(recorder: Recorder, model: Model, tree: Topology) -> li
 
 def declared_inputs(
     recorder: Inputs, model: Model, tree: Topology, chosen: Container[str] | None = None
-) -> dict[str, Any]:
-    """What acts from outside, as fields of `Scalars`; of the inputs those that are `chosen`."""
+) -> dict[str, Number]:
+    """Inputs as fields of `Scalars`; those that are `chosen`, or all if that is None."""
 
-    def force(element: Any, name: str, unit: str, text: str) -> Any:
+    def force(element: Described, name: str, unit: str, text: str) -> Number:
         if chosen is not None and name not in chosen:
             return 0
         return recorder.input(Variable(name, unit, in_words(element, text)))
@@ -156,11 +164,11 @@ def declared_inputs(
 
 def _declared_states(
     recorder: Recorder, model: Model, tree: Topology
-) -> tuple[list[Any], list[Any]]:
+) -> tuple[list[Number], list[Number]]:
     values = parameter_values(model.parameters)
     nominal = _nominal(model)
-    q: list[Any] = [None] * len(tree.coordinate_names)
-    u: list[Any] = list(q)
+    q: list[Number] = [None] * len(tree.coordinate_names)
+    u: list[Number] = list(q)
     for link in tree.links:
         joint_type = link.joint.joint_type
         owner = model.bodies[link.body] if joint_type.is_free else link.joint

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from typing import Protocol
 
 from m4e_fmi.model import (
     Bushing,
@@ -12,10 +12,12 @@ from m4e_fmi.model import (
     TensionSpring,
     TorsionSpring,
 )
+from m4e_fmi.model.loads import Load
 from m4e_fmi.multibody.assembly import Assembly
 from m4e_fmi.multibody.energy import input_power, load_powers
 from m4e_fmi.multibody.model_program.declaration import in_words
 from m4e_fmi.program import Variable
+from m4e_fmi.space import Number
 
 MEASURES = {
     "tension": ("N", "Tension between the points; negative where it pushes"),
@@ -35,9 +37,9 @@ RATES = {"distance_rate": "distance", "twist_rate": "twist"}
 
 
 class Outputs(Protocol):
-    """Receiver of outputs: a recorder, or whoever wants to read them."""
+    """Receiver of outputs: a recorder, or one that reads them."""
 
-    def output(self, variable: Variable, value: Any) -> None: ...
+    def output(self, variable: Variable, value: Number) -> None: ...
 
 
 def add_load_outputs(recorder: Outputs, assembly: Assembly) -> None:
@@ -64,7 +66,7 @@ def add_load_outputs(recorder: Outputs, assembly: Assembly) -> None:
         recorder.output(Variable("inputs.power", "W", text), power)
 
 
-def _told(assembly: Assembly, load: Any, measure: str) -> tuple[str, str]:
+def _told(assembly: Assembly, load: Load, measure: str) -> tuple[str, str]:
     """Unit and text of a measure of a load."""
     unit, text = MEASURES[measure]
     if isinstance(load, JointEffort | JointFriction | JointStop):

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import gc
-from collections.abc import Container, Iterator
+from collections.abc import Container, Generator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 from m4e_fmi.model import Body, Model, Point, as_model
 from m4e_fmi.model.elements import GROUND
@@ -19,6 +18,7 @@ from m4e_fmi.multibody.reactions import reactions
 from m4e_fmi.multibody.sensitivity import Recursion
 from m4e_fmi.multibody.topology import Topology, topology
 from m4e_fmi.program import Program, Recorder, Variable
+from m4e_fmi.space import AXES, Vector
 
 LARGEST_CLOSED_FORM = 12
 """Number of coordinates up to which the closed form can need fewer operations."""
@@ -43,7 +43,7 @@ def model_program(model: Model | str | Path, *, inputs: Container[str] | None = 
 
 
 @contextmanager
-def _collection_paused() -> Iterator[None]:
+def _collection_paused() -> Generator[None]:
     """No search for garbage while many objects are made that stay: a quarter of the time."""
     enabled = gc.isenabled()
     gc.disable()
@@ -130,7 +130,7 @@ def _add_point_outputs(recorder: Outputs, assembly: Assembly, solved: Accelerati
 def _add_reactions(recorder: Outputs, assembly: Assembly, solved: Accelerations) -> None:
     for reaction in reactions(assembly, solved):
         name, joint = f"joint.{reaction.joint}", assembly.model.joints[reaction.joint]
-        for axis, value in zip("xz", reaction.force, strict=True):
+        for axis, value in zip(AXES, reaction.force, strict=True):
             text = in_words(joint, f"Force of the joint on its child, world {axis.upper()}")
             recorder.output(Variable(f"{name}.reaction_{axis}", "N", text), value)
         text = in_words(joint, "Moment of the joint on its child at the joint, about +Y")
@@ -138,21 +138,21 @@ def _add_reactions(recorder: Outputs, assembly: Assembly, solved: Accelerations)
 
 
 def _motion(
-    recorder: Outputs, name: str, what: str, owner: Body | Point, position: Any, velocity: Any
+    recorder: Outputs, name: str, what: str, owner: Body | Point, position: Vector, velocity: Vector
 ) -> None:
-    for axis, value in zip("xz", position, strict=True):
+    for axis, value in zip(AXES, position, strict=True):
         text = in_words(owner, f"Position of the {what}, world {axis.upper()}")
         recorder.output(Variable(f"{name}.{axis}", "m", text), value)
-    for axis, value in zip("xz", velocity, strict=True):
+    for axis, value in zip(AXES, velocity, strict=True):
         text = in_words(owner, f"Velocity of the {what}, world {axis.upper()}")
         variable = Variable(f"{name}.v{axis}", "m/s", text, derivative_of=f"{name}.{axis}")
         recorder.output(variable, value)
 
 
 def _accelerations(
-    recorder: Outputs, name: str, what: str, owner: Body | Point, acceleration: Any
+    recorder: Outputs, name: str, what: str, owner: Body | Point, acceleration: Vector
 ) -> None:
-    for axis, value in zip("xz", acceleration, strict=True):
+    for axis, value in zip(AXES, acceleration, strict=True):
         text = in_words(owner, f"Acceleration of the {what}, world {axis.upper()}")
         variable = Variable(f"{name}.a{axis}", "m/s2", text, derivative_of=f"{name}.v{axis}")
         recorder.output(variable, value)

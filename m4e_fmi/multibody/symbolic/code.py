@@ -9,12 +9,13 @@ import keyword
 import math
 from functools import partial
 from textwrap import fill
-from typing import TYPE_CHECKING, Any, Literal, get_args
+from typing import TYPE_CHECKING, Literal, get_args
 
 from m4e_fmi.errors import InputError, suggestion
 from m4e_fmi.model import Table
 from m4e_fmi.model.elements import neutral_symbol, parameter_values
 from m4e_fmi.multibody.symbolic.intermediates import intermediates
+from m4e_fmi.space import Number
 from m4e_fmi.units import parse_unit
 
 if TYPE_CHECKING:
@@ -112,7 +113,7 @@ def equations_code(equations: Equations, language: Language) -> str:
     return PYTHON.format(about=about, tables=tables, values=_tuple(values), body=body)
 
 
-def _vectors(equations: Equations) -> tuple[list[Any], list[Any], list[Any]]:
+def _vectors(equations: Equations) -> tuple[list[Number], list[Number], list[Number]]:
     """The symbols of q, u and p."""
     import sympy
 
@@ -124,7 +125,7 @@ def _vectors(equations: Equations) -> tuple[list[Any], list[Any], list[Any]]:
     return equations.q.flat(), equations.u.flat(), p
 
 
-def _about(equations: Equations, p: list[Any]) -> list[str]:
+def _about(equations: Equations, p: list[Number]) -> list[str]:
     n = len(equations.topology.coordinate_names)
 
     def listed(letter: str, names: list[str]) -> str:
@@ -144,14 +145,14 @@ def _about(equations: Equations, p: list[Any]) -> list[str]:
     ]
 
 
-def _body(equations: Equations, vectors: tuple[list[Any], ...], *, python: bool) -> list[str]:
+def _body(equations: Equations, vectors: tuple[list[Number], ...], *, python: bool) -> list[str]:
     """The lines that compute M and f."""
     import sympy
 
     M, n, names = equations.mass_matrix, len(vectors[0]), _names(equations)
     places = [(i, j) for i in range(n) for j in range(i, n) if M[i, j] != 0]
-    entries: list[Any] = [*(M[at] for at in places), *equations.forcing]
-    values: list[Any] = [sympy.sympify(value, strict=True) for value in entries]
+    entries: list[Number] = [*(M[at] for at in places), *equations.forcing]
+    values: list[Number] = [sympy.sympify(value, strict=True) for value in entries]
     shared, values = intermediates(values, vectors[0], {*TAKEN, *names.values()})
     needed = set().union(*(v.free_symbols for v in (*values, *(value for _, value in shared))))
     show = partial(_printed, names=names, python=python)
@@ -175,7 +176,7 @@ def _body(equations: Equations, vectors: tuple[list[Any], ...], *, python: bool)
 
 
 def _names(equations: Equations) -> dict[str, str]:
-    """What symbols and tables are called: with _ behind a name that means something already."""
+    """Names of symbols and tables in code: with _ behind a name that has a meaning already."""
     vectors = _vectors(equations)
     names = {*(s.name for group in vectors for s in group), *equations.model.tables}
     result = {}
@@ -187,7 +188,7 @@ def _names(equations: Equations) -> dict[str, str]:
     return result
 
 
-def _printed(value: Any, *, names: dict[str, str], python: bool) -> str:
+def _printed(value: Number, *, names: dict[str, str], python: bool) -> str:
     import sympy
 
     symbols = {s: sympy.Symbol(names.get(s.name, s.name), real=True) for s in value.free_symbols}
@@ -207,7 +208,7 @@ def _table(name: str, table: Table, language: Language) -> str:
     return C_TABLE.format(name=name, times=times[1:-1], values=values[1:-1])
 
 
-def _tuple(values: Any) -> str:
+def _tuple(values: Number) -> str:
     """A tuple of numbers, on lines of its own if there are many."""
     text = str(tuple(float(value) for value in values)).replace("nan", 'float("nan")')
     return fill(text, 80, subsequent_indent="    ", break_on_hyphens=False, break_long_words=False)

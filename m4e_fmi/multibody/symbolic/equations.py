@@ -9,7 +9,7 @@ import math
 from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from m4e_fmi.errors import InputError, suggestion
 from m4e_fmi.model import Model, as_model
@@ -24,6 +24,7 @@ from m4e_fmi.multibody.topology import topology
 from m4e_fmi.multibody.velocity_transformation import Columns, column_rates, columns
 from m4e_fmi.program import Variable
 from m4e_fmi.shown import listing
+from m4e_fmi.space import Number
 
 if TYPE_CHECKING:
     import sympy
@@ -71,10 +72,10 @@ class Equations:
     def assembly(self) -> Assembly:
         import sympy
 
-        def symbol(name: str) -> Any:
+        def symbol(name: str) -> Number:
             return sympy.Symbol(name, real=True)
 
-        def exact(value: float) -> Any:
+        def exact(value: float) -> Number:
             return sympy.pi if value == math.pi else sympy.Rational(repr(value))
 
         wet = 3 * sum(self.model.bodies[link.body].added_mass for link in self.topology.links)
@@ -91,7 +92,7 @@ class Equations:
         )
         return assemble(self.model, self.topology, scalars)
 
-    def _acting(self) -> dict[str, Any]:
+    def _acting(self) -> dict[str, Number]:
         reader = _Inputs(self.inputs)
         found = declared_inputs(reader, self.model, self.topology)
         unknown = [name for name in self.inputs if name not in reader.known]
@@ -210,7 +211,7 @@ class _Inputs:
         self.wanted = wanted
         self.known: list[str] = []
 
-    def input(self, variable: Variable) -> Any:
+    def input(self, variable: Variable) -> Number:
         import sympy
 
         self.known.append(variable.name)
@@ -223,7 +224,7 @@ class _Outputs:
     def __init__(self) -> None:
         self.values: dict[str, sympy.Expr] = {}
 
-    def output(self, variable: Variable, value: Any) -> None:
+    def output(self, variable: Variable, value: Number) -> None:
         import sympy
 
         self.values[variable.name] = sympy.sympify(value, strict=True)
@@ -235,7 +236,7 @@ def _symbols(names: tuple[str, ...]) -> sympy.Matrix:
     return sympy.Matrix([sympy.Symbol(name, real=True) for name in names])
 
 
-def _matrix(rows: list[list[Any]]) -> sympy.Matrix:
+def _matrix(rows: list[list[Number]]) -> sympy.Matrix:
     import sympy
 
     return sympy.Matrix(rows)

@@ -1,10 +1,12 @@
-"""What expressions share, under names of its own: long equations become lines that can be read."""
+"""Common subexpressions under names of their own, which make long equations readable."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from itertools import count
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from m4e_fmi.space import Number
 
 if TYPE_CHECKING:
     import sympy
@@ -13,7 +15,7 @@ Shared = list[tuple["sympy.Symbol", "sympy.Expr"]]
 
 
 def intermediates(
-    expressions: Sequence[Any],
+    expressions: Sequence[Number],
     coordinates: Sequence[sympy.Symbol],
     taken: Collection[str] = (),
 ) -> tuple[Shared, list[sympy.Expr]]:
@@ -26,7 +28,7 @@ def intermediates(
     import sympy
 
     placeholders = sympy.numbered_symbols("shared", cls=sympy.Dummy)
-    cse: Any = sympy.cse
+    cse: Number = sympy.cse
     found, reduced = cse(expressions, symbols=placeholders, order="none", list=True)
     used = {
         *taken,

@@ -8,7 +8,7 @@ import json
 from collections.abc import Iterator
 from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -33,6 +33,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.text import Text
+
+    from m4e_fmi.report.drawing.scene import Anchor
 
 SUFFIXES = (".html", ".gif")
 HTML_FRAMES, HTML_POSES = 1200, 14_000  # frames at most, and poses of bodies: 8 bytes each
@@ -79,17 +81,17 @@ def html_page(shown: Film) -> str:
     return template
 
 
-def _data(shown: Film) -> dict[str, Any]:
-    """What the page draws from; coordinates in metres, poses packed."""
+def _data(shown: Film) -> dict[str, object]:
+    """Data of the page: coordinates in metres, poses packed."""
     scene, size = shown.scene, shown.size
     low, high = shown.limits()
     packed, offsets, scales = _packed(shown.poses.reshape(len(shown.times), -1))
     seconds = float(shown.times[-1] - shown.times[0])
 
-    def short(points: Any) -> list[list[float]]:
+    def short(points: np.ndarray) -> list[list[float]]:
         return [[float(f"{c:.4g}") for c in point] for point in np.asarray(points)]
 
-    def end(anchor: Any) -> list[float]:
+    def end(anchor: Anchor) -> list[float]:
         return [anchor.body, *anchor.at]
 
     return {
@@ -187,7 +189,7 @@ def _pictures(shown: Film) -> Iterator[np.ndarray]:
 
 
 def _stage(shown: Film) -> tuple[FigureCanvasAgg, Axes, Text]:
-    """What stands still: the canvas, the axes with the ground, and the text with the time."""
+    """The parts that stand still: canvas, axes with the ground, and the text with the time."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.collections import LineCollection
     from matplotlib.figure import Figure

@@ -15,6 +15,8 @@ from m4e_fmi.report.panels import Panel, by_unit, coinciding, fitting, moving, p
 from m4e_fmi.results.results_file import Series, load
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
     from m4e_fmi.simulate import Simulation
 
 ZOOM = 60.0  # s shown in the right column
@@ -114,7 +116,7 @@ def _by_rows(lines: Sequence[Any]) -> list[Any]:
     return [line for column in range(LEGEND_COLUMNS) for line in lines[column::LEGEND_COLUMNS]]
 
 
-def _fill(axis: Any, time: np.ndarray, panel: Panel) -> None:
+def _fill(axis: Axes, time: np.ndarray, panel: Panel) -> None:
     """Draw the curves; those in one place dashed upon one another, so that each is seen."""
     curves = panel.curves
     places = coinciding(list(curves.values()))

@@ -27,7 +27,7 @@ class Labels:
         self.names: list[_Name] = []
         self.outlines: list[np.ndarray] = []
 
-    def add(self, text: str, at: Any, colour: str, *, bold: bool = False) -> None:
+    def add(self, text: str, at: np.ndarray, colour: str, *, bold: bool = False) -> None:
         self.names.append(_Name(text, (float(at[0]), float(at[1])), colour, bold))
 
     def avoid(self, outline: np.ndarray) -> None:

@@ -20,6 +20,8 @@ from m4e_fmi.report.drawing.style import BODY_COLOURS, GREY, GRID, INK, PAPER, p
 from m4e_fmi.simulate import Simulation
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
     from m4e_fmi.analysis.points import At
 
 WIDEST = 12.5  # inches
@@ -131,7 +133,7 @@ def _window(shown: Scene) -> tuple[np.ndarray, np.ndarray]:
     return low - margin, high + margin
 
 
-def _mode(axis: Any, shown: Scene, moved: np.ndarray, size: float) -> None:
+def _mode(axis: Axes, shown: Scene, moved: np.ndarray, size: float) -> None:
     from matplotlib.collections import LineCollection, PolyCollection
 
     low, high = _window(shown)

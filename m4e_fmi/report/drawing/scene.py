@@ -1,4 +1,4 @@
-"""What a model looks like: numbers to draw from, at any pose.
+"""The shape of a model: numbers to draw from, at any pose.
 
 Lengths in metres, angles in radians; points (x, z) of a body are in its axes from its centre of
 gravity, those of the ground (index −1) in world axes from the origin.
@@ -7,16 +7,16 @@ gravity, those of the ground (index −1) in world axes from the origin.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from m4e_fmi.joints import JointType
-from m4e_fmi.model import Model
-from m4e_fmi.model.elements import parameter_values
+from m4e_fmi.model import JointEffort, Model
+from m4e_fmi.model.elements import Quantity, Vector, parameter_values
 from m4e_fmi.model.expression import Values
 from m4e_fmi.model.quantity import as_expression
 from m4e_fmi.multibody import Topology, model_program, topology
@@ -52,7 +52,7 @@ class JointMark:
 
 @dataclass(frozen=True)
 class Tie:
-    """What acts between two points, or at a joint between two bodies; `kind` is the load's type."""
+    """A load between two points, or at a joint between two bodies; `kind` is its type."""
 
     name: str
     kind: str
@@ -147,7 +147,7 @@ class Scene:
         diagonal = self.diagonal(poses)
         return min(diagonal, MOST_BODIES_ACROSS * body) if body > 0 else diagonal
 
-    def poses(self, values: Mapping[str, Any]) -> np.ndarray:
+    def poses(self, values: Mapping[str, ArrayLike]) -> np.ndarray:
         """x, z, θ of every body, (T, N, 3), from variables by their names in a Program."""
         columns = [
             np.column_stack([np.atleast_1d(values[f"body.{b}.{c}"]) for c in ("x", "z", "theta")])
@@ -156,7 +156,7 @@ class Scene:
         return np.stack(columns, axis=1)
 
 
-def turned(at: Pair, angle: Any) -> np.ndarray:
+def turned(at: Pair, angle: float | np.ndarray) -> np.ndarray:
     """A vector of a body in world axes, (2,) or (T, 2): θ > 0 turns +Z towards +X."""
     c, s = np.cos(angle), np.sin(angle)
     return np.stack([c * at[0] + s * at[1], c * at[1] - s * at[0]], axis=-1)
@@ -177,7 +177,7 @@ def start_values(program: Program) -> dict[str, float]:
 
 
 def scene(model: Model, program: Program | None = None) -> Scene:
-    """What `model` looks like at the start values of `program`, its own one if none is given."""
+    """Scene of `model` at the start values of `program`, its own one if none is given."""
     program = program or model_program(model)
     tree = topology(model)
     values = parameter_values(model.parameters)
@@ -215,7 +215,7 @@ class _Numbers:
     def __init__(self, model: Model, tree: Topology, values: Values) -> None:
         self.model, self.tree, self.values = model, tree, values
 
-    def number(self, quantity: Any, *, default: float = 0.0, time: float = 0.0) -> float:
+    def number(self, quantity: Quantity, *, default: float = 0.0, time: float = 0.0) -> float:
         """The value at a time [s]; `default` where it depends on the motion."""
         known = Values({**self.values, "t": time})
         try:
@@ -223,7 +223,7 @@ class _Numbers:
         except (KeyError, ArithmeticError, ValueError):
             return default
 
-    def pair(self, vector: Sequence[Any]) -> Pair:
+    def pair(self, vector: Vector) -> Pair:
         return self.number(vector[0]), self.number(vector[1])
 
     def point(self, name: str) -> Anchor:
@@ -270,7 +270,7 @@ class _Numbers:
         """Forces and moments, in the direction that they have when they are first not zero."""
         found = []
         for name, load in self.model.loads.items():
-            if hasattr(load, "effort") and not hasattr(load, "velocity"):
+            if isinstance(load, JointEffort):
                 found.append(self._effort(name, load, start))
             if not hasattr(load, "force"):
                 continue
@@ -289,7 +289,7 @@ class _Numbers:
                 found.append(Push(name, at, None))
         return found
 
-    def _effort(self, name: str, load: Any, start: np.ndarray) -> Push:
+    def _effort(self, name: str, load: JointEffort, start: np.ndarray) -> Push:
         """A joint's effort on its child: along the direction of a slide, or a moment."""
         mark = next(mark for mark in self.joints() if mark.name == load.joint)
         if mark.direction is None:
@@ -299,7 +299,7 @@ class _Numbers:
         sign = -1.0 if self.number(load.effort, default=1.0) < 0 else 1.0
         return Push(name, mark.child, (float(sign * x), float(sign * z)))
 
-    def _direction(self, force: Sequence[Any]) -> Pair | None:
+    def _direction(self, force: Vector) -> Pair | None:
         for time in (0.0, 0.37, 1.1):
             x, z = (self.number(part, default=1.0, time=time) for part in force)
             length = math.hypot(x, z)

@@ -29,6 +29,7 @@ from m4e_fmi.report.drawing.scene import Scene, scene
 from m4e_fmi.report.drawing.style import BODY_COLOURS, FORCE, GREY, GRID, INK, PAPER, pale
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 LARGEST = (8.5, 7.0)  # inches
@@ -94,7 +95,7 @@ def _limits(shown: Scene) -> tuple[np.ndarray, np.ndarray]:
     return low - missing, high + missing
 
 
-def _write_title(axis: Any, shown: Scene, width: float) -> None:
+def _write_title(axis: Axes, shown: Scene, width: float) -> None:
     """The name, and the description in lines that fit `width` [inches]."""
     lines = textwrap.wrap(shown.description, int(13 * width))
     title = axis.set_title("\n".join(lines), fontsize=9, loc="left", color=GREY)
@@ -105,7 +106,7 @@ def _write_title(axis: Any, shown: Scene, width: float) -> None:
     title.set_linespacing(1.25)
 
 
-def _frame(axis: Any) -> None:
+def _frame(axis: Axes) -> None:
     axis.grid(color=GRID, lw=0.6)
     axis.set_axisbelow(True)
     axis.tick_params(labelsize=8, colors=GREY, length=0)
@@ -133,7 +134,7 @@ class Drawing:
         self._axes_and_gravity()
 
     def mechanism(self) -> None:
-        """What the model is made of, without points, forces and axes."""
+        """The bodies, joints and loads between points, without points, forces and axes."""
         self._ground()
         self._ties()
         self._bodies()
@@ -143,7 +144,7 @@ class Drawing:
         self.axis.plot(*points.T, color=colour, lw=width, solid_capstyle="round", **more)
 
     def _fill(
-        self, points: np.ndarray, face: Any, edge: str, order: float, lw: float = 1.2
+        self, points: np.ndarray, face: object, edge: str, order: float, lw: float = 1.2
     ) -> None:
         from matplotlib.patches import Polygon
 
@@ -166,7 +167,7 @@ class Drawing:
             self.labels.add(label, centre, colour, bold=True)
             self.labels.avoid(outline)
 
-    def _centre(self, at: Any, colour: str) -> None:
+    def _centre(self, at: np.ndarray, colour: str) -> None:
         """The mark of a centre of gravity: a disc with two dark quarters."""
         radius = 0.75 * self.joint_radius
         self._fill(symbols.circle(at, radius), PAPER, colour, 6, lw=0.8)
@@ -219,7 +220,7 @@ class Drawing:
             self.labels.add(push.name, tip, FORCE)
             self.labels.avoid(np.array([at, tip]))
 
-    def _arrow(self, start: Any, end: Any, colour: str, width: float = 1.8) -> None:
+    def _arrow(self, start: np.ndarray, end: np.ndarray, colour: str, width: float = 1.8) -> None:
         style = {"arrowstyle": "-|>,head_width=0.22,head_length=0.45", "color": colour,
                  "lw": width, "shrinkA": 0, "shrinkB": 0}  # fmt: skip
         self.axis.annotate("", end, start, arrowprops=style, zorder=9, annotation_clip=False)

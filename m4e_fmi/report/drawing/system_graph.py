@@ -15,6 +15,7 @@ from m4e_fmi.report.drawing.pictures import save
 from m4e_fmi.report.drawing.style import COLOURS, GREY, INK, PAPER, pale
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from m4e_fmi.cosim import Link, Prepared, Timing
@@ -38,7 +39,7 @@ OF_TIMING = {
 
 @dataclass(frozen=True)
 class _Name:
-    """What is written at an arrow; `side` is 1 where it bends to the right of its way, or -1."""
+    """Labels at an arrow; `side` is 1 where it bends to the right of its way, or -1."""
 
     text: str
     colour: str
@@ -131,7 +132,7 @@ def _arrows(prepared: Prepared) -> dict[tuple[str, str, bool], list[Link]]:
     return found
 
 
-def _box(axis: Any, prepared: Prepared, name: str, place: np.ndarray, *, looped: bool) -> None:
+def _box(axis: Axes, prepared: Prepared, name: str, place: np.ndarray, *, looped: bool) -> None:
     from matplotlib.patches import FancyBboxPatch
 
     colour = LOOP if looped else COLOURS[0]
@@ -154,7 +155,7 @@ def _box(axis: Any, prepared: Prepared, name: str, place: np.ndarray, *, looped:
 
 
 def _arrow(
-    axis: Any,
+    axis: Axes,
     prepared: Prepared,
     ends: tuple[np.ndarray, np.ndarray],
     links: list[Link],
@@ -187,7 +188,7 @@ def _arc(first: np.ndarray, last: np.ndarray, rad: float) -> np.ndarray:
     return (1 - s) ** 2 * first + 2 * s * (1 - s) * control + s**2 * last
 
 
-def _head(axis: Any, arc: np.ndarray, colour: str) -> None:
+def _head(axis: Axes, arc: np.ndarray, colour: str) -> None:
     """An arrow's head where the arc meets the box of its target."""
     outside = (np.abs(arc - arc[-1]) > np.array(BOX) / 2 + 0.02).any(axis=1)
     if not outside.any():
@@ -257,7 +258,7 @@ def _label(links: list[Link]) -> str:
     return "\n".join(lines[:3])
 
 
-def _legend(axis: Any, prepared: Prepared, loops: bool) -> None:
+def _legend(axis: Axes, prepared: Prepared, loops: bool) -> None:
     """The colours that occur."""
     from matplotlib.lines import Line2D
 
