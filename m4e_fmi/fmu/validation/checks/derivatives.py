@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from fmpy.model_description import ModelVariable
 
 from m4e_fmi.fmu.validation.context import Context
 from m4e_fmi.fmu.validation.findings import Finding, some
@@ -86,7 +88,9 @@ def _nominals(bench: Context) -> Iterator[Finding]:
         yield Finding("derivatives.nominal", "warning", message, basis)
 
 
-def _along_a_run(bench: Context, pairs: list, outputs: list) -> Iterator[Finding]:
+def _along_a_run(
+    bench: Context, pairs: list[ModelVariable], outputs: list[ModelVariable]
+) -> Iterator[Finding]:
     """Samples of a run with inputs that are constant in each window.
 
     A solver inside that advances in fixed steps of its own is sampled at communication points.
@@ -131,7 +135,11 @@ class _Samples:
 
 
 def _sampled(
-    bench: Context, inputs: np.ndarray, spacing: float, pairs: tuple[list, list], outputs: list
+    bench: Context,
+    inputs: np.ndarray,
+    spacing: float,
+    pairs: tuple[list[Any], list[ModelVariable]],
+    outputs: list[ModelVariable],
 ) -> tuple[_Samples, _Samples]:
     """Variables with their declared derivatives, and outputs with what the FMU derives of them."""
     seen: list[list[np.ndarray]] = [[], [], [], []]
@@ -171,7 +179,7 @@ def _contradictions(
     name: str,
     what: str,
     basis: str,
-    variables: list,
+    variables: list[ModelVariable],
     samples: _Samples,
     coarse: np.ndarray,
 ) -> Iterator[Finding]:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
+from fmpy.model_description import ModelVariable
 
 from m4e_fmi.fmu.importer.calls.functions import OK, WARNING
 from m4e_fmi.fmu.validation.context import Context
@@ -51,7 +51,9 @@ def _tunable(bench: Context) -> Iterator[Finding]:
         yield Finding("parameters.tunable_refused", "error", message, BASIS)
 
 
-def _run(bench: Context, inputs: np.ndarray, parameter: Any, when: int) -> np.ndarray:
+def _run(
+    bench: Context, inputs: np.ndarray, parameter: ModelVariable | None, when: int
+) -> np.ndarray:
     """Last values of all but parameters, where one is changed after `when` steps (0: at first)."""
     change = {}
     if parameter is not None:
@@ -60,7 +62,7 @@ def _run(bench: Context, inputs: np.ndarray, parameter: Any, when: int) -> np.nd
     with bench.probe() as probe:
         probe.begin(change if when == 0 else None)
         for k, row in enumerate(inputs):
-            if k == when and k and change:
+            if k == when and k and parameter is not None:
                 probe.put([parameter], np.array(list(change.values())))
             probe.put(bench.subject.inputs, row)
             probe.advance(bench.subject.step_size)
@@ -97,7 +99,7 @@ def noticed(probe: Probe) -> int:
     return probe.listen()
 
 
-def _kinds(bench: Context) -> dict[str, list[Any]]:
+def _kinds(bench: Context) -> dict[str, list[ModelVariable]]:
     subject = bench.subject
     return {
         "fixed parameters": [v for v in subject.parameters if v.variability == "fixed"],

@@ -7,6 +7,7 @@ from typing import Any
 
 import fmpy
 import numpy as np
+from fmpy.model_description import ModelVariable
 
 from m4e_fmi.fmu.importer.elements import array_name
 from m4e_fmi.fmu.validation.context import Context
@@ -180,7 +181,7 @@ def _integrated(bench: Context, inputs: np.ndarray, tolerance: float) -> np.ndar
     return found if found.shape == (STEPS + 1, len(subject.outputs)) else None
 
 
-def _whole_arrays(elements: Sequence[Any], values: np.ndarray) -> dict[str, Any]:
+def _whole_arrays(elements: Sequence[ModelVariable], values: np.ndarray) -> dict[str, Any]:
     """Name → value, of arrays a list: FMPy knows arrays only as a whole."""
     found: dict[str, list[float]] = {}
     for v, value in zip(elements, values.tolist(), strict=True):

@@ -7,9 +7,9 @@ import math
 import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from typing import Any
 
 import numpy as np
+from fmpy.model_description import ModelVariable
 
 from m4e_fmi.fmu.importer.calls.functions import DISCARD, WARNING
 from m4e_fmi.fmu.importer.elements import owner
@@ -56,7 +56,7 @@ def _go(bench: Context, probe: Probe) -> np.ndarray:
     return probe.read(bench.subject.readable)
 
 
-def _chosen(variables: list[Any]) -> list[Any]:
+def _chosen(variables: list[ModelVariable]) -> list[ModelVariable]:
     return variables[:: max(1, math.ceil(len(variables) / MOST))]
 
 
@@ -106,7 +106,7 @@ def _special(bench: Context, baseline: np.ndarray, *, exchange: bool) -> Iterato
         yield Finding("values.unusable", "error", message, UNUSABLE)
 
 
-def _with_special(bench: Context, probe: Probe, variable: Any, value: float) -> bool:
+def _with_special(bench: Context, probe: Probe, variable: ModelVariable, value: float) -> bool:
     """Step with a special value; False if non-finite outputs are returned without an error."""
     is_input = variable.causality == "input"
     probe.begin(None if is_input else {variable.valueReference: value})

@@ -7,12 +7,13 @@ communication point of co-simulation (inputs → outputs), continuous-time mode 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from fmpy.model_description import ModelVariable
 
 from m4e_fmi.fmu.validation.context import Context
 from m4e_fmi.fmu.validation.probe import Probe, RefusedError
@@ -28,8 +29,8 @@ class Place:
     name: str
     bench: Context
     probe: Probe
-    knowns: list[Any]
-    unknowns: list[Any]
+    knowns: list[ModelVariable]
+    unknowns: list[ModelVariable]
     declared: list[Any]
 
     def evaluate(self, values: np.ndarray) -> np.ndarray | None:
@@ -78,7 +79,9 @@ def arrive(bench: Context, probe: Probe, name: str) -> None:
 
 
 @contextmanager
-def _place(bench: Context, name: str, knowns: list[Any], entries: list[Any]) -> Iterator[Place]:
+def _place(
+    bench: Context, name: str, knowns: list[ModelVariable], entries: list[Any]
+) -> Generator[Place, None, None]:
     entries = [e for e in entries if e.variable.type == "Real"]
     unknowns = [e.variable for e in entries]
     probe = _new_probe(bench, name)
