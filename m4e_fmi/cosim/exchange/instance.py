@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import ctypes
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
 from typing import NoReturn
@@ -121,7 +121,7 @@ class Instance:
         return f"{self.name} ({self.description.path.name})"
 
     @contextmanager
-    def rehearsing(self) -> Iterator[None]:
+    def rehearsing(self) -> Generator[None, None, None]:
         """Within this, what the FMU says is not heard: its steps are no steps of the run."""
         kept = bytes(self.warned)
         self._messages.muted = True

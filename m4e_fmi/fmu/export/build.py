@@ -87,9 +87,7 @@ def build_fmu(
 
 def fmu_files(source: Program | PythonSource, options: Options) -> dict[str, bytes]:
     """Every file of the FMU: name in the archive → content."""
-    if not isinstance(source, Program | PythonSource):
-        message = f"expected a Program or a PythonSource, got {type(source).__name__}"
-        raise InputError.single(message, "model_program makes that of a model, or of a model file")
+    _check_source(source)
     if not isinstance(source, Program):
         _check_python_source(source, options)
         description = asked(source.description, options)
@@ -110,6 +108,12 @@ def shown(program: Program, options: Options) -> Program:
 def described(program: Program, options: Options) -> ModelDescription:
     """The description of an FMU of a program that is as `shown`."""
     return asked(describe(renamed(program, options.rename)), options)
+
+
+def _check_source(source: object) -> None:
+    if not isinstance(source, Program | PythonSource):
+        message = f"expected a Program or a PythonSource, got {type(source).__name__}"
+        raise InputError.single(message, "model_program makes that of a model, or of a model file")
 
 
 def _check_python_source(source: PythonSource, options: Options) -> None:

@@ -44,8 +44,7 @@ class Options:
             ("stop time", self.stop_time),
             ("step size", self.step_size),
         ):
-            number = isinstance(value, Real) and not isinstance(value, bool)
-            if value is not None and not (number and 0 < value < math.inf):
+            if value is not None and not _is_positive(value):
                 remedy = f"give a number{'' if what == 'tolerance' else ' of seconds'} above 0"
                 problems.append(Problem(f"the {what} must be positive, got {value!r}", remedy))
         if self.fmi == "3" and not self.native:
@@ -60,3 +59,10 @@ class Options:
         ]
         if problems:
             raise InputError(problems)
+
+
+def _is_positive(value: object) -> bool:
+    """True for a number above 0 that is finite."""
+    if isinstance(value, bool) or not isinstance(value, Real):
+        return False
+    return 0 < float(value) < math.inf

@@ -71,7 +71,7 @@ def _check_modules(source: PythonSource) -> None:
 
 def _package_files(source: PythonSource, description: ModelDescription) -> dict[str, bytes]:
     modules = {"slave_base.py": EMBEDDED / "slave_base.py", **source.modules}
-    listed: dict[str, list[dict]] = {"reals": [], "strings": []}
+    listed: dict[str, list[dict[str, str | float | bool]]] = {"reals": [], "strings": []}
     for variable in description.variables:
         group, default = ("reals", 0.0) if variable.type == "Real" else ("strings", "")
         start = default if variable.start is None else variable.start

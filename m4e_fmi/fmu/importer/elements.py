@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 from attrs import evolve
+from fmpy.model_description import ModelVariable
 from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no types
 
 from m4e_fmi.fmu.importer.flaws import Element
@@ -41,12 +42,12 @@ def locate(key: int) -> tuple[int, int]:
     return reference, index
 
 
-def owner(variable: Any) -> int:
+def owner(variable: ModelVariable) -> int:
     """The value reference of the variable, or of the array that it is an element of."""
     return locate(variable.valueReference)[0]
 
 
-def array_name(variable: Any) -> str:
+def array_name(variable: ModelVariable) -> str:
     """Name of the variable, or of the array that it is an element of."""
     return variable.name.rpartition("[")[0] if variable.shape else variable.name
 
@@ -105,8 +106,8 @@ def _annotated(root: Element) -> dict[str, list[tuple[str, str]]]:
 
 
 def _elements(
-    variable: Any, types: Mapping[str, str], names: Sequence[tuple[str, str]] | None
-) -> list[Any]:
+    variable: ModelVariable, types: Mapping[str, str], names: Sequence[tuple[str, str]] | None
+) -> list[ModelVariable]:
     if variable.type not in types:
         return [variable]
     type_ = types[variable.type]
@@ -130,7 +131,7 @@ def _elements(
     ]
 
 
-def _entries(unknown: Any, elements: dict[int, list[Any]]) -> list[Any]:
+def _entries(unknown: Any, elements: dict[int, list[ModelVariable]]) -> list[ModelVariable]:
     dependencies, kinds = unknown.dependencies, unknown.dependenciesKind
     if dependencies is not None:
         of_each = [elements[v.valueReference] for v in dependencies]

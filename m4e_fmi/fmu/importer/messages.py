@@ -68,7 +68,9 @@ class Messages:
         if status and self._listener and not self.muted:
             self._listener(status, text)
 
-    def add_3(self, _environment: Any, status: int, _category: Any, text: bytes | None) -> None:
+    def add_3(
+        self, _environment: object, status: int, _category: object, text: bytes | None
+    ) -> None:
         """FMI 3.0's callback for messages."""
         self.add(status, _decoded(text))
 

@@ -6,7 +6,7 @@ import hashlib
 import lzma
 import zipfile
 import zlib
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
@@ -95,7 +95,7 @@ def replaced(path: Path) -> RunError:
 
 
 @contextmanager
-def opened(path: Path, content: str) -> Iterator[BinaryIO]:
+def opened(path: Path, content: str) -> Generator[BinaryIO, None, None]:
     """The FMU file at `path`, open for reading; RunError unless its SHA-256 is `content`, if given.
 
     So that an FMU is never used by the description of another that was at its place before.

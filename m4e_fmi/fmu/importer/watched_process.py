@@ -11,14 +11,14 @@ import signal
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from multiprocessing.process import BaseProcess
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 from m4e_fmi.fmu.importer.call_journal import last_call
 
 UNASKED_LIMIT = 5.0
 """Seconds for a call that the standard forbids importers to make."""
-_PROCESSES: Any = multiprocessing.get_context("fork" if hasattr(os, "fork") else "spawn")
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,11 @@ class WatchedProcess:
         self._journal, self._call_limit, self._limit = journal, call_limit, limit
         self.began = self._changed = time.monotonic()
         self._number = 0
-        self._process = _PROCESSES.Process(target=target, args=arguments, daemon=True)
+        if hasattr(os, "fork"):
+            make = multiprocessing.get_context("fork").Process
+        else:
+            make = multiprocessing.get_context("spawn").Process
+        self._process: BaseProcess = make(target=target, args=arguments, daemon=True)
         self._process.start()
 
     def ending(self) -> Ending | None:

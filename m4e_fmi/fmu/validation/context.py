@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+from fmpy.model_description import ModelVariable
 
 from m4e_fmi.fmu.validation.fmu_under_test import FmuUnderTest, scale, start, within
 from m4e_fmi.fmu.validation.library import Library
@@ -57,9 +57,11 @@ class Context:
         return time.monotonic() - self.began > PATIENCE
 
     @contextmanager
-    def probe(self, **how: Any) -> Iterator[Probe]:
+    def probe(
+        self, *, exchange: bool = False, name: str = "validation"
+    ) -> Generator[Probe, None, None]:
         """An instance that is freed afterwards, whatever happened."""
-        probe = self.library.probe(**how)
+        probe = self.library.probe(exchange=exchange, name=name)
         try:
             yield probe
         finally:
@@ -72,7 +74,7 @@ class Context:
         values[:, held] = 0.0
         return values
 
-    def random(self, variables: list[Any], count: int = 1) -> np.ndarray:
+    def random(self, variables: list[ModelVariable], count: int = 1) -> np.ndarray:
         """`count` vectors of values around the start values, within the limits."""
         size = self.pace * self.facts.amplitude * np.array([scale(v) for v in variables])
         middle = np.array([start(v) for v in variables])

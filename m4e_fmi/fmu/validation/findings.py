@@ -35,7 +35,8 @@ class Finding:
     @classmethod
     def from_dict(cls, told: dict[str, Any]) -> Finding:
         """A finding from what `dataclasses.asdict` made, and JSON carried."""
-        return cls(**{**told, "words": tuple(told["words"])})
+        values: dict[str, Any] = {**told, "words": tuple(told["words"])}
+        return cls(**values)
 
     def of(self, version: str) -> Finding:
         """The same of an FMU of this version: FMI 3.0 has 2.0's rules, by other names."""
@@ -79,7 +80,8 @@ class Group:
     def from_dict(cls, told: dict[str, Any]) -> Group:
         """A group from what `dataclasses.asdict` made, and JSON carried."""
         findings = tuple(Finding.from_dict(finding) for finding in told["findings"])
-        return cls(**{**told, "findings": findings})
+        values: dict[str, Any] = {**told, "findings": findings}
+        return cls(**values)
 
     def count(self, severity: Severity) -> int:
         """Number of findings of one severity."""

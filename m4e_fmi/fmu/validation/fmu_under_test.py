@@ -10,6 +10,7 @@ from typing import Any
 
 import fmpy
 import numpy as np
+from fmpy.model_description import CoSimulation, ModelExchange, ModelVariable
 
 from m4e_fmi.fmu.importer.elements import flattened, owner
 from m4e_fmi.fmu.importer.opening import MODEL_DESCRIPTION
@@ -102,7 +103,7 @@ class FmuUnderTest:
         return any(k.canBeInstantiatedOnlyOncePerProcess for k in self.kinds)
 
     @property
-    def kinds(self) -> list[Any]:
+    def kinds(self) -> list[CoSimulation | ModelExchange]:
         """FMPy's co-simulation and model exchange, as far as it is for them."""
         return [k for k in (self.raw.coSimulation, self.raw.modelExchange) if k is not None]
 
@@ -141,7 +142,7 @@ class FmuUnderTest:
         """True if communication steps may be of any size."""
         return self.steps and bool(self.raw.coSimulation.canHandleVariableCommunicationStepSize)
 
-    def reals(self, *causalities: str) -> list[Any]:
+    def reals(self, *causalities: str) -> list[ModelVariable]:
         """Reals of these causalities; of all without any."""
         return [
             v
@@ -150,27 +151,27 @@ class FmuUnderTest:
         ]
 
     @cached_property
-    def inputs(self) -> list[Any]:
+    def inputs(self) -> list[ModelVariable]:
         """Continuous inputs of type Real."""
         return [v for v in self.reals("input") if v.variability == "continuous"]
 
     @cached_property
-    def outputs(self) -> list[Any]:
+    def outputs(self) -> list[ModelVariable]:
         """Continuous outputs of type Real."""
         return [v for v in self.reals("output") if v.variability == "continuous"]
 
     @cached_property
-    def readable(self) -> list[Any]:
+    def readable(self) -> list[ModelVariable]:
         """Every Real that has a value of its own at any time."""
         return [v for v in self.reals() if v.causality != "independent"]
 
     @cached_property
-    def parameters(self) -> list[Any]:
+    def parameters(self) -> list[ModelVariable]:
         """Parameters of type Real."""
         return self.reals("parameter")
 
     @cached_property
-    def rates(self) -> list[Any]:
+    def rates(self) -> list[ModelVariable]:
         """The derivatives of the continuous states, in the order of the states."""
         return [unknown.variable for unknown in self.raw.derivatives]
 
@@ -180,7 +181,7 @@ class FmuUnderTest:
         return [rate.derivative for rate in self.rates]
 
     @cached_property
-    def given(self) -> list[Any]:
+    def given(self) -> list[ModelVariable]:
         """The Reals whose start value may be set: inputs, parameters, initial="exact"."""
         return [
             v
@@ -190,32 +191,32 @@ class FmuUnderTest:
         ]
 
 
-def scale(variable: Any) -> float:
+def scale(variable: ModelVariable) -> float:
     """The size of the values that a Real is made for."""
     size = nominal(variable)
     return size if size is not None and size > 0 else abs(start(variable)) or 1.0
 
 
-def nominal(variable: Any) -> float | None:
+def nominal(variable: ModelVariable) -> float | None:
     """The nominal value of a Real, from itself or its declared type."""
     of_type = variable.declaredType
     text = variable.nominal or (of_type.nominal if of_type is not None else None)
     return float(text) if text else None
 
 
-def start(variable: Any) -> float:
+def start(variable: ModelVariable) -> float:
     """The start value of a Real, 0 where there is none."""
     value = float(variable.start or 0.0)
     return value if math.isfinite(value) else 0.0
 
 
-def within(variable: Any, value: float) -> float:
+def within(variable: ModelVariable, value: float) -> float:
     """`value`, moved into the limits of the Real."""
     low, high = limits(variable)
     return float(np.clip(value, low, high)) if low <= high else value
 
 
-def limits(variable: Any) -> tuple[float, float]:
+def limits(variable: ModelVariable) -> tuple[float, float]:
     """min and max of a Real, from itself or its declared type; infinite where there is none."""
     of_type = variable.declaredType
     low = variable.min if variable.min is not None else getattr(of_type, "min", None)

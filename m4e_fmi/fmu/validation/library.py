@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import os
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -22,9 +23,9 @@ class Library:
     subject: FmuUnderTest
     journal: Journal
     overruns: list[str] = field(default_factory=list)
-    _loaded: dict[bool, Any] = field(default_factory=dict)
+    _loaded: dict[bool, ctypes.CDLL] = field(default_factory=dict)
 
-    def functions(self, *, exchange: bool) -> Any:
+    def functions(self, *, exchange: bool) -> ctypes.CDLL:
         """The functions, with the argument types of model exchange or of co-simulation."""
         if exchange not in self._loaded:
             here = Path.cwd()
@@ -46,13 +47,15 @@ class Library:
             self._loaded[exchange] = loaded.dll
         return self._loaded[exchange]
 
-    def probe(self, *, exchange: bool = False, name: str = "validation", **more: Any) -> Probe:
+    def probe(self, *, exchange: bool = False, name: str = "validation") -> Probe:
         """A new instance; RefusedError if there is none."""
-        probe = self.attempt(exchange=exchange, name=name, **more)
+        probe = self.attempt(exchange=exchange, name=name)
         if not probe.component:
             raise RefusedError(INSTANTIATE, ERROR, probe.words())
         return probe
 
-    def attempt(self, **how: Any) -> Probe:
+    def attempt(
+        self, *, exchange: bool, name: str, guid: str | None = None, events: bool = False
+    ) -> Probe:
         """The same, but its `component` may be none. Of FMI 3.0, with event mode if `events`."""
-        return Probe(self, **how)
+        return Probe(self, exchange=exchange, name=name, guid=guid, events=events)

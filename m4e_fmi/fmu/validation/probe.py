@@ -10,9 +10,10 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
+from fmpy.model_description import ModelVariable
 
 from m4e_fmi.fmu.importer.calls.functions import (
     FATAL,
@@ -243,13 +244,13 @@ class Probe:
         arrays = self._arrays(references)
         return self._filled(arrays, lambda values: self.functions.get_reals(arrays, values))
 
-    def read(self, variables: Sequence[Any]) -> np.ndarray:
+    def read(self, variables: Sequence[ModelVariable]) -> np.ndarray:
         """Values (n_variables,) of Reals; RefusedError if they cannot be had."""
         status, values = self.get([v.valueReference for v in variables])
         self.require(status, "getting values")
         return values
 
-    def put(self, variables: Sequence[Any], values: np.ndarray) -> None:
+    def put(self, variables: Sequence[ModelVariable], values: np.ndarray) -> None:
         """Set Reals to `values` (n_variables,); RefusedError if that is not allowed."""
         status = self.set([v.valueReference for v in variables], values)
         self.require(status, "setting values")
@@ -312,7 +313,7 @@ class Probe:
     # ---- derivatives ----
 
     def directional(
-        self, unknowns: Sequence[Any], knowns: Sequence[Any], seed: np.ndarray
+        self, unknowns: Sequence[ModelVariable], knowns: Sequence[ModelVariable], seed: np.ndarray
     ) -> np.ndarray:
         """Change (n_unknowns,) of `unknowns` for the change `seed` (n_knowns,) of `knowns`."""
         z, v = self._arrays_of(unknowns), self._arrays_of(knowns)
@@ -324,7 +325,7 @@ class Probe:
         return found
 
     def adjoint(
-        self, unknowns: Sequence[Any], knowns: Sequence[Any], seed: np.ndarray
+        self, unknowns: Sequence[ModelVariable], knowns: Sequence[ModelVariable], seed: np.ndarray
     ) -> np.ndarray:
         """Derivatives (n_knowns,) of the sum of `unknowns`, weighted by `seed` (n_unknowns,).
 
@@ -340,7 +341,7 @@ class Probe:
         self.require(status, self._function)
         return found
 
-    def output_derivatives(self, outputs: Sequence[Any], order: int) -> np.ndarray:
+    def output_derivatives(self, outputs: Sequence[ModelVariable], order: int) -> np.ndarray:
         """Time derivatives (n_outputs,) of an order of outputs."""
         y = self._arrays_of(outputs)
         status, found = self._filled(
@@ -349,13 +350,13 @@ class Probe:
         self.require(status, self._function)
         return found
 
-    def set_input_derivatives(self, inputs: Sequence[Any], rates: np.ndarray) -> None:
+    def set_input_derivatives(self, inputs: Sequence[ModelVariable], rates: np.ndarray) -> None:
         """Set first time derivatives (n_inputs,) of inputs; for FMI 2.0 only."""
         assert isinstance(self.functions, Functions2)
         data = np.ascontiguousarray(rates, dtype=np.float64)
         self.require(self.functions.set_input_derivatives(self._arrays_of(inputs), data))
 
-    def _arrays_of(self, variables: Sequence[Any]) -> Arrays:
+    def _arrays_of(self, variables: Sequence[ModelVariable]) -> Arrays:
         return self._arrays([v.valueReference for v in variables])
 
     # ---- state ----

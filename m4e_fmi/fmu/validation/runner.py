@@ -68,13 +68,13 @@ def validate_fmu(
         if reason:
             groups += [Group(name, skipped=reason) for name in running]
         elif running:
-            groups += _elsewhere(unpacked.folder, running, call_limit, tell)
+            groups += _in_processes(unpacked.folder, running, call_limit, tell)
     finally:
         unpacked.remove()
     return Report(path, tuple(group for group in groups if group.name in wanted))
 
 
-def _elsewhere(fmu: Path, groups: list[str], call_limit: float, tell: Tell) -> list[Group]:
+def _in_processes(fmu: Path, groups: list[str], call_limit: float, tell: Tell) -> list[Group]:
     with TemporaryFolder() as work:
         command = [sys.executable, "-c", _HOST, str(work), str(fmu), str(call_limit), *groups]
         # threads of numpy's would be copied with each process, to no use

@@ -86,9 +86,9 @@ def _work_on(
         known = json.loads((folder / FACTS).read_text())
         facts = Facts(known["amplitude"], tuple(known["works"]))
     library = Library(subject, Journal(journal_file(folder, group)))
-    bench = Context(subject, library, facts, folder)
+    context = Context(subject, library, facts, folder)
     try:
-        for found in check(bench):
+        for found in check(context):
             if isinstance(found, Facts):
                 (folder / FACTS).write_text(json.dumps(asdict(found)))
             elif isinstance(found, Failure):

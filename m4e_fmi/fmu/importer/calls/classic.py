@@ -7,7 +7,7 @@ import math
 from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from m4e_fmi.fmu.importer.calls.parts import Caller, Layout
 from m4e_fmi.fmu.importer.calls.standard import (
     Call,
     Failed,
+    FmpyInstance,
     RawCall,
     Standard,
     Value,
@@ -49,7 +50,7 @@ class Classic(Standard):
     BOOLEAN: ClassVar[type[ctypes.c_int | ctypes.c_char]]
     TRUTH: ClassVar[Layout]
 
-    def __init__(self, functions: Any, description: Description, failed: Failed) -> None:
+    def __init__(self, functions: FmpyInstance, description: Description, failed: Failed) -> None:
         super().__init__(functions, description, failed)
         self._kept: list[np.ndarray] = []
 

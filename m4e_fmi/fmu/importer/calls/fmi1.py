@@ -7,8 +7,7 @@ and only then gives values. Here that happens when the first value is read.
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 from fmpy import fmi1
@@ -16,7 +15,7 @@ from fmpy import fmi1
 from m4e_fmi.fmu.importer.calls.classic import Classic
 from m4e_fmi.fmu.importer.calls.functions import WARNING, Status
 from m4e_fmi.fmu.importer.calls.parts import Layout
-from m4e_fmi.fmu.importer.calls.standard import Call, Failed
+from m4e_fmi.fmu.importer.calls.standard import Call, CFunction, Failed, FmpyInstance
 from m4e_fmi.fmu.importer.messages import Messages
 from m4e_fmi.fmu.importer.reading import Description
 
@@ -33,7 +32,7 @@ class Fmi1(Classic):
     BOOLEAN = fmi1.fmi1Boolean
     TRUTH = Layout.I8
 
-    def __init__(self, functions: Any, description: Description, failed: Failed) -> None:
+    def __init__(self, functions: FmpyInstance, description: Description, failed: Failed) -> None:
         super().__init__(functions, description, failed)
         self._experiment = (0.0, fmi1.fmi1False, 0.0)
         self._initialised = False
@@ -80,7 +79,7 @@ class Fmi1(Classic):
         self.call("FreeInstance")
         self.component = None
 
-    def function(self, function: str) -> Callable[..., Any]:
+    def function(self, function: str) -> CFunction:
         name = f"{self._description.identifier}_{self.name(function)}"
         loaded = getattr(self._dll, name)
         # FMPy declares that some functions give a text where they give a status

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import ctypes
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from fmpy import fmi2
@@ -15,7 +14,7 @@ from m4e_fmi.fmu.importer.calls.classic import Classic
 from m4e_fmi.fmu.importer.calls.functions import WARNING, Status
 from m4e_fmi.fmu.importer.calls.functions_2 import Functions2
 from m4e_fmi.fmu.importer.calls.parts import Layout
-from m4e_fmi.fmu.importer.calls.standard import Call, Failed, Rollback
+from m4e_fmi.fmu.importer.calls.standard import Call, CFunction, Failed, FmpyInstance, Rollback
 from m4e_fmi.fmu.importer.messages import Messages
 from m4e_fmi.fmu.importer.reading import Description, Variable
 
@@ -30,7 +29,7 @@ class Fmi2(Classic, Rollback):
     BOOLEAN = fmi2.fmi2Boolean
     TRUTH = Layout.I32
 
-    def __init__(self, functions: Any, description: Description, failed: Failed) -> None:
+    def __init__(self, functions: FmpyInstance, description: Description, failed: Failed) -> None:
         super().__init__(functions, description, failed)
         self._calls = Functions2(self._dll, self.call)
         self._ended: dict[int, float] = {}
@@ -103,7 +102,7 @@ class Fmi2(Classic, Rollback):
         self.check(status, "fmi2GetDirectionalDerivative")
         return float(value[0])
 
-    def function(self, function: str) -> Callable[..., Any]:
+    def function(self, function: str) -> CFunction:
         return getattr(self._dll, function)
 
     def name(self, function: str) -> str:

@@ -10,7 +10,7 @@ import ctypes
 import math
 import os
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
@@ -29,7 +29,9 @@ from m4e_fmi.fmu.importer.calls.standard import (
     NEAR,
     RESTLESS,
     Call,
+    CFunction,
     Failed,
+    FmpyInstance,
     RawCall,
     Rollback,
     Standard,
@@ -64,7 +66,7 @@ _RAW = {
 class Fmi3(Standard, Rollback):
     """One instance of FMI 3.0."""
 
-    def __init__(self, functions: Any, description: Description, failed: Failed) -> None:
+    def __init__(self, functions: FmpyInstance, description: Description, failed: Failed) -> None:
         super().__init__(functions, description, failed)
         self._calls = Functions3(self._dll, self.call)
         self._sizes: dict[int, int] = {}
@@ -139,7 +141,7 @@ class Fmi3(Standard, Rollback):
                 self._set_array(reference, elements)
 
     @contextmanager
-    def _event_mode(self) -> Iterator[None]:
+    def _event_mode(self) -> Generator[None, None, None]:
         """Where there is event mode, nothing but continuous inputs is set in any other."""
         events = self._raw.has_events and self._raw.stepping and self._raw.ended == math.inf
         if events:
@@ -172,7 +174,7 @@ class Fmi3(Standard, Rollback):
         count = self._sizes[reference]
         return list(self._call(f"get{_METHODS.get(kind, kind)}", [reference], nValues=count))
 
-    def _call(self, method: str, *arguments: Any, **more: Any) -> Any:
+    def _call(self, method: str, *arguments: object, **more: object) -> Any:
         """One of FMPy's methods; what is more than a warning has `failed`."""
         try:
             return getattr(self._fmpy, method)(*arguments, **more)
@@ -333,7 +335,7 @@ class Fmi3(Standard, Rollback):
         self.check(status, "fmi3GetDirectionalDerivative")
         return float(found[z.places[0]])
 
-    def function(self, function: str) -> Callable[..., Any]:
+    def function(self, function: str) -> CFunction:
         return getattr(self._dll, self.name(function))
 
     def name(self, function: str) -> str:

@@ -28,6 +28,10 @@ NEAR = 1.5e-9
 
 Call = Callable[[], Status]
 Value = float | int | bool | str
+FmpyInstance = Any
+"""FMPy's object for an instance of any version, whose functions it makes as it loads them."""
+CFunction = Callable[..., Any]
+"""A function of a shared library."""
 Failed = Callable[[Status, str], NoReturn]
 """Called with a status above Warning, and FMI 2.0's name of the function."""
 
@@ -75,7 +79,7 @@ class Standard(ABC):
     Warning; calls that answer with a status leave that to their caller.
     """
 
-    def __init__(self, functions: Any, description: Description, failed: Failed) -> None:
+    def __init__(self, functions: FmpyInstance, description: Description, failed: Failed) -> None:
         self._fmpy = copy(functions)
         self._dll: ctypes.CDLL = functions.dll
         self._description = description
@@ -166,7 +170,7 @@ class Standard(ABC):
     # ---- functions of the library ----
 
     @abstractmethod
-    def function(self, function: str) -> Callable[..., Any]:
+    def function(self, function: str) -> CFunction:
         """The function of the library that FMI 2.0 calls `function`."""
 
     @abstractmethod

@@ -26,7 +26,7 @@ class Texts:
 
     def __init__(self) -> None:
         self._library = found = library()
-        self._kept: list[ctypes.Array] = []
+        self._kept: list[ctypes.Array[ctypes.c_char]] = []
         self._places: dict[bytes, int] = {}
         self._raw = _RawTexts()
         if found is not None:

@@ -22,44 +22,44 @@ EPS = float(np.finfo(float).eps)
 WRONG_GUID = "{00000000-not-the-guid-of-this-fmu}"
 
 
-def check(bench: Context) -> Iterator[Finding | Failure | Facts]:
+def check(context: Context) -> Iterator[Finding | Failure | Facts]:
     """Findings, and last the facts for the other groups, unless the FMU does not even start."""
-    if bench.subject.fmi_3:
-        yield from check_simulated(bench)
+    if context.subject.fmi_3:
+        yield from check_simulated(context)
     try:
-        version = _version(bench)
+        version = _version(context)
     except Exception as error:  # noqa: BLE001  FMPy raises plain exceptions
-        text = str(error).replace(str(bench.subject.folder), "")
+        text = str(error).replace(str(context.subject.folder), "")
         remedy = "a library it needs is missing, or the file is not an FMI 2.0 binary"
         yield Finding("start.library", "error", f"cannot be loaded: {text}", remedy)
         return
-    if version != (bench.subject.raw.fmiVersion, "default"):
+    if version != (context.subject.raw.fmiVersion, "default"):
         message = f"GetVersion and GetTypesPlatform answer {version}"
         yield Finding("start.version", "error", message, "FMI 2.0.4, section 2.1.2 and 2.1.4")
     facts = Facts()
     others: dict[str, None] = {}
-    for exchange in bench.subject.ways:
+    for exchange in context.subject.ways:
         try:
-            facts = _first_steps(bench, facts, exchange=exchange)
+            facts = _first_steps(context, facts, exchange=exchange)
         except RefusedError as error:
-            if bench.subject.step_is_assumed and error.call.partition("(")[0].endswith("DoStep"):
-                yield _assumed_step(bench, error)
+            if context.subject.step_is_assumed and error.call.partition("(")[0].endswith("DoStep"):
+                yield _assumed_step(context, error)
             else:
                 yield refused("start", error, exchange=exchange)
             return
         with suppress(RefusedError):  # which `phases` tells
-            others |= dict.fromkeys(_other_starts(bench, exchange=exchange))
-        yield from _finite(bench, exchange=exchange)
+            others |= dict.fromkeys(_other_starts(context, exchange=exchange))
+        yield from _finite(context, exchange=exchange)
     if others:
         message = f"a new instance has other values than declared: {some(others)}"
         basis = "a start value is that of the FMU until another is set: FMI 2.0.4, section 2.2.7"
         yield Finding("start.values", "error", message, basis)
-    yield from _guid(bench)
-    for exchange in bench.subject.ways:
+    yield from _guid(context)
+    for exchange in context.subject.ways:
         works: list[str] = []
-        yield from _capabilities(bench, works, exchange=exchange)
+        yield from _capabilities(context, works, exchange=exchange)
         facts = replace(facts, works=(*facts.works, *works))
-    yield from _event_mode(bench)
+    yield from _event_mode(context)
     yield facts
 
 
@@ -73,65 +73,65 @@ def refused(group: str, error: RefusedError, *, exchange: bool | None = None) ->
     return Finding(f"{group}.{name}", "error", f"{error}{how}", basis, error.words)
 
 
-def _assumed_step(bench: Context, error: RefusedError) -> Finding:
+def _assumed_step(context: Context, error: RefusedError) -> Finding:
     """The finding that a step was refused of which nobody knows whether the FMU makes it."""
     message = (
         f"the checks that make steps were left out: {error}, but that step of "
-        f"{bench.subject.step_size:g} s was assumed, because the FMU makes steps of one size only "
-        "(canHandleVariableCommunicationStepSize) and its description does not give it"
+        f"{context.subject.step_size:g} s was assumed, because the FMU makes steps of one "
+        "size only (canHandleVariableCommunicationStepSize) and its description does not give it"
     )
     basis = "give stepSize in DefaultExperiment of modelDescription.xml, and validate again"
     return Finding("start.step_unknown", "warning", message, basis, error.words)
 
 
-def _version(bench: Context) -> tuple[str, str]:
-    dll = bench.library.functions(exchange=bench.subject.exchanges)
-    bench.library.journal.write("GetVersion()")
-    if bench.subject.fmi_3:
+def _version(context: Context) -> tuple[str, str]:
+    dll = context.library.functions(exchange=context.subject.exchanges)
+    context.library.journal.write("GetVersion()")
+    if context.subject.fmi_3:
         return dll.fmi3GetVersion().decode(), "default"
     return dll.fmi2GetVersion().decode(), dll.fmi2GetTypesPlatform().decode()
 
 
-def _first_steps(bench: Context, facts: Facts, *, exchange: bool) -> Facts:
+def _first_steps(context: Context, facts: Facts, *, exchange: bool) -> Facts:
     """Twice through all phases; the largest amplitude of the inputs at which that is possible."""
-    amplitudes = (facts.amplitude,) if exchange and bench.subject.steps else AMPLITUDES
+    amplitudes = (facts.amplitude,) if exchange and context.subject.steps else AMPLITUDES
     for amplitude in amplitudes:
-        bench.facts = Facts(amplitude)
+        context.facts = Facts(amplitude)
         try:
             for _ in range(2):
-                with bench.probe(exchange=exchange) as probe:
-                    _through(bench, probe)
+                with context.probe(exchange=exchange) as probe:
+                    _through(context, probe)
         except RefusedError:
             if amplitude == amplitudes[-1]:
                 raise
         else:
-            return bench.facts
+            return context.facts
     raise AssertionError("the last amplitude returns or raises")
 
 
-def _through(bench: Context, probe: Probe) -> None:
+def _through(context: Context, probe: Probe) -> None:
     probe.begin()
-    for row in bench.random_inputs(STEPS):
-        probe.put(bench.subject.inputs, row)
+    for row in context.random_inputs(STEPS):
+        probe.put(context.subject.inputs, row)
         if probe.exchange:
             probe.rate_vector()
         else:
-            probe.advance(bench.subject.step_size)
-        probe.read(bench.subject.outputs)
+            probe.advance(context.subject.step_size)
+        probe.read(context.subject.outputs)
     probe.terminate()
 
 
-def _other_starts(bench: Context, *, exchange: bool) -> list[str]:
+def _other_starts(context: Context, *, exchange: bool) -> list[str]:
     """Values of a new instance, before anything is set, that are not the start values declared.
 
     Read in initialization mode, where FMI allows it; there `exact` ones are as they were before.
     """
     declared = [
         v
-        for v in bench.subject.readable
+        for v in context.subject.readable
         if v.initial == "exact" and v.start is not None and np.isfinite(float(v.start))
     ]
-    with bench.probe(exchange=exchange) as probe:
+    with context.probe(exchange=exchange) as probe:
         probe.setup()
         probe.enter_initialization()
         values = probe.read(declared)
@@ -142,13 +142,13 @@ def _other_starts(bench: Context, *, exchange: bool) -> list[str]:
     ]
 
 
-def _finite(bench: Context, *, exchange: bool) -> Iterator[Finding]:
-    outputs = bench.subject.outputs
-    with bench.probe(exchange=exchange) as probe:
+def _finite(context: Context, *, exchange: bool) -> Iterator[Finding]:
+    outputs = context.subject.outputs
+    with context.probe(exchange=exchange) as probe:
         probe.begin()
         seen = [probe.read(outputs)]
         for _ in range(0 if exchange else STEPS):
-            probe.advance(bench.subject.step_size)
+            probe.advance(context.subject.step_size)
             seen.append(probe.read(outputs))
         values = np.array(seen)
         wrong = [v.name for k, v in enumerate(outputs) if not np.isfinite(values[:, k]).all()]
@@ -157,22 +157,22 @@ def _finite(bench: Context, *, exchange: bool) -> Iterator[Finding]:
             yield Finding("start.not_finite", "error", message, "check its start values")
 
 
-def _guid(bench: Context) -> Iterator[Finding]:
-    way = not bench.subject.steps
-    probe = bench.library.attempt(exchange=way, name="stranger", guid=WRONG_GUID)
+def _guid(context: Context) -> Iterator[Finding]:
+    way = not context.subject.steps
+    probe = context.library.attempt(exchange=way, name="stranger", guid=WRONG_GUID)
     if probe.component:
         probe.free()
         message = "any GUID is accepted: a stale modelDescription.xml would not be noticed"
         yield Finding("start.guid_unchecked", "note", message, "FMI 2.0.4, section 2.1.5")
 
 
-def _tests(bench: Context, *, exchange: bool) -> dict[str, Callable[[Probe], object]]:
+def _tests(context: Context, *, exchange: bool) -> dict[str, Callable[[Probe], object]]:
     """Declared capability → calls that show whether it is there.
 
     What is not declared is not called: its behaviour is unspecified (FMI 2.0.4, section 2.3).
     """
-    kind = bench.subject.kind(exchange=exchange)
-    outputs, inputs = bench.subject.outputs[:1], bench.subject.inputs[:1]
+    kind = context.subject.kind(exchange=exchange)
+    outputs, inputs = context.subject.outputs[:1], context.subject.inputs[:1]
     tests: dict[str, Callable[[Probe], object]] = {
         "canGetAndSetFMUstate": _saves,
         "canSerializeFMUstate": _serialises,
@@ -180,19 +180,19 @@ def _tests(bench: Context, *, exchange: bool) -> dict[str, Callable[[Probe], obj
     if outputs and inputs:
         one = np.ones(1)
         tests["providesDirectionalDerivative"] = lambda p: p.directional(outputs, inputs, one)
-        if bench.subject.fmi_3:
+        if context.subject.fmi_3:
             tests["providesAdjointDerivatives"] = lambda p: p.adjoint(outputs, inputs, one)
     if not exchange and outputs:
         tests["maxOutputDerivativeOrder"] = lambda p: p.output_derivatives(outputs, 1)
-    if not exchange and inputs and not bench.subject.fmi_3:
+    if not exchange and inputs and not context.subject.fmi_3:
         tests["canInterpolateInputs"] = lambda p: p.set_input_derivatives(inputs, np.zeros(1))
     return {name: test for name, test in tests.items() if getattr(kind, name)}
 
 
-def _capabilities(bench: Context, works: list[str], *, exchange: bool) -> Iterator[Finding]:
+def _capabilities(context: Context, works: list[str], *, exchange: bool) -> Iterator[Finding]:
     """Declared capabilities that are not there; what is there goes to `works`."""
-    for name, test in _tests(bench, exchange=exchange).items():
-        found, words = _possible(bench, test, exchange=exchange)
+    for name, test in _tests(context, exchange=exchange).items():
+        found, words = _possible(context, test, exchange=exchange)
         if found:
             works.append(f"{name} (model exchange)" if exchange else name)
         else:
@@ -201,12 +201,12 @@ def _capabilities(bench: Context, works: list[str], *, exchange: bool) -> Iterat
             yield Finding("capabilities.missing", "error", message, basis, words)
 
 
-def _event_mode(bench: Context) -> Iterator[Finding]:
+def _event_mode(context: Context) -> Iterator[Finding]:
     """Of FMI 3.0: whether there are instances with event mode in co-simulation, if declared."""
-    stepping = bench.subject.raw.coSimulation
+    stepping = context.subject.raw.coSimulation
     if stepping is None or not stepping.hasEventMode:
         return
-    probe = bench.library.attempt(exchange=False, name="validation", events=True)
+    probe = context.library.attempt(exchange=False, name="validation", events=True)
     if probe.component:
         probe.free()
         return
@@ -216,13 +216,13 @@ def _event_mode(bench: Context) -> Iterator[Finding]:
 
 
 def _possible(
-    bench: Context, test: Callable[[Probe], object], *, exchange: bool
+    context: Context, test: Callable[[Probe], object], *, exchange: bool
 ) -> tuple[bool, tuple[str, ...]]:
     try:
-        with bench.probe(exchange=exchange) as probe:
+        with context.probe(exchange=exchange) as probe:
             probe.begin()
             if not exchange:
-                probe.advance(bench.subject.step_size)
+                probe.advance(context.subject.step_size)
             test(probe)
     except RefusedError as error:
         return False, error.words

@@ -38,10 +38,10 @@ class _Measured:
     slopes: np.ndarray
 
 
-def check(bench: Context) -> Iterator[Finding | str]:
+def check(context: Context) -> Iterator[Finding | str]:
     """Dependencies that contradict what changes, and a reason if there are none."""
     found = False
-    for place in places(bench):
+    for place in places(context):
         found = True
         yield from _place_findings(place, _measure(place))
     if not found:
@@ -53,7 +53,7 @@ def _measure(place: Place) -> _Measured:
     changes, bends = np.zeros(size, bool), np.zeros(size, bool)
     slopes: list[np.ndarray] = []
     began = time.monotonic()
-    for values in place.bench.random(place.knowns, POINTS):
+    for values in place.context.random(place.knowns, POINTS):
         if slopes and time.monotonic() - began > SECONDS:
             break
         slope = np.full(size, np.nan)

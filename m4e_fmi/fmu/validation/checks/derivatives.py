@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from fmpy.model_description import ModelVariable
 
 from m4e_fmi.fmu.validation.context import Context
 from m4e_fmi.fmu.validation.findings import Finding, some
@@ -27,28 +29,28 @@ FMU is coarse: another variable's derivative would not be that near in most wind
 BASIS = "FMI 2.0.4, section 2.2.7, attribute `derivative`"
 
 
-def check(bench: Context) -> Iterator[Finding | str]:
+def check(context: Context) -> Iterator[Finding | str]:
     """Derivatives that contradict differences in time."""
-    subject = bench.subject
+    subject = context.subject
     if subject.exchanges and subject.states:
-        yield from _order_of_states(bench)
-        yield from _nominals(bench)
-    bench = paced(bench)
+        yield from _order_of_states(context)
+        yield from _nominals(context)
+    context = paced(context)
     pairs = [v for v in subject.readable if v.derivative is not None and v.causality != "input"]
-    orders = subject.steps and "maxOutputDerivativeOrder" in bench.facts.works
+    orders = subject.steps and "maxOutputDerivativeOrder" in context.facts.works
     if subject.steps and (pairs or orders):
-        yield from _along_a_run(bench, pairs, subject.outputs if orders else [])
-    shorter = subject.variable_steps and not bench.holds
-    if subject.steps and "canInterpolateInputs" in bench.facts.works and shorter:
-        yield from _input_derivatives(bench)
+        yield from _along_a_run(context, pairs, subject.outputs if orders else [])
+    shorter = subject.variable_steps and not context.holds
+    if subject.steps and "canInterpolateInputs" in context.facts.works and shorter:
+        yield from _input_derivatives(context)
 
 
-def _order_of_states(bench: Context) -> Iterator[Finding]:
+def _order_of_states(context: Context) -> Iterator[Finding]:
     """In model exchange: the vectors of states and rates, against the variables they stand for."""
-    subject, wrong = bench.subject, []
-    with bench.probe(exchange=True) as probe:
+    subject, wrong = context.subject, []
+    with context.probe(exchange=True) as probe:
         probe.begin()
-        for x in bench.random(subject.states, 2):
+        for x in context.random(subject.states, 2):
             probe.set_state_vector(x)
             for variables, vector in (
                 (subject.states, probe.state_vector()),
@@ -66,11 +68,11 @@ def _order_of_states(bench: Context) -> Iterator[Finding]:
         yield Finding("derivatives.order", "error", message, basis)
 
 
-def _nominals(bench: Context) -> Iterator[Finding]:
+def _nominals(context: Context) -> Iterator[Finding]:
     """Nominal values of the states that the FMU tells, against those that are declared."""
-    states = bench.subject.states
+    states = context.subject.states
     try:
-        with bench.probe(exchange=True) as probe:
+        with context.probe(exchange=True) as probe:
             told = probe.begin().nominal_vector()
     except RefusedError:
         return  # nothing to compare
@@ -86,16 +88,18 @@ def _nominals(bench: Context) -> Iterator[Finding]:
         yield Finding("derivatives.nominal", "warning", message, basis)
 
 
-def _along_a_run(bench: Context, pairs: list, outputs: list) -> Iterator[Finding]:
+def _along_a_run(
+    context: Context, pairs: list[ModelVariable], outputs: list[ModelVariable]
+) -> Iterator[Finding]:
     """Samples of a run with inputs that are constant in each window.
 
     A solver inside that advances in fixed steps of its own is sampled at communication points.
     """
     bases = [v.derivative for v in pairs]
-    inputs = bench.random_inputs(WINDOWS)
-    shorter = bench.subject.variable_steps and not bench.holds
-    spacing = bench.step_size * (SPACING if shorter else 1.0)
-    of_pairs, of_outputs = _sampled(bench, inputs, spacing, (bases, pairs), outputs)
+    inputs = context.random_inputs(WINDOWS)
+    shorter = context.subject.variable_steps and not context.holds
+    spacing = context.step_size * (SPACING if shorter else 1.0)
+    of_pairs, of_outputs = _sampled(context, inputs, spacing, (bases, pairs), outputs)
     what = "along a run, declared derivatives are not those of their variables"
     yield from _contradictions("mismatch", what, BASIS, pairs, of_pairs, of_pairs.coarse())
     what = "fmi2GetRealOutputDerivatives is not the derivative along a run"
@@ -131,15 +135,19 @@ class _Samples:
 
 
 def _sampled(
-    bench: Context, inputs: np.ndarray, spacing: float, pairs: tuple[list, list], outputs: list
+    context: Context,
+    inputs: np.ndarray,
+    spacing: float,
+    pairs: tuple[list[Any], list[ModelVariable]],
+    outputs: list[ModelVariable],
 ) -> tuple[_Samples, _Samples]:
     """Variables with their declared derivatives, and outputs with what the FMU derives of them."""
     seen: list[list[np.ndarray]] = [[], [], [], []]
-    with bench.probe() as probe:
+    with context.probe() as probe:
         probe.begin()
         for row in inputs:
-            probe.put(bench.subject.inputs, row)
-            probe.advance(bench.step_size)
+            probe.put(context.subject.inputs, row)
+            probe.advance(context.step_size)
             for k in range(SAMPLES):
                 for rows, variables in zip(seen, (*pairs, outputs), strict=False):
                     rows.append(probe.read(variables))
@@ -171,7 +179,7 @@ def _contradictions(
     name: str,
     what: str,
     basis: str,
-    variables: list,
+    variables: list[ModelVariable],
     samples: _Samples,
     coarse: np.ndarray,
 ) -> Iterator[Finding]:
@@ -209,17 +217,17 @@ def _contradictions(
         yield Finding("derivatives.rough", "warning", message, remedy)
 
 
-def _input_derivatives(bench: Context) -> Iterator[Finding]:
+def _input_derivatives(context: Context) -> Iterator[Finding]:
     """A step with inputs that grow linearly, against short steps with inputs in the middle."""
-    subject = bench.subject
+    subject = context.subject
     held = np.array([v.derivative is not None for v in subject.inputs])
-    first, last = bench.random_inputs(2)
+    first, last = context.random_inputs(2)
     last = np.where(held, first, last)
-    size = bench.step_size
+    size = context.step_size
     try:
-        curved = _grown(bench, first, last, parts=0)
-        still, coarse, fine = (_grown(bench, first, last, parts=parts) for parts in (-1, 8, 16))
-        whole, split = (_grown(bench, first, first, parts=parts) for parts in (-1, 16))
+        curved = _grown(context, first, last, parts=0)
+        still, coarse, fine = (_grown(context, first, last, parts=parts) for parts in (-1, 8, 16))
+        whole, split = (_grown(context, first, first, parts=parts) for parts in (-1, 16))
     except RefusedError:
         return  # steps that short are not possible: nothing to compare with
     best = (4 * fine - coarse) / 3
@@ -236,11 +244,11 @@ def _input_derivatives(bench: Context) -> Iterator[Finding]:
         yield Finding("derivatives.input", "error", message, basis)
 
 
-def _grown(bench: Context, first: np.ndarray, last: np.ndarray, *, parts: int) -> np.ndarray:
+def _grown(context: Context, first: np.ndarray, last: np.ndarray, *, parts: int) -> np.ndarray:
     """All Reals after a step in which inputs grow from `first` to `last`: in that many parts, told
     as input derivatives (0), or with no growth before the end (-1)."""
-    subject, size = bench.subject, bench.step_size
-    with bench.probe() as probe:
+    subject, size = context.subject, context.step_size
+    with context.probe() as probe:
         probe.begin()
         probe.put(subject.inputs, first)
         if parts == 0:

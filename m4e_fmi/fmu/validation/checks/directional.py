@@ -27,13 +27,13 @@ CAPABILITY = "providesDirectionalDerivative"
 ADJOINT = "providesAdjointDerivatives"
 
 
-def check(bench: Context) -> Iterator[Finding | str]:
+def check(context: Context) -> Iterator[Finding | str]:
     """Directional derivatives that contradict differences."""
-    works = bench.facts.works
+    works = context.facts.works
     if not any(name.startswith((CAPABILITY, ADJOINT)) for name in works):
         yield f"{CAPABILITY} is not declared, or not there"
         return
-    for place in places(bench):
+    for place in places(context):
         way = " (model exchange)" if place.probe.exchange else ""
         if CAPABILITY + way in works and place.unknowns:
             yield from _place_findings(place)
@@ -46,7 +46,7 @@ def _place_findings(place: Place) -> Iterator[Finding]:
     not_linear: list[str] = []
     try:
         began = time.monotonic()
-        for values in place.bench.random(place.knowns, POINTS):
+        for values in place.context.random(place.knowns, POINTS):
             if time.monotonic() - began < SECONDS:
                 wrong += _wrong_entries(place, values)
                 not_linear += _not_linear(place, values)
@@ -64,7 +64,7 @@ def _place_findings(place: Place) -> Iterator[Finding]:
 
 
 def _adjoint_findings(place: Place) -> Iterator[Finding]:
-    values = place.bench.random(place.knowns)[0]
+    values = place.context.random(place.knowns)[0]
     try:
         wrong = _wrong_adjoint(place, values)
     except RefusedError as error:
@@ -81,7 +81,7 @@ def _wrong_adjoint(place: Place, values: np.ndarray) -> list[str]:
     estimates = [_differences(place, values, k) for k in range(len(place.knowns))]
     if place.evaluate(values) is None:
         return []
-    seed = place.bench.rng.uniform(0.5, 1.5, len(place.unknowns))
+    seed = place.context.rng.uniform(0.5, 1.5, len(place.unknowns))
     told = place.probe.adjoint(place.unknowns, place.knowns, seed)
     found = []
     for known, slope, expected in zip(place.knowns, told, estimates, strict=True):

@@ -22,70 +22,70 @@ that compiles a small script (5 to 8 kB have been measured)."""
 _STATM = Path("/proc/self/statm")
 
 
-def check(bench: Context) -> Iterator[Finding | str]:
+def check(context: Context) -> Iterator[Finding | str]:
     """Instances that differ after a reset, share values, or leave memory behind."""
-    for exchange in bench.subject.ways:
-        yield from _reset(bench, exchange=exchange)
-        if not bench.subject.once:
-            yield from _shared(bench, exchange=exchange)
-    yield from _leak(bench)
+    for exchange in context.subject.ways:
+        yield from _reset(context, exchange=exchange)
+        if not context.subject.once:
+            yield from _shared(context, exchange=exchange)
+    yield from _leak(context)
 
 
-def _trace(bench: Context, probe: Probe, inputs: np.ndarray) -> list[np.ndarray]:
+def _trace(context: Context, probe: Probe, inputs: np.ndarray) -> list[np.ndarray]:
     """All Reals along a run; in model exchange at the start, with inputs that change."""
     if not probe.exchange:
-        return bench.run(probe, inputs, bench.subject.step_size)
+        return context.run(probe, inputs, context.subject.step_size)
     seen = []
     for row in inputs:
-        probe.put(bench.subject.inputs, row)
-        seen.append(probe.read(bench.subject.readable))
+        probe.put(context.subject.inputs, row)
+        seen.append(probe.read(context.subject.readable))
     return seen
 
 
-def _reset(bench: Context, *, exchange: bool) -> Iterator[Finding]:
-    inputs = bench.random_inputs(STEPS)
-    with bench.probe(exchange=exchange) as probe:
+def _reset(context: Context, *, exchange: bool) -> Iterator[Finding]:
+    inputs = context.random_inputs(STEPS)
+    with context.probe(exchange=exchange) as probe:
         probe.begin()
-        fresh = _trace(bench, probe, inputs)
-    with bench.probe(exchange=exchange) as probe:
-        _perturbed(bench, probe)
-        _trace(bench, probe, inputs[::-1])
+        fresh = _trace(context, probe, inputs)
+    with context.probe(exchange=exchange) as probe:
+        _perturbed(context, probe)
+        _trace(context, probe, inputs[::-1])
         probe.reset()
         probe.begin()
-        again = _trace(bench, probe, inputs)
-    difference = first_difference(bench.subject, fresh, again)
+        again = _trace(context, probe, inputs)
+    difference = first_difference(context.subject, fresh, again)
     if difference is not None:
         row, names = difference
         message = f"after fmi2Reset a run is not that of a new instance: {some(names)}, row {row}"
         yield Finding("instances.reset", "error", message, "FMI 2.0.4, section 2.1.6")
 
 
-def _perturbed(bench: Context, probe: Probe) -> None:
+def _perturbed(context: Context, probe: Probe) -> None:
     """Begin with other parameters and inputs than the start values."""
-    given = [v for v in bench.subject.given if v.causality != "input"]
+    given = [v for v in context.subject.given if v.causality != "input"]
     changed = {}
     for v in given:
-        change = 0.01 * bench.facts.amplitude * scale(v)
+        change = 0.01 * context.facts.amplitude * scale(v)
         changed[v.valueReference] = within(v, start(v) + change)
     probe.begin(changed)
 
 
-def _shared(bench: Context, *, exchange: bool) -> Iterator[Finding]:
-    inputs = bench.random_inputs(STEPS)
-    with bench.probe(exchange=exchange) as alone:
+def _shared(context: Context, *, exchange: bool) -> Iterator[Finding]:
+    inputs = context.random_inputs(STEPS)
+    with context.probe(exchange=exchange) as alone:
         alone.begin()
-        expected = _trace(bench, alone, inputs)
+        expected = _trace(context, alone, inputs)
     with (
-        bench.probe(exchange=exchange) as one,
-        bench.probe(exchange=exchange, name="other") as other,
+        context.probe(exchange=exchange) as one,
+        context.probe(exchange=exchange, name="other") as other,
     ):
         one.begin()
-        _perturbed(bench, other)
-        seen: list[np.ndarray] = [] if exchange else [one.read(bench.subject.readable)]
+        _perturbed(context, other)
+        seen: list[np.ndarray] = [] if exchange else [one.read(context.subject.readable)]
         for row, opposite in zip(inputs, inputs[::-1], strict=True):
-            seen += _trace(bench, one, row[None])[0 if exchange else 1 :]
-            _trace(bench, other, opposite[None])
-    difference = first_difference(bench.subject, expected, seen)
+            seen += _trace(context, one, row[None])[0 if exchange else 1 :]
+            _trace(context, other, opposite[None])
+    difference = first_difference(context.subject, expected, seen)
     if difference is not None:
         row, names = difference
         message = f"a second instance changes the results of the first: {some(names)}, row {row}"
@@ -93,12 +93,12 @@ def _shared(bench: Context, *, exchange: bool) -> Iterator[Finding]:
         yield Finding("instances.shared", "error", message, basis)
 
 
-def _leak(bench: Context) -> Iterator[Finding]:
+def _leak(context: Context) -> Iterator[Finding]:
     if not _STATM.exists():
         return
     sizes: list[int] = []
-    while len(sizes) <= WARM_UP + CYCLES and not (bench.late and len(sizes) > LEAST):
-        with bench.probe(exchange=not bench.subject.steps) as probe:
+    while len(sizes) <= WARM_UP + CYCLES and not (context.late and len(sizes) > LEAST):
+        with context.probe(exchange=not context.subject.steps) as probe:
             probe.setup()
             probe.enter_initialization()
             probe.leave_initialization()

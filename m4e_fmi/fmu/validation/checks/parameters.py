@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
+from fmpy.model_description import ModelVariable
 
 from m4e_fmi.fmu.importer.calls.functions import OK, WARNING
 from m4e_fmi.fmu.validation.context import Context
@@ -20,28 +20,28 @@ MOST = 30
 BASIS = "FMI 2.0.4, section 2.2.7, variability and causality"
 
 
-def check(bench: Context) -> Iterator[Finding | str]:
+def check(context: Context) -> Iterator[Finding | str]:
     """Tunable parameters without effect, and others that can be set too late."""
-    way = not bench.subject.steps
-    if bench.subject.steps:
-        yield from _tunable(bench)
-    yield from _not_settable(bench, exchange=way)
+    way = not context.subject.steps
+    if context.subject.steps:
+        yield from _tunable(context)
+    yield from _not_settable(context, exchange=way)
 
 
-def _tunable(bench: Context) -> Iterator[Finding]:
-    tunable = [v for v in bench.subject.parameters if v.variability == "tunable"][:MOST]
+def _tunable(context: Context) -> Iterator[Finding]:
+    tunable = [v for v in context.subject.parameters if v.variability == "tunable"][:MOST]
     if not tunable:
         return
-    inputs = bench.random_inputs(2 * STEPS)
-    plain = _run(bench, inputs, None, 0)
+    inputs = context.random_inputs(2 * STEPS)
+    plain = _run(context, inputs, None, 0)
     ignored, refused = [], []
     for v in tunable:
         try:
-            late = _run(bench, inputs, v, STEPS)
+            late = _run(context, inputs, v, STEPS)
         except RefusedError as error:
             refused.append(f"{v.name} ({error})")
             continue
-        if np.array_equal(late, plain) and not np.array_equal(_run(bench, inputs, v, 0), plain):
+        if np.array_equal(late, plain) and not np.array_equal(_run(context, inputs, v, 0), plain):
             ignored.append(v.name)
     if ignored:
         message = f"tunable, but without effect when set between steps: {some(ignored)}"
@@ -51,31 +51,33 @@ def _tunable(bench: Context) -> Iterator[Finding]:
         yield Finding("parameters.tunable_refused", "error", message, BASIS)
 
 
-def _run(bench: Context, inputs: np.ndarray, parameter: Any, when: int) -> np.ndarray:
+def _run(
+    context: Context, inputs: np.ndarray, parameter: ModelVariable | None, when: int
+) -> np.ndarray:
     """Last values of all but parameters, where one is changed after `when` steps (0: at first)."""
     change = {}
     if parameter is not None:
         value = within(parameter, start(parameter) + CHANGE * scale(parameter))
         change = {parameter.valueReference: value}
-    with bench.probe() as probe:
+    with context.probe() as probe:
         probe.begin(change if when == 0 else None)
         for k, row in enumerate(inputs):
-            if k == when and k and change:
+            if k == when and k and parameter is not None:
                 probe.put([parameter], np.array(list(change.values())))
-            probe.put(bench.subject.inputs, row)
-            probe.advance(bench.subject.step_size)
-        return probe.read([v for v in bench.subject.readable if v.causality != "parameter"])
+            probe.put(context.subject.inputs, row)
+            probe.advance(context.subject.step_size)
+        return probe.read([v for v in context.subject.readable if v.causality != "parameter"])
 
 
-def _not_settable(bench: Context, *, exchange: bool) -> Iterator[Finding]:
+def _not_settable(context: Context, *, exchange: bool) -> Iterator[Finding]:
     """Set one variable of each kind that cannot be set any more, as an importer's mistake."""
-    for what, variables in _kinds(bench).items():
+    for what, variables in _kinds(context).items():
         if not variables:
             continue
-        with bench.probe(exchange=exchange) as probe:
+        with context.probe(exchange=exchange) as probe:
             probe.begin()
             if not exchange:
-                probe.advance(bench.subject.step_size)
+                probe.advance(context.subject.step_size)
             probe.words()
             value = np.array([start(variables[0])])
             status = probe.set([variables[0].valueReference], value, variables[0].name)
@@ -97,8 +99,8 @@ def noticed(probe: Probe) -> int:
     return probe.listen()
 
 
-def _kinds(bench: Context) -> dict[str, list[Any]]:
-    subject = bench.subject
+def _kinds(context: Context) -> dict[str, list[ModelVariable]]:
+    subject = context.subject
     return {
         "fixed parameters": [v for v in subject.parameters if v.variability == "fixed"],
         "calculated parameters": subject.reals("calculatedParameter"),

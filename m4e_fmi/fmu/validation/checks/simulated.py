@@ -16,13 +16,13 @@ STEPS = 20
 WAYS = {"coSimulation": "CoSimulation", "modelExchange": "ModelExchange"}
 
 
-def check_simulated(bench: Context) -> Iterator[Finding | Failure]:
+def check_simulated(context: Context) -> Iterator[Finding | Failure]:
     """Every way twice: no failure, finite values, the same bits."""
-    raw = bench.subject.raw
+    raw = context.subject.raw
     for way in (text for key, text in WAYS.items() if getattr(raw, key) is not None):
-        bench.library.journal.write(f"fmpy.simulate_fmu(fmi_type={way!r})")
+        context.library.journal.write(f"fmpy.simulate_fmu(fmi_type={way!r})")
         try:
-            first, second = (_simulated(bench, way) for _ in range(2))
+            first, second = (_simulated(context, way) for _ in range(2))
         except Exception as error:  # noqa: BLE001  FMPy raises plain exceptions
             if not (isinstance(error, FMICallException | OSError) or type(error) is Exception):
                 yield Failure.of(error)  # FMPy's own
@@ -40,8 +40,8 @@ def check_simulated(bench: Context) -> Iterator[Finding | Failure]:
             yield Finding("start.not_finite", "error", message, "check its start values")
 
 
-def _simulated(bench: Context, way: str) -> np.ndarray:
-    subject = bench.subject
+def _simulated(context: Context, way: str) -> np.ndarray:
+    subject = context.subject
     return fmpy.simulate_fmu(
         str(subject.folder),
         validate=False,

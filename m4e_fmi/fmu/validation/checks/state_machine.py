@@ -34,20 +34,20 @@ BASIS = "FMI 2.0.4, section 3.2.3 and 4.2.4"
 Action = Callable[[Probe], int]
 
 
-def check(bench: Context) -> Iterator[Finding | str]:
+def check(context: Context) -> Iterator[Finding | str]:
     """Calls that are refused or accepted against the state machine."""
     refused: dict[str, None] = {}
     accepted: dict[str, None] = {}
     readable: dict[str, None] = {}
     left_out: dict[str, None] = {}
-    for exchange in bench.subject.ways:
+    for exchange in context.subject.ways:
         for state in STATES[exchange]:
-            for name, (allowed, action) in _functions(bench, exchange=exchange).items():
+            for name, (allowed, action) in _functions(context, exchange=exchange).items():
                 call = {f"{name} {state}": None}  # which may be there in both ways
-                if bench.late:
+                if context.late:
                     left_out |= call
                     continue
-                status, heard = _outcome(bench, state, action, exchange=exchange)
+                status, heard = _outcome(context, state, action, exchange=exchange)
                 if state in allowed and status > WARNING:
                     refused |= call
                 elif state not in allowed and max(status, heard) <= WARNING:
@@ -66,10 +66,10 @@ def check(bench: Context) -> Iterator[Finding | str]:
         yield Finding("phases.readable", "note", message + some(readable), BASIS)
 
 
-def _outcome(bench: Context, state: str, action: Action, *, exchange: bool) -> tuple[int, int]:
+def _outcome(context: Context, state: str, action: Action, *, exchange: bool) -> tuple[int, int]:
     """Status of the call, and the worst one among what the FMU logs meanwhile."""
-    with bench.probe(exchange=exchange) as probe:
-        _bring(bench, probe, state)
+    with context.probe(exchange=exchange) as probe:
+        _bring(context, probe, state)
         probe.words()
         try:
             return action(probe), probe.listen()
@@ -77,7 +77,7 @@ def _outcome(bench: Context, state: str, action: Action, *, exchange: bool) -> t
             return error.status, error.status
 
 
-def _bring(bench: Context, probe: Probe, state: str) -> None:
+def _bring(context: Context, probe: Probe, state: str) -> None:
     if state == INSTANTIATED:
         probe.setup()  # which entering initialization mode needs, and may be done twice
         return
@@ -89,7 +89,7 @@ def _bring(bench: Context, probe: Probe, state: str) -> None:
         return
     probe.begin()
     if not probe.exchange:
-        probe.advance(bench.subject.step_size)
+        probe.advance(context.subject.step_size)
     if state == TERMINATED:
         probe.terminate()
 
@@ -98,9 +98,9 @@ def _plain(function: str) -> Action:
     return lambda probe: probe.call(function)
 
 
-def _functions(bench: Context, *, exchange: bool) -> dict[str, tuple[tuple[str, ...], Action]]:
+def _functions(context: Context, *, exchange: bool) -> dict[str, tuple[tuple[str, ...], Action]]:
     """Function → states in which it may be called, and how."""
-    subject = bench.subject
+    subject = context.subject
     found: dict[str, tuple[tuple[str, ...], Action]] = {
         "EnterInitializationMode": ((INSTANTIATED,), lambda p: _status(p.enter_initialization)),
         "ExitInitializationMode": ((INITIALIZATION,), _plain("ExitInitializationMode")),
@@ -118,14 +118,14 @@ def _functions(bench: Context, *, exchange: bool) -> dict[str, tuple[tuple[str, 
         value = np.array([float(v.start or 0.0)])
         states = tuple(s for s in ANY if s != TERMINATED)
         found[f"Set{real}"] = (states, lambda p: p.set([v.valueReference], value))
-    works = [n for n in bench.facts.works if exchange == n.endswith("(model exchange)")]
+    works = [n for n in context.facts.works if exchange == n.endswith("(model exchange)")]
     if any(name.startswith("canGetAndSetFMUstate") for name in works):
         found["GetFMUstate"] = (ANY, _save)
-    return found | (_of_exchange(bench) if exchange else _of_stepping(bench))
+    return found | (_of_exchange(context) if exchange else _of_stepping(context))
 
 
-def _of_stepping(bench: Context) -> dict[str, tuple[tuple[str, ...], Action]]:
-    subject, works, size = bench.subject, bench.facts.works, bench.subject.step_size
+def _of_stepping(context: Context) -> dict[str, tuple[tuple[str, ...], Action]]:
+    subject, works, size = context.subject, context.facts.works, context.subject.step_size
     found: dict[str, tuple[tuple[str, ...], Action]] = {
         "DoStep": ((STEP,), lambda p: p.step(size)),
     }
@@ -145,12 +145,12 @@ def _of_stepping(bench: Context) -> dict[str, tuple[tuple[str, ...], Action]]:
     return found
 
 
-def _of_exchange(bench: Context) -> dict[str, tuple[tuple[str, ...], Action]]:
-    x = np.array([float(v.start or 0.0) for v in bench.subject.states])
-    t = bench.subject.start_time
+def _of_exchange(context: Context) -> dict[str, tuple[tuple[str, ...], Action]]:
+    x = np.array([float(v.start or 0.0) for v in context.subject.states])
+    t = context.subject.start_time
     values = (INITIALIZATION, EVENT, CONTINUOUS, TERMINATED)
-    rates = values if bench.subject.fmi_3 else values[1:]
-    event_mode = (CONTINUOUS,) if bench.subject.fmi_3 else (EVENT, CONTINUOUS)
+    rates = values if context.subject.fmi_3 else values[1:]
+    event_mode = (CONTINUOUS,) if context.subject.fmi_3 else (EVENT, CONTINUOUS)
     return {
         "EnterEventMode": (event_mode, _plain("EnterEventMode")),
         "NewDiscreteStates": ((EVENT,), lambda p: _status(p.settle)),

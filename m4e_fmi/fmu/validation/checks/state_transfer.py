@@ -13,16 +13,16 @@ from m4e_fmi.fmu.validation.findings import Finding, some
 from m4e_fmi.fmu.validation.probe import RefusedError
 
 
-def check(bench: Context) -> Iterator[Finding | str]:
+def check(context: Context) -> Iterator[Finding | str]:
     """A state that does not repeat a run in another process."""
-    path = bench.folder / RESUME
+    path = context.folder / RESUME
     if not path.exists():
         yield "there is no serialised state"
         return
     left = json.loads(path.read_text())
     inputs = np.array([[float.fromhex(value) for value in row] for row in left["inputs"]])
     expected = [np.frombuffer(bytes.fromhex(row)) for row in left["expected"]]
-    with bench.probe() as probe:
+    with context.probe() as probe:
         probe.begin()
         try:
             deserialise(probe, bytes.fromhex(left["state"]))
@@ -30,8 +30,8 @@ def check(bench: Context) -> Iterator[Finding | str]:
             yield Finding("state_elsewhere.refused", "error", str(error), BASIS, error.words)
             return
         probe.time = left["time"]
-        again = bench.run(probe, inputs, bench.subject.step_size)
-    difference = first_difference(bench.subject, expected, again)
+        again = context.run(probe, inputs, context.subject.step_size)
+    difference = first_difference(context.subject, expected, again)
     if difference is not None:
         row, names = difference
         message = f"in a new process, after {row} steps other bits in {some(names)}"

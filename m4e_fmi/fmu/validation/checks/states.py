@@ -20,39 +20,43 @@ RESUME = "resume.json"
 _GUARD = b"\xa5guard\x5a" * 4
 
 
-def check(bench: Context) -> Iterator[Finding | str]:
+def check(context: Context) -> Iterator[Finding | str]:
     """Saved states that do not repeat a run."""
-    if not bench.subject.steps or "canGetAndSetFMUstate" not in bench.facts.works:
+    if not context.subject.steps or "canGetAndSetFMUstate" not in context.facts.works:
         yield "canGetAndSetFMUstate is not declared for co-simulation, or not there"
         return
-    inputs = bench.random_inputs(2 * STEPS)
+    inputs = context.random_inputs(2 * STEPS)
     before, after = inputs[:STEPS], inputs[STEPS:]
-    size = bench.subject.step_size
-    with bench.probe() as probe:
+    size = context.subject.step_size
+    with context.probe() as probe:
         probe.begin()
-        bench.run(probe, before, size)
-        undisturbed = bench.run(probe, after, size)
-    with bench.probe() as probe:
+        context.run(probe, before, size)
+        undisturbed = context.run(probe, after, size)
+    with context.probe() as probe:
         probe.begin()
-        bench.run(probe, before, size)
+        context.run(probe, before, size)
         time, state = probe.time, probe.save()
-        first = bench.run(probe, after, size)
+        first = context.run(probe, after, size)
         probe.restore(state)
         probe.time = time
-        again = bench.run(probe, after, size)
-        yield from _compare(bench, undisturbed, first, "disturbs", "saving a state changes the run")
-        yield from _compare(bench, first, again, "rollback", "a restored state does not repeat it")
+        again = context.run(probe, after, size)
+        yield from _compare(
+            context, undisturbed, first, "disturbs", "saving a state changes the run"
+        )
+        yield from _compare(
+            context, first, again, "rollback", "a restored state does not repeat it"
+        )
         yield from _freed(probe, state)
-    if "canSerializeFMUstate" in bench.facts.works:
-        yield from _serialised(bench, before, after, first)
-    if not bench.subject.once:
-        yield from _into_another(bench, before, after, first)
+    if "canSerializeFMUstate" in context.facts.works:
+        yield from _serialised(context, before, after, first)
+    if not context.subject.once:
+        yield from _into_another(context, before, after, first)
 
 
 def _compare(
-    bench: Context, one: list[np.ndarray], other: list[np.ndarray], name: str, what: str
+    context: Context, one: list[np.ndarray], other: list[np.ndarray], name: str, what: str
 ) -> Iterator[Finding]:
-    difference = first_difference(bench.subject, one, other)
+    difference = first_difference(context.subject, one, other)
     if difference is not None:
         row, names = difference
         message = f"{what}: after {row} of {len(one) - 1} steps other bits in {some(names)}"
@@ -91,50 +95,50 @@ def deserialise(probe: Probe, content: bytes) -> None:
 
 
 def _serialised(
-    bench: Context, before: np.ndarray, after: np.ndarray, expected: list[np.ndarray]
+    context: Context, before: np.ndarray, after: np.ndarray, expected: list[np.ndarray]
 ) -> Iterator[Finding]:
-    size = bench.subject.step_size
-    with bench.probe() as probe:
+    size = context.subject.step_size
+    with context.probe() as probe:
         probe.begin()
-        bench.run(probe, before, size)
+        context.run(probe, before, size)
         time = probe.time
         content, fits = serialise(probe)
         if not fits:
             message = f"fmi2SerializeFMUstate wrote more than the {len(content)} bytes announced"
             yield Finding("state.serialised_size", "error", message, BASIS)
             return
-        bench.run(probe, after, size)
+        context.run(probe, after, size)
         try:
             deserialise(probe, content)
         except RefusedError as error:
             yield Finding("state.serialised", "error", str(error), BASIS, error.words)
             return
         probe.time = time
-        again = bench.run(probe, after, size)
+        again = context.run(probe, after, size)
         what = "a state from bytes does not repeat the run"
-        yield from _compare(bench, expected, again, "serialised", what)
+        yield from _compare(context, expected, again, "serialised", what)
     left = {
         "state": content.hex(),
         "time": time,
         "inputs": [[value.hex() for value in row] for row in after.tolist()],
         "expected": [row.tobytes().hex() for row in expected],
     }
-    (bench.folder / RESUME).write_text(json.dumps(left))
+    (context.folder / RESUME).write_text(json.dumps(left))
 
 
 def _into_another(
-    bench: Context, before: np.ndarray, after: np.ndarray, expected: list[np.ndarray]
+    context: Context, before: np.ndarray, after: np.ndarray, expected: list[np.ndarray]
 ) -> Iterator[Finding]:
     """A state of one instance in another: as bytes, and last as it is, which FMI leaves open."""
     ways: dict[str, Callable[[Probe, Probe], None]] = {}
-    if (bench.folder / RESUME).exists():
+    if (context.folder / RESUME).exists():
         ways["bytes"] = lambda one, other: deserialise(other, serialise(one)[0])
     ways["handle"] = _handed_over
     for way, hand_over in ways.items():
         severity = "error" if way == "bytes" else "note"
-        with bench.probe() as one, bench.probe(name="other") as other:
+        with context.probe() as one, context.probe(name="other") as other:
             one.begin()
-            bench.run(one, before, bench.subject.step_size)
+            context.run(one, before, context.subject.step_size)
             other.begin()
             try:
                 hand_over(one, other)
@@ -143,9 +147,9 @@ def _into_another(
                 yield Finding("state.transfer", severity, message, BASIS, error.words)
                 continue
             other.time = one.time
-            again = bench.run(other, after, bench.subject.step_size)
+            again = context.run(other, after, context.subject.step_size)
             what = f"a state ({way}) in another instance does not repeat the run"
-            yield from _compare(bench, expected, again, "transfer", what)
+            yield from _compare(context, expected, again, "transfer", what)
 
 
 def _handed_over(one: Probe, other: Probe) -> None:

@@ -7,9 +7,9 @@ import math
 import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from typing import Any
 
 import numpy as np
+from fmpy.model_description import ModelVariable
 
 from m4e_fmi.fmu.importer.calls.functions import DISCARD, WARNING
 from m4e_fmi.fmu.importer.elements import owner
@@ -32,36 +32,36 @@ FATAL_REMEDY = "fmi2Error is enough: after fmi2Fatal the importer can only give 
 UNUSABLE = "FMI 2.0.4, section 2.1.3: fmi2Reset makes an FMU usable again after fmi2Error"
 
 
-def check(bench: Context) -> Iterator[Finding | str]:
+def check(context: Context) -> Iterator[Finding | str]:
     """Special values, steps and references that are not answered as FMI asks for."""
-    exchange = not bench.subject.steps
-    baseline = _plain_run(bench, exchange=exchange)
-    yield from _references(bench, exchange=exchange)
-    yield from _names(bench, exchange=exchange)
-    yield from _special(bench, baseline, exchange=exchange)
+    exchange = not context.subject.steps
+    baseline = _plain_run(context, exchange=exchange)
+    yield from _references(context, exchange=exchange)
+    yield from _names(context, exchange=exchange)
+    yield from _special(context, baseline, exchange=exchange)
     if not exchange:
-        yield from _steps(bench, baseline)
+        yield from _steps(context, baseline)
 
 
-def _plain_run(bench: Context, *, exchange: bool) -> np.ndarray:
-    with bench.probe(exchange=exchange) as probe:
-        return _go(bench, probe)
+def _plain_run(context: Context, *, exchange: bool) -> np.ndarray:
+    with context.probe(exchange=exchange) as probe:
+        return _go(context, probe)
 
 
-def _go(bench: Context, probe: Probe) -> np.ndarray:
+def _go(context: Context, probe: Probe) -> np.ndarray:
     """From a new or reset instance through a few steps; all Reals at the end."""
     probe.begin()
     for _ in range(0 if probe.exchange else STEPS):
-        probe.advance(bench.subject.step_size)
-    return probe.read(bench.subject.readable)
+        probe.advance(context.subject.step_size)
+    return probe.read(context.subject.readable)
 
 
-def _chosen(variables: list[Any]) -> list[Any]:
+def _chosen(variables: list[ModelVariable]) -> list[ModelVariable]:
     return variables[:: max(1, math.ceil(len(variables) / MOST))]
 
 
-def _special(bench: Context, baseline: np.ndarray, *, exchange: bool) -> Iterator[Finding]:
-    subject = bench.subject
+def _special(context: Context, baseline: np.ndarray, *, exchange: bool) -> Iterator[Finding]:
+    subject = context.subject
     others = [v for v in subject.given if v.causality not in ("input", "parameter")]
     silent: list[str] = []
     fatal: list[str] = []
@@ -73,22 +73,22 @@ def _special(bench: Context, baseline: np.ndarray, *, exchange: bool) -> Iterato
         for v in chosen:
             if time.monotonic() - began > SECONDS:
                 break
-            bench.library.journal.occasion = case = f"{v.name} = {value:g}"
-            with bench.probe(exchange=exchange) as probe:
+            context.library.journal.occasion = case = f"{v.name} = {value:g}"
+            with context.probe(exchange=exchange) as probe:
                 try:
-                    heard = _with_special(bench, probe, v, value)
+                    heard = _with_special(context, probe, v, value)
                 except FatalError:
                     fatal.append(case)
                     continue
                 except RefusedError as error:
                     heard = True
                     if error.call.startswith("fmi2DoStep") and error.status == DISCARD:
-                        untimely += [case] * (not _timely(bench, probe))
+                        untimely += [case] * (not _timely(context, probe))
                 if not heard:
                     silent.append(case)
-                if not _usable(bench, probe, baseline):
+                if not _usable(context, probe, baseline):
                     unusable.append(case)
-    bench.library.journal.occasion = ""
+    context.library.journal.occasion = ""
     if silent:
         message = f"non-finite outputs are returned without an error status: {some(silent)}"
         yield Finding("values.silent", "warning", message, "answer fmi2Error or fmi2Discard")
@@ -106,42 +106,42 @@ def _special(bench: Context, baseline: np.ndarray, *, exchange: bool) -> Iterato
         yield Finding("values.unusable", "error", message, UNUSABLE)
 
 
-def _with_special(bench: Context, probe: Probe, variable: Any, value: float) -> bool:
+def _with_special(context: Context, probe: Probe, variable: ModelVariable, value: float) -> bool:
     """Step with a special value; False if non-finite outputs are returned without an error."""
     is_input = variable.causality == "input"
     probe.begin(None if is_input else {variable.valueReference: value})
     if is_input:
         probe.put([variable], np.array([value]))
     for _ in range(0 if probe.exchange else STEPS):
-        probe.advance(bench.subject.step_size)
-    values = [probe.read(bench.subject.outputs)]
+        probe.advance(context.subject.step_size)
+    values = [probe.read(context.subject.outputs)]
     if probe.exchange:
         values.append(probe.rate_vector())
     return bool(np.isfinite(np.concatenate(values)).all()) or probe.listen() >= WARNING
 
 
-def _timely(bench: Context, probe: Probe) -> bool:
+def _timely(context: Context, probe: Probe) -> bool:
     """True if the FMU tells how far it came in the step that it discarded."""
     try:
         status, reached = probe.last_successful_time()
     except FatalError:
         return False
-    slack = 1e-6 * bench.subject.step_size
-    low, high = probe.time - slack, probe.time + bench.subject.step_size + slack
+    slack = 1e-6 * context.subject.step_size
+    low, high = probe.time - slack, probe.time + context.subject.step_size + slack
     return status <= WARNING and low <= reached <= high
 
 
-def _usable(bench: Context, probe: Probe, baseline: np.ndarray) -> bool:
+def _usable(context: Context, probe: Probe, baseline: np.ndarray) -> bool:
     try:
         probe.reset()
-        return _go(bench, probe).tobytes() == baseline.tobytes()
+        return _go(context, probe).tobytes() == baseline.tobytes()
     except RefusedError:
         return False
 
 
-def _steps(bench: Context, baseline: np.ndarray) -> Iterator[Finding]:
+def _steps(context: Context, baseline: np.ndarray) -> Iterator[Finding]:
     """Steps that no importer should ask for; nan last, of which the standard says nothing."""
-    size, t = bench.subject.step_size, bench.subject.start_time
+    size, t = context.subject.step_size, context.subject.start_time
     stop = t + 2 * size
     section = "FMI 2.0.4, section 4.2.2"
     cases: dict[str, tuple[Callable[[Probe], int], str, str]] = {
@@ -160,11 +160,11 @@ def _steps(bench: Context, baseline: np.ndarray) -> Iterator[Finding]:
         "nan_step": (lambda p: p.step(math.nan), "a step of nan", section),
     }
     for name, (action, what, basis) in cases.items():
-        if bench.late:
+        if context.late:
             return
         severity = "note" if name == "zero_step" else "warning"
-        bench.library.journal.unasked = name not in ANSWERED
-        with bench.probe() as probe:
+        context.library.journal.unasked = name not in ANSWERED
+        with context.probe() as probe:
             probe.begin(stop=stop)
             probe.advance(size)
             probe.words()
@@ -176,22 +176,22 @@ def _steps(bench: Context, baseline: np.ndarray) -> Iterator[Finding]:
                 continue
             if not refused:
                 yield Finding(f"values.{name}", severity, f"{what} is accepted", basis)
-            if not _usable(bench, probe, baseline):
+            if not _usable(context, probe, baseline):
                 message = f"after {what} and fmi2Reset it is not as it was before"
                 severity = "error" if name in ANSWERED else "warning"
                 yield Finding("values.unusable", severity, message, UNUSABLE)
-    bench.library.journal.unasked = False
+    context.library.journal.unasked = False
 
 
-def _references(bench: Context, *, exchange: bool) -> Iterator[Finding]:
-    absent = max((owner(v) for v in bench.subject.readable), default=0) + 100_000
+def _references(context: Context, *, exchange: bool) -> Iterator[Finding]:
+    absent = max((owner(v) for v in context.subject.readable), default=0) + 100_000
     basis = "FMI 2.0.4, section 2.1.7"
     cases: dict[str, Callable[[Probe], int]] = {
         "reading": lambda p: p.get([absent])[0],
         "setting": lambda p: p.set([absent], np.zeros(1), "of no variable"),
     }
     for name, action in cases.items():
-        with bench.probe(exchange=exchange) as probe:
+        with context.probe(exchange=exchange) as probe:
             probe.begin()
             probe.words()
             try:
@@ -203,9 +203,9 @@ def _references(bench: Context, *, exchange: bool) -> Iterator[Finding]:
             if not refused:
                 message = f"{name} values accepts a value reference that no variable has"
                 yield Finding("values.reference", "warning", message, basis)
-    with bench.probe(exchange=exchange) as probe:
+    with context.probe(exchange=exchange) as probe:
         probe.begin()
-        types = TYPES_3 if bench.subject.fmi_3 else TYPES
+        types = TYPES_3 if context.subject.fmi_3 else TYPES
         functions = [f"{verb}{kind}" for verb in ("Get", "Set") for kind in types]
         nothing = (None, 0, None, *probe.functions.counted(0))
         wrong = [f for f in functions if probe.call(f, *nothing, note="0 values") > WARNING]
@@ -214,32 +214,32 @@ def _references(bench: Context, *, exchange: bool) -> Iterator[Finding]:
         yield Finding("values.nothing", "note", message, basis)
 
 
-def _names(bench: Context, *, exchange: bool) -> Iterator[Finding]:
+def _names(context: Context, *, exchange: bool) -> Iterator[Finding]:
     """Instance names and texts that formats and buffers stumble over."""
     texts = {"long": "x" * 10_000, "format": "100 %s%n%d", "UTF-8": "Schwimmkörper π 浮"}
     for what, text in texts.items():
-        with bench.probe(exchange=exchange, name=text) as probe:
+        with context.probe(exchange=exchange, name=text) as probe:
             probe.setup()
             with suppress(FatalError):  # which has been found before
                 probe.set([2**31], np.zeros(1), "of no variable")  # for a message with the name
             probe.words()
         try:
-            yield from _text(bench, text, what, exchange=exchange)
+            yield from _text(context, text, what, exchange=exchange)
         except RefusedError as error:
             message = f"a text is refused ({what}, {len(text)} characters): {error}"
             basis = "FMI sets no limit to the length of texts"
             yield Finding("values.text", "warning", message, basis, error.words)
 
 
-def _text(bench: Context, text: str, what: str, *, exchange: bool) -> Iterator[Finding]:
+def _text(context: Context, text: str, what: str, *, exchange: bool) -> Iterator[Finding]:
     """Set a String that can be set, and read it again."""
     strings = [
         v
-        for v in bench.subject.raw.modelVariables
+        for v in context.subject.raw.modelVariables
         if v.type == "String" and not v.shape and v.causality in ("input", "parameter")
     ]
     for v in strings[:1]:
-        with bench.probe(exchange=exchange) as probe:
+        with context.probe(exchange=exchange) as probe:
             reference = (ctypes.c_uint * 1)(v.valueReference)
             given = (ctypes.c_char_p * 1)(text.encode())
             probe.must("SetString", reference, 1, given, *probe.functions.counted(1), note=what)

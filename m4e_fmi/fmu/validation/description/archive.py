@@ -119,7 +119,7 @@ def _library(subject: FmuUnderTest) -> Iterator[Finding]:
     binaries = subject.folder / "binaries"
     platform = fmpy.platform if subject.raw.fmiVersion == "2.0" else fmpy.platform_tuple
     here = binaries / platform
-    for identifier in sorted({kind.modelIdentifier for kind in subject.kinds}):
+    for identifier in sorted({str(kind.modelIdentifier) for kind in subject.kinds}):
         library = here / f"{identifier}{fmpy.sharedLibraryExtension}"
         if not library.is_file():
             there = sorted(p.name for p in binaries.iterdir()) if binaries.is_dir() else []

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+from fmpy.model_description import ModelVariable
+
 from m4e_fmi.fmu.validation.findings import Finding, some
 from m4e_fmi.fmu.validation.fmu_under_test import FmuUnderTest
 from m4e_fmi.units import BASE_UNITS, parse_unit
@@ -27,7 +29,7 @@ def check_units(subject: FmuUnderTest) -> Iterator[Finding]:
         yield Finding("units.missing", "note", message, 'give unit="1" to what has none')
 
 
-def unit_of(variable: Any) -> str:
+def unit_of(variable: ModelVariable) -> str:
     """The variable's own unit, or that of its type; "" where there is none."""
     of_type = variable.declaredType.unit if variable.declaredType is not None else None
     return variable.unit or of_type or ""

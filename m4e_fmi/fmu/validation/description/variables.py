@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Iterator
-from typing import Any
+
+from fmpy.model_description import ModelVariable
 
 from m4e_fmi.fmu.validation.description.units import unit_of
 from m4e_fmi.fmu.validation.findings import Finding
@@ -25,13 +26,13 @@ def check_variables(subject: FmuUnderTest) -> Iterator[Finding]:
             yield Finding("derivatives.undeclared", "error", message, basis)
 
 
-def _settable(variable: Any) -> bool:
+def _settable(variable: ModelVariable) -> bool:
     return variable.causality in ("input", "parameter", "independent")
 
 
 def _aliases(subject: FmuUnderTest) -> Iterator[Finding]:
     """Two variables with one value reference are one variable; some pairs cannot be."""
-    sets: dict[tuple[str, int], list[Any]] = defaultdict(list)
+    sets: dict[tuple[str, int], list[ModelVariable]] = defaultdict(list)
     for variable in subject.raw.modelVariables:
         base = "Integer" if variable.type == "Enumeration" else variable.type
         sets[base, variable.valueReference].append(variable)
@@ -49,7 +50,7 @@ def _aliases(subject: FmuUnderTest) -> Iterator[Finding]:
                 yield Finding("variables.alias", "error", f"{pair}, but have units {units}", basis)
 
 
-def _limits(variable: Any) -> Iterator[Finding]:
+def _limits(variable: ModelVariable) -> Iterator[Finding]:
     basis = "FMI 2.0.4, section 2.2.7: min ≤ start ≤ max"
     low, high = limits(variable)
     if low > high:
@@ -70,7 +71,7 @@ def _limits(variable: Any) -> Iterator[Finding]:
         yield Finding("variables.nominal", "error", message, basis)
 
 
-def _derivative(variable: Any) -> Iterator[Finding]:
+def _derivative(variable: ModelVariable) -> Iterator[Finding]:
     base = variable.derivative
     if base is None:
         return

@@ -21,37 +21,37 @@ CURVED = 0.1
 motion: an oscillation then has fewer than fourteen samples."""
 
 
-def paced(bench: Context) -> Context:
-    """The bench at the pace at which samples of each step show the motion.
+def paced(context: Context) -> Context:
+    """The context at the pace at which samples of each step show the motion.
 
     At 1 if they do, or as much slower as it takes: inputs of the size 1 spin a small and light link
     thousands of times within a step. At 1, too, where the FMU allows no shorter steps, advances in
     longer steps of its own, or no pace shows a smooth motion.
     """
-    for k in range(TRIES if bench.subject.variable_steps else 0):
-        slower = replace(bench, pace=SLOWER**-k)
+    for k in range(TRIES if context.subject.variable_steps else 0):
+        slower = replace(context, pace=SLOWER**-k)
         try:
             samples = _samples(slower)
             if _most(stands(samples), samples):
-                return replace(bench, holds=True)
+                return replace(context, holds=True)
             if _smooth(samples):
                 return slower
         except RefusedError:
             break
-        if bench.late:
+        if context.late:
             break
-    return bench
+    return context
 
 
-def _samples(bench: Context) -> np.ndarray:
+def _samples(context: Context) -> np.ndarray:
     """All Reals along a run with constant inputs, PARTS times a step."""
-    inputs = bench.random_inputs()[0]
-    with bench.probe() as probe:
+    inputs = context.random_inputs()[0]
+    with context.probe() as probe:
         probe.begin(initial_inputs=inputs)
-        seen = [probe.read(bench.subject.readable)]
+        seen = [probe.read(context.subject.readable)]
         for _ in range(PARTS * STEPS):
-            probe.advance(bench.step_size / PARTS)
-            seen.append(probe.read(bench.subject.readable))
+            probe.advance(context.step_size / PARTS)
+            seen.append(probe.read(context.subject.readable))
         return np.array(seen)
 
 

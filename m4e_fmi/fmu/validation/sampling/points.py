@@ -7,12 +7,13 @@ communication point of co-simulation (inputs → outputs), continuous-time mode 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from fmpy.model_description import ModelVariable
 
 from m4e_fmi.fmu.validation.context import Context
 from m4e_fmi.fmu.validation.probe import Probe, RefusedError
@@ -26,10 +27,10 @@ class Place:
     """One of the three; `declared` are the entries of ModelStructure for its unknowns."""
 
     name: str
-    bench: Context
+    context: Context
     probe: Probe
-    knowns: list[Any]
-    unknowns: list[Any]
+    knowns: list[ModelVariable]
+    unknowns: list[ModelVariable]
     declared: list[Any]
 
     def evaluate(self, values: np.ndarray) -> np.ndarray | None:
@@ -46,7 +47,7 @@ class Place:
         return found if np.isfinite(found).all() else None
 
     def _set(self, values: np.ndarray) -> None:
-        count = len(self.bench.subject.states)
+        count = len(self.context.subject.states)
         if self.name == EXCHANGE:
             self.probe.set_state_vector(values[:count])
             self.probe.put(self.knowns[count:], values[count:])
@@ -56,15 +57,15 @@ class Place:
     def renew(self) -> None:
         """Bring a new instance here, instead of the one there was."""
         self.probe.free()
-        self.probe = _new_probe(self.bench, self.name)
-        arrive(self.bench, self.probe, self.name)
+        self.probe = _new_probe(self.context, self.name)
+        arrive(self.context, self.probe, self.name)
 
 
-def _new_probe(bench: Context, name: str) -> Probe:
-    return bench.library.probe(exchange=name == EXCHANGE or not bench.subject.steps)
+def _new_probe(context: Context, name: str) -> Probe:
+    return context.library.probe(exchange=name == EXCHANGE or not context.subject.steps)
 
 
-def arrive(bench: Context, probe: Probe, name: str) -> None:
+def arrive(context: Context, probe: Probe, name: str) -> None:
     """Bring a new instance to the place of this name."""
     if name == INITIAL:
         probe.setup()
@@ -72,27 +73,29 @@ def arrive(bench: Context, probe: Probe, name: str) -> None:
         return
     probe.begin()
     if name == STEPPING:
-        for row in bench.random_inputs(_STEPS):
-            probe.put(bench.subject.inputs, row)
-            probe.advance(bench.subject.step_size)
+        for row in context.random_inputs(_STEPS):
+            probe.put(context.subject.inputs, row)
+            probe.advance(context.subject.step_size)
 
 
 @contextmanager
-def _place(bench: Context, name: str, knowns: list[Any], entries: list[Any]) -> Iterator[Place]:
+def _place(
+    context: Context, name: str, knowns: list[ModelVariable], entries: list[Any]
+) -> Generator[Place, None, None]:
     entries = [e for e in entries if e.variable.type == "Real"]
     unknowns = [e.variable for e in entries]
-    probe = _new_probe(bench, name)
-    place = Place(name, bench, probe, knowns, unknowns, entries)
+    probe = _new_probe(context, name)
+    place = Place(name, context, probe, knowns, unknowns, entries)
     try:
-        arrive(bench, probe, name)
+        arrive(context, probe, name)
         yield place
     finally:
         place.probe.free()
 
 
-def places(bench: Context) -> Iterator[Place]:
+def places(context: Context) -> Iterator[Place]:
     """Those that the FMU has, one after the other."""
-    subject, raw = bench.subject, bench.subject.raw
+    subject, raw = context.subject, context.subject.raw
     continuous = [e for e in raw.outputs if e.variable.variability == "continuous"]
     wanted = []
     if subject.given and raw.initialUnknowns:
@@ -103,13 +106,13 @@ def places(bench: Context) -> Iterator[Place]:
         both = [*subject.states, *subject.inputs]
         wanted.append((EXCHANGE, both, [*continuous, *raw.derivatives]))
     for name, knowns, entries in wanted:
-        with _place(bench, name, knowns, entries) as place:
+        with _place(context, name, knowns, entries) as place:
             if name != EXCHANGE or _states_fit(place):
                 yield place
 
 
 def _states_fit(place: Place) -> bool:
     """True if the declared states are those of the state vector; `derivatives` tells if not."""
-    place.probe.set_state_vector(place.bench.random(place.bench.subject.states)[0])
-    variables = place.probe.read(place.bench.subject.states)
+    place.probe.set_state_vector(place.context.random(place.context.subject.states)[0])
+    variables = place.probe.read(place.context.subject.states)
     return np.allclose(variables, place.probe.state_vector(), rtol=1e-12, atol=0.0)
