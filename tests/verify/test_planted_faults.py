@@ -236,7 +236,7 @@ FAULTS = {
         "adapters",
         "float(x.imag) * sine",
         "-float(x.imag) * sine",
-        "verification/test_hydrodynamics_seas.py unit/adapters/hydrodynamics/test_waves.py",
+        "verification/test_hydrodynamics_sphere.py conformance/test_reference_series.py",
     ),
     "a line's buoyancy is left out": Fault(
         "adapters",
