@@ -10,7 +10,7 @@ Packages, and the order in which they import each other: docs/architecture.md.
 """
 
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from m4e_fmi.analysis import (
@@ -79,7 +79,7 @@ _NAMES = {
 _PLACES = {name: place for place, names in _NAMES.items() for name in names}
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> object:
     if name not in _PLACES:
         raise AttributeError(f"module 'm4e_fmi' has no attribute {name!r}")
     module = import_module(f"m4e_fmi.{_PLACES[name]}")

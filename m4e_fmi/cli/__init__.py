@@ -105,14 +105,14 @@ class _Parser(argparse.ArgumentParser):
         self._wrong = []
         super().error("\n  ".join(found))
 
-    def _get_value(self, action: argparse.Action, arg_string: str) -> Any:
+    def _get_value(self, action: argparse.Action, arg_string: str) -> object:
         try:
             return super()._get_value(action, arg_string)  # pyright: ignore
         except argparse.ArgumentError as error:
             self._wrong.append(str(error))
             return None
 
-    def _check_value(self, action: argparse.Action, value: Any) -> None:
+    def _check_value(self, action: argparse.Action, value: object) -> None:
         if action.choices is not None and value is not None and value not in action.choices:
             remedy = suggestion(str(value), map(str, action.choices))
             raise argparse.ArgumentError(action, f"invalid choice: {value!r}; {remedy}")

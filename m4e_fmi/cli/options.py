@@ -9,7 +9,7 @@ import sys
 from collections import Counter
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, ParamSpec, TypeVar
 
 from m4e_fmi.errors import InputError, Problem
 
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from m4e_fmi.cosim import System
     from m4e_fmi.model import Model
 
+Given = ParamSpec("Given")
 Result = TypeVar("Result")
 EXIT_FAILED = 1
 BUILD_FOLDER = "build"
@@ -160,7 +161,9 @@ class Gathered:
     def __init__(self) -> None:
         self.problems: list[Problem] = []
 
-    def of(self, step: Callable[..., Result], *given: Any, **named: Any) -> Result | None:
+    def of(
+        self, step: Callable[Given, Result], *given: Given.args, **named: Given.kwargs
+    ) -> Result | None:
         """The result of a step; None if it has raised an InputError."""
         try:
             return step(*given, **named)

@@ -254,8 +254,7 @@ def output_times(stop_time: float, interval: float) -> list[float]:
         if not (value > 0 and np.isfinite(value)):
             message = f"the {name} must be positive, got {value}"
             raise InputError.single(message, "give a number of seconds above 0")
-    whole = int(np.floor(stop_time / interval * (1 + 1e-12)))
-    times = [k * interval for k in range(whole + 1)]
+    times = [k * interval for k in range(int(stop_time / interval) + 1)]
     if stop_time - times[-1] > 1e-9 * interval:
         return [*times, stop_time]
     return [*times[:-1], stop_time]

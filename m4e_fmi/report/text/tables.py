@@ -6,17 +6,20 @@ figure 2 and table 13; the ground has the number 0.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from numbers import Real
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from m4e_fmi.model import Model
 from m4e_fmi.model.expression import Expression, ExpressionError, Values
 from m4e_fmi.model.quantity import as_expression
 from m4e_fmi.multibody import Topology, topology
 
-Show = Callable[[Any], str]
+if TYPE_CHECKING:
+    import sympy
+
+Show = Callable[[object], str]
 LATEX = str.maketrans(
     {c: rf"\{c}" for c in "&%$#_{}"} | {"\\": r"\textbackslash{}", "~": r"\textasciitilde{}",
      "^": r"\textasciicircum{}"}
@@ -146,11 +149,11 @@ def _numbered(tree: Topology, body: str, word: Show) -> str:
     return f"{tree.index(body) + 1} {word(body)}"
 
 
-def _pair(vector: Sequence[Any], show: Show) -> str:
+def _pair(vector: Sequence[object], show: Show) -> str:
     return f"[{show(vector[0])}, {show(vector[1])}]"
 
 
-def _quantity(value: Any) -> str:
+def _quantity(value: object) -> str:
     """A number shortly, an expression as it was said."""
     return f"{value:.6g}" if isinstance(value, Real) else str(value)
 
@@ -167,12 +170,12 @@ def _latex_quantity(value: Any) -> str:
         return str(value).translate(LATEX)
 
 
-def _symbolic(expression: Expression) -> Any:
+def _symbolic(expression: Expression) -> sympy.Expr:
     """An expression over SymPy's symbols, numbers as they are read: 0.1 is 1/10 no longer."""
     import sympy
 
-    def number(value: float) -> Any:
+    def number(value: float) -> sympy.Expr:
         return sympy.Integer(int(value)) if value == int(value) else sympy.Float(value, 6)
 
-    symbols: Mapping[str, Any] = {name: sympy.Symbol(name) for name in expression.names()}
+    symbols = {name: sympy.Symbol(name) for name in expression.names()}
     return expression.evaluate(Values({**symbols, "pi": sympy.pi}, number=number))

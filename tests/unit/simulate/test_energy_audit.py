@@ -23,6 +23,7 @@ from m4e_fmi.model import (
 from m4e_fmi.multibody import model_program
 from m4e_fmi.program import Program
 from m4e_fmi.simulate import simulate
+from m4e_fmi.simulate.audit import KINETIC, POTENTIAL, TOTAL, energy_audit
 from m4e_fmi.simulate.simulation import METHODS, RUNTIME_METHODS
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
@@ -145,3 +146,12 @@ def test_every_example_closes() -> None:
         result = simulate(load_model(path), stop_time=5.0)
         assert result.energy is not None
         assert result.energy.relative < 1e-6
+
+
+def test_the_height_of_the_origin_does_not_hide_a_residual() -> None:
+    """1 J falls from a height where the potential is 1 MJ; 0.1 J are missing at the end."""
+    kinetic, potential = np.array([0.0, 0.9]), np.array([1e6, 1e6 - 1.0])
+    audit = energy_audit({KINETIC: kinetic, POTENTIAL: potential, TOTAL: kinetic + potential})
+    assert audit is not None
+    assert audit.scale == pytest.approx(1.0, rel=1e-9)
+    assert audit.relative == pytest.approx(0.1, rel=1e-8)
