@@ -15,7 +15,7 @@ from typing import NoReturn
 
 import numpy as np
 
-from m4e_fmi.cosim.exchange.binary import Binary
+from m4e_fmi.cosim.exchange.loading.binary import Binary
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.importer.calls import (
     DISCARD,
