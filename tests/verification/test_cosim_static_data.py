@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from m4e_fmi.cosim import Component, CouplingErrorReport, FmuFile, Simulation, System, load, run
-from m4e_fmi.cosim.exchange.static_data import keeps_nothing
+from m4e_fmi.cosim.exchange.loading.static_data import keeps_nothing
 
 Fmus = Callable[[str], Path]
 VERSIONS = ["", "1:", "3:"]

@@ -69,7 +69,8 @@ from m4e_fmi.cosim.error_estimate.repeated_steps import (
 from m4e_fmi.cosim.error_estimate.report import over
 from m4e_fmi.cosim.error_estimate.roughness import HISTORY, Roughness, fourth_differences
 from m4e_fmi.cosim.error_estimate.windows import Told, pieces, throughout
-from m4e_fmi.cosim.exchange.network import HALF, TWICE, Change, Network, NetworkSnapshot
+from m4e_fmi.cosim.exchange.layout import NetworkSnapshot
+from m4e_fmi.cosim.exchange.network import HALF, TWICE, Change, Network
 from m4e_fmi.cosim.exchange.operations import Operation, gather
 from m4e_fmi.cosim.exchange.snapshot import Memory, recall, remember
 from m4e_fmi.cosim.stepping.algorithm import Algorithm

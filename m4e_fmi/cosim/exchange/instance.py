@@ -16,7 +16,6 @@ from typing import NoReturn
 
 import numpy as np
 
-from m4e_fmi.cosim.exchange.binary import Binary
 from m4e_fmi.cosim.exchange.failures import (
     ANSWERS,
     DiscardedError,
@@ -27,6 +26,7 @@ from m4e_fmi.cosim.exchange.failures import (
     failed_step,
     value_out_of_range,
 )
+from m4e_fmi.cosim.exchange.loading.binary import Binary
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.importer.calls import (
     DISCARD,

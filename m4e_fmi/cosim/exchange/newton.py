@@ -1,20 +1,22 @@
-"""Quasi-Newton iteration on values that FMUs exchange, and the algebraic loops it closes.
+"""Quasi-Newton iteration on values that FMUs exchange, and the algebraic loops it solves.
 
 The Jacobian is found once (by directional derivatives, where FMUs offer them, or by differences)
 and kept from one instant to the next; each iteration improves it by Broyden's rank-one update, and
-where that is not enough it is found anew. What does not converge is an error, never a result.
+where that is not enough it is found anew. An iteration that does not converge is an error.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
 from m4e_fmi.cosim.connections.links import Port
-from m4e_fmi.cosim.connections.structure import AlgebraicLoop
+from m4e_fmi.cosim.connections.structure import AlgebraicLoop, Transfer
 from m4e_fmi.cosim.exchange.instance import WARNING, Instance
+from m4e_fmi.cosim.exchange.snapshot import Memory, recall, remember
 from m4e_fmi.errors import RunError
 
 TOLERANCE = 1e-9
@@ -127,13 +129,25 @@ def _solution(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
     return np.linalg.lstsq(matrix, right, rcond=None)[0]
 
 
+@dataclass(frozen=True)
+class LoopSnapshot:
+    """The past of an algebraic loop: values of its inputs and outputs, Jacobian, and scales.
+
+    `inputs`, `outputs` and `scale` are float arrays in the FMUs' units.
+    """
+
+    inputs: np.ndarray
+    outputs: np.ndarray
+    newton: Memory
+    started: bool
+    scale: np.ndarray
+
+
 class LoopEquations:
     """Inputs and outputs that depend on one another within an instant.
 
     `outputs` and `inputs` are the ports, `solve` finds values for both; the FMUs then have them.
     """
-
-    SNAPSHOT = ("input_values", "output_values", "_newton", "_started", "_scale")
 
     def __init__(
         self, instances: Mapping[str, Instance], loop: AlgebraicLoop, sources: Mapping[Port, Port]
@@ -159,6 +173,23 @@ class LoopEquations:
     def roughness(self) -> float:
         """The largest residual that was left, as of `QuasiNewton`."""
         return self._newton.roughness
+
+    def snapshot(self) -> LoopSnapshot:
+        """Copies of the values and the scales from which the next solution starts."""
+        return LoopSnapshot(
+            self.input_values.copy(),
+            self.output_values.copy(),
+            remember(self._newton),
+            self._started,
+            self._scale.copy(),
+        )
+
+    def restore(self, kept: LoopSnapshot) -> None:
+        """Return to a snapshot; the calls of the FMUs hold the addresses of the arrays."""
+        self.input_values[:], self.output_values[:] = kept.inputs, kept.outputs
+        self._scale[:] = kept.scale
+        self._started = kept.started
+        recall(self._newton, kept.newton)
 
     def solve(self) -> None:
         """Bring inputs and outputs into agreement; RunError naming a variable if that fails."""
@@ -217,7 +248,7 @@ class LoopEquations:
 
 
 def _calls(
-    instances: Mapping[str, Instance], transfers: Sequence, values: np.ndarray, kind: str
+    instances: Mapping[str, Instance], transfers: Sequence[Transfer], values: np.ndarray, kind: str
 ) -> Callable[[], None]:
     """One action for several gets or sets of consecutive parts of `values`."""
     calls, start = [], 0

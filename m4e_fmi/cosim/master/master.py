@@ -15,13 +15,14 @@ from m4e_fmi.cosim.connections.structure import Structure
 from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport, Spans, certificate
 from m4e_fmi.cosim.error_estimate.shadow_run import ShadowRun
 from m4e_fmi.cosim.error_estimate.step_doubling import Seen, StepDoublingEstimator
-from m4e_fmi.cosim.exchange.binary import Binary, binaries
 from m4e_fmi.cosim.exchange.events import ended, ended_at_once, event_notes
 from m4e_fmi.cosim.exchange.failures import DiscardedError, EventWithinError
 from m4e_fmi.cosim.exchange.fmu_log import FmuMessage, Journal, Warn
 from m4e_fmi.cosim.exchange.instance import Instance
 from m4e_fmi.cosim.exchange.interruption import quiet, same_folder, setting_up, stepping
-from m4e_fmi.cosim.exchange.network import HALF, TWICE, Change, Network, NetworkSnapshot
+from m4e_fmi.cosim.exchange.layout import NetworkSnapshot
+from m4e_fmi.cosim.exchange.loading.binary import Binary, binaries
+from m4e_fmi.cosim.exchange.network import HALF, TWICE, Change, Network
 from m4e_fmi.cosim.monitoring.instability import Stability
 from m4e_fmi.cosim.monitoring.late_dependence import SecondLook, SecondLookSnapshot
 from m4e_fmi.cosim.results.writer import Mark, ResultsWriter

@@ -16,8 +16,8 @@ from zipfile import ZipFile
 import numpy as np
 
 from m4e_fmi.cosim.connections.links import Wiring
-from m4e_fmi.cosim.exchange.binary import OWN, PYTHON
 from m4e_fmi.cosim.exchange.interruption import setting_up
+from m4e_fmi.cosim.exchange.loading.binary import OWN, PYTHON
 from m4e_fmi.cosim.preparation.trial_instances import Instances, Subject, driven_inputs
 from m4e_fmi.cosim.system.component import Component, FmuFile, Kind, ModelFile
 from m4e_fmi.cosim.system.simulation import Simulation

@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 
 from m4e_fmi.cosim.connections.links import Wiring
-from m4e_fmi.cosim.exchange.binary import Binary, Files
 from m4e_fmi.cosim.exchange.instance import WARNING, Instance
+from m4e_fmi.cosim.exchange.loading.binary import Binary, Files
 from m4e_fmi.cosim.system.component import Component
 from m4e_fmi.cosim.system.simulation import Simulation
 from m4e_fmi.cosim.system.start_values import Value, start_values

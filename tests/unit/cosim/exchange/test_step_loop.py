@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from m4e_fmi.cosim import Component, FmuFile, Network, Outcome, Simulation, System, load, run
-from m4e_fmi.cosim.exchange.binary import binaries
+from m4e_fmi.cosim.exchange.loading.binary import binaries
 from m4e_fmi.cosim.exchange.step_loop import PythonExecutor, Schedule
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu import read_description

@@ -26,7 +26,7 @@ from typing import Any
 import fmpy
 from fmpy import fmi1, fmi2, fmi3
 
-from m4e_fmi.cosim.exchange.static_data import keeps_nothing
+from m4e_fmi.cosim.exchange.loading.static_data import keeps_nothing
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.importer.reading import Description
 from m4e_fmi.fmu.importer.unpack import Unpacked

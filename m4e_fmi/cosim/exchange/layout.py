@@ -1,0 +1,153 @@
+"""Layout of the values that are exchanged: their places in the blocks of one array; snapshots.
+
+`Network.values` has blocks of the same layout, all Real outputs that are exchanged, component by
+component:
+
+====================  ==========================================================================
+``values[now:]``      at the present communication point, consistent with one another
+``values[before:]``   at the communication point before (equal to `now` at the start)
+``values[stepped:]``  at the end of the step being made, of the components that have made it
+``values[middle:]``   in the middle of the step being made, where an algorithm evaluates that
+``values[earlier:]``  in the middle of the step before, likewise
+====================  ==========================================================================
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from m4e_fmi.cosim.connections.links import Link, Port, Wiring
+from m4e_fmi.cosim.connections.structure import (
+    Exchange,
+    Structure,
+    derivative_chain,
+    transfers_of,
+)
+from m4e_fmi.cosim.exchange.discrete import Kept
+from m4e_fmi.cosim.exchange.newton import LoopSnapshot
+from m4e_fmi.fmu.importer.reading import Description
+
+BLOCKS = 5
+
+
+@dataclass(frozen=True)
+class NetworkSnapshot:
+    """A communication point to which a network can return; the FMUs keep their states in `place`.
+
+    `values`, `inputs` and those that are not Real (`discrete`) are copies of the network's, `loops`
+    the starting points of its algebraic loops, `roughness` how well they were solved.
+    """
+
+    place: int
+    time: float
+    last: float
+    values: np.ndarray
+    inputs: np.ndarray
+    discrete: Kept
+    loops: tuple[LoopSnapshot, ...]
+    roughness: float
+
+
+class ExchangedVariables:
+    """The Real outputs and inputs that are exchanged, with their places.
+
+    `outputs` and `targets` (connected inputs) are ordered by component, so that those of one are
+    consecutive (`output_slice`, `input_slice`); `links[k]` leads to `targets[k]`. `now`, `before`,
+    `stepped`, `middle` and `earlier` are the starts of the blocks.
+    `execution_order` is the order in which a Gauss–Seidel algorithm steps the components;
+    `has_loops` is True if algebraic loops are solved at each communication point.
+    `monitored_outputs` are those by which the coupling error is measured, each with the index of a
+    connection: the sources of all links, and the outputs of components without connected outputs.
+    """
+
+    def __init__(
+        self, descriptions: Mapping[str, Description], wiring: Wiring, structure: Structure
+    ) -> None:
+        self._descriptions = descriptions
+        self._wiring = wiring
+        self._structure = structure
+        self.execution_order = structure.execution_order
+        self.outputs = _grouped(structure.exchange, "get", descriptions)
+        self.targets = _grouped(structure.exchange, "set", descriptions)
+        by_target = {link.target: link for link in wiring.links}
+        self.links: list[Link] = [by_target[target] for target in self.targets]
+        self.has_loops = bool(structure.loops)
+        self.monitored_outputs = tuple(_monitored(self.links, structure.ends, wiring.links))
+        self.now, self.before, self.stepped, self.middle, self.earlier = (
+            k * len(self.outputs) for k in range(BLOCKS)
+        )
+        self._index = {port: k for k, port in enumerate(self.outputs)}
+        self._place = {port: k for k, port in enumerate(self.targets)}
+        self._output_ranges, self._input_ranges = _ranges(self.outputs), _ranges(self.targets)
+
+    @property
+    def sources(self) -> tuple[Port, ...]:
+        """The outputs that connections carry, of all types."""
+        return self._wiring.sources
+
+    def index(self, output: Port) -> int:
+        """Place of an output in a block of `values`."""
+        return self._index[output]
+
+    def place(self, target: Port) -> int:
+        """Place of a connected input in `inputs`."""
+        return self._place[target]
+
+    def held_place(self, link: Link) -> int | None:
+        """Place in `values` of the value that a delayed link carries all through a step."""
+        return self.before + self.index(link.source) if link.delayed else None
+
+    def derivatives(self, output: Port) -> list[Port]:
+        """The output itself and its declared first and second time derivative, if there are."""
+        return derivative_chain(self._descriptions, output)
+
+    def unit(self, port: Port) -> str:
+        """The unit of a variable, as its FMU names it."""
+        return self._descriptions[port.component].variables[port.variable].unit
+
+    def nominal(self, port: Port) -> float:
+        """The order of magnitude of a variable, in its unit."""
+        return self._descriptions[port.component].variables[port.variable].nominal
+
+    def to_si(self, port: Port) -> float:
+        """SI value over value of a variable, 1 if its FMU gives no unit."""
+        dimension = self._descriptions[port.component].variables[port.variable].dimension
+        return dimension.factor if dimension else 1.0
+
+    def output_slice(self, component: str) -> slice:
+        """Places of a component's outputs in a block of `values`."""
+        return self._output_ranges.get(component, slice(0, 0))
+
+    def input_slice(self, component: str) -> slice:
+        """Places of a component's connected inputs in `inputs`."""
+        return self._input_ranges.get(component, slice(0, 0))
+
+
+def _monitored(
+    links: Sequence[Link], ends: Sequence[Port], everything: Sequence[Link]
+) -> Iterator[tuple[int, Port]]:
+    into = {link.target.component: link.connection for link in reversed(everything)}
+    yield from ((link.connection, link.source) for link in links)
+    yield from ((into[port.component], port) for port in ends)
+
+
+def _grouped(exchange: Exchange, action: str, components: Mapping[str, Description]) -> list[Port]:
+    """All Real variables of the transfers of one kind, by component and within it by call."""
+    found: dict[str, list[Port]] = {component: [] for component in components}
+    for transfer in transfers_of(exchange):
+        if transfer.action == action and not transfer.discrete:
+            ports = (Port(transfer.component, name) for name in transfer.variables)
+            found[transfer.component] += ports
+    return [port for ports in found.values() for port in ports]
+
+
+def _ranges(ports: Sequence[Port]) -> dict[str, slice]:
+    """Component → its places among `ports`, which are consecutive."""
+    found: dict[str, slice] = {}
+    for k, port in enumerate(ports):
+        first = found[port.component].start if port.component in found else k
+        found[port.component] = slice(first, k + 1)
+    return found

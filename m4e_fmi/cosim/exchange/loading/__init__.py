@@ -1,0 +1,1 @@
+"""FMUs unpacked and loaded: folders, copies of libraries, and libraries that may be shared."""
