@@ -7,7 +7,8 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from m4e_fmi.cosim.connections.connect import Port, Wiring
-from m4e_fmi.cosim.master.master import Master, State
+from m4e_fmi.cosim.master.master import Master
+from m4e_fmi.cosim.master.state import State
 from m4e_fmi.cosim.system.start_values import Value, value_of
 from m4e_fmi.errors import InputError, RunError, UnknownNameError, suggestion
 from m4e_fmi.fmu.importer.reading import Description, Variable
@@ -16,7 +17,7 @@ from m4e_fmi.shown import listing
 from m4e_fmi.units import Quantity
 
 if TYPE_CHECKING:
-    from m4e_fmi.cosim.master.run import Outcome
+    from m4e_fmi.cosim.master.outcome import Outcome
 
 
 class CommunicationPoint:
