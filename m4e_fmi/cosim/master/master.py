@@ -42,7 +42,7 @@ from m4e_fmi.signals import not_lost
 Observer = Callable[[float, Network], None]
 """Called at every communication point with the time [s] and the network."""
 SECOND_SET = "_again"
-"""What the names end with that FMUs hear of instances beside the run."""
+"""Ending of the names that FMUs receive for the instances of a shadow run."""
 
 
 class Master:
@@ -355,7 +355,9 @@ class Master:
         point = self.network.keep()
         row = self._results.mark() if self._results else None
         seen = (
-            self._estimator.seen() if isinstance(self._estimator, StepDoublingEstimator) else None
+            self._estimator.snapshot()
+            if isinstance(self._estimator, StepDoublingEstimator)
+            else None
         )
         return State(
             self,
@@ -385,7 +387,7 @@ class Master:
         self._second_look.restore(state.second_look)
         self._stability.back(state.time, self.steps)
         if isinstance(self._estimator, StepDoublingEstimator) and state.seen:
-            self._estimator.back(state.seen)
+            self._estimator.restore(state.seen)
         self._changes = []
 
     def _observe(self, observers: Sequence[Observer]) -> None:

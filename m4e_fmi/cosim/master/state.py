@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from m4e_fmi.cosim.error_estimate.step_doubling import Seen
+from m4e_fmi.cosim.error_estimate.stretch import StepDoublingSnapshot
 from m4e_fmi.cosim.exchange.network import NetworkSnapshot
 from m4e_fmi.cosim.monitoring.late_dependence import SecondLookSnapshot
 from m4e_fmi.cosim.results.writer import Mark
@@ -34,7 +34,7 @@ class State:
     time_loop: TimeLoopSnapshot = field(repr=False)
     second_look: SecondLookSnapshot = field(repr=False)
     row: Mark | None = field(repr=False)
-    seen: Seen | None = field(repr=False)
+    seen: StepDoublingSnapshot | None = field(repr=False)
 
     @property
     def time(self) -> float:

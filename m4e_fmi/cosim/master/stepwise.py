@@ -69,7 +69,7 @@ class Execution:
 
     @property
     def done(self) -> bool:
-        """Whether the stop time is reached."""
+        """True if the stop time is reached."""
         return self._master.done
 
     @property
@@ -138,7 +138,7 @@ class Execution:
 
     @property
     def settable(self) -> list[str]:
-        """What may be set between steps: inputs that are not connected, tunable parameters."""
+        """Variables that may be set between steps: unconnected inputs, tunable parameters."""
         return [str(port) for port, v in self._all() if not self._why_fixed(port, v)]
 
     def _why_fixed(self, port: Port, variable: Variable) -> str:
