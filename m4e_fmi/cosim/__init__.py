@@ -14,8 +14,9 @@ from m4e_fmi.cosim.error_estimate.report import CouplingError, CouplingErrorRepo
 from m4e_fmi.cosim.exchange.fmu_log import FmuMessage
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.load import load_system
-from m4e_fmi.cosim.master.master import State
-from m4e_fmi.cosim.master.run import ExportError, Outcome, run, start
+from m4e_fmi.cosim.master.outcome import ExportError, Outcome
+from m4e_fmi.cosim.master.run import run, start
+from m4e_fmi.cosim.master.state import State
 from m4e_fmi.cosim.master.stepwise import CommunicationPoint, Execution
 from m4e_fmi.cosim.preparation.components import fmu_files
 from m4e_fmi.cosim.preparation.prepare import prepare

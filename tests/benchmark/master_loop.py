@@ -184,8 +184,7 @@ def _ours(
 
 
 def _master(ready: Prepared, *, certify: bool) -> Master:
-    parts = (ready.system, ready.descriptions, ready.wiring, ready.structure, ready.rates)
-    return Master(*parts, certify=certify)
+    return Master(ready, certify=certify)
 
 
 def _setup(system: Coupled) -> float:

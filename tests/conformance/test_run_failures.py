@@ -169,7 +169,7 @@ def test_a_run_goes_on_when_nobody_reads_what_it_says(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """A warning in each step, and a bar of progress after each."""
-    monkeypatch.setattr("m4e_fmi.cosim.master.master.PROGRESS_INTERVAL", 0.0)
+    monkeypatch.setattr("m4e_fmi.cosim.master.ticking.PROGRESS_INTERVAL", 0.0)
     monkeypatch.setattr("m4e_fmi.report.progress._INTERVAL", 0.0)
     project(Failure({"talker": {"fmu": "talker.fmu", "start": {"count": 30, "kinds": 30}}}, (), 1))
     with contextlib.ExitStack() as stack:

@@ -121,8 +121,7 @@ def test_the_run_itself_is_not_touched(c_fmu: Fmus) -> None:
     courses: list[list[float]] = []
     for certify in (True, False):
         course: list[float] = []
-        known = (prepared.descriptions, prepared.wiring, prepared.structure, prepared.rates)
-        with Master(prepared.system, *known, certify=certify) as master:
+        with Master(prepared, certify=certify) as master:
             master.run(observers=[lambda _, network, c=course: c.append(network.read(PORTS[0]))])
         courses.append(course)
     assert courses[0] == courses[1]
@@ -161,11 +160,9 @@ def test_a_companion_changes_nothing(c_fmu: Fmus, algorithm: str, stop: float) -
     b = Component("b", FmuFile(c_fmu("partner+once")))
     system = System("s", (a, b), ("a.m <-> b.end",), Simulation(stop, 0.1, algorithm))
     prepared = prepare(system)
-    wiring, structure, rates = prepared.wiring, prepared.structure, prepared.rates
-    parts = (prepared.system, prepared.descriptions, wiring, structure, rates)
     ends = []
     for certify in (True, False):
-        with Master(*parts, certify=certify) as master:
+        with Master(prepared, certify=certify) as master:
             master.run()
             ends.append(master.network.values.copy())
     assert (ends[0] == ends[1]).all()

@@ -145,7 +145,7 @@ def _moved(network: Network, name: str, signals: Container[str]) -> dict[str, st
 
 
 def _held(signals: Mapping[str, Signal], moved: Mapping[str, str], share: float) -> list[Formula]:
-    """What each input holds in a piece of the step that begins at this share of it."""
+    """Formulas of the values held in a piece of the step that begins at this share of it."""
     driver = {u: w for w, u in moved.items()}
     formulas: list[Formula] = []
     for variable, signal in signals.items():

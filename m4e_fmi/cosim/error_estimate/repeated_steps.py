@@ -35,7 +35,7 @@ BEFORE, AFTER = 2, 2
 
 @dataclass(frozen=True)
 class Recorded:
-    """What a course has come to: `times` [ns] (n + 1,), and there `values` (n + 1, sources)."""
+    """Recorded steps: `times` [ns] (n + 1,), and `values` there (n + 1, n_sources)."""
 
     times: np.ndarray
     values: np.ndarray

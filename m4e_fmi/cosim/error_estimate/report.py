@@ -1,17 +1,17 @@
-"""How far the coupling is off: the estimated error of each connection.
+"""Report of the coupling error: the estimated error of each connection.
 
 A run makes some of its steps a second time, in half as many that are twice as long, or where these
-cannot be in twice as many that are half as long; all of them are watched for kinks (`witness`).
+cannot be in twice as many that are half as long; all are watched for kinks (`step_doubling`).
 With `--check` all of it is made again at half the step; two runs of order p, y at the step H and z
 at H/2, differ by most of the error of the first:
 
     error of y = |y − z| · 2^p/(2^p − 1)
 
 The largest over the run is told for each connection, relative to the range: how far the values of
-any judged output of that unit have been apart; of the output itself, if it has no unit. A range of
-rounding noise counts as NOISE times the largest value of the unit. Judged are
-the sources of all connections; of a component from which no Real is taken, all outputs. This is the
-error of the coupling alone; each FMU's own error is the same in both courses.
+any monitored output of that unit have been apart; of the output itself, if it has no unit. A range
+of rounding noise counts as NOISE times the largest value of the unit. Monitored are the sources of
+all connections; of a component from which no Real is taken, all outputs. This is the error of the
+coupling alone; each FMU's own error is the same in both runs.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ def over(values: np.ndarray, spans: np.ndarray) -> np.ndarray:
 
 
 class Trace:
-    """An observer that keeps the outputs by which the coupling is judged."""
+    """An observer that keeps the monitored outputs."""
 
     def __init__(self) -> None:
         self.points: dict[int, np.ndarray] = {}
@@ -115,7 +115,7 @@ class Trace:
 
 
 class Spans:
-    """What the errors of all judged outputs are relative to: the largest range of all of its unit.
+    """Reference of each monitored output's error: the largest range of all outputs of its unit.
 
     Outputs that have no unit may be anything: each has its own range, but at least OF_VALUE of its
     present value, which an invariant keeps, and LEAST_RANGE of the largest range of them. At least
@@ -164,7 +164,7 @@ def certificate(
     coverage: Coverage | None = None,
 ) -> CouplingErrorReport:
     """The certificate of a run; `errors`, what half the step would leave of them, and `ranges` are
-    of the judged outputs, each in its unit.
+    of the monitored outputs, each in its unit.
     """
     largest: dict[int, CouplingError] = {}
     shares = over(np.array([errors, halved]), Spans(network)(ranges)).T.tolist()

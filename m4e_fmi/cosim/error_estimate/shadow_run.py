@@ -1,7 +1,7 @@
 """Online estimate of the coupling error where FMUs cannot go back: a second set of instances.
 
 It begins at the start time as the run does, and makes steps twice as long (or half as long: see
-`witness`, which tells what the difference says). So it costs half of the run again (or twice), but
+`step_doubling` for the meaning of the difference). It costs half of the run again (or twice), but
 follows all of it: nothing has to be concluded from a part.
 """
 
@@ -51,7 +51,7 @@ class Recorder:
 
     @property
     def operations(self) -> tuple[Operation, ...]:
-        """What notes a step in a row of a block."""
+        """Operations that note a step in a row of a block."""
         gathered = gather(self._block, self._network.values, self._sources)
         return gathered, self._roughness.operation
 
@@ -137,7 +137,7 @@ class ShadowRun:
         self.failure = ""
         """Why nothing can be told, if so."""
         self.switched = False
-        """Whether discrete values have changed, at other times in the other set."""
+        """True if discrete values have changed, at other times in the other set."""
 
     @property
     def operations(self) -> tuple[Operation, ...]:

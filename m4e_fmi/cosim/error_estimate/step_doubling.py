@@ -47,7 +47,7 @@ Going back to a saved state also discards what was learned since then.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -68,11 +68,11 @@ from m4e_fmi.cosim.error_estimate.repeated_steps import (
 )
 from m4e_fmi.cosim.error_estimate.report import over
 from m4e_fmi.cosim.error_estimate.roughness import HISTORY, Roughness, fourth_differences
+from m4e_fmi.cosim.error_estimate.stretch import Followed, StepDoublingSnapshot, Stretch
 from m4e_fmi.cosim.error_estimate.windows import Told, pieces, throughout
 from m4e_fmi.cosim.exchange.layout import NetworkSnapshot
 from m4e_fmi.cosim.exchange.network import HALF, TWICE, Change, Network
 from m4e_fmi.cosim.exchange.operations import Operation, gather
-from m4e_fmi.cosim.exchange.snapshot import Memory, recall, remember
 from m4e_fmi.cosim.stepping.algorithm import Algorithm
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
 from m4e_fmi.cosim.time_loop.energy import BLOCK
@@ -105,85 +105,18 @@ DIED = 0.01
 """Share of the error that is known below which the run is not followed any more."""
 
 
-@dataclass
-class _Stretch:
-    """Steps since `start`, up to the `last` time [ns], and if it is `recorded`, source values.
-
-    They are piece by piece; `runs` are sizes [ns] and numbers of steps that are like each other.
-    `jumps` are the times to which a jump has led, of which some were `within` the step; `kinks`
-    numbers of steps that are rough at once, `changes` what was set at some times, and `steps` their
-    number so far. A `window` is made again in any case, up to the step `end` of the run.
-    """
-
-    start: NetworkSnapshot
-    window: bool
-    recorded: bool
-    end: int
-    values: list[np.ndarray]
-    last: int
-    runs: list[tuple[int, int]] = field(default_factory=list)
-    jumps: list[int] = field(default_factory=list)
-    kinks: list[np.ndarray] = field(default_factory=list)
-    within: list[int] = field(default_factory=list)
-    changes: dict[int, list[Change]] = field(default_factory=dict)
-    steps: int = 0
-
-    def copy(self) -> _Stretch:
-        """The same, which stays as it is while this goes on."""
-        changes = {time: changes.copy() for time, changes in self.changes.items()}
-        lists = {n: getattr(self, n).copy() for n in ("runs", "values", "jumps", "kinks", "within")}
-        return replace(self, changes=changes, **lists)
-
-    def go_on(self, steps: int, size: int) -> None:
-        """With so many further steps of `size` [ns]."""
-        if self.runs and self.runs[-1][0] == size:
-            self.runs[-1] = size, self.runs[-1][1] + steps
-        else:
-            self.runs.append((size, steps))
-        self.last += size * steps
-        self.steps += steps
-
-    @property
-    def times(self) -> np.ndarray:
-        """The times [ns] of all points, the first included."""
-        sizes, counts = np.array(self.runs, dtype=np.int64).T
-        passed = np.concatenate([np.zeros(1, dtype=np.int64), np.repeat(sizes, counts)]).cumsum()
-        return self.last - passed[-1] + passed
-
-
-@dataclass(frozen=True)
-class _Followed:
-    """A course without the errors of kinks, at `point`, and what it has `told` of these.
-
-    It goes beside the run `since` a time [ns], and tells from the first kink on.
-    """
-
-    point: NetworkSnapshot
-    since: int
-    told: Told
-
-
 def _nanoseconds(time: float) -> int:
     return round(time * NS_PER_SECOND)
 
 
 def halved_kinks(errors: np.ndarray, spans: np.ndarray) -> np.ndarray:
-    """What half the step leaves of errors that kinks have made, of first order.
+    """Errors (n,) of kinks at half the step: of first order.
 
     A jump that comes at another point is an error of its size, about the range, however short the
     steps. Beyond that it is growth, and the step that is too long.
     """
     jumps = (errors > RESOLVED * spans) & (errors <= GROWN * spans)
     return errors * np.where(jumps, 1.0, 0.5)
-
-
-@dataclass(frozen=True)
-class Seen:
-    """What a witness knows at a point of the run."""
-
-    known: Memory
-    roughness: Memory
-    stretch: _Stretch | None
 
 
 class _UntoldError(Exception):
@@ -198,11 +131,6 @@ class StepDoublingEstimator:
     the range of all outputs of its unit for the range of each source. `coarse` says why there are
     no steps of a part of the length, if so.
     """
-
-    SNAPSHOT = (
-        "_steps", "_begins", "_told", "_bounds", "_kinked", "_kinked_since", "_met", "_followed",
-        "_watched", "_rough", "_coverage", "_crowded", "_falls", "_size", "failure", "_others",
-    )  # fmt: skip
 
     def __init__(
         self,
@@ -228,14 +156,14 @@ class StepDoublingEstimator:
             self._roughness.operation,
         )
         self._steps = self._begins = self._size = 0
-        self._stretch: _Stretch | None = None
+        self._stretch: Stretch | None = None
         self._told: list[Told] = []
         self._bounds = np.repeat(network.values[sources][None], 2, axis=0)
         self._kinked = np.zeros(len(sources))  # the largest differences of the followed course
         self._kinked_since = self._kinked  # since they may be of another kind
         self._met = 0  # kinks since then in windows, or where the run was followed
         self._crowded = False  # whether they are many, and windows tell of them
-        self._followed: _Followed | None = None
+        self._followed: Followed | None = None
         self._watched = np.zeros(len(network.outputs))  # how rough windows have been
         self._rough = np.zeros(len(network.outputs))  # and what was followed
         self._start = _nanoseconds(network.time)
@@ -256,7 +184,7 @@ class StepDoublingEstimator:
         start = self._network.keep()
         now, values = _nanoseconds(start.time), self._network.values[self._sources][None]
         recorded = window or self._followed is not None
-        self._stretch = _Stretch(start, window, recorded, end, [values], now)
+        self._stretch = Stretch(start, window, recorded, end, [values], now)
         self._roughness.start_over()
 
     def halt(self) -> None:
@@ -280,16 +208,40 @@ class StepDoublingEstimator:
                 finally:
                     self._network.restore(end)
 
-    def seen(self) -> Seen:
-        """What it knows at the present point, to which the run may go `back`."""
-        kept = self._stretch.copy() if self._stretch else None
-        return Seen(remember(self), remember(self._roughness), kept)
+    def snapshot(self) -> StepDoublingSnapshot:
+        """All that is known at the present point."""
+        return StepDoublingSnapshot(
+            steps=self._steps,
+            begins=self._begins,
+            size=self._size,
+            told=tuple(self._told),
+            bounds=self._bounds,
+            kinked=self._kinked,
+            kinked_since=self._kinked_since,
+            met=self._met,
+            followed=self._followed,
+            watched=self._watched.copy(),
+            rough=self._rough.copy(),
+            coverage=self._coverage,
+            crowded=self._crowded,
+            falls=self._falls,
+            failure=self.failure,
+            others=self._others,
+            roughness=self._roughness.snapshot(),
+            stretch=self._stretch.copy() if self._stretch else None,
+        )
 
-    def back(self, seen: Seen) -> None:
-        """The run has gone back to where it had `seen` so much."""
-        recall(self, seen.known)
-        recall(self._roughness, seen.roughness)
-        self._stretch = seen.stretch.copy() if seen.stretch else None
+    def restore(self, snapshot: StepDoublingSnapshot) -> None:
+        """Continue as from where the snapshot was taken."""
+        self._steps, self._begins, self._size = snapshot.steps, snapshot.begins, snapshot.size
+        self._told, self._bounds = list(snapshot.told), snapshot.bounds
+        self._kinked, self._kinked_since = snapshot.kinked, snapshot.kinked_since
+        self._met, self._followed = snapshot.met, snapshot.followed
+        self._watched, self._rough = snapshot.watched.copy(), snapshot.rough.copy()
+        self._coverage, self._crowded = snapshot.coverage, snapshot.crowded
+        self._falls, self.failure, self._others = snapshot.falls, snapshot.failure, snapshot.others
+        self._roughness.restore(snapshot.roughness)
+        self._stretch = snapshot.stretch.copy() if snapshot.stretch else None
 
     @property
     def room(self) -> int:
@@ -348,13 +300,13 @@ class StepDoublingEstimator:
                 self._back_to(end, why)
 
     def _is_rough(self, largest: np.ndarray) -> bool:
-        """Whether outputs with such fourth differences are rougher than windows have been."""
+        """True if outputs with such fourth differences are rougher than windows have been."""
         return bool((largest > np.maximum(ROUGHER * self._watched, self._roughness.gate)).any())
 
-    def _smooth(self, stretch: _Stretch, run: Recorded, kinks: np.ndarray) -> np.ndarray:
+    def _smooth(self, stretch: Stretch, run: Recorded, kinks: np.ndarray) -> np.ndarray:
         """The largest fourth difference of each output away from some `kinks` (k,) and from jumps.
 
-        0 of what is not judged, if there are any.
+        0 of outputs that are not monitored, if there are any.
         """
         if not len(kinks) and not stretch.jumps and len(stretch.runs) == 1:
             return self._roughness.largest
@@ -379,7 +331,7 @@ class StepDoublingEstimator:
                 "an FMU should discard a step that it cannot make, and not answer Fatal",
             ) from error
 
-    def _made_again(self, stretch: _Stretch, kinks: np.ndarray, *, rough: bool) -> str:
+    def _made_again(self, stretch: Stretch, kinks: np.ndarray, *, rough: bool) -> str:
         """Learn from a stretch by making it again; why courses have failed, if some have."""
         run, why = self._recorded(stretch), []
         kinks = self._beyond_rounding(kinks, run)
@@ -418,7 +370,7 @@ class StepDoublingEstimator:
         return ", and ".join(why)
 
     def _outweigh(self, now: int) -> bool:
-        """Whether errors of kinks, as followed, matter beside those of smooth steps, or grow."""
+        """True if errors of kinks, as followed, matter beside those of smooth steps, or grow."""
         if not self._told:
             return True
         spans = self._spans(self.ranges())
@@ -427,8 +379,8 @@ class StepDoublingEstimator:
             return True
         return self._followed is not None and self._followed.told.doubles(spans)
 
-    def _lower(self, stretch: _Stretch, run: Recorded, kinks: np.ndarray) -> bool:
-        """Whether many kinks in a window (k,) lower the order by which its errors fall."""
+    def _lower(self, stretch: Stretch, run: Recorded, kinks: np.ndarray) -> bool:
+        """True if many kinks in a window (k,) lower the order by which its errors fall."""
         if self._order == 1:
             return False  # all errors are as those of kinks
         spans = self._spans(self.ranges())
@@ -454,7 +406,7 @@ class StepDoublingEstimator:
         self._followed = None
         self._coverage = self._coverage.crowd(time)
 
-    def _recorded(self, stretch: _Stretch) -> Recorded:
+    def _recorded(self, stretch: Stretch) -> Recorded:
         """A stretch of the run; made again where its values are not known."""
         times = stretch.times
         if stretch.recorded:
@@ -490,7 +442,7 @@ class StepDoublingEstimator:
         self._roughness.gate[self._sources] = least
 
     def _judged(
-        self, stretch: _Stretch, run: Recorded, alike: np.ndarray, *, kinked: bool
+        self, stretch: Stretch, run: Recorded, alike: np.ndarray, *, kinked: bool
     ) -> list[str]:
         """Note what a course of another length tells of a stretch, which may be `kinked`.
 
@@ -535,7 +487,7 @@ class StepDoublingEstimator:
         self._others = {c: course for c, course in self._others.items() if c != length}
 
     def _judge(
-        self, stretch: _Stretch, run: Recorded, length: float, alike: np.ndarray, *, kinked: bool
+        self, stretch: Stretch, run: Recorded, length: float, alike: np.ndarray, *, kinked: bool
     ) -> tuple[Told, Recorded] | None:
         """The errors by a course with steps of this `length`, and the better one; or _UntoldError.
 
@@ -584,7 +536,7 @@ class StepDoublingEstimator:
         return round((run[0] - self._start) / (run[1] - run[0])) % 2
 
     def _measured(
-        self, stretch: _Stretch, begin: Recorded, twice: Recorded, alike: Sequence[int]
+        self, stretch: Stretch, begin: Recorded, twice: Recorded, alike: Sequence[int]
     ) -> float | None:
         """The order over the `begin` of a stretch, as measured by a third course, at H/2.
 
@@ -611,7 +563,7 @@ class StepDoublingEstimator:
             return float(np.clip(np.log2(large / small), 0.0, self._order + 1))
         return None
 
-    def _follow(self, stretch: _Stretch, run: Recorded, kinks: np.ndarray) -> list[str]:
+    def _follow(self, stretch: Stretch, run: Recorded, kinks: np.ndarray) -> list[str]:
         """Make the stretch a second time, in finer steps about `kinks` (k,); why that fails, if so.
 
         The second course begins where it has ended before, or at the start of the stretch.
@@ -643,7 +595,7 @@ class StepDoublingEstimator:
             largest = pieces(errors[kinks[0] :])
         self._coverage = self._coverage.follow(since, end, run.times[1 + first_of_each(kinks)])
         spans = self._spans(self.ranges())
-        self._followed = _Followed(point, since, Told(largest, first, end - first, speaks=True))
+        self._followed = Followed(point, since, Told(largest, first, end - first, speaks=True))
         self._met += events(kinks)
         if (errors[-1] <= DIED * self._known_error(spans) * spans).all():
             self._followed = None

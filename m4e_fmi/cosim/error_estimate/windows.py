@@ -1,4 +1,4 @@
-"""What windows of a run, in which its errors are known, tell of all of it."""
+"""Errors of a whole run, from the windows in which they are known."""
 
 from __future__ import annotations
 
@@ -42,12 +42,12 @@ class Told:
 
     @property
     def growth(self) -> np.ndarray:
-        """What the errors (sources,) grow by in the second half, 1 if none was there before."""
+        """Growth factors (sources,) of the errors in the second half, 1 if they were 0 before."""
         first, whole = self.errors[: (len(self.errors) + 1) // 2].max(axis=0), self.largest
         return np.divide(whole, first, out=np.ones_like(whole), where=first > 0.0)
 
     def doubles(self, spans: np.ndarray) -> bool:
-        """Whether the largest error over some spans is twice as large in the second half."""
+        """True if the largest error over some spans is twice as large in the second half."""
         largest = np.divide(self.errors, spans, out=np.zeros_like(self.errors), where=spans > 0.0)
         first = largest[: (len(largest) + 1) // 2].max()
         return bool(largest.max() > DOUBLE * first)

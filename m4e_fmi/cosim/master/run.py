@@ -5,15 +5,16 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.connections.recorded_variables import chosen
-from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport, Trace, compared
-from m4e_fmi.cosim.exchange.fmu_log import FmuMessage, Warn
-from m4e_fmi.cosim.master.master import Master, Observer, Progress
+from m4e_fmi.cosim.error_estimate.report import Trace, compared
+from m4e_fmi.cosim.exchange.fmu_log import Warn
+from m4e_fmi.cosim.master.master import Master, Observer
+from m4e_fmi.cosim.master.outcome import ExportError, Outcome
 from m4e_fmi.cosim.master.recording import (
     attributes_of,
     closing_attributes,
@@ -23,72 +24,18 @@ from m4e_fmi.cosim.master.recording import (
     thinned,
     whole,
 )
+from m4e_fmi.cosim.master.second_run import finer, second_run
 from m4e_fmi.cosim.master.stepwise import Execution
+from m4e_fmi.cosim.master.ticking import Progress
 from m4e_fmi.cosim.monitoring.flotation import start_warnings
 from m4e_fmi.cosim.preparation.prepare import prepare
 from m4e_fmi.cosim.preparation.surroundings import model_gravity
 from m4e_fmi.cosim.results.writer import AT_STOP, ResultsWriter
-from m4e_fmi.cosim.system.component import Component
-from m4e_fmi.cosim.system.component_steps import pace
-from m4e_fmi.cosim.system.simulation import NS_PER_SECOND, Simulation
-from m4e_fmi.cosim.system.system import System
-from m4e_fmi.cosim.time_loop.energy import BondEnergy
-from m4e_fmi.errors import InputError, RunError
-from m4e_fmi.results.results_file import Results, as_given, load, stream_of
-from m4e_fmi.shown import listing
+from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
+from m4e_fmi.cosim.system.system import Simulation, System
+from m4e_fmi.errors import RunError
+from m4e_fmi.results.results_file import as_given, stream_of
 from m4e_fmi.signals import Terminated, ending_cleanly, held, let_through
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """A finished run: where its results are, its steps, wall time [s] and energy balance [J].
-
-    `order` is that of the coupling, `rejected` steps were taken back and made again, smaller.
-    `notes` tell what the algorithm did without because an FMU cannot, `warnings` what seems to be
-    left out of the connections, and what grows without bound, one line each. `certificate`
-    estimates the coupling errors; it is a text that tells why they are not known, where they are
-    not. `checked` is a second estimate, by a run at half the step, if there was one. `messages` are
-    the warnings and errors that FMUs have logged, one of each kind.
-    """
-
-    prepared: Prepared = field(repr=False)
-    path: Path | None
-    steps: int
-    wall_time: float
-    energy: tuple[BondEnergy, ...]
-    order: int
-    notes: tuple[str, ...] = ()
-    rejected: int = 0
-    certificate: CouplingErrorReport | str = ""
-    checked: CouplingErrorReport | None = None
-    messages: tuple[FmuMessage, ...] = ()
-    warnings: tuple[str, ...] = ()
-
-    def results(self) -> Results:
-        """The results file, in memory."""
-        if self.path is None:
-            raise RunError("this run wrote no results", "give `results` to run")
-        return load(self.path)
-
-    def __repr__(self) -> str:
-        return listing(
-            f"Outcome of {self.prepared.system.name!r}: {self.steps} steps in "
-            f"{self.wall_time:.3g} s, results in {str(self.path) if self.path else 'no file'}",
-            certificate=[str(self.certificate)],
-            energy=[bond.connection for bond in self.energy],
-            notes=self.notes,
-        )
-
-
-class ExportError(RunError):
-    """A run has ended well, but its results could not be written in the form that was asked for.
-
-    `outcome` is that of the run; its `path` is the netCDF file, which is complete.
-    """
-
-    def __init__(self, error: RunError, outcome: Outcome) -> None:
-        super().__init__(error.message, error.remedy)
-        self.outcome = outcome
 
 
 def run(
@@ -223,7 +170,6 @@ def _begun(
     begun = clock.perf_counter()
     missing = () if changeable else system.warnings  # inputs may be set between the steps
     system = _at_home(system)
-    parts = (system.system, system.descriptions, system.wiring, system.structure, system.rates)
     recorded: dict[str, list[str]] = {}
     if results is not None:
         members = chosen(system.descriptions, variables, system.wiring.sources)
@@ -236,7 +182,7 @@ def _begun(
         file = Path(results or "").absolute()
         master = stack.enter_context(
             Master(
-                *parts,
+                system,
                 certify=certify,
                 changeable=changeable,
                 recorded=recorded,
@@ -366,7 +312,7 @@ def _checked(
 ) -> Outcome:
     """A run, and the certificate that a second one at half the step gives it."""
     system = prepared.system
-    again = _finer(prepared)
+    again = finer(prepared)
     trace, finer_trace = Trace(), Trace()
     watched = [*observers, trace]
     outcome = _once(
@@ -378,50 +324,7 @@ def _checked(
         warn=warn,
         beside=beside,
     )
-    with _second_run(outcome.path):
+    with second_run(outcome.path):
         _once(again, observers=[finer_trace], progress=progress, certify=False)
     found = compared(trace, finer_trace, system.connections, outcome.order)
     return replace(outcome, checked=found)
-
-
-@contextmanager
-def _second_run(results: Path | None) -> Iterator[None]:
-    """Ctrl-C and signals get a note that it is not the first run which they end."""
-    try:
-        yield
-    except (KeyboardInterrupt, Terminated) as error:
-        error.add_note("that was the second run, at half the step")
-        if results:
-            error.add_note(f"the results of the first are complete, in {results}")
-        raise
-
-
-def _finer(prepared: Prepared) -> Prepared:
-    """The same at half the step, which components that make several steps in each halve too.
-
-    Those that step more rarely keep their step: it is what they are, and not how they are computed.
-    InputError for an FMU that makes steps of one size only.
-    """
-    system = prepared.system
-    settings, tolerance = system.simulation, system.simulation.coupling_tolerance
-    parts: list[Component] = []
-    for part in system.components:
-        rate = prepared.rates.get(part.name)
-        if rate and not rate.shortens:
-            raise InputError.single(
-                f"--check runs at half the step, which {part.name} cannot: it {rate}",
-                "leave it out: what each run tells of its error needs no other step",
-            )
-        halved = prepared.descriptions[part.name].internal_step is None
-        if rate and halved and part.step_size is not None and not rate.is_sampled:
-            part = replace(part, step_size=rate.step / 2)
-        parts.append(part)
-    simulation = replace(
-        settings,
-        step_size=settings.step_size / 2,
-        output_interval=settings.output_interval or settings.step_size,
-        coupling_tolerance=None if tolerance is None else tolerance / 8,
-    )
-    finer = replace(system, components=tuple(parts), simulation=simulation)
-    rates = pace(finer, prepared.descriptions)
-    return replace(prepared, system=finer, rates=rates)

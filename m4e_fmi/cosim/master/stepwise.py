@@ -6,8 +6,9 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from m4e_fmi.cosim.connections.links import Port, Wiring
-from m4e_fmi.cosim.master.master import Master, State
+from m4e_fmi.cosim.connections.connect import Port, Wiring
+from m4e_fmi.cosim.master.master import Master
+from m4e_fmi.cosim.master.state import State
 from m4e_fmi.cosim.system.start_values import Value, value_of
 from m4e_fmi.errors import InputError, RunError, UnknownNameError, suggestion
 from m4e_fmi.fmu.importer.reading import Description, Variable
@@ -16,7 +17,7 @@ from m4e_fmi.shown import listing
 from m4e_fmi.units import Quantity
 
 if TYPE_CHECKING:
-    from m4e_fmi.cosim.master.run import Outcome
+    from m4e_fmi.cosim.master.outcome import Outcome
 
 
 class CommunicationPoint:
@@ -68,7 +69,7 @@ class Execution:
 
     @property
     def done(self) -> bool:
-        """Whether the stop time is reached."""
+        """True if the stop time is reached."""
         return self._master.done
 
     @property
@@ -137,7 +138,7 @@ class Execution:
 
     @property
     def settable(self) -> list[str]:
-        """What may be set between steps: inputs that are not connected, tunable parameters."""
+        """Variables that may be set between steps: unconnected inputs, tunable parameters."""
         return [str(port) for port, v in self._all() if not self._why_fixed(port, v)]
 
     def _why_fixed(self, port: Port, variable: Variable) -> str:

@@ -38,7 +38,7 @@ NOISE = 1e-3
 def start_warnings(
     network: Network, wiring: Wiring, gravity_of: Gravity = lambda _: None
 ) -> tuple[str, ...]:
-    """What seems wrong with the floating bodies of a network at its start; a line each.
+    """Warnings of the floating bodies of a network at its start, one line each.
 
     `gravity_of` tells the gravity [m/s2] of a component, if it is known.
     """

@@ -73,7 +73,7 @@ class SecondLook:
         self._spoilt: set[Port] = set()
 
     def snapshot(self) -> SecondLookSnapshot:
-        """What is known now."""
+        """The next look, and the notes so far."""
         return SecondLookSnapshot(self._next, self._seen)
 
     def restore(self, snapshot: SecondLookSnapshot) -> None:

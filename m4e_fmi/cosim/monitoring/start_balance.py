@@ -119,7 +119,7 @@ class Balance:
 
     @property
     def buoyancy(self) -> float:
-        """What the still water carries in the reference pose [N]."""
+        """Vertical force of the still water in the reference pose [N]."""
         return float(sum(hull.buoyancy[1] for hull in self.hulls))
 
     @property
@@ -158,7 +158,7 @@ def balances(network: Network, wiring: Wiring, hulls: Sequence[Hull]) -> Iterato
 
 
 def _is_told(network: Network, sources: dict[Port, Link], hull: Hull) -> bool:
-    """Whether the holder has exact derivatives, and the water's force comes straight to it."""
+    """True if the holder has exact derivatives, and the water's force comes straight to it."""
     component = hull.link.source.component
     described = network.instances[component].description
     names = [f"{hull.base}.{symbol}" for symbol in (*WRENCH, *ACCELERATION)]
@@ -272,7 +272,7 @@ class _Mobility:
         return self.unit * (self.inverse @ scaled)
 
     def _added_mass(self, hulls: Sequence[Hull]) -> float:
-        """What the component has of it [kg]."""
+        """Added mass that the component carries [kg]."""
         carried = {
             link.source.component
             for link in self.wiring.initial_links

@@ -16,7 +16,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class AlgorithmSnapshot:
-    """What an algorithm remembers of earlier steps: nothing, unless a subclass says otherwise."""
+    """Memory of earlier steps that an algorithm has: none, unless a subclass adds fields."""
 
 
 class Algorithm(Protocol):

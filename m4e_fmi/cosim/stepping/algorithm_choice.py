@@ -43,7 +43,17 @@ def made(name: str, network: Network) -> Algorithm:
 
 
 def error_estimating(name: str, network: Network) -> ErrorEstimating:
-    """The algorithm `name` for `network`, with an estimate of its error in each step."""
+    """The algorithm `name` for `network`, with an estimate of its error in each step.
+
+    RunError if an FMU cannot go back.
+    """
+    fixed = [name for name, i in network.instances.items() if not i.description.saves_state]
+    if fixed:
+        raise RunError(
+            f"coupling_tolerance needs FMUs that can go back (canGetAndSetFMUstate), which "
+            f"{' and '.join(fixed)} cannot",
+            "leave coupling_tolerance out, and halve step_size to see the error",
+        )
     algorithm = made(name, network)
     if isinstance(algorithm, OwnEstimate) and algorithm.estimates and algorithm.order > 1:
         return algorithm

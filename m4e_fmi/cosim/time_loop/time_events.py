@@ -33,7 +33,7 @@ NEVER = 2**62
 
 
 def announces(description: Description) -> bool:
-    """Whether an FMU tells when it jumps next."""
+    """True if an FMU announces the time of its next jump."""
     variable = description.variables.get(NEXT_EVENT_TIME)
     if variable is None or variable.causality not in ("output", "local"):
         return False
@@ -60,7 +60,7 @@ class TimeEvents:
                 self._readers.append(partial(_next_event, instance))
 
     def __bool__(self) -> bool:
-        """Whether any FMU announces jumps, or may have events."""
+        """True if any FMU announces jumps, or may have events."""
         return bool(self._readers)
 
     def next(self, now: int) -> int:

@@ -100,10 +100,9 @@ def test_delayed_switches_are_the_same_with_and_without_rehearsals(
     )
     links = ("a.y_bool -> b.u_bool, delayed", "a.y_real -> b.u_real")
     ready = prepare(System("s", parts, links, Simulation(1.5, 0.1, "jacobi")))
-    known = (ready.descriptions, ready.wiring, ready.structure, ready.rates)
     courses: list[list[float]] = []
     for certify in (True, False):
-        with Master(ready.system, *known, certify=certify) as master:
+        with Master(ready, certify=certify) as master:
             last: list[float] = []
             master.run(observers=[lambda _, network, last=last: last.append(network.last)])
         courses.append(last)

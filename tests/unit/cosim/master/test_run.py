@@ -186,7 +186,7 @@ def test_numbers_that_are_not_finite_are_refused_where_they_are_given(
 
 
 def test_progress_tells_simulated_time(c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("m4e_fmi.cosim.master.master.PROGRESS_INTERVAL", 0.0)
+    monkeypatch.setattr("m4e_fmi.cosim.master.ticking.PROGRESS_INTERVAL", 0.0)
     told: list[float] = []
     run(oscillator(c_fmu, Simulation(1, 0.1)), progress=told.append)
     assert told == [k / 10 for k in range(1, 11)]

@@ -24,7 +24,7 @@ def test_recent_rows_are_of_the_present_course(
     system = System("s", (Component("a", FmuFile(c_fmu("mass"))),), (), Simulation(1.0, 0.01))
     p = prepare(system)
     with (
-        Master(p.system, p.descriptions, p.wiring, p.structure, p.rates) as master,
+        Master(p) as master,
         ResultsWriter(tmp_path / "r.nc", master.network, {}) as writer,
     ):
 

@@ -1,0 +1,115 @@
+"""Interface of an online estimate of the coupling error, and the estimator that a run uses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Protocol
+
+import numpy as np
+
+from m4e_fmi.cosim.connections.prepared import Prepared
+from m4e_fmi.cosim.error_estimate.coverage import Coverage
+from m4e_fmi.cosim.error_estimate.report import Spans
+from m4e_fmi.cosim.error_estimate.shadow_run import ShadowRun
+from m4e_fmi.cosim.error_estimate.step_doubling import StepDoublingEstimator
+from m4e_fmi.cosim.exchange.network import HALF, TWICE, Change, Network
+from m4e_fmi.cosim.stepping.algorithm import Algorithm
+from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
+from m4e_fmi.cosim.time_loop.time_loop import Watcher
+from m4e_fmi.errors import RunError
+from m4e_fmi.fmu.importer.reading import Description
+
+
+class ErrorEstimator(Watcher, Protocol):
+    """An estimate that goes along with a run; `failure` says why nothing is known, if so.
+
+    Errors and ranges (n_sources,) are those of the monitored outputs, each in its unit.
+    """
+
+    failure: str
+
+    def changed(self, changes: Sequence[Change]) -> None:
+        """Account for values that were set at the present point, and exchanged."""
+        ...
+
+    def finish(self) -> None:
+        """Evaluate the steps up to the present point."""
+        ...
+
+    def errors(self, *, halved: bool = False) -> np.ndarray:
+        """The largest errors that are known; or what half the step would leave of them."""
+        ...
+
+    def ranges(self) -> np.ndarray:
+        """The ranges of the outputs' values."""
+        ...
+
+    def coverage(self) -> Coverage:
+        """The part of the run that was made a second time."""
+        ...
+
+
+def without_rollback(descriptions: Mapping[str, Description]) -> list[str]:
+    """Names of the components that cannot go back."""
+    return [name for name, d in descriptions.items() if not d.saves_state]
+
+
+def error_estimator(
+    network: Network,
+    make: Callable[[Network], Algorithm],
+    prepared: Prepared,
+    second: Callable[[], Network],
+    *,
+    order: int,
+    changeable: bool,
+) -> StepDoublingEstimator | ShadowRun | str:
+    """The estimator for a run of `network` by an algorithm of this `order`, or why there is none.
+
+    `make` makes the algorithm anew; `second` makes a second network, at the start time. In a
+    `changeable` run, values may be set between the steps.
+    """
+    lengths = _lengths(prepared)
+    if isinstance(lengths, str):
+        return lengths
+    places = [network.index(port) for _, port in network.monitored_outputs]
+    sources, spans = np.array(places, dtype=np.intp), Spans(network)
+    fixed = without_rollback(prepared.descriptions)
+    if not fixed:
+        coarse = _coarse(prepared)
+        return StepDoublingEstimator(
+            network, make, sources, lengths, order=order, spans=spans, coarse=coarse
+        )
+    try:
+        other = second()
+    except RunError as error:
+        return (
+            f"{' and '.join(fixed)} cannot go back (canGetAndSetFMUstate), and a second set of "
+            f"FMUs fails ({error.message})"
+        )
+    settings = prepared.system.simulation
+    single = settings.stop_time - settings.start_time <= settings.step_size
+    length = lengths[-1] if changeable or single else lengths[0]
+    return ShadowRun(network, other, make, settings, sources, length=length, spans=spans)
+
+
+def _lengths(prepared: Prepared) -> list[float] | str:
+    """Usable lengths of steps, over the run's; or why there are none."""
+    rates = prepared.rates.items()
+    odd = [f"{n} {r}" for n, r in rates if r.is_sampled and r.every % 2]
+    whole = [f"{n} {r}" for n, r in rates if not r.shortens]
+    size = round(prepared.system.simulation.step_size * NS_PER_SECOND)
+    if without_rollback(prepared.descriptions) and size % 2:
+        whole.append("FMUs that cannot go back, and steps of an odd number of nanoseconds")
+    if odd and whole:
+        return (
+            f"steps of twice the length do not meet all points of a component ({odd[0]}), and "
+            f"there are none of half the length ({whole[0]})"
+        )
+    return [length for length, no in ((TWICE, odd), (HALF, whole)) if not no]
+
+
+def _coarse(prepared: Prepared) -> str:
+    """The reason why there are no steps of a small part of the length; empty if there are."""
+    steps = ((n, d.internal_step) for n, d in prepared.descriptions.items() if d.internal_step)
+    own = [f"{name} goes by steps of {step:g} s inside" for name, step in steps]
+    return "; ".join([f"{n} {r}" for n, r in prepared.rates.items() if not r.shortens] or own)
