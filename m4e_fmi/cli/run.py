@@ -26,6 +26,7 @@ from m4e_fmi.errors import InputError, Problem, suggestion
 
 if TYPE_CHECKING:
     from m4e_fmi.cosim import System
+    from m4e_fmi.cosim.system.component import StartValue
 
 
 def add(commands: argparse._SubParsersAction) -> None:
@@ -95,7 +96,9 @@ def _system(options: argparse.Namespace) -> System:
     with Gathered() as gathered:
         gathered.of(output_file, options, "system")
         system = gathered.of(load_system, options.system)
-        given: list[tuple[Mapping[str, object], str]] = [(start_values(options), "command line")]
+        given: list[tuple[Mapping[str, StartValue], str]] = [
+            (start_values(options), "command line")
+        ]
         if options.parameters and (read := gathered.of(read_parameters, options.parameters)):
             given.insert(0, (read, ""))
         if system is None:
@@ -112,7 +115,7 @@ def _system(options: argparse.Namespace) -> System:
 
 
 def _with_start(
-    system: System, start: Mapping[str, float | str], origin: str, gathered: Gathered
+    system: System, start: Mapping[str, StartValue], origin: str, gathered: Gathered
 ) -> System:
     """The system with those start values whose component is there; the others are problems."""
     from m4e_fmi.cosim.system.origins import ParameterSet

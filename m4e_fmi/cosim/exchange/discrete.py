@@ -179,8 +179,6 @@ class Switches:
     its events, does not count: it changes at that very time.
     """
 
-    SNAPSHOT = ("count", "first", "late")
-
     def __init__(self) -> None:
         self.count = 0
         self.first = ""

@@ -8,6 +8,7 @@ where that is not enough it is found anew. An iteration that does not converge i
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -16,7 +17,6 @@ import numpy as np
 from m4e_fmi.cosim.connections.links import Port
 from m4e_fmi.cosim.connections.structure import AlgebraicLoop, Transfer
 from m4e_fmi.cosim.exchange.instance import WARNING, Instance
-from m4e_fmi.cosim.exchange.snapshot import Memory, recall, remember
 from m4e_fmi.errors import RunError
 
 TOLERANCE = 1e-9
@@ -64,8 +64,6 @@ class QuasiNewton:
     `roughness` is the largest residual, over the size of its variable, that was left because the
     iteration came no further; 0 if all have converged.
     """
-
-    SNAPSHOT = ("_matrix", "roughness")
 
     def __init__(self) -> None:
         self._matrix: np.ndarray | None = None
@@ -138,7 +136,7 @@ class LoopSnapshot:
 
     inputs: np.ndarray
     outputs: np.ndarray
-    newton: Memory
+    newton: QuasiNewton
     started: bool
     scale: np.ndarray
 
@@ -179,7 +177,7 @@ class LoopEquations:
         return LoopSnapshot(
             self.input_values.copy(),
             self.output_values.copy(),
-            remember(self._newton),
+            copy(self._newton),
             self._started,
             self._scale.copy(),
         )
@@ -189,7 +187,7 @@ class LoopEquations:
         self.input_values[:], self.output_values[:] = kept.inputs, kept.outputs
         self._scale[:] = kept.scale
         self._started = kept.started
-        recall(self._newton, kept.newton)
+        self._newton = copy(kept.newton)
 
     def solve(self) -> None:
         """Bring inputs and outputs into agreement; RunError naming a variable if that fails."""
