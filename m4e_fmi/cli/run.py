@@ -26,7 +26,7 @@ from m4e_fmi.errors import InputError, Problem, suggestion
 
 if TYPE_CHECKING:
     from m4e_fmi.cosim import System
-    from m4e_fmi.cosim.system.component import StartValue
+    from m4e_fmi.cosim.system.component import Start
 
 
 def add(commands: argparse._SubParsersAction) -> None:
@@ -114,9 +114,7 @@ def _system(options: argparse.Namespace) -> System:
     return system
 
 
-def _with_start(
-    system: System, start: Mapping[str, StartValue], origin: str, gathered: Gathered
-) -> System:
+def _with_start(system: System, start: Start, origin: str, gathered: Gathered) -> System:
     """The system with those start values whose component is there; the others are problems."""
     from m4e_fmi.cosim.system.origins import ParameterSet
 
