@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -96,9 +96,7 @@ def _system(options: argparse.Namespace) -> System:
     with Gathered() as gathered:
         gathered.of(output_file, options, "system")
         system = gathered.of(load_system, options.system)
-        given: list[tuple[Mapping[str, StartValue], str]] = [
-            (start_values(options), "command line")
-        ]
+        given: list[tuple[Start, str]] = [(start_values(options), "command line")]
         if options.parameters and (read := gathered.of(read_parameters, options.parameters)):
             given.insert(0, (read, ""))
         if system is None:
