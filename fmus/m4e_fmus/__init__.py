@@ -1,4 +1,4 @@
-"""The FMUs that come with m4e_fmi, one folder a kind.
+"""Kinds of FMU for system files: one folder per kind, found by the entry points of pyproject.toml.
 
 A kind is a module with `Config`, what stands below `kind: …` in a system file, and `make`, which
 turns a configuration into a Program or a Python slave. Its README has the equations and variables,

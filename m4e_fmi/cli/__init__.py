@@ -1,4 +1,6 @@
-"""The command `m4e-fmi`. Exit codes: 0 done, 1 the work failed, 2 wrong input or usage; 130 after
+"""The command line: one module per subcommand, listed in `COMMANDS` here.
+
+Exit codes: 0 done, 1 the work failed, 2 wrong input or usage; 130 after
 Ctrl-C, 128 plus its number after another signal that asks for the end.
 
 One module for each command: `add` says what it takes, `_run` does it. `options` has what they
@@ -121,7 +123,7 @@ class _Parser(argparse.ArgumentParser):
 def _parser() -> argparse.ArgumentParser:
     parser = _Parser(
         prog="m4e-fmi",
-        description="Multibody equations of motion, FMUs of them, and coupled simulation.",
+        description="Equations of motion, FMUs and co-simulation of multibody systems.",
         epilog="Each command has its own --help.",
     )
     parser.add_argument("--version", action="version", version=f"m4e_fmi {m4e_fmi.__version__}")

@@ -53,7 +53,9 @@ def add(commands: argparse._SubParsersAction) -> None:
         "--rename", action="append", metavar="OLD=NEW", help="call a variable NEW; may be repeated"
     )
     of_model.add_argument("--method", help="dop853 (default), rk45, rodas (stiff), rk4 (fixed)")
-    of_model.add_argument("--tolerance", type=float, help="if the importer has none; default 1e-8")
+    of_model.add_argument(
+        "--tolerance", type=float, help="if the importer gives none; default 1e-8"
+    )
     for flag, text in (("--stop-time", "10 s"), ("--step-size", "0.01 s")):
         of_model.add_argument(
             flag, type=float, metavar="S", help=f"of the default experiment; default {text}"
@@ -65,7 +67,7 @@ def add(commands: argparse._SubParsersAction) -> None:
         "--no-documentation", action="store_true", help="no page, picture and reference series"
     )
     command.add_argument(
-        "--ssp", action="store_true", help="of a system: one package of it and all its FMUs (.ssp)"
+        "--ssp", action="store_true", help="for a system: one package (.ssp) with all its FMUs"
     )
     add_build_folder(command)
     command.set_defaults(command=_run, **ARGUMENTS)

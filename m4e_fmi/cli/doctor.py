@@ -1,4 +1,4 @@
-"""`m4e-fmi doctor` tells what is installed here, and what is missing."""
+"""`m4e-fmi doctor` tells report what is installed and what is missing."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from m4e_fmi.cli.options import EXIT_FAILED
 
 def add(commands: argparse._SubParsersAction) -> None:
     """Add `doctor` to the command line."""
-    command = commands.add_parser("doctor", help="what is installed here, and what is missing")
+    command = commands.add_parser("doctor", help="report what is installed and what is missing")
     command.add_argument("--json", action="store_true", help="print findings as JSON")
     command.set_defaults(command=_run)
 

@@ -10,7 +10,7 @@ from m4e_fmi.cli.options import MODEL_FILE, load_model
 
 def add(commands: argparse._SubParsersAction) -> None:
     """Add `equations` to the command line."""
-    command = commands.add_parser("equations", help="print a model's equations of motion")
+    command = commands.add_parser("equations", help="print the equations of motion of a model")
     command.add_argument("model", type=Path, help=MODEL_FILE)
     form = command.add_mutually_exclusive_group()
     form.add_argument("--latex", action="store_true", help="as LaTeX instead of text")
@@ -20,9 +20,11 @@ def add(commands: argparse._SubParsersAction) -> None:
     command.add_argument(
         "--explicit",
         action="store_true",
-        help="write out in full what a long page computes once, on a line of its own",
+        help="write repeated expressions out in full instead of naming them",
     )
-    command.add_argument("--reactions", action="store_true", help="also what each joint carries")
+    command.add_argument(
+        "--reactions", action="store_true", help="also the reactions of each joint"
+    )
     command.set_defaults(command=_run)
 
 

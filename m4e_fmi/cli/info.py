@@ -17,9 +17,11 @@ from m4e_fmi.cli.options import (
 
 def add(commands: argparse._SubParsersAction) -> None:
     """Add `info` to the command line."""
-    command = commands.add_parser("info", help="show what is in a model, a system or an FMU")
+    command = commands.add_parser("info", help="show the contents of a model, a system or an FMU")
     command.add_argument("source", type=Path, help="a model, system, .ssp or .fmu file")
-    command.add_argument("--json", action="store_true", help="all of an FMU, as JSON")
+    command.add_argument(
+        "--json", action="store_true", help="the complete description of an FMU, as JSON"
+    )
     command.add_argument("--latex", action="store_true", help="a model's tables, in LaTeX")
     command.add_argument(
         "--output-file", type=Path, metavar="FILE", help="draw a system here (.png, .svg or .pdf)"

@@ -25,7 +25,7 @@ POINTS = {
 def add(commands: argparse._SubParsersAction) -> None:
     """Add `linearize` to the command line."""
     command = commands.add_parser(
-        "linearize", help="equilibrium, frequencies and damping, state space of a model"
+        "linearize", help="equilibrium, frequencies, damping and state space of a model"
     )
     command.add_argument("model", type=Path, help=MODEL_FILE)
     command.add_argument(

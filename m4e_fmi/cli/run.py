@@ -45,7 +45,7 @@ def add(commands: argparse._SubParsersAction) -> None:
     command.add_argument(
         "--check",
         action="store_true",
-        help="run once more at half the step, and tell how large the coupling errors are",
+        help="run again at half the step, and report the coupling errors",
     )
     command.add_argument(
         "--variables",
@@ -53,7 +53,7 @@ def add(commands: argparse._SubParsersAction) -> None:
         action="extend",
         default=[],
         metavar="NAME",
-        help="what the results hold, as 'buoy.*'; default: all outputs, of arrays those connected",
+        help="variables to record, as 'buoy.*'; default: all outputs and connected arrays",
     )
     command.add_argument(
         "--parameters",

@@ -41,7 +41,7 @@ def add(commands: argparse._SubParsersAction) -> None:
         "--step-size", type=float, metavar="S", help="of rk4, at most; default the output interval"
     )
     for flag, text in (
-        ("--event", "tell when this output or state changes sign, as load.STOP.gap at contact"),
+        ("--event", "report sign changes of this output or state, as load.STOP.gap at contact"),
         ("--stop-at", "end when this output or state changes sign"),
     ):
         command.add_argument(flag, action="append", default=[], metavar="NAME", help=text)
@@ -62,7 +62,7 @@ def add(commands: argparse._SubParsersAction) -> None:
         action="extend",
         default=[],
         metavar="NAME",
-        help="what the picture shows; default what people look at first",
+        help="variables in the picture; default the main ones",
     )
     command.set_defaults(command=_run)
 

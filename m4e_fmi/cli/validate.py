@@ -17,7 +17,7 @@ EPILOG = (
 def add(commands: argparse._SubParsersAction) -> None:
     """Add `validate` to the command line."""
     command = commands.add_parser(
-        "validate", help="check FMUs: what they say, and whether they do it", epilog=EPILOG
+        "validate", help="check FMUs: their descriptions and their behaviour", epilog=EPILOG
     )
     command.add_argument("fmus", type=Path, nargs="+", metavar="FMU")
     command.add_argument("--json", action="store_true", help="print the findings as JSON")

@@ -314,7 +314,7 @@ def _read_kind(
         module = kind_module(kind)
     except ImportError as error:
         message = f"kind {kind!r} is installed but cannot be imported: {error}"
-        remedy = "install what is missing; `m4e-fmi doctor` tells what that is"
+        remedy = "install what is missing; `m4e-fmi doctor` lists it"
         problems.append(document.problem((*at, "kind"), message, remedy))
         return None
     config = _part(document, module.Config, at, ("kind", *COMMON), problems)

@@ -116,7 +116,7 @@ def _text(path: Path) -> str:
     except (OSError, UnicodeDecodeError) as error:
         raise InputError.single(f"cannot be read: {error}", "", str(path)) from None
     if _NO_TEXT.search(text):
-        raise InputError.single("is no table: it has control characters", "", str(path))
+        raise InputError.single("is not a table: it has control characters", "", str(path))
     return text
 
 

@@ -1,4 +1,4 @@
-"""Pydantic's errors of a section in plain words: location, message and remedy of each."""
+"""Messages for unknown keys ("did you mean"), wrong types and values in a section of a file."""
 
 from __future__ import annotations
 

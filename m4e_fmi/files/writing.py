@@ -58,7 +58,7 @@ def written(path: str | Path) -> Generator[Path]:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         if path.exists() and not path.is_file():  # a device would be replaced by a file
-            raise FileExistsError(errno.EEXIST, "it is no ordinary file")
+            raise FileExistsError(errno.EEXIST, "it is not a regular file")
         if path.exists() and not os.access(path, os.W_OK):
             raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
         yield part

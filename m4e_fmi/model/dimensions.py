@@ -120,7 +120,7 @@ def dimension_findings(
         try:
             found = dimension(expression, known)
         except DimensionError as error:
-            yield Finding(at, f"{place}: {error}", "check the units of what is named in it")
+            yield Finding(at, f"{place}: {error}", "check the units of its names")
             continue
         unit = expected_unit(model, at)
         expected = PLAIN if unit == "rad" else dimension_of(unit)

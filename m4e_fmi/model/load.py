@@ -1,4 +1,4 @@
-"""Reading a model file, whichever of the forms it has."""
+"""Reading a model file: detects its format and calls the importer (YAML, lists, Chrono)."""
 
 from __future__ import annotations
 

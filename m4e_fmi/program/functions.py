@@ -1,4 +1,4 @@
-"""Elementary functions over any scalar: float, recording `Scalar`, SymPy expression.
+"""Elementary functions (sin, sqrt, …) over any scalar: float, recording `Scalar`, SymPy expression.
 
 An algorithm written with these (and + − * / **) has one source: run on floats it computes, run on a
 tape it is recorded, run on SymPy symbols it is derived.

@@ -217,7 +217,7 @@ class Recorder:
     def rate(self, name: str, value: Scalar | float) -> None:
         """Set the time derivative of state `name` to `value`. ValueError if it has one already."""
         if name not in self._variables["states"] or name in self._rates:
-            raise ValueError(f"{self.name}: {name!r} is no state, or has its rate already")
+            raise ValueError(f"{self.name}: {name!r} is not a state, or already has its rate")
         self._rates[name] = self._index(value)
 
     def output(self, variable: Variable, value: Scalar | float) -> None:

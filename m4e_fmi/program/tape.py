@@ -44,8 +44,7 @@ PLAIN, CONSTANT, NEGATED = range(3)
 KINDS = {"constant": CONSTANT, "neg": NEGATED}
 LARGEST_UNROLLED_POWER = 8
 BRANCHES = (
-    "what is recorded has no branches; use maximum(x, 0), minimum(x, 0) or sign(x) of "
-    "m4e_fmi.program"
+    "recorded code has no branches; use maximum(x, 0), minimum(x, 0) or sign(x) of m4e_fmi.program"
 )
 
 
@@ -329,7 +328,7 @@ class Scalar:
 
     def __float__(self) -> NoReturn:
         raise TypeError(
-            "a recorded scalar is no number yet: take sin, sqrt, exp and the like from "
+            "a recorded scalar has no value yet: use sin, sqrt, exp and the like from "
             "m4e_fmi.program, not from math or NumPy"
         )
 

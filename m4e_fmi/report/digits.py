@@ -1,4 +1,4 @@
-"""Numbers as people read them: four significant digits, in a unit of the fitting size."""
+"""Numbers and prefixes of units (kN, MN) as tables and plots show them: four significant digits."""
 
 from __future__ import annotations
 

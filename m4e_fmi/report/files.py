@@ -1,4 +1,4 @@
-"""Writing what a simulation gave."""
+"""The results file, picture and animation of one simulation, written together."""
 
 from __future__ import annotations
 

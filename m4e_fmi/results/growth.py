@@ -1,4 +1,4 @@
-"""Growth without bound in recorded values: which quantity grows, since when, and how fast.
+"""Criterion of instability: which recorded quantity grows without bound, since when, how fast.
 
 A quantity of an unstable system grows by the same factor in equal times, or by more and more. What
 else becomes large does not: a ramp, a free fall and a launch take longer for each further factor

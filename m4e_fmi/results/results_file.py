@@ -1,4 +1,4 @@
-"""Results files: what runs and simulations have written, in memory and in other forms.
+"""Results files: reading netCDF, and writing a result as netCDF, CSV or Parquet.
 
 Whole files are netCDF-4: the dimension and the variable `time` are at the root; each group holds
 the variables of one component, or of the one model that was simulated. A run that goes on, or was

@@ -1,4 +1,4 @@
-"""Simulations in which something grows without bound: what grew, since when, what to do."""
+"""Instability of a simulation of one model: the message (criterion: results/growth)."""
 
 from __future__ import annotations
 

@@ -247,7 +247,7 @@ def _functions(program: Program) -> tuple[Function, Function]:
     try:
         constants = form.constants(parameters)
     except (ArithmeticError, ValueError) as error:
-        message = f"{program.name}: what depends on parameters only cannot be computed: {error}"
+        message = f"{program.name}: values of parameters only cannot be computed: {error}"
         raise RunError(message, "check the parameters") from error
     return (
         lambda t, x: form.rates(t, x, inputs, parameters, constants),

@@ -48,7 +48,7 @@ INTEGRATORS = {
 }
 STEP = r"t = 0\.[45] s"
 SMALLER = "step_size"
-FIRST = "      the FMU tells why: see to that first; results"
+FIRST = "      fix the problem stated by the FMU first; results"
 FAILURES = {
     "nan": Failure({"pump": pump(9)}, (r"pump\.y", "is nan", r"t = 0\.5 s", SMALLER), 0.4),
     "infinite": Failure({"pump": pump(8)}, (r"pump\.y", "is inf", r"t = 0\.5 s", SMALLER), 0.4),

@@ -23,7 +23,7 @@ def example(name: str, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
 
 
 @pytest.mark.verifies(
-    "way of a cart that balances a pole by feedback, 6 s",
+    "path of a cart that balances a pole by feedback, 6 s",
     independent="the textbook's two equations, SciPy's DOP853",
     tolerance="1e-8 m",
 )

@@ -128,7 +128,7 @@ def test_the_run_itself_is_not_touched(c_fmu: Fmus) -> None:
 
 
 @pytest.mark.verifies(
-    "coupling error that every run states where FMUs cannot go back, chains of 2 to 4 random "
+    "coupling error that every run states for FMUs without rollback, chains of 2 to 4 random "
     "components: true error at most",
     analytic="matrix exponential",
     tolerance="3",
@@ -170,8 +170,7 @@ def test_a_companion_changes_nothing(c_fmu: Fmus, algorithm: str, stop: float) -
 
 
 @pytest.mark.verifies(
-    "coupling error of runs in which values are set between steps, or that go back: true error at "
-    "most",
+    "coupling error of runs with values set between steps, or with rollback: true error at most",
     analytic="matrix exponential",
     tolerance="3",
 )
@@ -208,7 +207,7 @@ def test_where_there_can_be_no_second_set(c_fmu: Fmus) -> None:
     outcome = run(System("s", (a, b), ("a.m <-> b.end",), Simulation(1.0, 0.1)))
     assert outcome.steps == 10
     assert str(outcome.certificate).startswith(
-        "b cannot go back (canGetAndSetFMUstate), and a second set of FMUs fails (b ("
+        "b cannot roll back (canGetAndSetFMUstate), a second set of FMUs fails (b ("
     )
 
 
@@ -294,7 +293,7 @@ def test_every_number_of_steps_is_judged(c_fmu: Fmus, steps: int) -> None:
         system = System("s", (a, b), ("a.m <-> b.end",), Simulation(steps * 0.05, 0.05))
         certificate = run(system).certificate
         if steps == 1 and "constant" in options:
-            assert certificate == "the run has but one step"
+            assert certificate == "the run has only one step"
         else:
             assert isinstance(certificate, CouplingErrorReport)
 

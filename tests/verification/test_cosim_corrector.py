@@ -160,7 +160,7 @@ def test_one_fmu_that_cannot_go_back(
     outcome = run(System("s", components, connections, Simulation(1, 0.1, "corrector")))
     (note,) = outcome.notes
     name = "a" if options[0] == "" else "b"
-    assert note.startswith(f"{name} cannot go back (canGetAndSetFMUstate)")
+    assert note.startswith(f"{name} cannot roll back (canGetAndSetFMUstate)")
     assert "second order instead of third" in note
 
 
@@ -193,7 +193,7 @@ def test_several_that_do_without_are_told_in_one_line(c_fmu: Fmus) -> None:
     outcome = run(System("s", tuple(parts), tuple(ways), Simulation(1, 0.1, "corrector")))
     (note,) = outcome.notes
     assert note == (
-        "e cannot go back (canGetAndSetFMUstate): it steps once, with inputs of the first pass; b, "
+        "e cannot roll back (canGetAndSetFMUstate): it steps once, on inputs of the first pass; b, "
         "c and d move b.end.x along b.end.vx (and 2 more) and follow no higher derivatives "
         "(canInterpolateInputs): second order instead of third: half the step leaves a quarter of "
         "the error, not an eighth"

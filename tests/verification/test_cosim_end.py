@@ -73,11 +73,11 @@ def test_the_run_ends_there(
     np.testing.assert_array_equal(found.time, other.time)
     for name in ("fuse.y", "sum.y", "after.y"):
         np.testing.assert_array_equal(found[name].values, other[name].values)
-    assert outcome.notes[-1] == "fuse asked for the end of the simulation at t = 1 s"
+    assert outcome.notes[-1] == "fuse requested the end of the simulation at t = 1 s"
     assert outcome.steps == 10
     assert isinstance(outcome.certificate, CouplingErrorReport)
     with Dataset(tmp_path / "r.nc") as file:
-        assert file.ended == "fuse asked for the end of the simulation at t = 1 s"
+        assert file.ended == "fuse requested the end of the simulation at t = 1 s"
 
 
 @pytest.mark.verifies(
@@ -95,7 +95,7 @@ def test_an_end_within_a_step_is_met_by_all(
     system = pair(c_fmu, "+state", 1.0333, algorithm=algorithm, coupling_tolerance=tolerance)
     outcome, found = results(system, tmp_path / "r.nc")
     assert found.time[-1] == pytest.approx(1.0333, abs=1e-9)
-    assert "fuse asked for the end of the simulation at t = 1.0333 s" in outcome.notes[-1]
+    assert "fuse requested the end of the simulation at t = 1.0333 s" in outcome.notes[-1]
     assert found["fuse.y"].values[-1] == pytest.approx(np.sinh(1.0333), rel=2e-3)  # y'' = y
 
 
@@ -105,7 +105,7 @@ def test_where_some_cannot_go_back_it_ends_at_the_point_before(
 ) -> None:
     outcome, found = results(pair(c_fmu, "", 1.0333, algorithm=algorithm), tmp_path / "r.nc")
     assert found.time[-1] == pytest.approx(1.0)
-    assert "fuse asked for the end of the simulation at t = 1.0333 s" in outcome.notes[-1]
+    assert "fuse requested the end of the simulation at t = 1.0333 s" in outcome.notes[-1]
     outcome, found = results(pair(c_fmu, "", 1.1, algorithm=algorithm), tmp_path / "r.nc")
     assert found.time[-1] == pytest.approx(1.1)
 
@@ -136,4 +136,4 @@ def test_the_command_ends_well(
     )
     assert main(["run", str(tmp_path / "s.yaml"), "--output-file", str(tmp_path / "r.nc")]) == 0
     told = capsys.readouterr()
-    assert "fuse asked for the end of the simulation at t = 0.5 s" in told.out + told.err
+    assert "fuse requested the end of the simulation at t = 0.5 s" in told.out + told.err

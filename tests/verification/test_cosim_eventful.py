@@ -126,7 +126,7 @@ def test_many_kinks_are_judged_in_windows(c_fmu: Fmus, monkeypatch: pytest.Monke
     assert coverage is not None
     assert coverage.crowded is not None
     assert coverage.share < 0.7
-    assert "kinks are many from t = " in str(coverage)
+    assert "kinks are frequent from t = " in str(coverage)
 
 
 def test_the_order_of_kinks_is_measured_where_they_are(

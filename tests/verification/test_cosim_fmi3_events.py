@@ -107,7 +107,7 @@ def test_all_stop_at_impacts(
     assert points[-1, 4] == pytest.approx(INTEGRAL, abs=1e-9)
     # the fifth impact was asked to be the end
     assert times[-1] == pytest.approx(IMPACTS[-1], abs=NANOSECOND)
-    assert "ball asked for the end of the simulation at t = 1.2857" in outcome.notes[-1]
+    assert "ball requested the end of the simulation at t = 1.2857" in outcome.notes[-1]
     if tolerance is None:
         assert outcome.rejected == (0 if announces else 5)
     assert isinstance(outcome.certificate, CouplingErrorReport)
@@ -139,7 +139,7 @@ def test_the_error_is_stated_where_impacts_hang_on_the_coupling(c_fmu: Fmus) -> 
 
 
 @pytest.mark.verifies(
-    "bouncing ball that cannot go back",
+    "bouncing ball without rollback",
     analytic="flights are parabolas",
     tolerance="1e-12",
 )
@@ -180,7 +180,7 @@ def test_the_last_row_of_the_results_is_the_end(c_fmu: Fmus, tmp_path: Path) -> 
 def test_an_fmu_without_event_mode_ends_the_simulation_too(c_fmu: Fmus) -> None:
     points, outcome = bounce(c_fmu, "3:ball", integrator="integrator")
     assert points[-1, 0] == pytest.approx(1.3)
-    assert "asked for the end" in outcome.notes[-1]
+    assert "requested the end" in outcome.notes[-1]
     assert "the run ended before its stop time" in outcome.warnings[-1]
 
 
@@ -231,4 +231,4 @@ def test_a_connected_discrete_input_is_set_in_event_mode_where_it_changes(
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12)
     # a kick that comes when the ball has already asked for the end
     outcome = run(system.changed(stop_time=60.0))
-    assert "ball asked for the end" in outcome.notes[-1]
+    assert "ball requested the end" in outcome.notes[-1]

@@ -172,7 +172,7 @@ def test_alone_it_gives_what_fmpy_gives(
     )
     system = System("s", parts, ("driver.y -> yz.x",), Simulation(1.0, 0.125, "jacobi"))
     outcome = run(system, results=tmp_path / "r.nc")
-    assert ("setting inputs spoils y, z" in str(outcome.notes)) is silent
+    assert ("setting inputs loses y, z" in str(outcome.notes)) is silent
     found = load(tmp_path / "r.nc")
     # FMPy takes the value of an input before its jump at the jump itself
     signal = np.zeros(9, dtype=[("time", "f8"), ("x", "f8")])

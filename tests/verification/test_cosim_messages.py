@@ -54,10 +54,10 @@ def test_a_step_answered_with_warning_is_told(c_fmu: Fmus, name: str) -> None:
     outcome, _ = talk(c_fmu(name), answer=1, count=0, when=0.3)
     (message,) = outcome.messages
     assert str(message) == (
-        "pump, warning, in 7 steps of the FMU, t = 0.3 s to 0.9 s: fmi2DoStep answered Warning, "
+        "pump, warning, in 7 steps of the FMU, t = 0.3 s to 0.9 s: fmi2DoStep returned Warning, "
         "and the FMU logged nothing"
     )
-    # where the FMU tells why, that is enough
+    # where fix the problem stated by the FMU, that is enough
     outcome, _ = talk(c_fmu(name), answer=1, when=0.3)
     assert [m.text for m in outcome.messages] == ["line aaa is 300 m too long, t = 0.3"]
 

@@ -106,7 +106,7 @@ def test_fmi_1_is_of_second_order(
     assert np.log2(errors[0] / errors[1]) > 1.9
     outcome = found[0][1]
     assert outcome.order == 2
-    assert any("cannot" in note or "can go back" in note for note in outcome.notes)
+    assert any("cannot" in note or "roll back" in note for note in outcome.notes)
 
 
 @pytest.mark.verifies(

@@ -167,7 +167,7 @@ def test_order_beside_a_sampled_component(
             observers=[lambda _, n, found=found: found.append([n.read("x.x"), n.read("yz.y")])],
         )
         assert outcome.order == order
-        assert any("does not know of jumps" in note for note in outcome.notes) == (order == 2)
+        assert any("does not show jumps" in note for note in outcome.notes) == (order == 2)
         errors.append(np.abs(found[-1] - state[:2]).max())
     assert np.log2(np.array(errors[:-1]) / errors[1:]).min() > order - 0.1
 

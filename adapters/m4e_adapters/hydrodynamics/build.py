@@ -131,7 +131,7 @@ def table_and_problems(
         remedy = f"use {lowest:.4g} rad/s or more"
         problems.append(Problem(text, remedy, keys=("frequencies", "minimum")))
     if minimum >= maximum:
-        text = f"the frequencies from {minimum:.4g} to {maximum:.4g} rad/s are no range"
+        text = f"the frequencies from {minimum:.4g} to {maximum:.4g} rad/s are not a range"
         remedy = "give frequencies.maximum above frequencies.minimum"
         problems.append(Problem(text, remedy, keys=("frequencies",)))
     beyond = waves_beyond(config.waves, maximum, limit)

@@ -40,7 +40,7 @@ def sea_doubts(waves: Waves, water: Water) -> Iterator[str]:
         depth = "deep water" if math.isinf(water.depth) else f"{water.depth:g} m of water"
         yield (
             f"the {noun} of {height:.4g} m is above {breaking:.3g} m, at which waves of a "
-            f"{of}period of {period:g} s break in {depth}: there is no such sea, make it lower or "
+            f"{of}period of {period:g} s break in {depth}: no such sea exists: make it lower or "
             "longer"
         )
     steepness = 2 * math.pi * height / (water.gravity * period**2)

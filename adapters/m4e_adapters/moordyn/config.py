@@ -165,10 +165,12 @@ class MooringConfig(Section):
         if not isinstance(value, list):
             return value
         if not all(isinstance(name, str) for name in value):
-            raise rejected("a fairlead in a list is a name", "write 'fairleads: [bow, stern]'")
+            raise rejected(
+                "a list of fairleads contains names only", "write 'fairleads: [bow, stern]'"
+            )
         twice = sorted({str(name) for name in value if value.count(name) > 1})
         if twice:
-            raise rejected(f"{', '.join(twice)} stands here twice", "give each fairlead its name")
+            raise rejected(f"{', '.join(twice)} is listed twice", "give each fairlead its name")
         return dict.fromkeys(value)
 
     @field_validator("fairleads")
@@ -217,8 +219,8 @@ class MooringConfig(Section):
         if self.file is not None:
             if given:
                 raise rejected(
-                    f"'file' and {', '.join(map(repr, given))} exclude one another",
-                    "say it in the MoorDyn file, or describe the lines here without 'file'",
+                    f"'file' and {', '.join(map(repr, given))} cannot be combined",
+                    "write it in the MoorDyn file, or describe the lines here without 'file'",
                 )
             return self
         needed = ("water", "line_types", "fairleads", "lines")

@@ -271,7 +271,7 @@ class LineSystem:
         self._surfaced = set(found)
         return texts
 
-    def overstretched(self, remedy="check its length and stiffness, and what holds the body"):
+    def overstretched(self, remedy="check its length and stiffness, and the forces on the body"):
         """A text for each line that is stretched far beyond its length since the last call."""
         found = self._beyond(LARGE_STRAIN, remedy)
         texts = [text for k, text in found.items() if k not in self._stretched]

@@ -41,7 +41,7 @@ class Config(Section):
     def _clear(self) -> Config:
         if (self.unit is None) == (self.signals is None):
             remedy = "add 'unit: N', or 'signals: {force_x: N, force_z: N}' to add up connectors"
-            raise rejected("what is added up must be said in one way", remedy)
+            raise rejected("the summands must be given in one way", remedy)
         taken = [name for name in (TOTAL, FACTOR) if name in self.inputs]
         if taken:
             message = f"an input cannot be called {' or '.join(taken)}"

@@ -78,7 +78,9 @@ class Config(Section):
     def _numbers_once(self) -> Config:
         here = [name for name, signal in self.signals.items() if signal.values is not None]
         if self.file is not None and (self.times is not None or here):
-            raise rejected("numbers in a file and here", "give 'file', or 'times' and 'values'")
+            raise rejected(
+                "numbers both in a file and here", "give 'file', or 'times' and 'values'"
+            )
         if self.file is not None:
             return self
         if self.times is None:

@@ -186,7 +186,7 @@ def _groups(network: Network) -> list[tuple[list[str], bool]]:
 
 _LOST = "second order instead of third: half the step leaves a quarter of the error, not an eighth"
 _NO_ROLLBACK = (
-    "no FMU can go back (canGetAndSetFMUstate), so that nothing could be corrected: ran as "
+    "no FMU can roll back (canGetAndSetFMUstate), so that nothing could be corrected: ran as "
     f"{FALLBACK.name}, {_LOST}"
 )
 _LOOPS = f"an algebraic loop is solved at each communication point: ran as {FALLBACK.name}, {_LOST}"
@@ -198,7 +198,7 @@ def _once(names: Sequence[str]) -> str:
         return ""
     ones = "it steps once" if len(names) == 1 else "they step once"
     return (
-        f"{_listed(names)} cannot go back (canGetAndSetFMUstate): {ones}, with inputs of the first "
+        f"{_listed(names)} cannot roll back (canGetAndSetFMUstate): {ones}, on inputs of the first "
         "pass"
     )
 
@@ -235,8 +235,8 @@ def _back(names: Sequence[str], jumping: str) -> str:
     """The reason that these use outputs of the step before, beside a component that jumps."""
     verb = "tells" if len(names) == 1 else "tell"
     return (
-        f"{_listed(names)} {verb} no value in the middle of a step, and what there is of the step "
-        f"before does not know of jumps, as those of {jumping}"
+        f"{_listed(names)} {verb} no value in the middle of a step, and the previous step "
+        f"does not show jumps, such as those of {jumping}"
     )
 
 

@@ -18,7 +18,7 @@ from m4e_fmi.fmu.importer.reading import Description
 from m4e_fmi.fmu.importer.type_rules import misfit
 
 CONSTANT_TO_INPUT = ("calculatedParameter", "input")
-CARRIED_ONCE = "a calculated parameter is carried over once: connect it to a parameter"
+CARRIED_ONCE = "a calculated parameter is transferred once: connect it to a parameter"
 
 
 def bus_link_problems(
@@ -79,7 +79,7 @@ def input_derivative_problems(
             if place is None or speed is None:
                 continue
             if abs(speed.factor / place.factor - 1) > SAME_UNIT or speed.offset != 0.0:
-                message = f"{rate} is declared as the rate of {moved}, but carried over otherwise"
+                message = f"{rate} is declared as the rate of {moved}, but connected differently"
                 remedy = f"give both the factor {place.factor:g}, and {rate} no offset"
                 yield system.problem(("connections", speed.connection), message, remedy)
 
@@ -106,4 +106,4 @@ def outer_port_problems(
             yield system.problem(at, message, f"name an {kind}")
         elif port in driven:
             message = f"{at[1]!r} stands for {text}, which is connected"
-            yield system.problem(at, message, "name an input that nothing leads to")
+            yield system.problem(at, message, "name an unconnected input")

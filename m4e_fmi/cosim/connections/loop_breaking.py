@@ -41,7 +41,7 @@ def broken(
     if found:
         notes = [
             f"an algebraic loop leads over values that are not Real: {', '.join(map(str, found))} "
-            f"carr{'y' if len(found) > 1 else 'ies'} the value of the step before"
+            f"{'have' if len(found) > 1 else 'has'} the value of the previous step"
         ]
     for name, rate in rates.items():
         if not rate.is_sampled:

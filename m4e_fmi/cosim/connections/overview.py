@@ -23,14 +23,14 @@ def overview(prepared: Prepared) -> str:
     lines = [f"system {system.name}", "components, in the order they step:"]
     lines += [f"  {name}  {prepared.descriptions[name].path}" for name in structure.execution_order]
     if prepared.rates:
-        lines.append("components with a step of their own:")
+        lines.append("components with their own step size:")
         lines += [f"  {name}  {own}" for name, own in prepared.rates.items()]
     lines += prepared.notes
     lines += [f"warning: {line}" for line in prepared.warnings]
     lines += ["connections:", *_connections(prepared)]
     cycles = component_cycles(prepared.descriptions, wiring.links)
     if cycles:
-        lines.append("components that act on one another:")
+        lines.append("components that interact:")
         lines += [
             "  " + ", ".join(n for n in structure.execution_order if n in cycle) for cycle in cycles
         ]
@@ -59,7 +59,7 @@ def outline(system: System, waiting: Collection[str]) -> str:
     lines += ["connections:", *(f"  {text}" for text in system.connections)]
     lines.append(_times(system))
     lines.append(
-        f"building {', '.join(waiting)} takes long, and is left to `m4e-fmi run`: variables, loops "
+        f"building {', '.join(waiting)} takes long and is left to `m4e-fmi run`: variables, loops "
         "and what is connected to nothing are shown when that is done"
     )
     return "\n".join(lines)
@@ -87,7 +87,7 @@ def _connections(prepared: Prepared) -> list[str]:
             if late:
                 lines.append(f"      {_named(late, len(own))}{timing.value}")
         if once:
-            lines.append(f"      {_named(once, count)}carried over once, at initialisation")
+            lines.append(f"      {_named(once, count)}transferred once, at initialisation")
         converted = [link for link in (*own, *once) if not link.is_plain]
         if converted:
             lines.append(f"      converted: {', '.join(map(_conversion, converted))}")

@@ -212,10 +212,10 @@ class Pairing:
             remedy = "connect a component to both: it gives each of them the value"
             self._reject(f"{source} and {target} are both signals of a bus", remedy)
         elif give.causality not in ("output", "calculatedParameter", BUS):
-            remedy = "what stands left of '->' must be an output or a calculated parameter"
+            remedy = "the left side of '->' must be an output or a calculated parameter"
             self._reject(f"{source} ({give.causality}) is not an output", remedy)
         elif take.causality not in ("input", "parameter", BUS):
-            remedy = "what stands right of '->' must be an input or a parameter"
+            remedy = "the right side of '->' must be an input or a parameter"
             self._reject(f"{target} ({take.causality}) is not an input", remedy)
         elif (give.causality, take.causality) == CONSTANT_TO_INPUT:
             self._reject(f"{source} is constant, {target} is an input", CARRIED_ONCE)

@@ -21,16 +21,16 @@ from m4e_fmi.fmu.importer.reading import Description
 class Timing(Enum):
     """How an input follows its source during a step; the values are texts for a person."""
 
-    KNOWN = "in time: its source has made the step before"
+    KNOWN = "in time: its source has already made the step"
     SOLVED = "in time: solved together with its source"
     CORRECTED = "in time: corrected by a second pass"
     PREDICTED = "predicted from derivatives that its FMU declares"
     EXTRAPOLATED = "extrapolated from the step before"
     LATE = "one step late: held at its value at the start of the step"
-    TAKEN = "taken at the points of a component that steps more rarely"
-    DELAYED = "one step late, as its connection says: held at its source's value a step before"
-    HELD = "held from one point of a component that steps more rarely to the next"
-    SWITCHED = "held during each step: a change acts from the end of its step on"
+    TAKEN = "sampled at the points of a component that steps less often"
+    DELAYED = "one step late, as its connection says: held at its source's previous value"
+    HELD = "held between the points of a component that steps less often"
+    SWITCHED = "held during each step: a change acts from the end of its step"
 
 
 def timings(

@@ -61,14 +61,16 @@ class Coverage:
 
     def __str__(self) -> str:
         share = min(99, round(100 * self.share))
-        text = f"{share} % of the run made twice, the rest watched for kinks"
+        text = f"{share} % of the run repeated, the rest monitored for kinks"
         if self.share == 1.0:
-            text = "all of the run made twice"
+            text = "all of the run repeated"
         if self.kinks:
             text += f"; finer steps about {_listed(self.kinks)}"
         if self.crowded is not None:
             since = f"{self.crowded / NS_PER_SECOND:.6g}"
-            text += f"; kinks are many from t = {since} s on, and judged where it is made twice"
+            text += (
+                f"; kinks are frequent from t = {since} s on, and evaluated where it is repeated"
+            )
         for begin, why in self.lost:
             text += f"; kinks are not followed from t = {begin / NS_PER_SECOND:.6g} s on: {why}"
         return text

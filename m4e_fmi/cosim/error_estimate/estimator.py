@@ -83,7 +83,7 @@ def error_estimator(
         other = second()
     except RunError as error:
         return (
-            f"{' and '.join(fixed)} cannot go back (canGetAndSetFMUstate), and a second set of "
+            f"{' and '.join(fixed)} cannot roll back (canGetAndSetFMUstate), a second set of "
             f"FMUs fails ({error.message})"
         )
     settings = prepared.system.simulation
@@ -99,7 +99,7 @@ def _lengths(prepared: Prepared) -> list[float] | str:
     whole = [f"{n} {r}" for n, r in rates if not r.shortens]
     size = round(prepared.system.simulation.step_size * NS_PER_SECOND)
     if without_rollback(prepared.descriptions) and size % 2:
-        whole.append("FMUs that cannot go back, and steps of an odd number of nanoseconds")
+        whole.append("FMUs without rollback, and steps of an odd number of nanoseconds")
     if odd and whole:
         return (
             f"steps of twice the length do not meet all points of a component ({odd[0]}), and "
@@ -111,5 +111,5 @@ def _lengths(prepared: Prepared) -> list[float] | str:
 def _coarse(prepared: Prepared) -> str:
     """The reason why there are no steps of a small part of the length; empty if there are."""
     steps = ((n, d.internal_step) for n, d in prepared.descriptions.items() if d.internal_step)
-    own = [f"{name} goes by steps of {step:g} s inside" for name, step in steps]
+    own = [f"{name} has internal steps of {step:g} s inside" for name, step in steps]
     return "; ".join([f"{n} {r}" for n, r in prepared.rates.items() if not r.shortens] or own)

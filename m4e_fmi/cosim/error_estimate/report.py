@@ -72,7 +72,7 @@ class CouplingErrorReport:
             return ""
         worst = self.errors[0]
         told = f"the coupling error is {worst.error:.1e} of range, at {worst.source}: "
-        told += "that is no result"
+        told += "the results are unusable"
         if not advice:
             return told
         if not worst.falls:

@@ -168,7 +168,7 @@ class ShadowRun:
     def changed(self, changes: Sequence[Change]) -> None:
         """Some values were set at the present point of the run, and exchanged."""
         if self._twice:
-            self.stop("values were set between steps, which longer ones cannot follow")
+            self.stop("values were set between steps, which longer steps cannot reproduce")
         if not self.failure:
             self._follow()
         if not self.failure:
@@ -180,7 +180,7 @@ class ShadowRun:
     def finish(self) -> None:
         """At the end of the run."""
         if self._steps < 1 + self._twice:
-            self.stop("the run has but one step" if self._steps else "the run has no steps")
+            self.stop("the run has only one step" if self._steps else "the run has no steps")
         if not self.failure:
             self._follow()
 

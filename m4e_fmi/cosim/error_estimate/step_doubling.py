@@ -326,9 +326,9 @@ class StepDoublingEstimator:
             self._network.restore(end)
         except RunError as error:
             raise RunError(
-                f"the coupling error is told by steps of another length: {why}; there is no way "
-                f"back from that ({error.message})",
-                "an FMU should discard a step that it cannot make, and not answer Fatal",
+                f"the coupling error is found by steps of another length: {why}; the run cannot "
+                f"return from them ({error.message})",
+                "an FMU should discard a step that it cannot make, not return Fatal",
             ) from error
 
     def _made_again(self, stretch: Stretch, kinks: np.ndarray, *, rough: bool) -> str:
@@ -608,7 +608,7 @@ class StepDoublingEstimator:
         except RunError as error:
             self.failure = error.message
         if not self.failure and not self._told:
-            few = "the run has but one step" if self._steps else "the run has no steps"
+            few = "the run has only one step" if self._steps else "the run has no steps"
             self.failure = "all steps end at jumps" if self._steps > 1 else few
 
     def errors(self, *, halved: bool = False) -> np.ndarray:

@@ -40,7 +40,7 @@ def is_over(events: Iterable[Events]) -> bool:
 def ended(instances: Iterable[Instance]) -> str:
     """Which of them asked for the end of the simulation, and when; empty if none did."""
     return "; ".join(
-        f"{instance.name} asked for the end of the simulation at t = {instance.events.ended:.9g} s"
+        f"{instance.name} requested the end of the simulation at t = {instance.events.ended:.9g} s"
         for instance in instances
         if instance.has_ended
     )

@@ -79,7 +79,7 @@ def value_out_of_range(
     given = cell % 2**64 if taken.large else cell
     kind = variable.fmi_type + (f" ({', '.join(variable.items)})" if variable.items else "")
     return RunError(
-        f"{taken.origin} {when} is {given}, which {component}.{name} cannot take: it is of "
+        f"{taken.origin} {when} is {given}, which {component}.{name} cannot store: it is of "
         f"type {kind}, here from {taken.low} to {taken.high}",
         "keep the value in that range, or connect another input",
     )
@@ -132,7 +132,7 @@ class Explanation:
         message = f"{component}.{name} {when} is {value}{told}{self.words(DISCARD)}"
         remedy = "try a smaller step_size; check parameters and start values"
         if self.last_error() or self.is_logged:
-            remedy = f"the FMU tells why: see to that first; else {remedy}"
+            remedy = f"fix the problem stated by the FMU first; otherwise {remedy}"
         return RunError(message, remedy)
 
     def step_remedy(self, status: Status, size: float, *, first_step: bool) -> str:
@@ -142,9 +142,9 @@ class Explanation:
             f"if {size:g} s is not the step that it was made for, give the component that as its "
             "own step_size"
         )
-        first = "the FMU tells why: see to that first"
+        first = "fix the problem stated by the FMU first"
         if self._description.constant_step:
-            only = f"it makes steps of one size only: {own}"
+            only = f"it accepts one step size only: {own}"
             return f"{first}; {only}" if reason else only
         if reason and status != DISCARD:
             return f"{first}; {own}" if first_step else first

@@ -20,8 +20,8 @@ KINDS = 20
 """Kinds of messages that are kept of a component; further ones are counted together."""
 LONGEST = 400
 """Characters of a text that are kept."""
-FURTHER = f"further messages: only the first {KINDS} kinds are told"
-SILENT = "fmi2DoStep answered Warning, and the FMU logged nothing"
+FURTHER = f"further messages: only the first {KINDS} kinds are listed"
+SILENT = "fmi2DoStep returned Warning, and the FMU logged nothing"
 """Said of steps of the FMU, of which algorithms make several in a step of the system."""
 _ESCAPES = re.compile(r"\x1b(\[[0-?]*[ -/]*[@-~]|\][^\x07\x1b]*(\x07|\x1b\\)?|.)?")
 _NUMBER = re.compile(r"(?<![\w.])[-+]?(0x[0-9a-f]+|(\d+\.?\d*|\.\d+)(e[-+]?\d+)?)", re.IGNORECASE)

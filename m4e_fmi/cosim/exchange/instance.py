@@ -157,7 +157,7 @@ class Instance:
     def _check_usable(self) -> None:
         """RunError if the FMU has failed."""
         if self._broken:
-            raise RunError(f"{self._origin} has failed before and cannot be used any more")
+            raise RunError(f"{self._origin} has failed before and can no longer be used")
 
     @property
     def _usable(self) -> Standard:
@@ -346,7 +346,7 @@ class Instance:
         self._broken = True
         what = f"{self._fmu.name(function)} answered {ANSWERS.get(status, status)}"
         words = self._why.words(status)
-        remedy = "the FMU tells why" if words else "look at what its inputs and parameters are"
+        remedy = "fix the problem stated by the FMU" if words else "check its inputs and parameters"
         if function == "fmi2DoStep":
             what = f"{failed_step(self.time, size)} ({what})"
             remedy = self._why.step_remedy(status, size, first_step=self.time == self._start)

@@ -206,11 +206,11 @@ class LoopEquations:
             loop += f" and {more} more" if more > 0 else ""
             raise RunError(
                 f"the algebraic loop of {loop} at t = {time:.9g} s is not solved after "
-                f"{failure.iterations} iterations: {port} still misses its source by "
+                f"{failure.iterations} iterations: {port} still differs from its source by "
                 f"{failure.size:.3g} of its value",
                 "check the start values and the signs of the connections: it may have no solution; "
                 "or write ', delayed' behind one of these connections, or what the outputs depend "
-                "on under `dependencies` of the component, if that is less",
+                "on under `dependencies` of the component, if there are fewer",
             ) from failure
 
     def _residual(self, x: np.ndarray) -> np.ndarray:

@@ -19,11 +19,11 @@ def at_every_length(error: RunError, time_loop: TimeLoop, step_size: float) -> R
         tried = f"{time_loop.discarded} steps since t = {time_loop.since:.9g} s, of {sizes}"
     else:
         return error
-    first = "the FMU tells why: see to that first"
+    first = "fix the problem stated by the FMU first"
     return RunError(
         f"{error.message}; {error.component} has discarded {tried}",
         f"{first}; "
         * error.remedy.startswith(first)
-        + f"no step_size helps: look at what {error.component} cannot compute there, and at "
+        + f"no step_size helps: check what {error.component} cannot compute there, and at "
         "its inputs in the results",
     )

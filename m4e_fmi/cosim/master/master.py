@@ -221,8 +221,8 @@ class Master:
         seen += self._time_loop.switches.notes
         if rough := self.network.roughness:
             seen.append(
-                f"inputs are solved for to {rough:.1e} of their size only: what FMUs answer to "
-                "nearly the same inputs jumps by as much"
+                f"inputs are solved only to {rough:.1e} of their size: the FMUs' outputs for "
+                "nearly the same inputs jump by that much"
             )
         return (*own, *self._algorithm.notes, *seen, *([self.ended] if self.ended else []))
 
@@ -348,7 +348,7 @@ class Master:
         fixed = self._without_rollback()
         if fixed:
             raise RunError(
-                f"the state cannot be saved: {' and '.join(fixed)} cannot go back "
+                f"the state cannot be saved: {' and '.join(fixed)} cannot roll back "
                 "(canGetAndSetFMUstate)",
                 "use FMUs that can, or run again from the start",
             )
@@ -375,7 +375,7 @@ class Master:
     def restore(self, state: State) -> None:
         """Return to a state of this run; RunError if there is no way back to it."""
         if state.master is not self:
-            raise RunError("that state is of another run", "restore it where it was saved")
+            raise RunError("the state belongs to another run", "restore it where it was saved")
         if self._results and state.row:
             self._results.back(state.row)
         self.network.restore(state.point)

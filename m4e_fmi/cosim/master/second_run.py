@@ -20,7 +20,7 @@ def second_run(results: Path | None) -> Iterator[None]:
     try:
         yield
     except (KeyboardInterrupt, Terminated) as error:
-        error.add_note("that was the second run, at half the step")
+        error.add_note("this was the second run, at half the step")
         if results:
             error.add_note(f"the results of the first are complete, in {results}")
         raise
@@ -40,7 +40,7 @@ def finer(prepared: Prepared) -> Prepared:
         if rate and not rate.shortens:
             raise InputError.single(
                 f"--check runs at half the step, which {part.name} cannot: it {rate}",
-                "leave it out: what each run tells of its error needs no other step",
+                "leave out --check: the error estimate of each run needs no other step size",
             )
         halved = prepared.descriptions[part.name].internal_step is None
         if rate and halved and part.step_size is not None and not rate.is_sampled:

@@ -34,7 +34,7 @@ class CommunicationPoint:
         """
         if self._execution.point is not self:
             raise RunError(
-                f"the run has left t = {self.time:.9g} s: {name} cannot be read there any more",
+                f"the run has passed t = {self.time:.9g} s: {name} can no longer be read there",
                 "read it before the next step",
             )
         return self._execution[name]

@@ -1,4 +1,4 @@
-"""Floating bodies at the start of a run: weight against buoyancy, trim, stability, pose.
+"""Equilibrium of each floating body at the start of a run: weight, buoyancy, trim, stability, pose.
 
 A connector with a parameter `buoyancy_force_z` is that of a floating body in water: its inputs'
 start values are the pose that its coefficients are for, and the parameter is what the still water
@@ -113,9 +113,7 @@ def _other_gravity(balance: Balance, gravity_of: Gravity) -> str:
     gravity = gravity_of(balance.hulls[0].link.source.component)
     if gravity is None or math.isclose(water, gravity, rel_tol=SAME_GRAVITY):
         return ""
-    return (
-        f"the gravity of the model is {gravity:g} m/s2, of the water {water:.6g}: make them equal"
-    )
+    return f"gravity of the model is {gravity:g} m/s2, of the water {water:.6g}: make them equal"
 
 
 def _remedy(balance: Balance) -> str:
@@ -124,14 +122,14 @@ def _remedy(balance: Balance) -> str:
     change = (balance.force or 0.0) / balance.buoyancy * neutral
     if balance.mass + change <= 0:
         return (
-            "no mass balances that, for the other forces alone are more than the buoyancy: check "
+            "no mass balances that, because the other forces alone exceed the buoyancy: check "
             "their connections and start values"
         )
     if len(balance.hulls) > 1:
         word = "more" if change > 0 else "less"
         return (
-            f"if they shall float there, give them {abs(change):.6g} kg {word} (together now "
-            f"{balance.mass:.6g} kg): their joints carry what each has too much"
+            f"if they are to float there, give them {abs(change):.6g} kg {word} (together now "
+            f"{balance.mass:.6g} kg): their joints carry the difference of each"
         )
     wanted = f"{hull.base}.neutral_mass"
     component = hull.link.source.component
@@ -140,16 +138,16 @@ def _remedy(balance: Balance) -> str:
     offset = f"{hull.name}.neutral_mass {sign} {abs(excess):.6g} -> {component}.{wanted}"
     if wanted in hull.network.instances[component].description.variables:
         return (
-            f"if it shall float there, its neutral mass ({neutral:.6g} kg) leaves out the other "
+            f"if it is to float there, its neutral mass ({neutral:.6g} kg) leaves out the other "
             f"forces: '{offset}' includes them"
         )
     if abs(excess) <= UNBALANCED * neutral:
         return (
-            f"if it shall float there, say 'mass: neutral' in its model: {hull.name}.neutral_mass "
+            f"if it is to float there, say 'mass: neutral' in its model: {hull.name}.neutral_mass "
             f"({neutral:.6g} kg) is its mass"
         )
     return (
-        f"if it shall float there, its mass is {balance.mass + change:.6g} kg (now "
+        f"if it is to float there, its mass is {balance.mass + change:.6g} kg (now "
         f"{balance.mass:.6g} kg): give that, or 'mass: neutral' and the connection '{offset}', "
         "which includes the other forces"
     )

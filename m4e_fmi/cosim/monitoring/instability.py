@@ -1,4 +1,4 @@
-"""Coupled systems in which something grows without bound: what grew, since when, what to do.
+"""Instability of a coupled run: when it is stopped, and the message (criterion: results/growth).
 
 Exchanged outputs are looked at now and then. Where one has become `HUGE` by growth without bound
 (`m4e_fmi.results.growth`), the run ends there. Where an FMU fails, or gives no number, the looks

@@ -197,7 +197,7 @@ class SecondLook:
         line = f"dependencies: {{{', '.join(lines)}}}"
         remedy = f"write `{line}` under {component} in the system file"
         if how == DECLARED:
-            remedy = f"{remedy} (`m4e-fmi validate {fmu}` tells all that is missing)"
+            remedy = f"{remedy} (`m4e-fmi validate {fmu}` lists everything that is missing)"
         return (
             f"{' and '.join(texts)} at once, as seen at t = {self._network.time:.9g} s, though "
             f"{who} no such dependence: the value exchanged was a step late, which the coupling "
@@ -212,7 +212,7 @@ class SecondLook:
         return (
             f"{component}.{name} has changed at t = {network.time:.9g} s when "
             f"{' or '.join(names)} was set, though probing has found no dependence: its value was "
-            f"late; write what it depends on under `dependencies` of {component}"
+            f"late; write its dependencies under `dependencies` of {component}"
         )
 
 

@@ -1,4 +1,4 @@
-"""Forces out of balance at the start, on bodies in water that one component holds.
+"""Unbalanced forces at the start on floating bodies that joints connect, within one component.
 
 The accelerations a of the bodies (surge, heave, pitch of each) follow from the forces by the
 mobility Y = ∂a/∂F_water: a = Y (F_water + F). F is the load: weight, the model's own loads and all

@@ -129,7 +129,7 @@ def _line(found: Probe, outputs: Sequence[str], none: str) -> str:
     """What is to be said of a component; nothing where no loop and no loss depends on it."""
     if found.failure:
         return (
-            f"{', '.join(outputs)} may depend on every input ({found.failure}); write what is true "
+            f"{', '.join(outputs)} may depend on every input ({found.failure}); write them "
             "under `dependencies` of the component"
         )
     texts = []
@@ -139,7 +139,7 @@ def _line(found: Probe, outputs: Sequence[str], none: str) -> str:
         texts.append(text + (" before its next step" if found.how[name] == STEPPED else ""))
     lost = [name for name, how in found.how.items() if how == LOST]
     if lost:
-        texts.append(f"setting inputs spoils {', '.join(lost)}, read before that only")
+        texts.append(f"setting inputs loses {', '.join(lost)}, read before that only")
     return f"probed, {'; '.join(texts)}" if texts else ""
 
 

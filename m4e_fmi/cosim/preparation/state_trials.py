@@ -65,8 +65,8 @@ def without_forgetful(
             result[component.name] = replace(description, saves_state=False)
             told.setdefault((description.path.name, known[key]), []).append(component.name)
     return result, [
-        f"{', '.join(names)}: {fmu} says that it can go back (canGetAndSetFMUstate), but {fault}: "
-        f"taken as one that cannot; `m4e-fmi validate {fmu}` tells more (group state), to be "
+        f"{', '.join(names)}: {fmu} declares rollback (canGetAndSetFMUstate), but {fault}: "
+        f"run without rollback; `m4e-fmi validate {fmu}` tells more (group state), to be "
         "mended in the FMU"
         for (fmu, fault), names in told.items()
     ]
@@ -129,7 +129,7 @@ def _courses(
                 instance.restore_state(time)
                 found.append(list(_course(subject, new.step)))
         except RunError as error:
-            raise _FaultError(f"it fails after a return ({error.message})") from error
+            raise _FaultError(f"it fails after rollback ({error.message})") from error
     return found
 
 
@@ -183,4 +183,4 @@ def _named(different: Sequence[str]) -> str:
     if not different:
         return ""
     more = f" and {len(different) - 3} more" if len(different) > 3 else ""
-    return f"steps made again after a return give another {', '.join(different[:3])}{more}"
+    return f"steps repeated after rollback give another {', '.join(different[:3])}{more}"

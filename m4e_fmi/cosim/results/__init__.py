@@ -1,1 +1,1 @@
-"""The results of a coupled run: blocks of rows in memory, and the writer to disk."""
+"""Rows of a coupled run: blocks in memory, and the writer to disk; files: m4e_fmi/results."""

@@ -119,8 +119,8 @@ class ResultsWriter:
         """Go on after the rows that there were at `mark`; RunError if they were given up since."""
         if min(self._backs[mark.backs :], default=mark.rows) < mark.rows:
             raise RunError(
-                f"the results up to t = {mark.last:.9g} s that led to that state were given up by "
-                "going back further",
+                f"the results up to t = {mark.last:.9g} s that led to that state were discarded by "
+                "returning further",
                 "restore states from the latest to the earliest, or run without results",
             )
         self._backs.append(mark.rows)
@@ -269,7 +269,7 @@ class ResultsWriter:
             if vanished:
                 raise
             self.notes = (
-                "the results are complete, but of netCDF's classic form, without groups, which "
+                "the results are complete, but in netCDF's classic format, without groups, which "
                 f"m4e_fmi.results.results_file.load reads as well: {error.message}",
             )
         else:
@@ -277,7 +277,7 @@ class ResultsWriter:
             self._saved = (count, self._last)
         if vanished:
             self.notes = (
-                f"warning: {folder} was renamed or removed during the run, and has been made again "
+                f"warning: {folder} was renamed or removed during the run, and was created again "
                 "for the results",
             )
 

@@ -89,7 +89,9 @@ def restored(
             return whole
     except (InputError, TypeError, ValueError):
         pass  # what stands alone is checked when the system is prepared
-    package.note("its buses are not what the package connects: components are connected directly")
+    package.note(
+        "its buses differ from the package's connections: components are connected directly"
+    )
     return replace(system, notes=tuple(package.notes))
 
 

@@ -1,4 +1,4 @@
-"""The tree of a package: systems, components and references to signal dictionaries."""
+"""Elements of an SSP package: systems, components, references to signal dictionaries."""
 
 from __future__ import annotations
 
@@ -131,7 +131,7 @@ def _member(package: Package, element: Element) -> str:
     kind = element.get("type", FMU_TYPES[0])
     name = element.get("name")
     if kind not in FMU_TYPES:
-        remedy = "put what it refers to into this package, as a system of its own"
+        remedy = "put the referenced package into this one, as a system"
         package.reject(element, f"component {name!r} is not an FMU but {kind!r}", remedy)
         return ""
     if element.get("implementation", "any") == "ModelExchange":

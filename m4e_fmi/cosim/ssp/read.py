@@ -160,7 +160,9 @@ def _connections(
             texts.setdefault(_text(flow, names))
     for whole, members in groups.items():
         if not _agrees(whole, members, names):
-            package.note(f"{whole!r} is not what the package connects: its members stand alone")
+            package.note(
+                f"{whole!r} differs from the package's connections: its members stand alone"
+            )
             place = list(texts)
             at = place.index(whole)
             place[at : at + 1] = [_text(flow, names) for flow in members]

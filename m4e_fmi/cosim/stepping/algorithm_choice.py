@@ -21,9 +21,10 @@ def made(name: str, network: Network) -> Algorithm:
     fixed = [i.name for i in stepping if not i.description.saves_state]
     if descriptor.needs_rollback and fixed:
         raise RunError(
-            f"{name} needs FMUs that can go back (canGetAndSetFMUstate), which "
+            f"{name} needs FMUs that can roll back (canGetAndSetFMUstate), which "
             f"{' and '.join(fixed)} cannot",
-            f"choose algorithm: {DEFAULT_ALGORITHM}, which does without and solves loops, too",
+            f"choose algorithm: {DEFAULT_ALGORITHM}, which does not need rollback and also solves "
+            "loops",
         )
     algorithm = descriptor.make(network)
     delayed = [str(link) for link in network.links if link.delayed]
@@ -31,8 +32,8 @@ def made(name: str, network: Network) -> Algorithm:
     notes = [
         f"{_first_of(late)} {what}: first order, half the step leaves half the error"
         for late, what in (
-            (delayed, "carries the value of the step before"),
-            (list(stepped), "shows the inputs of its FMU after the next step only"),
+            (delayed, "has the value of the previous step"),
+            (list(stepped), "shows its FMU's inputs only after the next step"),
         )
         if late
     ]
@@ -50,9 +51,9 @@ def error_estimating(name: str, network: Network) -> ErrorEstimating:
     fixed = [name for name, i in network.instances.items() if not i.description.saves_state]
     if fixed:
         raise RunError(
-            f"coupling_tolerance needs FMUs that can go back (canGetAndSetFMUstate), which "
+            f"coupling_tolerance needs FMUs that can roll back (canGetAndSetFMUstate), which "
             f"{' and '.join(fixed)} cannot",
-            "leave coupling_tolerance out, and halve step_size to see the error",
+            "remove coupling_tolerance, and halve step_size to see the error",
         )
     algorithm = made(name, network)
     if isinstance(algorithm, OwnEstimate) and algorithm.estimates and algorithm.order > 1:

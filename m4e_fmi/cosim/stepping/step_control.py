@@ -151,8 +151,8 @@ class StepControl:
         raise RunError(
             f"the coupling error of {worst} at t = {self._network.time:.9g} s stays above "
             f"coupling_tolerance, even with steps of {size / 1e9:.3g} s",
-            "its FMU does not give the same for the same inputs after going back, or it jumps "
-            "again and again: leave coupling_tolerance out, or make it larger",
+            "its FMU does not repeat its outputs after rollback, or it jumps "
+            "repeatedly: remove coupling_tolerance, or increase it",
         )
 
 

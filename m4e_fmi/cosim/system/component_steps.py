@@ -113,14 +113,14 @@ def _rate(component: Component, description: Description, system: System) -> Com
             return rate(seconds(inside), macro, constant=constant)
         except InputError as error:
             problem = error.problems[0]
-            text = f"its FMU goes by steps of {inside:g} s (fixedInternalStepSize)"
+            text = f"its FMU has internal steps of {inside:g} s (fixedInternalStepSize)"
             raise InputError.single(f"{text}: {problem.message}", problem.remedy) from None
     own, inside = seconds(component.step_size), description.internal_step
     if inside is not None:
         internal = seconds(inside)
         if not fits(internal, own) or rate(internal, own).is_sampled:
             raise InputError.single(
-                f"step_size {float(own):g} s is no multiple of {inside:g} s, by which its FMU goes "
+                f"step_size {float(own):g} s is not a multiple of {inside:g} s, its FMU's own step "
                 "(fixedInternalStepSize)",
                 f"take {inside:g} s, or leave it out",
             )

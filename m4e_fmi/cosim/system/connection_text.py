@@ -36,7 +36,7 @@ class Connection:
     """A connection's text in parts: target = `factor` · source + `offset`.
 
     `left` and `right` are ``component.name``; with `both_ways` they name groups, whose members
-    are carried as they are. One that is `delayed` carries the value of the step before.
+    are carried as they are. One that is `delayed` has the value of the previous step.
     """
 
     left: str

@@ -53,7 +53,7 @@ class Options:
             problems.append(Problem("C sources are for native FMUs", "leave them out"))
         icon = ICON.get(self.fmi, "")
         problems += [
-            Problem(f"{name!r} is no place for documentation", f"documentation/… or {icon}")
+            Problem(f"{name!r} is not a place for documentation", f"documentation/… or {icon}")
             for name in self.documentation
             if not name.startswith("documentation/") and name != icon
         ]

@@ -174,13 +174,13 @@ def told_by_fmpy(error: Exception) -> str:
     return text.split("\n")[0]
 
 
-_REBUILD = "export the FMU again; `m4e-fmi validate` on the file tells more"
+_REBUILD = "export the FMU again; `m4e-fmi validate` on the file reports details"
 
 
 def _check_kind(path: Path, raw: Any, names: set[str], tool: str) -> None:
     if raw.coSimulation is None:
         kind = "scheduled-execution" if raw.scheduledExecution is not None else "model-exchange"
-        message = f"is a {kind} FMU: it has no solver of its own"
+        message = f"is a {kind} FMU: it has no solver"
         raise refusal(path, message, "export it for co-simulation")
     if tool:
         message = f"needs {tool} while it runs (CoSimulation_Tool), which the master cannot start"

@@ -31,7 +31,7 @@ RESULTS = "groups.json"
 GROUP_LIMIT = 300.0
 """Seconds after which a group of checks is given up, though every single call returns."""
 _POLL = 0.005  # s
-_UNFINISHED = "no FMU may end or block its host; what this group checks after it was not looked at"
+_UNFINISHED = "no FMU may end or block its host; the later checks of this group were skipped"
 _WORDS = 400  # characters of what the process wrote last
 _START = "start"
 

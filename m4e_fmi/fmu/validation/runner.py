@@ -49,7 +49,7 @@ def validate_fmu(
             raise InputError.single(f"there is no group {name!r}", f"groups: {', '.join(GROUPS)}")
     wanted = [name for name in GROUPS if (not only or name in only) and name not in skip]
     if not wanted:
-        raise InputError.single("no group is left to check", "what is chosen is also left out")
+        raise InputError.single("no group is left to check", "a group is both chosen and left out")
     check_archive(path)
     tell = tell or (lambda _: None)
     unpacked = Unpacked(path)

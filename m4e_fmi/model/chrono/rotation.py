@@ -34,7 +34,7 @@ def quaternion(orientation: Sequence[float], *, degrees: bool) -> Quaternion:
         return result
     length = math.hypot(*orientation)
     if not length > 0:
-        raise ValueError("a quaternion of length zero is no orientation")
+        raise ValueError("a quaternion of length zero is not an orientation")
     e0, e1, e2, e3 = (e / length for e in orientation)
     return e0, e1, e2, e3
 

@@ -1,4 +1,4 @@
-"""Models from the lists of the paper, S. Sabet and A. Diaz-Flores Caminero, sections 5.1 and 5.2.
+"""Importer of the paper's lists (M4E): S. Sabet and A. Diaz-Flores Caminero, sections 5.1, 5.2.
 
 `lists` is what others call; `mechanism` reads bodies and joints, `forces` points and forces,
 `points` the names of points. Imports the modules of `model` beside it. Start with `lists`.

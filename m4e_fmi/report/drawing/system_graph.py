@@ -268,7 +268,7 @@ def _legend(axis: Axes, prepared: Prepared, loops: bool) -> None:
         entries.setdefault(timing.name, (OF_TIMING[timing.name], "-", timing.value))
     rows = [entries[name] for name in OF_TIMING if name in present]
     if prepared.wiring.initial_links:
-        rows.append((GREY, "--", "carried over once, at initialisation"))
+        rows.append((GREY, "--", "transferred once, at initialisation"))
     if loops:
         rows.append((LOOP, "-", "algebraic loop, to be solved"))
     handles = [Line2D([], [], color=c, ls=ls, lw=1.6, label=text) for c, ls, text in rows]

@@ -1,4 +1,4 @@
-/* The driver of all methods: initial step, step size control, output times.
+/* Numerical integrators: driver of all methods, initial step, step size control, output times.
 
    Step sizes are controlled as in SciPy's solve_ivp (initial step of Hairer, Norsett, Wanner I,
    section II.4; safety 0.9; factors 0.2 to 10; no growth just after a rejection); what is added is

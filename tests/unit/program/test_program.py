@@ -69,7 +69,9 @@ class TestRecorder:
         r.state(variable("x"))
         r.rate("x", 1.0)
         for name in ("u", "nothing", "x"):
-            with pytest.raises(ValueError, match=f"thing: '{name}' is no state, or has its rate"):
+            with pytest.raises(
+                ValueError, match=f"thing: '{name}' is not a state, or already has its rate"
+            ):
                 r.rate(name, 0.0)
 
     def test_a_state_needs_a_rate(self, r: Recorder) -> None:

@@ -178,5 +178,5 @@ def test_a_recorded_scalar_has_no_branches(attempt: Callable[[Any], Any]) -> Non
 
 @pytest.mark.parametrize("attempt", [math.sin, float, math.sqrt])
 def test_a_recorded_scalar_is_no_number(attempt: Callable[[Any], Any]) -> None:
-    with pytest.raises(TypeError, match="take sin, sqrt, exp and the like"):
+    with pytest.raises(TypeError, match="use sin, sqrt, exp and the like"):
         attempt(Tape().symbol("x"))

@@ -100,7 +100,7 @@ def _too_near(
         return f"{names} overlap {_place(point)}", remedy
     point = overlap(first.panels, second.panels)
     if point is not None:
-        text = f"the gap between {names} is narrower than their panels can tell {_place(point)}"
+        text = f"the gap between {names} is too narrow for their panels to resolve {_place(point)}"
         return text, "use more panels (a finer mesh) where the bodies are round, or a wider gap"
     gap = narrowest_gap(first.panels, second.panels)
     if gap is None:
@@ -235,8 +235,8 @@ def checked(panels: Panels, name: str) -> Panels:
         if (point := overlap(first, second)) is not None:
             raise wrong(
                 f"a closed shell is inside the hull {_place(point)}",
-                "remove it: a hull is the surface that the water touches; of parts that intersect "
-                "make one surface",
+                "remove it: a hull is the surface that the water touches; join intersecting parts "
+                "into one surface",
             )
     for shell, right in zip(shells, outwards, strict=True):
         if shell is not right:

@@ -99,7 +99,7 @@ def _tell_of_silent_bodies(
     radiating = {motion // 3 for motions in groups for motion in motions}
     for k, name in enumerate(data.bodies):
         if k not in radiating:
-            progress(f"body {name!r} has no radiation memory: it makes next to no waves")
+            progress(f"body {name!r} has no radiation memory: it makes almost no waves")
 
 
 def _coupled(data: Coefficients, signal: np.ndarray) -> list[tuple[int, ...]]:

@@ -96,7 +96,7 @@ def _more_frequencies(omega: np.ndarray, end: float) -> tuple[str, str]:
     if count > MOST_FREQUENCIES:
         remedy = (
             "put bodies of so different sizes into hydrodynamics components of their own (each "
-            "then has no part in the waves that others make)"
+            "then feels no waves radiated by the others)"
         )
         return "count", remedy
     if by_default:

@@ -64,7 +64,7 @@ def symmetric(
             told.append(f"{name} of {first} and {second} by {100 * error.max():.2g} %")
     if told:
         progress(
-            "warning: the coefficients are not symmetric, as reciprocity wants them: "
+            "warning: the coefficients are not symmetric, as reciprocity requires: "
             f"{', '.join(told)} of the motions' own; the mean of both halves is used: finer panels "
             "bring them together"
         )

@@ -34,7 +34,7 @@ def check(file: ReadFile) -> None:
     _check_types(file, short)
     for row in file.rows("failure"):
         remedy = (
-            "remove the section: MoorDyn cannot go back before a failure, as repeated steps must"
+            "remove the section: MoorDyn cannot roll back before a failure, as repetition requires"
         )
         file.wrong(row, "line failures are not supported", remedy)
     for title in file.tables.get("not supported", ()):

@@ -120,10 +120,7 @@ def _alone(descriptions: Descriptions, linked: set[str], pairs: list[Pair]) -> I
         left_out = _left_out(
             [pair for pair in pairs if name in {end.component for end in pair.ends}]
         )
-        yield (
-            f"{name} is connected with nothing: it does not act on the others, nor they on it"
-            f"{left_out}"
-        )
+        yield (f"{name} is connected with nothing: it does not interact with the others{left_out}")
 
 
 def _left_out(pairs: list[Pair]) -> str:
@@ -208,7 +205,7 @@ def _dead_ends(
         if candidates:
             driven = ", ".join(dict.fromkeys(load.component for _, load in candidates))
             yield (
-                f"{name} takes inputs, but none of its outputs leads anywhere, and loads of "
+                f"{name} takes inputs, but none of its outputs is connected, and loads of "
                 f"{driven} are connected to nothing{_suggested(name, descriptions, candidates)}; "
                 "if it only watches, name its outputs under outputs:"
             )

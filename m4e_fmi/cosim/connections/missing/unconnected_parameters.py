@@ -26,7 +26,7 @@ def unconnected_parameters(
         for causality, done in (("calculatedParameter", taken), ("parameter", given))
     )
     return [
-        f"{source}.{name} is calculated, but not carried over: "
+        f"{source}.{name} is calculated, but not transferred: "
         + _advice(f"{source}.{name}", f"{target}.{name}", members, others)
         for (source, name), members in offered.items()
         for (target, other), others in wanted.items()

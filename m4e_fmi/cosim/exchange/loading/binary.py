@@ -65,7 +65,7 @@ class Files:
             try:
                 shutil.copyfile(self._library, path)
             except OSError as error:
-                message = f"{self._library.name}: no copy for a further instance: {error}"
+                message = f"{self._library.name}: cannot be copied for another instance: {error}"
                 raise RunError(message, "free disk space, or set TMPDIR") from error
         self._copies += 1
         return path

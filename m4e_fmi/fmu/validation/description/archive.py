@@ -50,7 +50,7 @@ def description_findings(folder: Path) -> tuple[tuple[Finding, ...], str]:
         found.append(Finding("description.limits", "warning", str(error), "it is not run, either"))
         return tuple(found), str(error)
     if not subject.ways:
-        return tuple(found), "it is for scheduled execution only, which is not looked at"
+        return tuple(found), "it is for scheduled execution only, which is not checked"
     found += check_variables(subject)
     found += check_units(subject)
     found += _experiment(subject)

@@ -22,7 +22,9 @@ def check_terminals(subject: FmuUnderTest) -> Iterator[Finding]:
     try:
         root = etree.fromstring(path.read_bytes())
     except etree.XMLSyntaxError as error:
-        yield Finding("terminals.invalid", "error", f"{TERMINALS} is no XML: {error.msg}", BASIS)
+        yield Finding(
+            "terminals.invalid", "error", f"{TERMINALS} is not valid XML: {error.msg}", BASIS
+        )
         return
     names = {v.name for v in subject.raw.modelVariables} | set(
         map(array_name, subject.raw.modelVariables)

@@ -110,7 +110,7 @@ def test_a_long_table_may_end_before_the_waves() -> None:
     [
         ("maximum: 2.0", r"up to 2.244 rad/s \(2.5 peak frequencies\)"),
         ("minimum: 0.001", "too low for this water depth"),
-        ("minimum: 9", "are no range"),
+        ("minimum: 9", "are not a range"),
         ("minimum: 3, maximum: 2", "is not below maximum"),
     ],
 )

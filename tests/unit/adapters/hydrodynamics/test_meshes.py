@@ -440,7 +440,7 @@ def test_bodies_that_overlap_or_nearly_touch_are_refused_before_any_flow_is_comp
         (text,) = boxes(apart, panels=100)
         assert text.startswith("bodies 'a' and 'b' overlap near x = ")
     (text,) = boxes(5.95, panels=100)
-    assert text.startswith("the gap between bodies 'a' and 'b' is narrower than their panels")
+    assert text.startswith("the gap between bodies 'a' and 'b' is too narrow for their panels")
     for apart, width in ((6.0, "0"), (6.2, "0.2")):
         (text,) = boxes(apart, panels=100)
         assert f"gap between bodies 'a' and 'b' is about {width} m wide near x = 3" in text

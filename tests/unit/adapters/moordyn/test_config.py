@@ -55,7 +55,7 @@ def test_a_good_section_is_accepted():
         ("mass_per_length: 150", "mass_per_length: 1e300", 5, "less than or equal to", ""),
         ("mass_per_length: 150", "mass_per_length: 1e-300", 0, "internal steps of 0 s", "SI units"),
         ("a1: [0, -200]", "f1: [0, -200]", 11, "also the name of a fairlead", "another name"),
-        ("[f1]", "[f1, f1]", 12, "f1 stands here twice", "its name"),
+        ("[f1]", "[f1, f1]", 12, "f1 is listed twice", "its name"),
         ("[f1]", "[f1, f2]", 13, "no line ends at fairlead 'f2'", "remove the fairlead"),
         ("[f1]", "[f 1]", 12, "match pattern", ""),
         ("axial_damping_ratio: 1", "axial_damping: -1", 7, "greater than or equal to 0", ""),
@@ -74,7 +74,7 @@ def test_a_good_section_is_accepted():
             "axial_damping_ratio: 1.0",
         ),
         ("water: {density: 1025, depth: 200}\n", "", 0, "needs 'water'", "MoorDyn file"),
-        ("water:", "file: x.txt\nwater:", 0, "exclude one another", "without 'file'"),
+        ("water:", "file: x.txt\nwater:", 0, "cannot be combined", "without 'file'"),
     ],
 )
 def test_a_mistake_is_one_problem_with_a_remedy(before, after, line, message, remedy):

@@ -169,7 +169,7 @@ def test_a_line_that_becomes_far_too_long_is_told_once():
     # pull: 1e9 N (121 / 100.5 - 1)
     assert told[1] == [
         "the ends of rope are 121 m apart, 20.4 % beyond its unstretched length of 100.5 m, and it "
-        "pulls 2.04e+08 N: check its length and stiffness, and what holds the body"
+        "pulls 2.04e+08 N: check its length and stiffness, and the forces on the body"
     ]
 
 

@@ -120,7 +120,7 @@ def test_a_fairlead_that_is_no_name_is_one_problem(wrong):
     text = LINES.replace("{f: [-10, -10]}", f"[{wrong}]")
     with pytest.raises(InputError) as caught:
         Document.parse(text).validate(MooringConfig)
-    assert "a fairlead in a list is a name" in caught.value.problems[0].message
+    assert "a list of fairleads contains names only" in caught.value.problems[0].message
 
 
 @pytest.mark.parametrize(

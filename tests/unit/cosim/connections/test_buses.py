@@ -227,7 +227,7 @@ def test_a_package_that_was_changed_has_no_bus(pair: System, tmp_path: Path) -> 
     back = load_system(changed(path, b'factor="-250.0"', b'factor="-200.0"'))
     assert back.buses == {}
     assert "a.body.m.x * -200.0 + 1.25 -> c.u, units ignored" in back.connections
-    assert any("its buses are not what the package connects" in note for note in back.notes)
+    assert any("its buses differ from the package's connections" in note for note in back.notes)
 
 
 def test_in_a_file(tmp_path: Path) -> None:

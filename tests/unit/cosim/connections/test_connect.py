@@ -98,8 +98,7 @@ def test_what_is_calculated_and_not_carried_over_is_told(
     system = System("s", parts, connections, SIMULATION)
     found = unconnected_parameters(system, BOTH, connect(system, BOTH))
     text = (
-        "hydro.added_mass is calculated, but not carried over: "
-        "'hydro.added_mass -> buoy.added_mass'"
+        "hydro.added_mass is calculated, but not transferred: 'hydro.added_mass -> buoy.added_mass'"
     )
     assert found == ([text] if missing else [])
 
@@ -112,7 +111,7 @@ def test_no_connection_is_suggested_between_arrays_of_two_sizes() -> None:
     parts = tuple(Component(name, FmuFile(Path(name))) for name in both)
     system = System("s", parts, (), SIMULATION)
     assert unconnected_parameters(system, both, connect(system, both)) == [
-        "hydro.added_mass is calculated, but not carried over: buoy.added_mass, which differs in "
+        "hydro.added_mass is calculated, but not transferred: buoy.added_mass, which differs in "
         "size (3 and 2 elements), keeps its start value"
     ]
 

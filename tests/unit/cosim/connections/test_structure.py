@@ -72,7 +72,7 @@ def test_how_late_each_connection_is(
     beyond = Timing.KNOWN if algorithm in ("corrector", "gauss_seidel") else force
     assert timings["b.end.force_x -> c.u"] is beyond
     told = str(found)
-    assert "components that act on one another:\n  b, a" in told
+    assert "components that interact:\n  b, a" in told
     assert "converted: c.u = 2 * b.end.force_x" in told
 
 

@@ -254,7 +254,7 @@ def test_loops_over_values_that_are_not_real_are_broken(c_fmu: Fmus) -> None:
     )
     prepared = prepare(System("s", parts, linked(("a", "b", "a"), ("int",)), Simulation(0.4, H)))
     note = next(note for note in prepared.notes if "not Real" in note)
-    assert "a.y_int -> b.u_int carries the value of the step before" in note
+    assert "a.y_int -> b.u_int has the value of the previous step" in note
     assert [str(k) for k in prepared.wiring.links if k.delayed] == ["a.y_int -> b.u_int"]
     found = watched(prepared.system, ("a.y_int", "b.y_int"))
     # b gives what a gave before; a what b gives now, and the periods that have passed

@@ -55,13 +55,13 @@ def test_a_failing_component_is_named_and_results_kept(
     if what < 5:
         assert "the pump ran dry" in message
     assert ("step_size" in caught.value.remedy) == (what not in (3, 4))
-    assert caught.value.remedy.startswith("the FMU tells why: see to that first") == (what < 5)
+    assert caught.value.remedy.startswith("fix the problem stated by the FMU first") == (what < 5)
     results = load(path)
     assert f"results until t = {results.time[-1]:.9g} s are in {path}" in caught.value.remedy
     # where all can go back, a discarded step is made again up to where the FMU can go
     goes_on = what == 2 and algorithm in ("corrector", "implicit")
     assert ("; pump has discarded every step from there, of 0.1 s down to" in message) is goes_on
-    assert ("no step_size helps: look at what pump" in caught.value.remedy) is goes_on
+    assert ("no step_size helps: check what pump" in caught.value.remedy) is goes_on
     begin, end = re.findall(r"t = (\S+) s(?: to (\S+) s)?", message)[0]
     assert begin != end
     assert results.time[-1] == pytest.approx(0.5 if goes_on else 0.4, abs=1e-6)
@@ -92,7 +92,7 @@ def test_an_end_in_the_first_step_replaces_the_results_of_before(
     results = load(file)
     assert results.time.tolist() == [0.0]
     assert results["fuse.y"].values.tolist() == [3.0]
-    assert "asked for the end of the simulation at t = 0 s" in results.attributes["ended"]
+    assert "requested the end of the simulation at t = 0 s" in results.attributes["ended"]
     assert picture.read_bytes() != b"old"
 
 
@@ -155,7 +155,7 @@ def test_signals_stop_at_a_communication_point_unless_ignored(
         run(short, results=tmp_path / "r.nc", check=True)
     assert caught.value.__notes__ == [
         "at t = 0.5 s of 1 s",
-        "that was the second run, at half the step",
+        "this was the second run, at half the step",
         f"the results of the first are complete, in {tmp_path / 'r.nc'}",
     ]
     if hasattr(signal, "SIGHUP"):

@@ -87,7 +87,7 @@ def test_results_that_stay_of_the_classic_form_have_all_attributes(
 
     monkeypatch.setattr("m4e_fmi.cosim.results.writer.write_netcdf", full)
     outcome = run(given, results=tmp_path / "r.nc")
-    assert "of netCDF's classic form" in outcome.notes[-1]
+    assert "in netCDF's classic format" in outcome.notes[-1]
     found = outcome.results().attributes
     assert {"coupling_error", "messages", "ended"} <= set(found)
     created = {"created": ""}

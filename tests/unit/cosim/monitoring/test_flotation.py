@@ -138,7 +138,7 @@ def test_no_mass_is_told_where_none_balances(
     for text, others in ((MODEL, fmus), (NEUTRAL, neutral)):
         pulled = {**others, "buoy": pulled_buoy(tmp_path, text, -1.1e6)}
         told, *_ = floated(pulled, tmp_path).warnings
-        assert "no mass balances that, for the other forces alone are more than the" in told
+        assert "no mass balances that, because the other forces alone exceed the" in told
         assert "->" not in told
 
 
@@ -286,7 +286,7 @@ def test_a_neutral_mass_comes_with_the_connection_of_the_bodies(
     outcome = floated(neutral, tmp_path)
     assert outcome.warnings == ()
     assert np.array_equal(heave(outcome), wanted)
-    assert "hydro.float.neutral_mass: carried over once" in str(outcome.prepared)
+    assert "hydro.float.neutral_mass: transferred once" in str(outcome.prepared)
     package = save_system(outcome.prepared.system, tmp_path / "float.ssp", build_directory=tmp_path)
     again = run(load_system(package), results=tmp_path / "again.nc", build_directory=tmp_path)
     assert np.array_equal(heave(again), wanted)

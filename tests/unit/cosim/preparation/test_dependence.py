@@ -126,7 +126,7 @@ def test_what_shows_in_the_next_step_only_is_of_first_order(c_fmu: Fmus, algorit
     rate = 1 / np.sqrt(1.3)
     error, stated, outcome = compared(system, "a.body.m.ax", lambda t: -np.cos(rate * t) * rate**2)
     assert outcome.order == 1
-    assert "(and 1 more) shows the inputs of its FMU after the next step only" in str(outcome.notes)
+    assert "(and 1 more) shows its FMU's inputs only after the next step" in str(outcome.notes)
     assert error / 3 < stated < 3 * error
     cases = (system.changed(step_size=step) for step in (0.05, 0.025))
     one, half = (compared(case, "a.body.m.x", lambda t: np.cos(rate * t))[0] for case in cases)
@@ -315,7 +315,7 @@ def test_a_delay_is_of_first_order_and_certified(c_fmu: Fmus) -> None:
             case = compared(system.changed(step_size=step), "a.y", lambda t: 1.2 * t)
             errors.append(case[:2])
             assert case[2].order == 1
-            assert "b.y -> a.u carries the value of the step before" in str(case[2].notes)
+            assert "b.y -> a.u has the value of the previous step" in str(case[2].notes)
         (error, stated), (half, _) = errors
         assert error / 3 < stated < 3 * error
         assert error / half == pytest.approx(2.0, rel=0.05)
@@ -385,7 +385,7 @@ def test_a_loop_through_a_sampled_component_is_delayed_there(c_fmu: Fmus) -> Non
     found = prepare(System("s", parts, RING, Simulation(1, 0.1)))
     assert not found.structure.loops
     assert any(
-        "leads through b" in note and "a.y -> b.u carries the value of the step before" in note
+        "leads through b" in note and "a.y -> b.u has the value of the previous step" in note
         for note in found.notes
     )
     outcome = run(found)
@@ -468,4 +468,4 @@ def test_outputs_of_the_step_before_are_told_in_no_loop(c_fmu: Fmus) -> None:
     system = System("s", parts, ("mass.m <-> spring.end",), Simulation(5.0, 0.05, "gauss_seidel"))
     outcome = run(system)
     assert outcome.order == 1
-    assert "end.force_x shows the inputs of its FMU after the next step only" in str(outcome.notes)
+    assert "end.force_x shows its FMU's inputs only after the next step" in str(outcome.notes)

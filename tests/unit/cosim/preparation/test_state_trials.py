@@ -43,15 +43,15 @@ def test_one_that_forgets_runs_as_one_that_cannot_go_back(
     values, outcome = course(metered(c_fmu, f"{version}integrator+state+forgets", algorithm))
     np.testing.assert_array_equal(values, right)
     assert isinstance(outcome.certificate, CouplingErrorReport)
-    (warning,) = (text for text in outcome.warnings if "go back" in text)
+    (warning,) = (text for text in outcome.warnings if "rollback" in text)
     assert warning.startswith("meter: integrator_state_forgets")
-    assert "steps made again after a return give another y" in warning
+    assert "steps repeated after rollback give another y" in warning
     assert "m4e-fmi validate integrator_state_forgets" in warning
 
 
 def test_one_that_keeps_its_whole_state_is_left_as_it_is(c_fmu: Fmus) -> None:
     found = prepare(metered(c_fmu, "integrator+state"))
-    assert not any("go back" in text for text in found.warnings)
+    assert not any("rollback" in text for text in found.warnings)
     assert all(description.saves_state for description in found.descriptions.values())
 
 
@@ -69,7 +69,7 @@ def test_outputs_of_type_binary_are_passed_over(c_fmu: Fmus, tmp_path: Path) -> 
 
 def test_a_state_that_is_refused_is_told_before_the_run(c_fmu: Fmus) -> None:
     _, outcome = course(metered(c_fmu, "integrator+claims"))
-    (warning,) = (text for text in outcome.warnings if "go back" in text)
+    (warning,) = (text for text in outcome.warnings if "rollback" in text)
     assert "its state cannot be saved" in warning
     assert "fmi2GetFMUstate answered Error" in warning
 

@@ -161,7 +161,7 @@ def test_run_and_info_tell_of_them(
     assert main(["info", package]) == 0
     told = capsys.readouterr().out
     assert "a.y_enum -> b.u_enum  (1 variable, Enumeration)" in told
-    assert "held during each step: a change acts from the end of its step on" in told
+    assert "held during each step: a change acts from the end of its step" in told
     assert main(["info", str(c_fmu("3:kinds+state"))]) == 0
     told = capsys.readouterr().out
     assert "Enumeration (off, slow, fast)" in told

@@ -30,7 +30,7 @@ class TestOptions:
             ("tolerance", 0.0, "the tolerance must be positive, got 0"),
             ("stop_time", float("inf"), "the stop time must be positive, got inf"),
             ("step_size", -1.0, "the step size must be positive"),
-            ("documentation", {"resources/model.m4e": b""}, "no place for documentation"),
+            ("documentation", {"resources/model.m4e": b""}, "not a place for documentation"),
         ],
     )
     def test_one_that_is_none(self, option: str, value: Any, message: str) -> None:

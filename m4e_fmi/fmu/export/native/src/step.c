@@ -1,4 +1,4 @@
-/* Steps of co-simulation. */
+/* doStep of a native FMU, by the integrators of the runtime (integrate.c). */
 #include <math.h>
 #include <string.h>
 

@@ -80,7 +80,7 @@ def test_a_start_value_or_an_input_of_the_system_is_meant() -> None:
 
 def test_a_controller_whose_output_leads_nowhere() -> None:
     (line,) = told(pair("cart", "control"), LOOP[0])
-    assert line.startswith("control takes inputs, but none of its outputs leads anywhere")
+    assert line.startswith("control takes inputs, but none of its outputs is connected")
     assert "'control.effort -> cart.joint.rail.effort' seems to be left out" in line
     # an output of the system leads somewhere
     assert told(pair("cart", "control"), LOOP[0], outputs={"u": "control.effort"}) == []
@@ -93,7 +93,7 @@ def test_a_controller_whose_output_leads_nowhere() -> None:
 def test_an_output_of_another_name_is_not_suggested_for_one_of_many_loads() -> None:
     control = described("control", ("angle", "input", "m"), ("f", "output", "N"))
     (line,) = told({"cart": CART, "control": control}, LOOP[0], start={})
-    assert "none of its outputs leads anywhere, and loads of cart are connected to nothing" in line
+    assert "none of its outputs is connected, and loads of cart are connected to nothing" in line
     assert "->" not in line
     # of the only load in its unit it is
     torque = described("control", ("angle", "input", "m"), ("f", "output", "N.m"))
@@ -189,7 +189,7 @@ def test_half_a_connector(left_out: str, text: str) -> None:
 
 def test_components_that_are_connected_with_nothing() -> None:
     assert told(ALL, *LOOP) == [
-        "line is connected with nothing: it does not act on the others, nor they on it "
+        "line is connected with nothing: it does not interact with the others "
         "('cart.point.tip <-> line.end' seems to be left out)"
     ]
     assert told(pair("cart", "line")) == ["cart, line: no component is connected with another"]
