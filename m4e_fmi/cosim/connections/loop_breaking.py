@@ -55,8 +55,8 @@ def broken(
         wiring = _delayed(wiring, late)
         notes.append(
             f"an algebraic loop leads through {name}, which {rate}, and is broken there: "
-            f"{', '.join(map(str, late))} carr{'y' if len(late) > 1 else 'ies'} the value of the "
-            "step before"
+            f"{', '.join(map(str, late))} {'have' if len(late) > 1 else 'has'} the value of the "
+            "previous step"
         )
     return wiring, notes
 
