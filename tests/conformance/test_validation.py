@@ -65,6 +65,17 @@ def test_a_planted_fault_is_found(name: str, tmp_path: Path):
     assert report.ok == ("error" not in {f.severity for f in report.findings})
 
 
+def test_names_that_differ_in_case_are_one_warning(sound: Path, tmp_path: Path):
+    path = sound
+    for old, new in (("stretch", "X"), ("filtered", "LOAD"), ("rate", "Load")):
+        was, becomes = f'name="{old}"'.encode(), f'name="{new}"'.encode()
+        path = planted(path, tmp_path / f"with_{new}.fmu", was, becomes)
+    (warning,) = validate_fmu(path, only=("description",)).of_severity("error", "warning")
+    assert (warning.id, warning.severity) == ("variables.case", "warning")
+    assert warning.message.endswith("lower case: x and X, load and LOAD and Load")
+    assert "section 2.2.7" in warning.basis
+
+
 UNREADABLE = {
     "a number in words": ('start="5.0"', 'start="five"', "'five' is not a valid value"),
     "a comma": ('start="5.0"', 'start="5,0"', "'5,0' is not a valid value"),

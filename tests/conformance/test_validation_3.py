@@ -75,6 +75,12 @@ FAULTS: dict[str, tuple[str, str, str, set[str]]] = {
         'nominal="7.0" start="0.0" derivative="7"',
         {"derivatives.nominal"},
     ),
+    "two names that differ in case only": (
+        "description",
+        'name="inputs.power"',
+        'name="Energy.total"',
+        {"variables.case"},
+    ),
     "events that instances cannot have": (
         "start",
         'hasEventMode="false"',
@@ -182,3 +188,24 @@ def test_an_alias_is_no_further_value(chain: Path, tmp_path: Path) -> None:
     report = validate_fmu(path, only=("description", "start", "dependencies"))
     assert report.of_severity("error", "warning") == ()
     assert report.complete
+
+
+def test_an_alias_that_differs_in_case_is_found(chain: Path, tmp_path: Path) -> None:
+    """Importers look up aliases by their names, too."""
+    with zipfile.ZipFile(chain) as archive:
+        text = archive.read("modelDescription.xml").decode()
+    (old,) = re.findall(r'<Float64 name="energy.total"[^>]*/>', text)
+    new = f'{old[:-2]}><Alias name="Energy.total"/></Float64>'
+    path = planted(chain, tmp_path / "alias.fmu", old.encode(), new.encode())
+    (warning,) = validate_fmu(path, only=("description",)).of_severity("error", "warning")
+    assert warning.id == "variables.case"
+    assert warning.message.endswith("energy.total and Energy.total")
+    assert warning.basis.startswith("FMI 3.0")
+
+
+def test_arrays_that_differ_in_case_are_named_once(tmp_path: Path) -> None:
+    path = build_fmu(plane(), tmp_path / "plane.fmu", native=True, fmi="3")
+    old, new = b'name="gain"', b'name="Body.ball.position"'
+    path = planted(path, tmp_path / "faulty.fmu", old, new)
+    (warning,) = validate_fmu(path, only=("description",)).of_severity("error", "warning")
+    assert warning.message.endswith("lower case: Body.ball.position and body.ball.position")

@@ -114,6 +114,7 @@ DEFECTS: dict[str, Defect] = {
     "start below min": _inert('start="5.0"', 'min="6.0" start="5.0"', "variables.start"),
     "min above max": _inert('start="5.0"', 'min="6.0" max="4.0" start="5.0"', "variables.limits"),
     "nominal below zero": _inert('start="0.4"', 'nominal="-1.0" start="0.4"', "variables.nominal"),
+    "two names that differ in case only": _inert('name="stretch"', 'name="X"', "variables.case"),
     "an output that is not in ModelStructure": _text(
         '<Unknown index="10" dependencies="5 6" dependenciesKind="constant tunable"/>',
         "",

@@ -19,7 +19,7 @@ from m4e_fmi.fmu.importer.reading import told_by_fmpy
 from m4e_fmi.fmu.validation.description.elf import SharedLibrary, read_elf
 from m4e_fmi.fmu.validation.description.terminals import check_terminals
 from m4e_fmi.fmu.validation.description.units import check_units
-from m4e_fmi.fmu.validation.description.variables import check_variables
+from m4e_fmi.fmu.validation.description.variables import check_names, check_variables
 from m4e_fmi.fmu.validation.findings import Finding, some
 from m4e_fmi.fmu.validation.fmu_under_test import FmuUnderTest, TooLargeError
 
@@ -44,6 +44,7 @@ def description_findings(folder: Path) -> tuple[tuple[Finding, ...], str]:
     version = raw.fmiVersion
     if version not in LIBRARIES:
         return tuple(found), f"made for FMI 2.0 and 3.0, this is {version}"
+    names = [v.name for v in raw.modelVariables]  # with aliases, and arrays as one
     try:
         subject = FmuUnderTest.of(folder, raw)
     except TooLargeError as error:
@@ -51,6 +52,7 @@ def description_findings(folder: Path) -> tuple[tuple[Finding, ...], str]:
         return tuple(found), str(error)
     if not subject.ways:
         return tuple(found), "it is for scheduled execution only, which is not checked"
+    found += check_names(names)
     found += check_variables(subject)
     found += check_units(subject)
     found += _experiment(subject)

@@ -1,15 +1,15 @@
-"""Variables against one another: aliases, limits, start values, declared derivatives."""
+"""Variables against one another: names, aliases, limits, start values, declared derivatives."""
 
 from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 from fmpy.model_description import ModelVariable
 
 from m4e_fmi.fmu.validation.description.units import unit_of
-from m4e_fmi.fmu.validation.findings import Finding
+from m4e_fmi.fmu.validation.findings import Finding, some
 from m4e_fmi.fmu.validation.fmu_under_test import FmuUnderTest, limits
 
 
@@ -24,6 +24,19 @@ def check_variables(subject: FmuUnderTest) -> Iterator[Finding]:
             message = f"{rate.name} is listed among the derivatives, but is declared as none"
             basis = "FMI 2.0.4, section 2.2.8: needs the attribute `derivative`"
             yield Finding("derivatives.undeclared", "error", message, basis)
+
+
+def check_names(names: Iterable[str]) -> Iterator[Finding]:
+    """A finding if some `names` differ only in upper and lower case."""
+    spellings: dict[str, list[str]] = defaultdict(list)
+    for name in names:
+        spellings[name.casefold()].append(name)
+    alike = [list(dict.fromkeys(found)) for found in spellings.values()]
+    alike = [" and ".join(found) for found in alike if len(found) > 1]
+    if alike:
+        message = f"names that differ only in upper and lower case: {some(alike)}"
+        basis = "FMI 2.0.4, section 2.2.7, allows it, but some tools ignore case: rename them"
+        yield Finding("variables.case", "warning", message, basis)
 
 
 def _settable(variable: ModelVariable) -> bool:
