@@ -47,6 +47,7 @@ class LoadChecks:
         self.known = Known(plain, self._motion_complaint)
 
     def findings(self) -> Iterator[Finding]:
+        """All findings on the loads, in the order of the file."""
         for name, load in self.model.loads.items():
             at = ("loads", name)
             yield from self._ends(at, load)

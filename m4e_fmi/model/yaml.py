@@ -86,6 +86,8 @@ UnitText = Annotated[str, BeforeValidator(_unit)]
 
 
 class ParameterSection(Section):
+    """A parameter: value with unit."""
+
     value: StrictFloat
     unit: UnitText
     description: str = ""
@@ -93,6 +95,8 @@ class ParameterSection(Section):
 
 
 class BodySection(Section):
+    """A body: mass and moment of inertia about its centre of gravity."""
+
     mass: Quantity
     inertia: Quantity
     description: str = ""
@@ -100,6 +104,8 @@ class BodySection(Section):
 
 
 class JointSection(Section):
+    """A joint: bodies, geometry and start values."""
+
     type: Annotated[str, BeforeValidator(_joint_type)]
     child: str
     parent: str = GROUND
@@ -112,12 +118,16 @@ class JointSection(Section):
 
 
 class PointSection(Section):
+    """A point fixed in a body."""
+
     body: str
     at: Vector
     description: str = ""
 
 
 class TableSection(Section):
+    """A table over time, its numbers given here or in a CSV file."""
+
     times: list[StrictFloat] | None = None
     values: list[StrictFloat] | None = None
     file: str | None = None

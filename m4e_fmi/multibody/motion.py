@@ -31,6 +31,7 @@ class State:
     points: Mapping[str, Place]
 
     def frame(self, body: str) -> Frame:
+        """Frame of a body, or of the ground."""
         return GROUND_FRAME if body == GROUND else self.frames[self.tree.index(body)]
 
     def joint(self, name: str) -> tuple[Number, Number]:

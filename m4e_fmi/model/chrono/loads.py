@@ -55,6 +55,7 @@ class Loads:
         self.tables: dict[str, Table] = {}
 
     def convert(self) -> None:
+        """Fill `loads`, `points` and `tables` from all springs, dampers, motors and body loads."""
         for tsda in self.model.tsdas:
             self._tsda(tsda)
         for rsda in self.model.rsdas:

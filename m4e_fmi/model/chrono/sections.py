@@ -74,16 +74,22 @@ REFUSED: dict[tuple[str, str], tuple[str, str]] = {
 
 
 class InertiaSection(Section):
+    """Moments and products of inertia [kg·m²] about the centre of mass."""
+
     moments: tuple[Number, Number, Number]
     products: Vector3 = (0.0, 0.0, 0.0)
 
 
 class ComSection(Section):
+    """Place [m] and axes of the centre of mass in the body's frame."""
+
     location: Vector3 = (0.0, 0.0, 0.0)
     orientation: Orientation = Field(default=[1.0, 0.0, 0.0, 0.0])
 
 
 class BodySection(Section):
+    """A body: its frame, mass [kg] and velocities at the start."""
+
     name: str
     location: Vector3
     orientation: Orientation = Field(default=[1.0, 0.0, 0.0, 0.0])
@@ -103,6 +109,8 @@ class BodySection(Section):
 
 
 class JointSection(Section):
+    """A joint of two bodies; `axis` is its direction in world axes."""
+
     name: str
     type: Annotated[Literal["REVOLUTE", "PRISMATIC", "LOCK"], BeforeValidator(_joint_type)]
     body1: str
@@ -113,6 +121,8 @@ class JointSection(Section):
 
 
 class TsdaSection(Section):
+    """A translational spring-damper between two points [N/m, N·s/m, m, N]."""
+
     name: str
     type: Ignored = None
     body1: str
@@ -135,6 +145,8 @@ class TsdaSection(Section):
 
 
 class RsdaSection(Section):
+    """A rotational spring-damper between two bodies [N·m/rad, N·m·s/rad, N·m]."""
+
     name: str
     type: Ignored = None
     body1: str
@@ -151,6 +163,8 @@ class RsdaSection(Section):
 
 
 class FunctionSection(Section):
+    """A function of time: the fields of all its types."""
+
     type: Annotated[
         Literal["CONSTANT", "POLYNOMIAL", "POLY", "SINE", "RAMP", "DATA", "CONTROLLER"], UPPER
     ]
@@ -180,6 +194,8 @@ def _guide(value: Any) -> Any:
 
 
 class MotorSection(Section):
+    """A motor between two bodies, which exerts a force or torque over time."""
+
     name: str
     type: Annotated[Literal["LINEAR", "ROTATION"], UPPER]
     body1: str
@@ -194,6 +210,8 @@ class MotorSection(Section):
 
 
 class BodyLoadSection(Section):
+    """A constant force [N] or torque [N·m] on a body, modulated over time if asked for."""
+
     name: str
     type: Annotated[Literal["FORCE", "TORQUE"], UPPER]
     body: str
@@ -205,6 +223,8 @@ class BodyLoadSection(Section):
 
 
 class ModelSection(Section):
+    """All groups of a model; angles are in degrees unless `angle_degrees` is false."""
+
     name: str = "chrono"
     angle_degrees: bool = True
     data_path: Ignored = None

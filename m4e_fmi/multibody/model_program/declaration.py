@@ -39,13 +39,17 @@ class Described(Protocol):
     """An element with a description of its author's."""
 
     @property
-    def description(self) -> str: ...
+    def description(self) -> str:
+        """The author's description, empty if there is none."""
+        ...
 
 
 class Inputs(Protocol):
     """Source of scalars for inputs: a recorder, or one with scalars of its own."""
 
-    def input(self, variable: Variable) -> Number: ...
+    def input(self, variable: Variable) -> Number:
+        """The scalar that stands for an input."""
+        ...
 
 
 def state_names(link: Link) -> list[tuple[str, str]]:

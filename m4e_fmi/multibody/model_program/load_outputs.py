@@ -39,7 +39,8 @@ RATES = {"distance_rate": "distance", "twist_rate": "twist"}
 class Outputs(Protocol):
     """Receiver of outputs: a recorder, or one that reads them."""
 
-    def output(self, variable: Variable, value: Number) -> None: ...
+    def output(self, variable: Variable, value: Number) -> None:
+        """Take the value of an output."""
 
 
 def add_load_outputs(recorder: Outputs, assembly: Assembly) -> None:

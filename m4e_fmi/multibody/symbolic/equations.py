@@ -70,6 +70,7 @@ class Equations:
 
     @cached_property
     def assembly(self) -> Assembly:
+        """The model in motion over SymPy's symbols; decimal numbers are exact fractions."""
         import sympy
 
         def symbol(name: str) -> Number:

@@ -28,10 +28,11 @@ class Labels:
         self.outlines: list[np.ndarray] = []
 
     def add(self, text: str, at: np.ndarray, colour: str, *, bold: bool = False) -> None:
+        """Write `text` near `at` (2,) [m]."""
         self.names.append(_Name(text, (float(at[0]), float(at[1])), colour, bold))
 
     def avoid(self, outline: np.ndarray) -> None:
-        """Do not cover this line (n, 2), if there is another place."""
+        """Do not cover `outline` (n, 2) [m], if there is another place."""
         self.outlines.append(outline)
 
     def place(self) -> None:
@@ -76,7 +77,10 @@ class Labels:
 
 
 def covering(low: np.ndarray, high: np.ndarray, obstacles: np.ndarray, taken: list[Any]) -> float:
-    """How much a box covers: names (`taken`, their corners) count most, points of lines less."""
+    """How much a box covers: names (`taken`, their corners) count most, points of lines less.
+
+    `low` and `high` are the box's corners (2,), `obstacles` the points (n, 2), all in pixel units.
+    """
     covered = ((obstacles > low - 2) & (obstacles < high + 2)).all(axis=1).sum()
     overlaps = sum(bool((low < b + 1).all() and (high > a - 1).all()) for a, b in taken)
     return 1.2 * min(float(covered), 12) + 25 * overlaps
