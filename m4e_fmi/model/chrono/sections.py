@@ -6,7 +6,7 @@ Words of enumerations may be in any case, as there.
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, ConfigDict, Field, field_validator
 
@@ -15,18 +15,18 @@ from m4e_fmi.files.document import Section, rejected
 Number = Annotated[float, Field(allow_inf_nan=False)]
 Vector3 = tuple[Number, Number, Number]
 Orientation = Annotated[list[Number], Field(min_length=3, max_length=4)]
-Ignored = Any
+Ignored = object
 SPATIAL_JOINTS = ("SPHERICAL", "UNIVERSAL", "POINT_LINE", "POINT_PLANE", "CYLINDRICAL", "PLANAR")
 
 
-def _upper(value: Any) -> Any:
+def _upper(value: object) -> object:
     return value.upper() if isinstance(value, str) else value
 
 
 UPPER = BeforeValidator(_upper)
 
 
-def _joint_type(value: Any) -> Any:
+def _joint_type(value: object) -> object:
     if _upper(value) in SPATIAL_JOINTS:
         message = f"a joint of type {value} moves in three dimensions"
         raise rejected(message, "use REVOLUTE (axis along Y), PRISMATIC or LOCK")
@@ -104,7 +104,7 @@ class BodySection(Section):
 
     @field_validator("com", mode="before")
     @classmethod
-    def _short_form(cls, value: Any) -> Any:
+    def _short_form(cls, value: object) -> object:
         return {"location": value} if isinstance(value, list) else value
 
 
@@ -179,14 +179,16 @@ class FunctionSection(Section):
     repeat: Ignored = None
 
 
-def _force_level(value: Any) -> Any:
+def _force_level(value: object) -> object:
     if _upper(value) in ("POSITION", "SPEED"):
-        message = f"a motor that prescribes the {value.lower()} takes the freedom of its joint away"
+        message = (
+            f"a motor that prescribes the {str(value).lower()} takes the freedom of its joint away"
+        )
         raise rejected(message, "use actuation_type: FORCE, or a stiff spring and damper")
     return _upper(value)
 
 
-def _guide(value: Any) -> Any:
+def _guide(value: object) -> object:
     if _upper(value) == "SPHERICAL":
         message = "a guide that lets its body turn cannot be represented"
         raise rejected(message, "use guide: PRISMATIC, or FREE with body2 fixed")

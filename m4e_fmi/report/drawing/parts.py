@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from m4e_fmi.report.drawing import symbols
-from m4e_fmi.report.drawing.scene import GROUND_INDEX, JointMark, Scene, Tie, turned
+from m4e_fmi.report.drawing.scene import GROUND_INDEX, Anchor, JointMark, Scene, Tie, turned
 from m4e_fmi.report.drawing.symbols import Line
 
 SPRING, DAMPER, OTHER = "#2a7f62", "#7a4fa3", "#7b8794"
@@ -25,7 +25,7 @@ def ranks(scene: Scene) -> list[float]:
 
     Of ties at a joint, which lie around it, the place counted from the inside.
     """
-    groups: dict[frozenset, list[int]] = {}
+    groups: dict[frozenset[Anchor], list[int]] = {}
     for k, tie in enumerate(scene.ties):
         groups.setdefault(frozenset(tie.ends), []).append(k)
     result = [0.0] * len(scene.ties)

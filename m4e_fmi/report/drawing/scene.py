@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -24,9 +24,8 @@ from m4e_fmi.multibody.model_program.declaration import is_unset
 from m4e_fmi.program import Program
 from m4e_fmi.program.python_form import load_python
 from m4e_fmi.report.drawing import symbols
-from m4e_fmi.report.drawing.symbols import Line
+from m4e_fmi.report.drawing.symbols import Line, Pair
 
-Pair = tuple[float, float]
 GROUND_INDEX = -1
 MOST_BODIES_ACROSS = 12  # bodies in a row at which symbols begin to shrink with the bodies
 
@@ -207,7 +206,7 @@ def scene(model: Model, program: Program | None = None) -> Scene:
         start=np.zeros((len(tree.links), 3)),
     )
     start = made.poses(start_values(program))[0]
-    return Scene(**{**made.__dict__, "start": start, "pushes": tuple(numbers.pushes(start))})
+    return replace(made, start=start, pushes=tuple(numbers.pushes(start)))
 
 
 def _paths(tree: Topology) -> list[list[int]]:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import ArrayLike
 
 Line = np.ndarray
+Pair = tuple[float, float]
 
 
 def circle(centre: ArrayLike, radius: float, *, corners: int = 32) -> Line:
@@ -30,8 +29,8 @@ def convex_hull(points: ArrayLike) -> Line:
     if len(ordered) < 3:
         return np.array(ordered)
 
-    def half(sequence: list[tuple[float, float]]) -> list[tuple[float, float]]:
-        kept: list[tuple[float, float]] = []
+    def half(sequence: list[Pair]) -> list[Pair]:
+        kept: list[Pair] = []
         for point in sequence:
             while len(kept) > 1 and _turns_right(kept[-2], kept[-1], point):
                 kept.pop()
@@ -41,7 +40,7 @@ def convex_hull(points: ArrayLike) -> Line:
     return np.array(half(ordered) + half(ordered[::-1]))
 
 
-def _turns_right(a: tuple, b: tuple, c: tuple) -> bool:
+def _turns_right(a: Pair, b: Pair, c: Pair) -> bool:
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) <= 0
 
 
@@ -71,13 +70,13 @@ def damper(start: ArrayLike, end: ArrayLike, width: float) -> list[Line]:
     return [_between(start, end, *np.array(piece, float).T) for piece in pieces]
 
 
-def _between(start: ArrayLike, end: ArrayLike, along: Any, across: Any) -> Line:
+def _between(start: ArrayLike, end: ArrayLike, along: ArrayLike, across: ArrayLike) -> Line:
     """Points at parts `along` of the way from start to end, and `across` it [m]."""
     a, b = np.asarray(start, float), np.asarray(end, float)
     way = b - a
     length = np.linalg.norm(way)
     normal = np.array([-way[1], way[0]]) / (length or 1.0)
-    return a + np.outer(along, way) + np.outer(across, normal)
+    return a + np.outer(np.asarray(along), way) + np.outer(np.asarray(across), normal)
 
 
 def moved_aside(start: ArrayLike, end: ArrayLike, distance: float) -> tuple[Line, Line]:
