@@ -11,11 +11,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
+from m4e_fmi.program import AnyScalar
 from m4e_fmi.space.vectors import (
     TURN,
     ZERO,
     Matrix,
-    Number,
     Vector,
     Wrench,
     X,
@@ -39,11 +39,13 @@ class Component:
     relative: bool = True
     direction: ClassVar[Vector] = ZERO
 
-    def along(self, wrench: Sequence[Number]) -> Number:
+    def along(self, wrench: Sequence[AnyScalar]) -> AnyScalar:
         """The generalized force of a wrench (F_x, F_z, M_y) about the body's origin."""
         return wrench[self.index]
 
-    def momentum(self, mass: Number, lever: Vector, second: Number) -> tuple[Vector, Number]:
+    def momentum(
+        self, mass: AnyScalar, lever: Vector, second: AnyScalar
+    ) -> tuple[Vector, AnyScalar]:
         """Linear and angular momentum about the origin at unit rate.
 
         Of a body with mass [kg], tilde of the first moment [kg·m] and second moment [kg·m²].
@@ -52,7 +54,7 @@ class Component:
             return lever, second
         return ((mass, 0), (0, mass))[self.index], lever[self.index]
 
-    def column(self, lever: Vector, turning: Number) -> Wrench:
+    def column(self, lever: Vector, turning: AnyScalar) -> Wrench:
         """Velocities (v_x, v_z, ω) at unit rate of the point at `lever` [m] from the origin.
 
         `turning` is 1 for a body that turns with this one, 0 for any other.
@@ -67,7 +69,7 @@ class Component:
 
     def elimination(
         self, H: Matrix, size: int, *, symmetric: bool
-    ) -> tuple[Number, list[Number], list[Number]]:
+    ) -> tuple[AnyScalar, list[AnyScalar], list[AnyScalar]]:
         """Pivot, row and column of the coordinate in the first `size` rows of an inertia `H`.
 
         The acceleration along the coordinate is (force − row · a) / pivot with the row divided by
@@ -78,15 +80,15 @@ class Component:
         row = [H[c][b] / H[c][c] for b in range(c)]
         return H[c][c], row, [H[a][c] for a in range(c)]
 
-    def move(self, motion: list[Number], rate: Number) -> None:
+    def move(self, motion: list[AnyScalar], rate: AnyScalar) -> None:
         """Turn (a_x, a_z, α) of a body fixed to the parent into the child's, by its own `rate`."""
         motion[self.index] = motion[self.index] + rate if self.relative else rate
 
-    def set(self, motion: list[Number], value: Number) -> None:
+    def set(self, motion: list[AnyScalar], value: AnyScalar) -> None:
         """The same by the `value` that an elimination gives."""
         motion[self.index] = value
 
-    def rate(self, value: Number, fixed: Sequence[Number]) -> Number:
+    def rate(self, value: AnyScalar, fixed: Sequence[AnyScalar]) -> AnyScalar:
         """The rate of the coordinate's velocity, from that value.
 
         `fixed` is (a_x, a_z, α) of a body fixed to the parent.
@@ -102,22 +104,24 @@ class Twist:
     """
 
     direction: Vector
-    omega: Number
+    omega: AnyScalar
     turning: bool = False
 
-    def along(self, wrench: Sequence[Number]) -> Number:
+    def along(self, wrench: Sequence[AnyScalar]) -> AnyScalar:
         """Force along the direction, and the moment if it turns."""
         force = dot(self.direction, wrench)
         return force + wrench[TURN] if self.turning else force
 
-    def momentum(self, mass: Number, lever: Vector, second: Number) -> tuple[Vector, Number]:
+    def momentum(
+        self, mass: AnyScalar, lever: Vector, second: AnyScalar
+    ) -> tuple[Vector, AnyScalar]:
         """Linear and angular momentum about the origin at unit rate."""
         linear = scaled(mass, self.direction)
         if not self.turning:
             return linear, dot(lever, self.direction)
         return added(linear, lever), dot(lever, self.direction) + second
 
-    def column(self, lever: Vector, turning: Number) -> Wrench:
+    def column(self, lever: Vector, turning: AnyScalar) -> Wrench:
         """Velocities (v_x, v_z, ω) at unit rate of the point at `lever` [m] from the origin."""
         if not self.turning:
             return (*self.direction, 0)
@@ -130,7 +134,7 @@ class Twist:
 
     def elimination(
         self, H: Matrix, size: int, *, symmetric: bool
-    ) -> tuple[Number, list[Number], list[Number]]:
+    ) -> tuple[AnyScalar, list[AnyScalar], list[AnyScalar]]:
         """Pivot, row and column of the coordinate in the first `size` rows of an inertia `H`."""
         n = self.direction
         column = [H[a][X] * n[0] + H[a][Z] * n[1] for a in range(size)]
@@ -144,17 +148,17 @@ class Twist:
         pivot = self.along(column)
         return pivot, [entry / pivot for entry in row], column
 
-    def move(self, motion: list[Number], rate: Number) -> None:
+    def move(self, motion: list[AnyScalar], rate: AnyScalar) -> None:
         """Turn (a_x, a_z, α) of a body fixed to the parent into the child's, by its own `rate`."""
         motion[:TURN] = added((motion[X], motion[Z]), scaled(rate, self.direction))
         if self.turning:
             motion[TURN] = motion[TURN] + rate
 
-    def set(self, motion: list[Number], value: Number) -> None:
+    def set(self, motion: list[AnyScalar], value: AnyScalar) -> None:
         """The same by the `value` that an elimination gives."""
         self.move(motion, value)
 
-    def rate(self, value: Number, fixed: Sequence[Number]) -> Number:
+    def rate(self, value: AnyScalar, fixed: Sequence[AnyScalar]) -> AnyScalar:
         """The rate of the coordinate's velocity: that value itself."""
         del fixed
         return value
