@@ -14,4 +14,5 @@ class Fixed(JointType):
     symbol = "square"
 
     def frame(self, mount: Mount) -> Frame:
+        """The parent's frame, moved to the child's origin."""
         return carried(mount.parent, mount.offset())

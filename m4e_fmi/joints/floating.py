@@ -23,6 +23,7 @@ class Floating(JointType):
     frees_rotation = True
 
     def frame(self, mount: Mount) -> Frame:
+        """Frame at the centre of gravity, from the coordinates alone."""
         *place, angle = mount.q
         *velocity, omega = mount.u
         return Frame(

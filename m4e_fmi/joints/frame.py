@@ -11,10 +11,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from m4e_fmi.program import AnyScalar
 from m4e_fmi.space import (
     ZERO,
     Freedom,
-    Number,
     Rotation,
     Vector,
     added,
@@ -38,8 +38,8 @@ class Frame:
 
     origin: Vector
     origin_velocity: Vector
-    angle: Number
-    omega: Number
+    angle: AnyScalar
+    omega: AnyScalar
     rotation: Rotation
     rotates: bool
     freedoms: Sequence[Freedom] = ()
@@ -63,7 +63,7 @@ class Frame:
         """Velocity [m/s] of the body's point at `arm` [m] from the origin."""
         return swung(self.origin_velocity, self.omega, arm)
 
-    def acceleration_at(self, arm: Vector, origin: Vector, alpha: Number) -> Vector:
+    def acceleration_at(self, arm: Vector, origin: Vector, alpha: AnyScalar) -> Vector:
         """Acceleration [m/s²] of the point at `arm` for those of the origin and the angle."""
         return subtracted(swung(origin, alpha, arm), scaled(self.omega * self.omega, arm))
 
@@ -89,9 +89,9 @@ def carried(
     parent: Frame,
     local_reach: Vector,
     *,
-    angle: tuple[Number, Number, Rotation] | None = None,
+    angle: tuple[AnyScalar, AnyScalar, Rotation] | None = None,
     local_arm: Vector = ZERO,
-    slide: tuple[Vector, Number] | None = None,
+    slide: tuple[Vector, AnyScalar] | None = None,
     freedoms: Sequence[Freedom] = (),
 ) -> Frame:
     """Frame of a body with its origin at `local_reach` [m] from the parent's, in the parent's axes.

@@ -9,7 +9,8 @@ from functools import cached_property
 from typing import ClassVar, Literal
 
 from m4e_fmi.joints.frame import Frame
-from m4e_fmi.space import Number, Vector, added
+from m4e_fmi.program import AnyScalar
+from m4e_fmi.space import Vector, added
 
 Symbol = Literal["circle", "sleeve", "square", ""]
 """How a joint is drawn; a sleeve lies along the joint's direction."""
@@ -44,8 +45,8 @@ class Mount:
     """
 
     parent: Frame
-    q: Sequence[Number]
-    u: Sequence[Number]
+    q: Sequence[AnyScalar]
+    u: Sequence[AnyScalar]
     vector: Callable[[str], Vector]
     is_relative: bool
 

@@ -17,6 +17,7 @@ class Prismatic(JointType):
     has_direction = True
 
     def frame(self, mount: Mount) -> Frame:
+        """Frame that slides along the direction in the parent."""
         parent, (s,), (speed,) = mount.parent, mount.q, mount.u
         local_direction = unit(mount.vector("direction"))
         direction = parent.rotation(local_direction)

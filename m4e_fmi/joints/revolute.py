@@ -19,6 +19,7 @@ class Revolute(JointType):
     frees_rotation = True
 
     def frame(self, mount: Mount) -> Frame:
+        """Frame with its origin at the joint and an angle of its own."""
         parent, (angle,), (omega,) = mount.parent, mount.q, mount.u
         if mount.is_relative:
             angle, omega = parent.angle + angle, parent.omega + omega

@@ -18,6 +18,7 @@ Maybe = Expression | None
 
 
 def number(value: float) -> Expression:
+    """A constant as an Expression."""
     return Expression("number", (float(value),))
 
 

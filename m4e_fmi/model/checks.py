@@ -7,7 +7,7 @@ import re
 from collections.abc import Collection, Iterable, Iterator
 from numbers import Real
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, get_args
 
 from m4e_fmi.errors import suggestion
 from m4e_fmi.files.document import Location
@@ -19,6 +19,7 @@ from m4e_fmi.model.elements import (
     AngleReference,
     Joint,
     Parameter,
+    Quantity,
     neutral_mass,
     neutral_symbol,
     parameter_values,
@@ -269,7 +270,7 @@ def _reached(model: Elements) -> set[str]:
 
 
 def _value_findings(
-    model: Elements, quantities: Iterable[tuple[Location, Any]]
+    model: Elements, quantities: Iterable[tuple[Location, Quantity]]
 ) -> Iterator[Finding]:
     """Values of `quantities` at the start that are not allowed."""
     values = parameter_values(model.parameters)
@@ -357,7 +358,7 @@ def bounded_parameters(model: Elements) -> frozenset[str]:
     )
 
 
-def _all_quantities(model: Elements) -> Iterator[tuple[Location, Any]]:
+def _all_quantities(model: Elements) -> Iterator[tuple[Location, Quantity]]:
     """Every number or expression of the model, and where it stands."""
     yield ("gravity",), model.gravity
     for group in ("bodies", "joints", "points", "loads"):
@@ -375,10 +376,10 @@ def _all_quantities(model: Elements) -> Iterator[tuple[Location, Any]]:
                 yield (group, name, "initial", key), value
 
 
-def _bounded(element: Any) -> tuple[str, ...]:
+def _bounded(element: object) -> tuple[str, ...]:
     return (*getattr(element, "positive", ()), *getattr(element, "not_negative", ()))
 
 
-def _element(model: Elements, at: Location) -> Any:
+def _element(model: Elements, at: Location) -> object:
     """The element to which the quantity at `at` belongs; None for gravity."""
     return getattr(model, str(at[0]))[at[1]] if len(at) > 1 else None

@@ -9,10 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from m4e_fmi.files.document import Location
 from m4e_fmi.joints import JOINT_TYPES
+from m4e_fmi.model.elements import Quantity
 from m4e_fmi.model.expression import CONSTANTS, Expression
 from m4e_fmi.model.findings import Finding
 from m4e_fmi.model.quantity import as_expression
@@ -107,7 +108,7 @@ def told(of: Maybe) -> str:
 
 
 def dimension_findings(
-    model: Elements, quantities: Iterator[tuple[Location, Any]]
+    model: Elements, quantities: Iterator[tuple[Location, Quantity]]
 ) -> Iterator[Finding]:
     """Findings on `quantities` of a model with a dimension that their place does not take."""
     units = {name: p.unit for name, p in (*model.parameters.items(), *model.tables.items())}

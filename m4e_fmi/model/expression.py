@@ -15,7 +15,7 @@ from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any
 
 from m4e_fmi import program as functions
-from m4e_fmi.space import Number
+from m4e_fmi.program import AnyScalar
 
 if TYPE_CHECKING:
     pass
@@ -71,11 +71,11 @@ class UnknownFunctionError(ExpressionError):
         super().__init__(message, column)
 
 
-class Values(dict[str, Number]):
+class Values(dict[str, AnyScalar]):
     """Scalars by name, and how a constant becomes a scalar of the same kind."""
 
     def __init__(
-        self, values: Mapping[str, Number], *, number: Callable[[float], Number] = float
+        self, values: Mapping[str, AnyScalar], *, number: Callable[[float], AnyScalar] = float
     ) -> None:
         super().__init__(values)
         self.number = number
@@ -105,7 +105,7 @@ class Expression:
             if isinstance(argument, Expression):
                 yield from argument.constants()
 
-    def evaluate(self, values: Values) -> Number:
+    def evaluate(self, values: Values) -> AnyScalar:
         """The value over whatever scalars `values` holds; KeyError for a name it lacks."""
         if self.kind == "number":
             return values.number(self.arguments[0])
@@ -144,7 +144,7 @@ class Expression:
         return f"Expression({self})"
 
 
-def _power(base: Number, exponent: Number) -> Number:
+def _power(base: AnyScalar, exponent: AnyScalar) -> AnyScalar:
     """base ** exponent; of floats, the real power or ValueError, never a complex number."""
     if isinstance(base, int | float) and isinstance(exponent, int | float):
         return math.pow(base, exponent)

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from difflib import SequenceMatcher
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from m4e_fmi.errors import CLOSE, suggestion
 from m4e_fmi.files.document import Location
-from m4e_fmi.model.elements import GROUND, NEUTRAL
+from m4e_fmi.model.elements import GROUND, NEUTRAL, Quantity
 from m4e_fmi.model.expression import (
     CONSTANTS,
     FUNCTIONS,
@@ -22,6 +22,8 @@ from m4e_fmi.units import parse_quantity
 
 if TYPE_CHECKING:
     from types import SimpleNamespace
+
+    from _typeshed import DataclassInstance
 
     from m4e_fmi.model.model import Model
 
@@ -52,7 +54,7 @@ class Names:
     tables: frozenset[str]
 
     @classmethod
-    def of(cls, model: Model | Mapping[str, Any]) -> Names:
+    def of(cls, model: Model | Mapping[str, object]) -> Names:
         """The names of a model, or of a model file's plain data."""
         groups = []
         for group in cls.__dataclass_fields__:
@@ -98,14 +100,14 @@ class Known:
 
 
 def quantities(
-    at: Location, element: Any, known: Known, *, leaving_out: Collection[str] = ()
+    at: Location, element: DataclassInstance, known: Known, *, leaving_out: Collection[str] = ()
 ) -> Iterator[Finding]:
     """Problems of the numbers and expressions of an element; None where None is one."""
     optional = {field.name for field in fields(element) if field.default is None}
     for field in getattr(element, "scalars", ()):
-        value = getattr(element, field)
-        if not (value is None and field in optional) and field not in leaving_out:
-            yield from expressions((*at, field), value, known)
+        is_absent = field in optional and getattr(element, field) is None
+        if not is_absent and field not in leaving_out:
+            yield from expressions((*at, field), getattr(element, field), known)
     for field in getattr(element, "vectors", ()):
         yield from vectors((*at, field), getattr(element, field), known)
 
@@ -113,7 +115,7 @@ def quantities(
 PLANAR_VECTOR = "models are planar: write [x, z]"
 
 
-def vectors(at: Location, value: Any, known: Known) -> Iterator[Finding]:
+def vectors(at: Location, value: Sequence[Quantity], known: Known) -> Iterator[Finding]:
     """Problems of a pair (x, z) of numbers or expressions."""
     is_pair = isinstance(value, tuple | list) and len(value) == 2
     if not is_pair and getattr(value, "shape", None) != (2,):  # of NumPy's arrays
@@ -123,7 +125,7 @@ def vectors(at: Location, value: Any, known: Known) -> Iterator[Finding]:
         yield from expressions((*at, index), entry, known)
 
 
-def expressions(at: Location, value: Any, known: Known) -> Iterator[Finding]:
+def expressions(at: Location, value: Quantity, known: Known) -> Iterator[Finding]:
     """Problems of a number or an expression."""
     try:
         expression = as_expression(value)
@@ -137,7 +139,7 @@ def expressions(at: Location, value: Any, known: Known) -> Iterator[Finding]:
             yield Finding(at, *complaint)
 
 
-def _instead(value: Any, error: ExpressionError, known: Known) -> str:
+def _instead(value: Quantity, error: ExpressionError, known: Known) -> str:
     """Remedy: what to write in place of `value`, which is no expression because of `error`."""
     text = value if isinstance(value, str) else ""
     if isinstance(error, UnknownFunctionError):
@@ -150,8 +152,8 @@ def _instead(value: Any, error: ExpressionError, known: Known) -> str:
     if factor and factor[2] in {*known.names, *FUNCTIONS, *CONSTANTS}:
         return f"write a product with *, as in {factor[1]}*{factor[2]}"
     try:
-        given = parse_quantity(value)
-    except (ValueError, AttributeError):  # the latter of what is no text
+        given = parse_quantity(text)
+    except ValueError:
         return "allowed: numbers without a unit, names, + - * / **, functions"
     number = f"{given.value * given.unit.factor:.12g}"
     parameter = f"{{value: {given.value:g}, unit: {given.unit.text}}}"

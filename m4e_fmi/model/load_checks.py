@@ -19,7 +19,7 @@ from m4e_fmi.model.findings import (
     quantities,
     reference,
 )
-from m4e_fmi.model.loads import Axes
+from m4e_fmi.model.loads import Axes, JointStop, Load, TensionStop
 
 if TYPE_CHECKING:
     from m4e_fmi.model.findings import Elements
@@ -47,6 +47,7 @@ class LoadChecks:
         self.known = Known(plain, self._motion_complaint)
 
     def findings(self) -> Iterator[Finding]:
+        """All findings on the loads, in the order of the file."""
         for name, load in self.model.loads.items():
             at = ("loads", name)
             yield from self._ends(at, load)
@@ -107,7 +108,7 @@ class LoadChecks:
         else:
             yield from self._pair(at, load, "points" if hasattr(load, "points") else "bodies")
 
-    def _pair(self, at: Location, load: Any, field: str) -> Iterator[Finding]:
+    def _pair(self, at: Location, load: object, field: str) -> Iterator[Finding]:
         known = self.names.points if field == "points" else self.names.bodies | {GROUND}
         ends = getattr(load, field)
         if len(ends) != 2:
@@ -123,7 +124,7 @@ class LoadChecks:
         if ends[0] == ends[1]:
             yield Finding((*at, field), f"both ends are {ends[0]!r}", f"name two {field}")
 
-    def _choices(self, at: Location, load: Any) -> Iterator[Finding]:
+    def _choices(self, at: Location, load: Load) -> Iterator[Finding]:
         """Fields that are missing or exclude each other."""
         for field in getattr(load, "required", ()):
             if getattr(load, field) is None:
@@ -134,19 +135,20 @@ class LoadChecks:
             message = f"expected one of {' and '.join(map(repr, either))}, got {len(given)}"
             remedy = "a law is the whole force or moment" if given else f"add '{either[0]}: …' here"
             yield Finding((*at, given[-1]) if given else at, message, remedy)
-        if hasattr(load, "upper") and load.lower is None and load.upper is None:
+        if isinstance(load, TensionStop | JointStop) and load.lower is None and load.upper is None:
             yield Finding(at, "a stop without a limit", "add 'lower: …' or 'upper: …' here")
         axes = getattr(load, "axes", "world")
         if axes not in get_args(Axes):
             remedy = suggestion(str(axes), get_args(Axes))
             yield Finding((*at, "axes"), f"unknown axes {axes!r}", remedy)
 
-    def _law(self, at: Location, load: Any) -> Iterator[Finding]:
-        if getattr(load, "law", None) is None:
+    def _law(self, at: Location, load: object) -> Iterator[Finding]:
+        law = getattr(load, "law", None)
+        if law is None:
             return
-        variables = load.law_variables
+        variables: tuple[str, ...] = getattr(load, "law_variables", ())
         known = Known(self.known.names | set(variables), self.known.motion)
-        yield from expressions((*at, "law"), load.law, known)
+        yield from expressions((*at, "law"), law, known)
         for name in sorted(self.names.parameters | self.names.tables):
             if name in variables:
                 message = f"{name!r} is what the law depends on, and also a parameter or table"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import sys
 from numbers import Real
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from m4e_fmi.model.expression import Expression, ExpressionError, parse
 
@@ -27,7 +27,7 @@ def as_expression(value: float | str | Expression | sympy.Expr) -> Expression:
 
         if is_sympy(value):
             return from_sympy(value)
-    item: Any = getattr(value, "item", None)
+    item = getattr(value, "item", None)
     if item is not None and getattr(value, "shape", None) == ():  # an array without dimensions
         return as_expression(item())
     if isinstance(value, bool) or not isinstance(value, Real):

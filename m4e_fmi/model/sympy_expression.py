@@ -13,6 +13,7 @@ _NAMES = {"Abs": "abs", "Min": "min", "Max": "max"}
 
 
 def is_sympy(value: object) -> TypeGuard[sympy.Basic]:
+    """True for an object of SymPy."""
     return isinstance(value, sympy.Basic)
 
 

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 from numbers import Real
 
-from m4e_fmi.program import maximum, minimum
+from m4e_fmi.program import AnyScalar, maximum, minimum
 from m4e_fmi.shown import short
-from m4e_fmi.space import Number
 from m4e_fmi.units import parse_unit
 
 MOST_ROWS = 10_000
@@ -37,7 +36,7 @@ class Table:
     unit: str = "1"
     description: str = ""
 
-    def at(self, time: Number) -> Number:
+    def at(self, time: AnyScalar) -> AnyScalar:
         """The value at `time` over any scalar that knows min and max.
 
         It is a sum over the intervals: slope times the part of the interval that has passed. Five
@@ -45,7 +44,7 @@ class Table:
         """
         factor = parse_unit(self.unit).factor
         values = [factor * value for value in self.values]
-        total: Number = values[0]
+        total: AnyScalar = values[0]
         for k in range(1, len(values)):
             start, end = self.times[k - 1], self.times[k]
             rise = values[k] - values[k - 1]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import operator
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import MISSING, fields
 from functools import reduce
 from pathlib import Path
@@ -33,7 +34,7 @@ from m4e_fmi.model.elements import (
     Point,
 )
 from m4e_fmi.model.findings import PLANAR_VECTOR
-from m4e_fmi.model.loads import LOAD_TYPES, Axes
+from m4e_fmi.model.loads import LOAD_TYPES, Axes, Load
 from m4e_fmi.model.model import STANDARD_GRAVITY, Model
 from m4e_fmi.model.table import Table
 
@@ -86,6 +87,8 @@ UnitText = Annotated[str, BeforeValidator(_unit)]
 
 
 class ParameterSection(Section):
+    """A parameter: value with unit."""
+
     value: StrictFloat
     unit: UnitText
     description: str = ""
@@ -93,6 +96,8 @@ class ParameterSection(Section):
 
 
 class BodySection(Section):
+    """A body: mass and moment of inertia about its centre of gravity."""
+
     mass: Quantity
     inertia: Quantity
     description: str = ""
@@ -100,6 +105,8 @@ class BodySection(Section):
 
 
 class JointSection(Section):
+    """A joint: bodies, geometry and start values."""
+
     type: Annotated[str, BeforeValidator(_joint_type)]
     child: str
     parent: str = GROUND
@@ -112,12 +119,16 @@ class JointSection(Section):
 
 
 class PointSection(Section):
+    """A point fixed in a body."""
+
     body: str
     at: Vector
     description: str = ""
 
 
 class TableSection(Section):
+    """A table over time, its numbers given here or in a CSV file."""
+
     times: list[StrictFloat] | None = None
     values: list[StrictFloat] | None = None
     file: str | None = None
@@ -126,7 +137,7 @@ class TableSection(Section):
     description: str = ""
 
 
-_FIELD_TYPES: dict[str, Any] = {
+_FIELD_TYPES: dict[str, object] = {
     "Quantity": Quantity,
     "Quantity | None": Annotated[float | str | None, BeforeValidator(_number_text_or_nothing)],
     "Vector": Vector,
@@ -136,7 +147,7 @@ _FIELD_TYPES: dict[str, Any] = {
 }
 
 
-def _section(kind: Any) -> Any:
+def _section(kind: type[Load]) -> type[Section]:
     """The section of a file that gives the fields of a load."""
     given: dict[str, Any] = {"type": (Literal[kind.type], ...)}
     for field in fields(kind):
@@ -196,14 +207,14 @@ def model_of(document: Document) -> Model:
     raise InputError(problems)
 
 
-def _is_whole(document: Document, groups: dict[str, Any], group: str) -> bool:
+def _is_whole(document: Document, groups: Mapping[str, Collection[str]], group: str) -> bool:
     """True if all elements of a group that are written can be used."""
     written = document.data.get(group) or {}
     return isinstance(written, dict) and set(map(str, written)) == set(groups[group])
 
 
 def _elements(section: ModelSection) -> dict[str, Any]:
-    def made(kind: Any, members: dict[str, Any]) -> dict[str, Any]:
+    def made(kind: Callable[..., object], members: Mapping[str, Section]) -> dict[str, object]:
         return {name: kind(**dict(member)) for name, member in members.items()}
 
     loads = {}

@@ -22,10 +22,11 @@ from m4e_fmi.multibody.kinematics import frames
 from m4e_fmi.multibody.loads import Acting, acting
 from m4e_fmi.multibody.motion import Lookup, Motion, State
 from m4e_fmi.multibody.topology import Topology
-from m4e_fmi.space import DOFS, Matrix, Number, Vector, Wrench, add_force
+from m4e_fmi.program import AnyScalar
+from m4e_fmi.space import DOFS, Matrix, Vector, Wrench, add_force
 
 
-def at_time(name: str, table: Table, time: Number) -> Number:
+def at_time(name: str, table: Table, time: AnyScalar) -> AnyScalar:
     """The value of a table at a time, computed from its rows."""
     del name
     return table.at(time)
@@ -45,15 +46,15 @@ class Scalars:
     `number` makes a scalar of a constant, `table` of a table.
     """
 
-    q: Sequence[Number]
-    u: Sequence[Number]
-    time: Number
-    parameters: Mapping[str, Number]
+    q: Sequence[AnyScalar]
+    u: Sequence[AnyScalar]
+    time: AnyScalar
+    parameters: Mapping[str, AnyScalar]
     body_wrench: Mapping[str, Wrench]
     point_force: Mapping[str, Vector]
-    effort: Mapping[str, Number]
+    effort: Mapping[str, AnyScalar]
     added_mass: Matrix
-    number: Callable[[float], Number] = float
+    number: Callable[[float], AnyScalar] = float
     table: Lookup = at_time
 
 
@@ -71,14 +72,14 @@ class Assembly:
     tree: Topology
     scalars: Scalars
     values: Motion
-    u: Sequence[Number]
+    u: Sequence[AnyScalar]
     frames: list[Frame]
     points: dict[str, Place]
-    gravity: Number
-    masses: list[tuple[Number, Number]]
+    gravity: AnyScalar
+    masses: list[tuple[AnyScalar, AnyScalar]]
     added_mass: dict[tuple[int, int], Matrix]
-    wrenches: list[list[Number]]
-    generalized_forces: list[Number]
+    wrenches: list[list[AnyScalar]]
+    generalized_forces: list[AnyScalar]
     loads: dict[str, Acting]
 
     def frame(self, body: str) -> Frame:
@@ -93,10 +94,10 @@ class Accelerations:
     In m/s² and rad/s², world axes.
     """
 
-    rates: list[Number]
+    rates: list[AnyScalar]
     origins: list[Vector]
-    alphas: list[Number]
-    raised: Number
+    alphas: list[AnyScalar]
+    raised: AnyScalar
 
     def of_point(self, frame: Frame, k: int, arm: Vector) -> Vector:
         """True acceleration of the point at `arm` from the origin of link `k`."""
@@ -155,16 +156,16 @@ def _blocks(links: list[int], matrix: Matrix) -> dict[tuple[int, int], Matrix]:
 
 
 def _wrenches(
-    state: State, scalars: Scalars, loads: Mapping[str, Acting], forces: list[Number]
-) -> list[list[Number]]:
+    state: State, scalars: Scalars, loads: Mapping[str, Acting], forces: list[AnyScalar]
+) -> list[list[AnyScalar]]:
     """Sum (F_x, F_z, M_y) of loads and outside forces on each link, about its origin.
 
     Efforts of loads on joints are added to `forces`.
     """
     index, model = state.tree.index, state.model
-    total: list[list[Number]] = [[0, 0, 0] for _ in state.tree.links]
+    total: list[list[AnyScalar]] = [[0, 0, 0] for _ in state.tree.links]
 
-    def push(body: str, force: Vector, arm: Vector, torque: Number = 0) -> None:
+    def push(body: str, force: Vector, arm: Vector, torque: AnyScalar = 0) -> None:
         if body != GROUND:  # nothing moves the ground
             add_force(total[index(body)], force, arm, torque)
 

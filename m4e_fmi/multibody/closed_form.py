@@ -15,11 +15,11 @@ from dataclasses import dataclass
 from m4e_fmi.joints import Frame
 from m4e_fmi.multibody.assembly import Accelerations, Assembly
 from m4e_fmi.multibody.velocity_transformation import Columns, columns
+from m4e_fmi.program import AnyScalar
 from m4e_fmi.program.tape import Scalar
 from m4e_fmi.space import (
     TURN,
     ZERO,
-    Number,
     Vector,
     X,
     Z,
@@ -33,7 +33,7 @@ from m4e_fmi.space import (
     tilde,
 )
 
-Rows = list[dict[int, Number]]
+Rows = list[dict[int, AnyScalar]]
 """A sparse matrix: for each row the entries by column; absent ones are zero."""
 
 
@@ -54,9 +54,9 @@ class _Composite:
     the link and against it.
     """
 
-    mass: Number
+    mass: AnyScalar
     first: Vector
-    second: Number
+    second: AnyScalar
     carried: Vector = ZERO
 
     def turning(self, frame: Frame) -> Vector:
@@ -110,7 +110,7 @@ def _composites(assembly: Assembly) -> list[_Composite]:
     return result
 
 
-def _momenta(assembly: Assembly, body: _Composite, k: int) -> list[tuple[int, Vector, Number]]:
+def _momenta(assembly: Assembly, body: _Composite, k: int) -> list[tuple[int, Vector, AnyScalar]]:
     """For each coordinate of link k at unit rate: linear and angular momentum of what it moves."""
     link, frame = assembly.tree.links[k], assembly.frames[k]
     if not link.coordinates:
@@ -122,13 +122,13 @@ def _momenta(assembly: Assembly, body: _Composite, k: int) -> list[tuple[int, Ve
     ]
 
 
-def _seen(assembly: Assembly, i: int, P: Vector, L: Number) -> list[tuple[int, Number]]:
+def _seen(assembly: Assembly, i: int, P: Vector, L: AnyScalar) -> list[tuple[int, AnyScalar]]:
     """The part of a momentum P, L about link i's origin along each coordinate, the last first."""
     rows = zip(assembly.tree.links[i].coordinates, assembly.frames[i].freedoms, strict=True)
     return [(coordinate, freedom.along((*P, L))) for coordinate, freedom in rows][::-1]
 
 
-def forcing(assembly: Assembly) -> list[Number]:
+def forcing(assembly: Assembly) -> list[AnyScalar]:
     """Bᵀ(g + g_g) − Bᵀ(𝓜 + A)Ḃu + τ."""
     tree = assembly.tree
     origins = outwards(assembly, [0] * len(tree.coordinate_names)).origins
@@ -145,10 +145,10 @@ def forcing(assembly: Assembly) -> list[Number]:
     return _projected(assembly, wrenches)
 
 
-def outwards(assembly: Assembly, rates: Sequence[Number]) -> Accelerations:
+def outwards(assembly: Assembly, rates: Sequence[AnyScalar]) -> Accelerations:
     """The accelerations of all links for u̇ = `rates`."""
     origins: list[Vector] = []
-    alphas: list[Number] = []
+    alphas: list[AnyScalar] = []
     for link, frame in zip(assembly.tree.links, assembly.frames, strict=True):
         origin, alpha = ZERO, 0
         if link.parent >= 0:
@@ -162,10 +162,10 @@ def outwards(assembly: Assembly, rates: Sequence[Number]) -> Accelerations:
     return Accelerations(list(rates), origins, alphas, 0)
 
 
-def _projected(assembly: Assembly, wrenches: list[list[Number]]) -> list[Number]:
+def _projected(assembly: Assembly, wrenches: list[list[AnyScalar]]) -> list[AnyScalar]:
     """Bᵀ of the `wrenches` about the origins, which are added up on the way, and the efforts."""
     tree = assembly.tree
-    result: list[Number] = [0] * len(tree.coordinate_names)
+    result: list[AnyScalar] = [0] * len(tree.coordinate_names)
     for k in range(len(tree.links) - 1, -1, -1):
         link, frame = tree.links[k], assembly.frames[k]
         effort = assembly.generalized_forces[k]
@@ -193,7 +193,7 @@ def _add_water(assembly: Assembly, rows: Rows) -> None:
                     rows[i][j] = rows[i].get(j, 0) + entry
 
 
-def solve(rows: Rows, right: Sequence[Number], *, symmetric: bool) -> list[Number]:
+def solve(rows: Rows, right: Sequence[AnyScalar], *, symmetric: bool) -> list[AnyScalar]:
     """x of rows · x = right, without pivoting: of a positive definite matrix. `rows` is used up.
 
     Unknowns are eliminated from the last to the first, leaves before their parents, which fills in
@@ -221,7 +221,7 @@ def solve(rows: Rows, right: Sequence[Number], *, symmetric: bool) -> list[Numbe
     return x
 
 
-def _is_zero(value: Number) -> bool:
+def _is_zero(value: AnyScalar) -> bool:
     if isinstance(value, Scalar):
         return value.tape.value(value.index) == 0.0
     return isinstance(value, int) and value == 0

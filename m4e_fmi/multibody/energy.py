@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from m4e_fmi.multibody.assembly import Assembly
-from m4e_fmi.space import Number, dot
+from m4e_fmi.program import AnyScalar
+from m4e_fmi.space import dot
 
 
-def kinetic_energy(assembly: Assembly) -> Number:
+def kinetic_energy(assembly: Assembly) -> AnyScalar:
     """½ vᵀ(𝓜 + A)v [J]."""
-    total: Number = 0
+    total: AnyScalar = 0
     for (mass, inertia), frame in zip(assembly.masses, assembly.frames, strict=True):
         total = total + mass * dot(frame.velocity, frame.velocity)
         total = total + inertia * (frame.omega * frame.omega)
@@ -19,13 +20,13 @@ def kinetic_energy(assembly: Assembly) -> Number:
     return total / 2
 
 
-def potential_energy(assembly: Assembly) -> Number:
+def potential_energy(assembly: Assembly) -> AnyScalar:
     """Potential energy [J] of gravity on the dry masses (zero at Z = 0) and of the springs.
 
     A spring counts if its quantities depend on parameters only, and a law if its integral is known:
     see `loads`.
     """
-    total: Number = 0
+    total: AnyScalar = 0
     for (mass, _), frame in zip(assembly.masses, assembly.frames, strict=True):
         total = total + mass * assembly.gravity * frame.position[1]
     for load in assembly.loads.values():
@@ -33,9 +34,9 @@ def potential_energy(assembly: Assembly) -> Number:
     return total
 
 
-def input_power(assembly: Assembly) -> Number:
+def input_power(assembly: Assembly) -> AnyScalar:
     """Power [W] of what acts from outside; the integer 0 if nothing does."""
-    total: Number = 0
+    total: AnyScalar = 0
     outside = assembly.scalars
     for body, (x, z, torque) in outside.body_wrench.items():
         frame = assembly.frame(body)
@@ -48,7 +49,7 @@ def input_power(assembly: Assembly) -> Number:
     return total
 
 
-def load_powers(assembly: Assembly) -> dict[str, Number]:
+def load_powers(assembly: Assembly) -> dict[str, AnyScalar]:
     """Power [W] by which each load changes the sum of kinetic and potential energy, by its name.
 
     A load that has a potential and nothing else is left out. Together with the power of what acts

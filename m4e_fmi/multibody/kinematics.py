@@ -14,10 +14,13 @@ from m4e_fmi.joints import GROUND_FRAME, Frame, Mount
 from m4e_fmi.model.elements import vector
 from m4e_fmi.model.expression import Values
 from m4e_fmi.multibody.topology import Link, Topology
-from m4e_fmi.space import Number, Vector
+from m4e_fmi.program import AnyScalar
+from m4e_fmi.space import Vector
 
 
-def frames(tree: Topology, q: Sequence[Number], u: Sequence[Number], values: Values) -> list[Frame]:
+def frames(
+    tree: Topology, q: Sequence[AnyScalar], u: Sequence[AnyScalar], values: Values
+) -> list[Frame]:
     """The frame of every link for coordinates `q` (n,), velocities `u` (n,) in m, rad, per s.
 
     `values` are those of the parameters by name.

@@ -30,8 +30,8 @@ from m4e_fmi.model.elements import parameter_values, quantity, vector
 from m4e_fmi.model.expression import Expression
 from m4e_fmi.model.loads import Load
 from m4e_fmi.multibody.motion import Motion
-from m4e_fmi.program import maximum, minimum, tanh
-from m4e_fmi.space import Number, Vector, added, dot, norm, scaled, subtracted
+from m4e_fmi.program import AnyScalar, maximum, minimum, tanh
+from m4e_fmi.space import Vector, added, dot, norm, scaled, subtracted
 
 _BetweenPoints = TensionSpring | TensionDamper | TensionStop | Bushing
 _Elastic = TensionSpring | TorsionSpring | TensionStop | JointStop | Bushing
@@ -49,9 +49,9 @@ class Action:
     force: Vector = (0, 0)
     point: str = ""
     body: str = ""
-    moment: Number = 0
+    moment: AnyScalar = 0
     joint: str = ""
-    effort: Number = 0
+    effort: AnyScalar = 0
 
 
 @dataclass(frozen=True)
@@ -65,9 +65,9 @@ class Acting:
     """
 
     actions: list[Action]
-    power: Number = 0
-    potential: Number = 0
-    measures: Mapping[str, Number] = field(default_factory=dict)
+    power: AnyScalar = 0
+    potential: AnyScalar = 0
+    measures: Mapping[str, AnyScalar] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -77,10 +77,10 @@ class _Resistance:
     `measures` are those of `Acting` that only this kind of load has.
     """
 
-    total: Number
-    lost: Number
-    potential: Number = 0
-    measures: Mapping[str, Number] = field(default_factory=dict)
+    total: AnyScalar
+    lost: AnyScalar
+    potential: AnyScalar = 0
+    measures: Mapping[str, AnyScalar] = field(default_factory=dict)
 
 
 def acting(load: Load, motion: Motion) -> Acting:
@@ -101,7 +101,7 @@ def _applied(load: BodyForce | PointForce | BodyDrag | PointDrag, motion: Motion
     body = load.body if at_body else state.model.points[load.point].body
     frame = state.frame(body)
     velocity = frame.velocity if at_body else state.points[load.point].velocity
-    torque: Number = 0
+    torque: AnyScalar = 0
     if isinstance(load, BodyDrag | PointDrag):
         wind = subtracted(velocity, _pair(load, "flow", motion))
         force = scaled(-_value(load, "coefficient", motion) * norm(wind), wind)
@@ -187,20 +187,20 @@ def _in_joint(load: JointEffort | JointFriction | JointStop, motion: Motion) -> 
 
 
 def _resisting(
-    found: _Resistance, rate: Number, actions: list[Action], measures: Mapping[str, Number]
+    found: _Resistance, rate: AnyScalar, actions: list[Action], measures: Mapping[str, AnyScalar]
 ) -> Acting:
     lossless = isinstance(found.lost, int)
     power = 0 if lossless else -(found.lost * rate)
     return Acting(actions, power, found.potential, {**measures, **found.measures})
 
 
-def _resistance(load: Load, motion: Motion, s: Number, rate: Number) -> _Resistance:
+def _resistance(load: Load, motion: Motion, s: AnyScalar, rate: AnyScalar) -> _Resistance:
     """Resistance of `load` to the growth of `s`."""
     return _RESISTANCES[type(load)](load, motion, s, rate)
 
 
 def _spring(
-    load: TensionSpring | TorsionSpring, motion: Motion, s: Number, rate: Number
+    load: TensionSpring | TorsionSpring, motion: Motion, s: AnyScalar, rate: AnyScalar
 ) -> _Resistance:
     rest, name = ("length", "extension") if isinstance(load, TensionSpring) else ("angle", "twist")
     extension = s - _value(load, rest, motion)
@@ -216,8 +216,8 @@ def _spring(
 
 
 def _by_law(
-    load: TensionSpring | TorsionSpring, motion: Motion, e: Number, rate: Number
-) -> tuple[Number, Number]:
+    load: TensionSpring | TorsionSpring, motion: Motion, e: AnyScalar, rate: AnyScalar
+) -> tuple[AnyScalar, AnyScalar]:
     """Tension or moment, and its potential energy; None if none is known."""
     law, (variable, speed) = quantity(load, "law"), load.law_variables
     values = motion.with_(**{variable: e, speed: rate})
@@ -228,7 +228,7 @@ def _by_law(
 
 
 def _damper(
-    load: TensionDamper | TorsionDamper, motion: Motion, s: Number, rate: Number
+    load: TensionDamper | TorsionDamper, motion: Motion, s: AnyScalar, rate: AnyScalar
 ) -> _Resistance:
     del s
     if load.law is None:
@@ -239,7 +239,9 @@ def _damper(
     return _Resistance(force, force)
 
 
-def _stop(load: TensionStop | JointStop, motion: Motion, s: Number, rate: Number) -> _Resistance:
+def _stop(
+    load: TensionStop | JointStop, motion: Motion, s: AnyScalar, rate: AnyScalar
+) -> _Resistance:
     """Nothing between the limits; beyond, stiffness and a damping that it bounds."""
     stiffness, damping = (_value(load, name, motion) for name in ("stiffness", "damping"))
     total, lost, energy, gap = 0, 0, 0, None
@@ -265,13 +267,13 @@ def _stop(load: TensionStop | JointStop, motion: Motion, s: Number, rate: Number
 NOTHING = Expression("number", (0.0,))
 
 
-def _friction(load: JointFriction, motion: Motion, s: Number, rate: Number) -> _Resistance:
+def _friction(load: JointFriction, motion: Motion, s: AnyScalar, rate: AnyScalar) -> _Resistance:
     del s
     force = _value(load, "effort", motion) * tanh(rate / _value(load, "velocity", motion))
     return _Resistance(force, force)
 
 
-def _effort(load: JointEffort, motion: Motion, s: Number, rate: Number) -> _Resistance:
+def _effort(load: JointEffort, motion: Motion, s: AnyScalar, rate: AnyScalar) -> _Resistance:
     del s, rate
     force = -_value(load, "effort", motion)
     return _Resistance(force, force)
@@ -289,7 +291,7 @@ _RESISTANCES: dict[type, Callable[..., _Resistance]] = {
 }
 
 
-def _value(load: Load, name: str, motion: Motion) -> Number:
+def _value(load: Load, name: str, motion: Motion) -> AnyScalar:
     return quantity(load, name).evaluate(motion)
 
 

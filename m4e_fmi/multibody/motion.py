@@ -13,9 +13,10 @@ from m4e_fmi.joints import GROUND_FRAME, Frame, Place
 from m4e_fmi.model import GROUND, Model, Table
 from m4e_fmi.model.expression import Values
 from m4e_fmi.multibody.topology import Topology
-from m4e_fmi.space import AXES, Number
+from m4e_fmi.program import AnyScalar
+from m4e_fmi.space import AXES
 
-Lookup = Callable[[str, Table, Number], Number]
+Lookup = Callable[[str, Table, AnyScalar], AnyScalar]
 """The value of a table by its name, itself, and the time."""
 
 
@@ -25,15 +26,16 @@ class State:
 
     model: Model
     tree: Topology
-    q: Sequence[Number]
-    u: Sequence[Number]
+    q: Sequence[AnyScalar]
+    u: Sequence[AnyScalar]
     frames: Sequence[Frame]
     points: Mapping[str, Place]
 
     def frame(self, body: str) -> Frame:
+        """Frame of a body, or of the ground."""
         return GROUND_FRAME if body == GROUND else self.frames[self.tree.index(body)]
 
-    def joint(self, name: str) -> tuple[Number, Number]:
+    def joint(self, name: str) -> tuple[AnyScalar, AnyScalar]:
         """Angle or displacement of a joint's child against its parent, and its rate."""
         link = self.tree.links[self.tree.index(self.model.joints[name].child)]
         (k,) = link.coordinates
@@ -42,7 +44,7 @@ class State:
         parent = self.frames[link.parent]
         return self.q[k] - parent.angle, self.u[k] - parent.omega
 
-    def variable(self, name: str) -> Number:
+    def variable(self, name: str) -> AnyScalar:
         """A variable of the motion: joint.<name>.q, body.<name>.vx, point.<name>.z, …"""
         kind, element, variable = name.split(".")
         if kind == "joint":
@@ -64,7 +66,7 @@ class Motion(Values):
         self.state = state
         self.lookup = lookup
 
-    def __missing__(self, name: str) -> Number:
+    def __missing__(self, name: str) -> AnyScalar:
         tables = self.state.model.tables
         if name in tables:
             value = self.lookup(name, tables[name], self["t"])
@@ -73,7 +75,7 @@ class Motion(Values):
         self[name] = value
         return value
 
-    def with_(self, **more: Number) -> Motion:
+    def with_(self, **more: AnyScalar) -> Motion:
         """The same with more names."""
         other = copy.copy(self)
         other.update(more)

@@ -16,7 +16,8 @@ from dataclasses import dataclass
 
 from m4e_fmi.multibody.assembly import Accelerations, Assembly
 from m4e_fmi.multibody.kinematics import evaluated
-from m4e_fmi.space import Number, Vector, moment, scaled, subtracted
+from m4e_fmi.program import AnyScalar
+from m4e_fmi.space import Vector, moment, scaled, subtracted
 
 
 @dataclass(frozen=True)
@@ -30,7 +31,7 @@ class Reaction:
 
     joint: str
     force: Vector
-    moment: Number
+    moment: AnyScalar
 
 
 def reactions(assembly: Assembly, solved: Accelerations) -> list[Reaction]:
@@ -57,7 +58,7 @@ def reactions(assembly: Assembly, solved: Accelerations) -> list[Reaction]:
     return found[::-1]
 
 
-def _inertial(assembly: Assembly, solved: Accelerations, k: int) -> list[Number]:
+def _inertial(assembly: Assembly, solved: Accelerations, k: int) -> list[AnyScalar]:
     """The wrench that link k needs beyond its loads, about its origin."""
     frame, (mass, inertia) = assembly.frames[k], assembly.masses[k]
     f = assembly.wrenches[k]
@@ -71,7 +72,7 @@ def _inertial(assembly: Assembly, solved: Accelerations, k: int) -> list[Number]
     return [needed[0] - f[0], needed[1] - f[1], turn]
 
 
-def _add_water(assembly: Assembly, solved: Accelerations, wrenches: list[list[Number]]) -> None:
+def _add_water(assembly: Assembly, solved: Accelerations, wrenches: list[list[AnyScalar]]) -> None:
     """Add A v̇, which is about the centres of gravity."""
     for (i, j), block in assembly.added_mass.items():
         frame = assembly.frames[j]

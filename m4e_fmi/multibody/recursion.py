@@ -20,12 +20,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from m4e_fmi.multibody.assembly import Accelerations, Assembly
+from m4e_fmi.program import AnyScalar
 from m4e_fmi.space import (
     DOFS,
     TURN,
     Elimination,
     Inertia,
-    Number,
     Vector,
     X,
     Z,
@@ -49,9 +49,9 @@ class Loads:
     `ground` [m/s²].
     """
 
-    wrenches: list[list[Number]]
+    wrenches: list[list[AnyScalar]]
     inward: list[Vector]
-    generalized_forces: list[list[Number]]
+    generalized_forces: list[list[AnyScalar]]
     ground: Vector
 
 
@@ -103,7 +103,7 @@ def own_inertia(assembly: Assembly, k: int) -> Inertia:
 
 def own_loads(assembly: Assembly) -> Loads:
     """The loads of the tree in its state: f of each link alone."""
-    wrenches: list[list[Number]] = []
+    wrenches: list[list[AnyScalar]] = []
     for k, frame in enumerate(assembly.frames):
         x, z = scaled(frame.omega * frame.omega, scaled(assembly.masses[k][0], frame.arm))
         push_x, push_z, turn = assembly.wrenches[k]
@@ -124,7 +124,7 @@ def own_loads(assembly: Assembly) -> Loads:
 def solve(assembly: Assembly, factors: Factors, loads: Loads) -> Accelerations:
     """The accelerations that `loads` cause. Links on which nothing acts (zeros) cost nothing."""
     wrenches = [list(wrench) for wrench in loads.wrenches]
-    free: list[list[Number]] = [[0] * len(outs) for outs in factors.eliminations]
+    free: list[list[AnyScalar]] = [[0] * len(outs) for outs in factors.eliminations]
     for k in range(len(wrenches) - 1, -1, -1):
         f, along, inward = wrenches[k], loads.generalized_forces[k], loads.inward[k]
         if all(isinstance(part, int) for part in (*f, *along, *inward)):
@@ -141,7 +141,7 @@ def solve(assembly: Assembly, factors: Factors, loads: Loads) -> Accelerations:
 
 
 def _push_on(
-    assembly: Assembly, inertia: Inertia, loads: Loads, k: int, wrenches: list[list[Number]]
+    assembly: Assembly, inertia: Inertia, loads: Loads, k: int, wrenches: list[list[AnyScalar]]
 ) -> None:
     """Add to the parent's f what it feels of that of link `k` through its joint."""
     link, f, inward = assembly.tree.links[k], wrenches[k], loads.inward[k]
@@ -158,13 +158,13 @@ def _push_on(
 
 
 def _outwards(
-    assembly: Assembly, factors: Factors, loads: Loads, free: list[list[Number]]
+    assembly: Assembly, factors: Factors, loads: Loads, free: list[list[AnyScalar]]
 ) -> Accelerations:
     """Accelerations from the ground to the leaves."""
     tree = assembly.tree
-    rates: list[Number] = [0] * len(tree.coordinate_names)
+    rates: list[AnyScalar] = [0] * len(tree.coordinate_names)
     origins: list[Vector] = []
-    alphas: list[Number] = []
+    alphas: list[AnyScalar] = []
     for k, link in enumerate(tree.links):
         origin, alpha = loads.ground, 0
         if link.parent >= 0:
@@ -173,7 +173,7 @@ def _outwards(
         origin = swung(subtracted(origin, loads.inward[k]), alpha, assembly.frames[k].reach)
         fixed = (*origin, alpha)
         motion = [*fixed]
-        values: list[Number] = []
+        values: list[AnyScalar] = []
         for out, part in zip(factors.eliminations[k], free[k], strict=True):
             values.append(out.value(part, motion))
             out.freedom.set(motion, values[-1])

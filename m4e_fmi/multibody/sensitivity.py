@@ -26,12 +26,11 @@ from m4e_fmi.multibody.recursion import (
     own_loads,
     solve,
 )
-from m4e_fmi.program import Scalar
+from m4e_fmi.program import AnyScalar, Scalar
 from m4e_fmi.space import (
     DOFS,
     TURN,
     ZERO,
-    Number,
     Vector,
     X,
     Z,
@@ -71,9 +70,9 @@ class Recursion:
         values = enumerate(self._per_link(self.accelerations))
         return [k for k, value in values if isinstance(value, Scalar)]
 
-    def _per_link(self, solved: Accelerations) -> list[Number]:
+    def _per_link(self, solved: Accelerations) -> list[AnyScalar]:
         """(a_x, a_z, α) and rates of twists of each link, 0 for those that it does not have."""
-        result: list[Number] = []
+        result: list[AnyScalar] = []
         for k, link in enumerate(self.assembly.tree.links):
             alpha = solved.alphas[k] if link.joint.joint_type.rotates else 0
             rates = (solved.rates[coordinate] for coordinate, _ in self._directed(k))
@@ -88,7 +87,7 @@ class Recursion:
 
     def balance(self) -> Sequence[Scalar]:
         """The scalars that the unknowns depend on: `NUMBERS` of each link, the ground's two."""
-        balance: list[Number] = []
+        balance: list[AnyScalar] = []
         for k, frame in enumerate(self.assembly.frames):
             for row in own_inertia(self.assembly, k).H:
                 balance += row
@@ -117,7 +116,7 @@ class Recursion:
     def drive(self, change: Mapping[int, Scalar]) -> Mapping[int, Scalar]:
         """The loads that are equivalent to a change: `DRIVES` of each link, and of the ground."""
         size = len(self.assembly.frames)
-        drive: dict[int, Number] = defaultdict(int)
+        drive: dict[int, AnyScalar] = defaultdict(int)
         for k in sorted({place // NUMBERS for place in change}):
             numbers = [change.get(place, 0) for place in range(NUMBERS * k, NUMBERS * (k + 1))]
             if k < size:
@@ -126,7 +125,7 @@ class Recursion:
                 drive[DRIVES * size], drive[DRIVES * size + 1] = numbers[:2]
         return {place: value for place, value in drive.items() if isinstance(value, Scalar)}
 
-    def _add(self, drive: dict[int, Number], k: int, change: Sequence[Number]) -> None:
+    def _add(self, drive: dict[int, AnyScalar], k: int, change: Sequence[AnyScalar]) -> None:
         """Add a change of link `k`."""
         link, solved = self.assembly.tree.links[k], self.accelerations
         H, f = [change[0:3], change[3:6], change[6:9]], change[9:12]
@@ -160,12 +159,12 @@ class Recursion:
         return [everything[k] for k in self._places]
 
 
-def _filled(forces: list[Number]) -> list[Number]:
+def _filled(forces: list[AnyScalar]) -> list[AnyScalar]:
     """Generalized forces of a joint, with zeros for the coordinates that it does not have."""
     return forces + [0] * (DOFS - len(forces))
 
 
-def _times(H: Sequence[Sequence[Number]], a: Vector, alpha: Number) -> list[Number]:
+def _times(H: Sequence[Sequence[AnyScalar]], a: Vector, alpha: AnyScalar) -> list[AnyScalar]:
     """H (a, α); entries that are the integer 0 cost nothing."""
     motion = (*a, alpha)
     return [

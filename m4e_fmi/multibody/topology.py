@@ -42,10 +42,12 @@ class Topology:
 
     @cached_property
     def velocity_names(self) -> tuple[str, ...]:
+        """Names of the velocities, as ThetaD_1."""
         return tuple(_rate_name(name) for name in self.coordinate_names)
 
     @cached_property
     def acceleration_names(self) -> tuple[str, ...]:
+        """Names of the accelerations, as ThetaDD_1."""
         return tuple(_rate_name(name, "DD") for name in self.coordinate_names)
 
     def index(self, body: str) -> int:

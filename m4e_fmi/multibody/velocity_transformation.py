@@ -16,7 +16,8 @@ from collections.abc import Sequence
 
 from m4e_fmi.joints import Frame
 from m4e_fmi.multibody.topology import Topology
-from m4e_fmi.space import ZERO, Number, Wrench, added, scaled, tilde
+from m4e_fmi.program import AnyScalar
+from m4e_fmi.space import ZERO, Wrench, added, scaled, tilde
 
 Columns = dict[int, Wrench]
 """Coordinate → its entries in a body's three rows (v_x, v_z, ω); absent ones are zero."""
@@ -38,7 +39,9 @@ def columns(tree: Topology, bodies: Sequence[Frame], k: int) -> Columns:
     return result
 
 
-def column_rates(tree: Topology, bodies: Sequence[Frame], u: Sequence[Number], k: int) -> Columns:
+def column_rates(
+    tree: Topology, bodies: Sequence[Frame], u: Sequence[AnyScalar], k: int
+) -> Columns:
     """The three rows of Ḃ of link `k` for velocities `u` (n,), per s of those of B."""
     result: Columns = {}
     growth = scaled(bodies[k].omega, tilde(bodies[k].arm))  # dl/dt

@@ -38,7 +38,7 @@ class Panel:
 
     @property
     def curves(self) -> dict[str, np.ndarray]:
-        """Curves by the names of the series, shape (n_times,), in `unit`."""
+        """Curves by the names of the series, (n_times,), in the panel's unit."""
         found = {name: one.values.astype(float) for name, one in self.series.items()}
         return {
             name: self.scale * (values - (values[:1] if self.from_start else 0.0))

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager, suppress
+from typing import NoReturn
 
 _FORMAT = "{percentage:3.0f} % |{bar:30}| {n:.1f} of {total:g} s simulated{postfix}"
 _INTERVAL = 0.1
@@ -26,7 +27,7 @@ def _unseen(_: float) -> None:
 
 
 @contextmanager
-def progress_bar(stop_time: float, *, start: float = 0.0) -> Iterator[Callable[[float], None]]:
+def progress_bar(stop_time: float, *, start: float = 0.0) -> Generator[Callable[[float], None]]:
     """A callable to be told the simulated time [s]; shows it and the real-time factor.
 
     The real-time factor is simulated over elapsed time: above 1, faster than reality. A bar is
@@ -38,7 +39,7 @@ def progress_bar(stop_time: float, *, start: float = 0.0) -> Iterator[Callable[[
         return
     from tqdm import tqdm
 
-    bar: tqdm | None = None
+    bar: tqdm[NoReturn] | None = None
     began = shown = time.perf_counter()
 
     def show(t: float) -> None:

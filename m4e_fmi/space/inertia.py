@@ -10,11 +10,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from m4e_fmi.program import AnyScalar
 from m4e_fmi.space.freedoms import Freedom
 from m4e_fmi.space.vectors import (
     TURN,
     Matrix,
-    Number,
     Vector,
     X,
     Z,
@@ -34,11 +34,11 @@ class Elimination:
     """
 
     freedom: Freedom
-    pivot: Number
-    row: list[Number]
-    column: list[Number]
+    pivot: AnyScalar
+    row: list[AnyScalar]
+    column: list[AnyScalar]
 
-    def value(self, free: Number, acceleration: Sequence[Number]) -> Number:
+    def value(self, free: AnyScalar, acceleration: Sequence[AnyScalar]) -> AnyScalar:
         """The acceleration, with its part `free` of what is left and with (a_x, a_z, α)."""
         for weight, a in zip(self.row, acceleration, strict=False):
             free = free - weight * a
@@ -53,7 +53,7 @@ class Inertia:
     symmetric: bool = True
 
     @classmethod
-    def rigid(cls, mass: Number, inertia: Number, arm: Vector, local_arm: Vector) -> Inertia:
+    def rigid(cls, mass: AnyScalar, inertia: AnyScalar, arm: Vector, local_arm: Vector) -> Inertia:
         """Of a rigid body with its centre of gravity at `arm` [m] from the origin.
 
         `inertia` [kg·m²] is about the centre of gravity, `local_arm` is the arm in body axes.
@@ -105,11 +105,11 @@ class Inertia:
                 self.H[TURN][a] = self.H[TURN][a] + row[a]
         self.H[TURN][TURN] = self.H[TURN][TURN] + turn
 
-    def felt(self, wrench: Sequence[Number], inward: Vector) -> Vector:
+    def felt(self, wrench: Sequence[AnyScalar], inward: Vector) -> Vector:
         """The force [N] of a wrench, and of an acceleration `inward` [m/s²] of the origin."""
         return wrench[X] + dot(self.H[X], inward), wrench[Z] + dot(self.H[Z], inward)
 
-    def felt_moment(self, wrench: Sequence[Number], inward: Vector) -> Number:
+    def felt_moment(self, wrench: Sequence[AnyScalar], inward: Vector) -> AnyScalar:
         """The moment [N·m] of the same."""
         return wrench[TURN] + dot(self.H[TURN], inward)
 
@@ -118,7 +118,7 @@ class Inertia:
         first = [(a, a if self.symmetric else 0) for a in range(size)]
         return [(a, b) for a, start in first for b in range(start, size)]
 
-    def _set(self, a: int, b: int, value: Number) -> None:
+    def _set(self, a: int, b: int, value: AnyScalar) -> None:
         self.H[a][b] = value
         if self.symmetric:
             self.H[b][a] = value

@@ -4,20 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, TypeAlias
 
-from m4e_fmi.program import Scalar, cos, sin, sqrt
+from m4e_fmi.program import AnyScalar, Scalar, cos, sin, sqrt
 
-Number: TypeAlias = Any
-"""A scalar of any kind: a float, a tape's `Scalar`, an expression of SymPy."""
-
-Vector = tuple[Number, Number]
+Vector = tuple[AnyScalar, AnyScalar]
 """(x, z)."""
 
-Wrench = tuple[Number, Number, Number]
+Wrench = tuple[AnyScalar, AnyScalar, AnyScalar]
 """Force (F_x, F_z) [N] and moment M_y [N·m]."""
 
-Matrix = list[list[Number]]
+Matrix = list[list[AnyScalar]]
 
 X, Z, TURN = 0, 1, 2
 """Places of the components of a motion (v_x, v_z, ω) or of a wrench."""
@@ -34,11 +30,11 @@ SMALLEST_SQUARE = 1e-300
 class Rotation:
     """The rotation by an absolute angle, body axes → world axes: R = [[c, s], [−s, c]]."""
 
-    c: Number = 1
-    s: Number = 0
+    c: AnyScalar = 1
+    s: AnyScalar = 0
 
     @classmethod
-    def by(cls, angle: Number) -> Rotation:
+    def by(cls, angle: AnyScalar) -> Rotation:
         """The rotation by `angle` [rad] about +Y."""
         return cls(cos(angle), sin(angle))
 
@@ -53,17 +49,17 @@ def tilde(arm: Vector) -> Vector:
     return z, -x
 
 
-def swung(vector: Vector, rate: Number, arm: Vector) -> Vector:
+def swung(vector: Vector, rate: AnyScalar, arm: Vector) -> Vector:
     """vector + rate · tilde(arm): what turning adds at the end of an arm."""
     return vector[0] + rate * arm[1], vector[1] - rate * arm[0]
 
 
-def moment(arm: Vector, force: Vector) -> Number:
+def moment(arm: Vector, force: Vector) -> AnyScalar:
     """Moment about +Y of a force at an arm: z F_x − x F_z."""
     return arm[1] * force[0] - arm[0] * force[1]
 
 
-def add_force(wrench: list[Number], force: Vector, arm: Vector, torque: Number = 0) -> None:
+def add_force(wrench: list[AnyScalar], force: Vector, arm: Vector, torque: AnyScalar = 0) -> None:
     """Add a force [N] at `arm` [m] and a moment [N·m] to a wrench (F_x, F_z, M_y)."""
     wrench[X] = wrench[X] + force[0]
     wrench[Z] = wrench[Z] + force[1]
@@ -80,12 +76,12 @@ def subtracted(a: Vector, b: Vector) -> Vector:
     return a[0] - b[0], a[1] - b[1]
 
 
-def scaled(factor: Number, a: Vector) -> Vector:
+def scaled(factor: AnyScalar, a: Vector) -> Vector:
     """factor · a."""
     return factor * a[0], factor * a[1]
 
 
-def dot(a: Sequence[Number], b: Sequence[Number]) -> Number:
+def dot(a: Sequence[AnyScalar], b: Sequence[AnyScalar]) -> AnyScalar:
     """a · b of two vectors."""
     return a[0] * b[0] + a[1] * b[1]
 
@@ -96,7 +92,7 @@ def unit(a: Vector) -> Vector:
     return a[0] / length, a[1] / length
 
 
-def norm(a: Vector) -> Number:
+def norm(a: Vector) -> AnyScalar:
     """|a|; of numbers and on a tape 1e-150 where a is 0, where its derivative is 0.
 
     So what is divided by it is finite. 1e-300 changes no double but those below 1e-142.

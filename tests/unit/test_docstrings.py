@@ -37,9 +37,6 @@ NOT_YET = (
     "m4e_fmi/cosim",
     "m4e_fmi/files",
     "m4e_fmi/fmu",
-    "m4e_fmi/model",
-    "m4e_fmi/multibody",
-    "m4e_fmi/report",
     "m4e_fmi/simulate",
 )
 """Files and folders that do not keep the rules yet."""

@@ -75,6 +75,7 @@ class Mechanism:
         ]
 
     def bodies(self) -> dict[str, Body]:
+        """The bodies that move, by name; incomplete ones are reported and left out."""
         result = {}
         for body in self.moving.values():
             if body.mass is None or body.inertia is None:

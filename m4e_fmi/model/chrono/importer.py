@@ -121,7 +121,7 @@ def _report_names(places: Places) -> None:
                     places.at(("model", group, k, key), f"unknown body {name!r}", remedy)
 
 
-def _named(data: Any, group: str, key: str) -> Iterator[tuple[int, str]]:
+def _named(data: object, group: str, key: str) -> Iterator[tuple[int, str]]:
     for k, entry in enumerate(entries(data, group)):
         if isinstance(entry, dict) and isinstance(entry.get(key), str):
             yield k, entry[key]

@@ -9,10 +9,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
 
 from m4e_fmi.model.chrono.bodies import SMALL, Mechanism, parallel, unit
-from m4e_fmi.model.chrono.names import Places, fresh, identifier
+from m4e_fmi.model.chrono.names import Named, Places, fresh, identifier
 from m4e_fmi.model.chrono.rotation import Vector3, rotated, turned_back
 from m4e_fmi.model.chrono.sections import (
     BodyLoadSection,
@@ -55,6 +54,7 @@ class Loads:
         self.tables: dict[str, Table] = {}
 
     def convert(self) -> None:
+        """Fill `loads`, `points` and `tables` from all springs, dampers, motors and body loads."""
         for tsda in self.model.tsdas:
             self._tsda(tsda)
         for rsda in self.model.rsdas:
@@ -68,7 +68,7 @@ class Loads:
         holder = self.mechanism.holder(body)
         return holder if holder == GROUND else identifier(holder)
 
-    def _point(self, owner: Any, name: str, body: str, place: Sequence[float]) -> str:
+    def _point(self, owner: Named, name: str, body: str, place: Sequence[float]) -> str:
         """A new point of a body, at a place in the world at the start."""
         pose = self.mechanism.poses[self.mechanism.holder(body)]
         if self._name(body) != GROUND and abs(place[1] - pose.place[1]) > SMALL:
@@ -238,7 +238,7 @@ class Loads:
         self._add(name, PointForce(point, force, axes))  # type: ignore[arg-type]
 
     def _function(
-        self, owner: Any, function: FunctionSection, at: tuple[str, ...]
+        self, owner: Named, function: FunctionSection, at: tuple[str, ...]
     ) -> Quantity | None:
         """A function of the time as an expression or a table's name; None for a controller's."""
         needed = NEEDED.get(function.type, "type")

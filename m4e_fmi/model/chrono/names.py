@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Container
-from typing import Any
+from typing import Protocol
 
 from m4e_fmi.errors import Problem
 from m4e_fmi.files.document import Document, Location
@@ -30,6 +30,15 @@ def fresh(name: str, taken: Container[str]) -> str:
     return found
 
 
+class Named(Protocol):
+    """A section with a name."""
+
+    @property
+    def name(self) -> str:
+        """The section's name."""
+        ...
+
+
 class Places:
     """Problems found, each at its entry of the document; entries are known by group and name."""
 
@@ -46,20 +55,20 @@ class Places:
         """Note a problem at a place of the document."""
         self.problems.append(self.document.problem(location, message, remedy))
 
-    def say(self, entry: Any, message: str, within: Location = (), remedy: str = "") -> None:
+    def say(self, entry: Named, message: str, within: Location = (), remedy: str = "") -> None:
         """Note a problem at an entry (a section with a name), or at a key within it."""
         location = self._entries.get((group_of(entry), entry.name), ("model",))
         self.at((*location, *within), message, remedy)
 
 
-def group_of(entry: Any) -> str:
+def group_of(entry: object) -> str:
     """The group whose sections are of this class: BodyLoadSection → body_loads."""
     words = re.findall(r"[A-Z][a-z]+", type(entry).__name__.removesuffix("Section"))
     singular = "_".join(words).lower()
     return "bodies" if singular == "body" else f"{singular}s"
 
 
-def entries(data: Any, group: str) -> list[Any]:
+def entries(data: object, group: str) -> list[object]:
     """The entries of a group in a file's plain data, whatever they are."""
     model = data.get("model") if isinstance(data, dict) else None
     found = model.get(group) if isinstance(model, dict) else None

@@ -6,7 +6,7 @@ Words of enumerations may be in any case, as there.
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, ConfigDict, Field, field_validator
 
@@ -15,18 +15,18 @@ from m4e_fmi.files.document import Section, rejected
 Number = Annotated[float, Field(allow_inf_nan=False)]
 Vector3 = tuple[Number, Number, Number]
 Orientation = Annotated[list[Number], Field(min_length=3, max_length=4)]
-Ignored = Any
+Ignored = object
 SPATIAL_JOINTS = ("SPHERICAL", "UNIVERSAL", "POINT_LINE", "POINT_PLANE", "CYLINDRICAL", "PLANAR")
 
 
-def _upper(value: Any) -> Any:
+def _upper(value: object) -> object:
     return value.upper() if isinstance(value, str) else value
 
 
 UPPER = BeforeValidator(_upper)
 
 
-def _joint_type(value: Any) -> Any:
+def _joint_type(value: object) -> object:
     if _upper(value) in SPATIAL_JOINTS:
         message = f"a joint of type {value} moves in three dimensions"
         raise rejected(message, "use REVOLUTE (axis along Y), PRISMATIC or LOCK")
@@ -74,16 +74,22 @@ REFUSED: dict[tuple[str, str], tuple[str, str]] = {
 
 
 class InertiaSection(Section):
+    """Moments and products of inertia [kg·m²] about the centre of mass."""
+
     moments: tuple[Number, Number, Number]
     products: Vector3 = (0.0, 0.0, 0.0)
 
 
 class ComSection(Section):
+    """Place [m] and axes of the centre of mass in the body's frame."""
+
     location: Vector3 = (0.0, 0.0, 0.0)
     orientation: Orientation = Field(default=[1.0, 0.0, 0.0, 0.0])
 
 
 class BodySection(Section):
+    """A body: its frame, mass [kg] and velocities at the start."""
+
     name: str
     location: Vector3
     orientation: Orientation = Field(default=[1.0, 0.0, 0.0, 0.0])
@@ -98,11 +104,13 @@ class BodySection(Section):
 
     @field_validator("com", mode="before")
     @classmethod
-    def _short_form(cls, value: Any) -> Any:
+    def _short_form(cls, value: object) -> object:
         return {"location": value} if isinstance(value, list) else value
 
 
 class JointSection(Section):
+    """A joint of two bodies; `axis` is its direction in world axes."""
+
     name: str
     type: Annotated[Literal["REVOLUTE", "PRISMATIC", "LOCK"], BeforeValidator(_joint_type)]
     body1: str
@@ -113,6 +121,8 @@ class JointSection(Section):
 
 
 class TsdaSection(Section):
+    """A translational spring-damper between two points [N/m, N·s/m, m, N]."""
+
     name: str
     type: Ignored = None
     body1: str
@@ -135,6 +145,8 @@ class TsdaSection(Section):
 
 
 class RsdaSection(Section):
+    """A rotational spring-damper between two bodies [N·m/rad, N·m·s/rad, N·m]."""
+
     name: str
     type: Ignored = None
     body1: str
@@ -151,6 +163,8 @@ class RsdaSection(Section):
 
 
 class FunctionSection(Section):
+    """A function of time: the fields of all its types."""
+
     type: Annotated[
         Literal["CONSTANT", "POLYNOMIAL", "POLY", "SINE", "RAMP", "DATA", "CONTROLLER"], UPPER
     ]
@@ -165,14 +179,16 @@ class FunctionSection(Section):
     repeat: Ignored = None
 
 
-def _force_level(value: Any) -> Any:
+def _force_level(value: object) -> object:
     if _upper(value) in ("POSITION", "SPEED"):
-        message = f"a motor that prescribes the {value.lower()} takes the freedom of its joint away"
+        message = (
+            f"a motor that prescribes the {str(value).lower()} takes the freedom of its joint away"
+        )
         raise rejected(message, "use actuation_type: FORCE, or a stiff spring and damper")
     return _upper(value)
 
 
-def _guide(value: Any) -> Any:
+def _guide(value: object) -> object:
     if _upper(value) == "SPHERICAL":
         message = "a guide that lets its body turn cannot be represented"
         raise rejected(message, "use guide: PRISMATIC, or FREE with body2 fixed")
@@ -180,6 +196,8 @@ def _guide(value: Any) -> Any:
 
 
 class MotorSection(Section):
+    """A motor between two bodies, which exerts a force or torque over time."""
+
     name: str
     type: Annotated[Literal["LINEAR", "ROTATION"], UPPER]
     body1: str
@@ -194,6 +212,8 @@ class MotorSection(Section):
 
 
 class BodyLoadSection(Section):
+    """A constant force [N] or torque [N·m] on a body, modulated over time if asked for."""
+
     name: str
     type: Annotated[Literal["FORCE", "TORQUE"], UPPER]
     body: str
@@ -205,6 +225,8 @@ class BodyLoadSection(Section):
 
 
 class ModelSection(Section):
+    """All groups of a model; angles are in degrees unless `angle_degrees` is false."""
+
     name: str = "chrono"
     angle_degrees: bool = True
     data_path: Ignored = None

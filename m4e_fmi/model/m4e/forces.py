@@ -71,6 +71,7 @@ class Forces:
         return found
 
     def points(self) -> dict[str, Point]:
+        """The points of `Initial_Points` by their names here."""
         points = {}
         for name, (at, row) in self._point_rows.items():
             place = tuple(row) if name.body else added(self.mechanism.origin, row)
@@ -80,6 +81,7 @@ class Forces:
         return points
 
     def loads(self, points: dict[str, Point]) -> Iterator[tuple[str, Load]]:
+        """Name and load for every entry of `Force`; `points` are those declared."""
         force = self.lists.get("Force", {})
         if not isinstance(force, Mapping):
             self.say(("Force",), f"expected a dictionary, got {force!r}")

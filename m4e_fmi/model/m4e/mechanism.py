@@ -45,6 +45,7 @@ class Mechanism(Lists):
         self.children = {child: row for row, (_, child) in self.rows.items()}
 
     def body_names(self) -> list[str]:
+        """Names of the bodies, in the order of the list `joints`."""
         return [f"body_{child}" for child in self.children]
 
     def _symbols(self, extra: Mapping[str, Parameter | float]) -> Iterator[tuple[str, Parameter]]:
@@ -119,6 +120,7 @@ class Mechanism(Lists):
 
     @cached_property
     def origin(self) -> list[Data]:
+        """`Reference_frame_Origin` [m], (0, 0) if none is given."""
         origin = self.lists.get("Reference_frame_Origin", [0.0, 0.0])
         if not is_row(origin, 2):
             message = f"expected [x, z], got {origin!r}"
@@ -164,6 +166,7 @@ class Mechanism(Lists):
         return name
 
     def bodies(self) -> dict[str, Body]:
+        """The bodies by name, in the order of their numbers."""
         count = len(self.children)
         masses, inertias = self._per_body("m0", count), self._per_body("J0", count)
         bodies = {}
@@ -186,6 +189,7 @@ class Mechanism(Lists):
         return bodies
 
     def joints(self) -> dict[str, Joint]:
+        """The joints by name, in the order of their children's numbers."""
         initial = self._initial()
         joints = {}
         for child, row in sorted(self.children.items()):

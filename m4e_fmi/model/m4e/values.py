@@ -27,6 +27,7 @@ class Lists:
         self.places: dict[Location, Location] = {}
 
     def say(self, at: Location, message: str, remedy: str = "") -> None:
+        """Note a finding at a place of the lists."""
         self.findings.append(Finding(at, message, remedy))
 
     def place_of(self, location: Location) -> Location:
@@ -58,6 +59,7 @@ def plain(value: Data) -> Data:
 
 
 def is_row(value: object, length: int) -> bool:
+    """True for a list of `length` entries."""
     return isinstance(value, list) and len(value) == length
 
 
@@ -67,28 +69,34 @@ def first_of(value: Data) -> Data:
 
 
 def is_number(value: object) -> bool:
+    """True for a real number, numpy's included; False for a boolean."""
     return not isinstance(value, bool) and isinstance(value, Real)
 
 
 def is_whole(value: object) -> bool:
+    """True for an integer, numpy's included; False for a boolean."""
     return not isinstance(value, bool) and isinstance(value, Integral)
 
 
 def is_nan(value: object) -> bool:
+    """True for NaN and for None: entries that are not given."""
     return value is None or str(value) == "nan" or (is_number(value) and value != value)
 
 
 def added(a: Sequence[Data], b: Sequence[Data]) -> tuple[Data, ...]:
+    """The sum of two rows, entry by entry."""
     return tuple(plus(x, y) for x, y in zip(a, b, strict=True))
 
 
 def plus(a: Data, b: Data) -> Data:
+    """a + b: a number if both are numbers, else an Expression."""
     if is_number(a) and is_number(b):
         return a + b
     return b if is_number(a) and a == 0 else _combined("add", a, b)
 
 
 def times(a: Data, b: Data) -> Data:
+    """a · b: a number if both are numbers, else an Expression."""
     return a * b if is_number(a) and is_number(b) else _combined("mul", a, b)
 
 

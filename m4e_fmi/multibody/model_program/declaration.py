@@ -20,8 +20,7 @@ from m4e_fmi.model.elements import (
 from m4e_fmi.model.quantity import as_expression
 from m4e_fmi.multibody.assembly import Scalars
 from m4e_fmi.multibody.topology import Link, Topology
-from m4e_fmi.program import Recorder, Variable
-from m4e_fmi.space import Number
+from m4e_fmi.program import AnyScalar, Recorder, Variable
 from m4e_fmi.units import parse_unit
 
 DOF_UNITS = ("m", "m", "rad")
@@ -39,13 +38,17 @@ class Described(Protocol):
     """An element with a description of its author's."""
 
     @property
-    def description(self) -> str: ...
+    def description(self) -> str:
+        """The author's description, empty if there is none."""
+        ...
 
 
 class Inputs(Protocol):
     """Source of scalars for inputs: a recorder, or one with scalars of its own."""
 
-    def input(self, variable: Variable) -> Number: ...
+    def input(self, variable: Variable) -> AnyScalar:
+        """The scalar that stands for an input."""
+        ...
 
 
 def state_names(link: Link) -> list[tuple[str, str]]:
@@ -66,7 +69,7 @@ def declared(
 ) -> Scalars:
     """The parameters, inputs and states of a model, declared."""
     bounded = bounded_parameters(model)
-    parameters: dict[str, Number] = {
+    parameters: dict[str, AnyScalar] = {
         name: recorder.parameter(_parameter(name, parameter, bounded=name in bounded))
         for name, parameter in model.parameters.items()
     }
@@ -92,14 +95,14 @@ def _parameter(name: str, parameter: Parameter, *, bounded: bool) -> Variable:
     )
 
 
-def _declared_neutral_mass(recorder: Recorder, body: str) -> Number:
+def _declared_neutral_mass(recorder: Recorder, body: str) -> AnyScalar:
     """The mass of a body [kg]; not a number while it is 0, so that nothing runs without a value."""
     text = f"Mass of body {body}, to be set to that of the water it displaces"
     mass = recorder.parameter(Variable(neutral_mass(body), "kg", text, minimum=0.0))
     return mass * (mass / mass)
 
 
-def _declared_added_mass(recorder: Recorder, model: Model, tree: Topology) -> list[list[Number]]:
+def _declared_added_mass(recorder: Recorder, model: Model, tree: Topology) -> list[list[AnyScalar]]:
     dofs = [
         (link.body, unit)
         for link in tree.links
@@ -121,10 +124,10 @@ def _declared_added_mass(recorder: Recorder, model: Model, tree: Topology) -> li
 
 def declared_inputs(
     recorder: Inputs, model: Model, tree: Topology, chosen: Container[str] | None = None
-) -> dict[str, Number]:
+) -> dict[str, AnyScalar]:
     """Inputs as fields of `Scalars`; those that are `chosen`, or all if that is None."""
 
-    def force(element: Described, name: str, unit: str, text: str) -> Number:
+    def force(element: Described, name: str, unit: str, text: str) -> AnyScalar:
         if chosen is not None and name not in chosen:
             return 0
         return recorder.input(Variable(name, unit, in_words(element, text)))
@@ -164,11 +167,11 @@ def declared_inputs(
 
 def _declared_states(
     recorder: Recorder, model: Model, tree: Topology
-) -> tuple[list[Number], list[Number]]:
+) -> tuple[list[AnyScalar], list[AnyScalar]]:
     values = parameter_values(model.parameters)
     nominal = _nominal(model)
-    q: list[Number] = [None] * len(tree.coordinate_names)
-    u: list[Number] = list(q)
+    q: list[AnyScalar] = [None] * len(tree.coordinate_names)
+    u: list[AnyScalar] = list(q)
     for link in tree.links:
         joint_type = link.joint.joint_type
         owner = model.bodies[link.body] if joint_type.is_free else link.joint

@@ -16,8 +16,7 @@ from m4e_fmi.model.loads import Load
 from m4e_fmi.multibody.assembly import Assembly
 from m4e_fmi.multibody.energy import input_power, load_powers
 from m4e_fmi.multibody.model_program.declaration import in_words
-from m4e_fmi.program import Variable
-from m4e_fmi.space import Number
+from m4e_fmi.program import AnyScalar, Variable
 
 MEASURES = {
     "tension": ("N", "Tension between the points; negative where it pushes"),
@@ -39,7 +38,8 @@ RATES = {"distance_rate": "distance", "twist_rate": "twist"}
 class Outputs(Protocol):
     """Receiver of outputs: a recorder, or one that reads them."""
 
-    def output(self, variable: Variable, value: Number) -> None: ...
+    def output(self, variable: Variable, value: AnyScalar) -> None:
+        """Take the value of an output."""
 
 
 def add_load_outputs(recorder: Outputs, assembly: Assembly) -> None:

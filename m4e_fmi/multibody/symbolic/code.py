@@ -15,7 +15,7 @@ from m4e_fmi.errors import InputError, suggestion
 from m4e_fmi.model import Table
 from m4e_fmi.model.elements import neutral_symbol, parameter_values
 from m4e_fmi.multibody.symbolic.intermediates import intermediates
-from m4e_fmi.space import Number
+from m4e_fmi.program import AnyScalar
 from m4e_fmi.units import parse_unit
 
 if TYPE_CHECKING:
@@ -113,7 +113,7 @@ def equations_code(equations: Equations, language: Language) -> str:
     return PYTHON.format(about=about, tables=tables, values=_tuple(values), body=body)
 
 
-def _vectors(equations: Equations) -> tuple[list[Number], list[Number], list[Number]]:
+def _vectors(equations: Equations) -> tuple[list[AnyScalar], list[AnyScalar], list[AnyScalar]]:
     """The symbols of q, u and p."""
     import sympy
 
@@ -125,7 +125,7 @@ def _vectors(equations: Equations) -> tuple[list[Number], list[Number], list[Num
     return equations.q.flat(), equations.u.flat(), p
 
 
-def _about(equations: Equations, p: list[Number]) -> list[str]:
+def _about(equations: Equations, p: list[AnyScalar]) -> list[str]:
     n = len(equations.topology.coordinate_names)
 
     def listed(letter: str, names: list[str]) -> str:
@@ -145,14 +145,14 @@ def _about(equations: Equations, p: list[Number]) -> list[str]:
     ]
 
 
-def _body(equations: Equations, vectors: tuple[list[Number], ...], *, python: bool) -> list[str]:
+def _body(equations: Equations, vectors: tuple[list[AnyScalar], ...], *, python: bool) -> list[str]:
     """The lines that compute M and f."""
     import sympy
 
     M, n, names = equations.mass_matrix, len(vectors[0]), _names(equations)
     places = [(i, j) for i in range(n) for j in range(i, n) if M[i, j] != 0]
-    entries: list[Number] = [*(M[at] for at in places), *equations.forcing]
-    values: list[Number] = [sympy.sympify(value, strict=True) for value in entries]
+    entries: list[AnyScalar] = [*(M[at] for at in places), *equations.forcing]
+    values: list[AnyScalar] = [sympy.sympify(value, strict=True) for value in entries]
     shared, values = intermediates(values, vectors[0], {*TAKEN, *names.values()})
     needed = set().union(*(v.free_symbols for v in (*values, *(value for _, value in shared))))
     show = partial(_printed, names=names, python=python)
@@ -188,7 +188,7 @@ def _names(equations: Equations) -> dict[str, str]:
     return result
 
 
-def _printed(value: Number, *, names: dict[str, str], python: bool) -> str:
+def _printed(value: AnyScalar, *, names: dict[str, str], python: bool) -> str:
     import sympy
 
     symbols = {s: sympy.Symbol(names.get(s.name, s.name), real=True) for s in value.free_symbols}
@@ -208,7 +208,7 @@ def _table(name: str, table: Table, language: Language) -> str:
     return C_TABLE.format(name=name, times=times[1:-1], values=values[1:-1])
 
 
-def _tuple(values: Number) -> str:
+def _tuple(values: AnyScalar) -> str:
     """A tuple of numbers, on lines of its own if there are many."""
     text = str(tuple(float(value) for value in values)).replace("nan", 'float("nan")')
     return fill(text, 80, subsequent_indent="    ", break_on_hyphens=False, break_long_words=False)

@@ -22,9 +22,8 @@ from m4e_fmi.multibody.model_program.recording import add_outputs
 from m4e_fmi.multibody.reactions import reactions
 from m4e_fmi.multibody.topology import topology
 from m4e_fmi.multibody.velocity_transformation import Columns, column_rates, columns
-from m4e_fmi.program import Variable
+from m4e_fmi.program import AnyScalar, Variable
 from m4e_fmi.shown import listing
-from m4e_fmi.space import Number
 
 if TYPE_CHECKING:
     import sympy
@@ -70,12 +69,13 @@ class Equations:
 
     @cached_property
     def assembly(self) -> Assembly:
+        """The model in motion over SymPy's symbols; decimal numbers are exact fractions."""
         import sympy
 
-        def symbol(name: str) -> Number:
+        def symbol(name: str) -> AnyScalar:
             return sympy.Symbol(name, real=True)
 
-        def exact(value: float) -> Number:
+        def exact(value: float) -> AnyScalar:
             return sympy.pi if value == math.pi else sympy.Rational(repr(value))
 
         wet = 3 * sum(self.model.bodies[link.body].added_mass for link in self.topology.links)
@@ -92,7 +92,7 @@ class Equations:
         )
         return assemble(self.model, self.topology, scalars)
 
-    def _acting(self) -> dict[str, Number]:
+    def _acting(self) -> dict[str, AnyScalar]:
         reader = _Inputs(self.inputs)
         found = declared_inputs(reader, self.model, self.topology)
         unknown = [name for name in self.inputs if name not in reader.known]
@@ -211,7 +211,7 @@ class _Inputs:
         self.wanted = wanted
         self.known: list[str] = []
 
-    def input(self, variable: Variable) -> Number:
+    def input(self, variable: Variable) -> AnyScalar:
         import sympy
 
         self.known.append(variable.name)
@@ -224,7 +224,7 @@ class _Outputs:
     def __init__(self) -> None:
         self.values: dict[str, sympy.Expr] = {}
 
-    def output(self, variable: Variable, value: Number) -> None:
+    def output(self, variable: Variable, value: AnyScalar) -> None:
         import sympy
 
         self.values[variable.name] = sympy.sympify(value, strict=True)
@@ -236,7 +236,7 @@ def _symbols(names: tuple[str, ...]) -> sympy.Matrix:
     return sympy.Matrix([sympy.Symbol(name, real=True) for name in names])
 
 
-def _matrix(rows: list[list[Number]]) -> sympy.Matrix:
+def _matrix(rows: list[list[AnyScalar]]) -> sympy.Matrix:
     import sympy
 
     return sympy.Matrix(rows)

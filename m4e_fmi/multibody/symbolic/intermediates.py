@@ -6,7 +6,7 @@ from collections.abc import Collection, Sequence
 from itertools import count
 from typing import TYPE_CHECKING
 
-from m4e_fmi.space import Number
+from m4e_fmi.program import AnyScalar
 
 if TYPE_CHECKING:
     import sympy
@@ -15,7 +15,7 @@ Shared = list[tuple["sympy.Symbol", "sympy.Expr"]]
 
 
 def intermediates(
-    expressions: Sequence[Number],
+    expressions: Sequence[AnyScalar],
     coordinates: Sequence[sympy.Symbol],
     taken: Collection[str] = (),
 ) -> tuple[Shared, list[sympy.Expr]]:
@@ -28,7 +28,7 @@ def intermediates(
     import sympy
 
     placeholders = sympy.numbered_symbols("shared", cls=sympy.Dummy)
-    cse: Number = sympy.cse
+    cse: AnyScalar = sympy.cse
     found, reduced = cse(expressions, symbols=placeholders, order="none", list=True)
     used = {
         *taken,
@@ -54,7 +54,9 @@ def _of_angle(value: sympy.Expr, coordinates: Sequence[sympy.Symbol]) -> str | N
     """The name of the sine or cosine of a coordinate, None for anything else."""
     import sympy
 
-    if isinstance(value, sympy.sin | sympy.cos) and value.args[0] in coordinates:
-        letter = "s" if isinstance(value, sympy.sin) else "c"
-        return letter + value.args[0].name.rpartition("_")[2]  # pyright: ignore[reportAttributeAccessIssue]
+    if isinstance(value, sympy.sin | sympy.cos):
+        angle = value.args[0]
+        if isinstance(angle, sympy.Symbol) and angle in coordinates:
+            letter = "s" if isinstance(value, sympy.sin) else "c"
+            return letter + angle.name.rpartition("_")[2]
     return None

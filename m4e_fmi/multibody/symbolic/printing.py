@@ -8,7 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from m4e_fmi.multibody.symbolic.intermediates import intermediates
-from m4e_fmi.space import Number
+from m4e_fmi.program import AnyScalar
 
 if TYPE_CHECKING:
     from m4e_fmi.multibody.symbolic.equations import Equations
@@ -23,9 +23,9 @@ class _Part:
 
     title: str
     names: list[tuple[str, str]] = field(default_factory=list)
-    values: list[Number] = field(default_factory=list)
+    values: list[AnyScalar] = field(default_factory=list)
 
-    def add(self, text: str, latex: str, value: Number) -> None:
+    def add(self, text: str, latex: str, value: AnyScalar) -> None:
         self.names.append((text, latex))
         self.values.append(value)
 
@@ -113,7 +113,7 @@ def _parts(equations: Equations, *, reactions: bool) -> list[_Part]:
     return result
 
 
-def _entries(title: str, letter: str, tex: str, matrix: Number) -> _Part:
+def _entries(title: str, letter: str, tex: str, matrix: AnyScalar) -> _Part:
     """The entries that are not zero; of a symmetric matrix those of the upper half."""
     part = _Part(title)
     for i in range(matrix.rows):
@@ -124,7 +124,7 @@ def _entries(title: str, letter: str, tex: str, matrix: Number) -> _Part:
     return part
 
 
-def _latex_names(equations: Equations) -> dict[Number, str]:
+def _latex_names(equations: Equations) -> dict[AnyScalar, str]:
     """How coordinates and velocities are written: Theta_1 → \\theta_{1}, ThetaD_1 → \\dot{…}."""
     letters = {"Theta": r"\theta", "Phi": r"\varphi", "S": "s", "X": "x", "Z": "z"}
     result = {}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from m4e_fmi.results.results_file import Series, load
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.lines import Line2D
 
     from m4e_fmi.simulate import Simulation
 
@@ -111,7 +112,7 @@ def _draw(title: str, time: np.ndarray, shown: list[Panel], picture: Path) -> Pa
     return save(figure, picture)
 
 
-def _by_rows(lines: Sequence[Any]) -> list[Any]:
+def _by_rows(lines: Sequence[Line2D]) -> list[Line2D]:
     """`lines` in the order in which a legend, which fills its columns, reads from left to right."""
     return [line for column in range(LEGEND_COLUMNS) for line in lines[column::LEGEND_COLUMNS]]
 

@@ -26,16 +26,18 @@ class Film:
 
     @property
     def size(self) -> float:
+        """A length to scale symbols by [m], the same in all frames."""
         return self.scene.size(self.poses)
 
     def limits(self) -> tuple[np.ndarray, np.ndarray]:
-        """Corners of all that is ever to be seen, with a margin [m]."""
+        """Lower and upper corner, (2,) each, of all that is ever seen, with a margin [m]."""
         low, high = self.scene.extent(self.poses)
         margin = 0.08 * self.scene.diagonal(self.poses)
         return low - margin, high + margin
 
     @property
     def trails(self) -> list[Anchor]:
+        """The points whose paths are shown."""
         holders = {joint.parent.body for joint in self.scene.joints}
         found = []
         for body, joint in enumerate(self.scene.joints):

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+Box = tuple[np.ndarray, np.ndarray]
 HALO = 2.4  # points of white around a name
 DISTANCES = (7.0, 13.0, 21.0, 25.0)  # points from the place to the name
 
@@ -28,10 +29,11 @@ class Labels:
         self.outlines: list[np.ndarray] = []
 
     def add(self, text: str, at: np.ndarray, colour: str, *, bold: bool = False) -> None:
+        """Write `text` near `at` (2,) [m]."""
         self.names.append(_Name(text, (float(at[0]), float(at[1])), colour, bold))
 
     def avoid(self, outline: np.ndarray) -> None:
-        """Do not cover this line (n, 2), if there is another place."""
+        """Do not cover `outline` (n, 2) [m], if there is another place."""
         self.outlines.append(outline)
 
     def place(self) -> None:
@@ -47,7 +49,7 @@ class Labels:
         places = self.axis.transData.transform([name.at for name in self.names])
         obstacles = np.vstack([*lines, places])
         inside = self.axis.get_window_extent(renderer)
-        taken: list[Any] = []
+        taken: list[Box] = []
         for name in sorted(self.names, key=lambda n: not n.bold):
             written = self.axis.annotate(
                 name.text, name.at, (0, 0), textcoords="offset points", color=name.colour,
@@ -75,8 +77,12 @@ class Labels:
             )
 
 
-def covering(low: np.ndarray, high: np.ndarray, obstacles: np.ndarray, taken: list[Any]) -> float:
-    """How much a box covers: names (`taken`, their corners) count most, points of lines less."""
+def covering(low: np.ndarray, high: np.ndarray, obstacles: np.ndarray, taken: list[Box]) -> float:
+    """How much a box covers: names count most, points of lines less.
+
+    `low` and `high` are the box's corners (2,), `obstacles` the points (n, 2), and `taken` the
+    corners (2,) of each name, all in pixel units.
+    """
     covered = ((obstacles > low - 2) & (obstacles < high + 2)).all(axis=1).sum()
     overlaps = sum(bool((low < b + 1).all() and (high > a - 1).all()) for a, b in taken)
     return 1.2 * min(float(covered), 12) + 25 * overlaps

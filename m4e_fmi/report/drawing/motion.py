@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,6 +21,7 @@ from m4e_fmi.simulate import Simulation
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
     from m4e_fmi.analysis.points import At
 
@@ -68,10 +69,10 @@ def plot_modes(
 ) -> Path:
     """Draw mode shapes of `model` to `picture`: at rest in grey, and moved one way and the other.
 
-    Column k of `shapes`, (n, modes), holds the coordinates of mode k in the order of the Program's
-    states, real or complex (its phase now and a quarter of a period later). `at` is where to
-    move from, the start values if it is not given. Amplitudes are scaled to be seen. InputError for
-    shapes of another size.
+    Column k of `shapes`, (n, modes), in any units, holds the coordinates of mode k in the order of
+    the Program's states, real or complex (its phase now and a quarter of a period later). `at` is
+    where to move from, the start values if it is not given. Amplitudes are scaled to be seen.
+    InputError for shapes of another size.
     """
     from m4e_fmi.analysis.points import operating_point
 
@@ -159,7 +160,7 @@ def _mode(axis: Axes, shown: Scene, moved: np.ndarray, size: float) -> None:
             )  # fmt: skip
 
 
-def _grid(count: int, width: float, height: float) -> tuple[Any, list[Any]]:
+def _grid(count: int, width: float, height: float) -> tuple[Figure, list[Axes]]:
     """A figure and `count` axes of a width and height in inches, in as many rows as it takes."""
     from matplotlib.figure import Figure
 
@@ -172,6 +173,6 @@ def _grid(count: int, width: float, height: float) -> tuple[Any, list[Any]]:
     return figure, list(axes[:count])
 
 
-def _saved(figure: Any, title: str, picture: Path) -> Path:
+def _saved(figure: Figure, title: str, picture: Path) -> Path:
     figure.suptitle(title, x=0.01, ha="left", fontsize=11, fontweight="bold", color=INK)
     return save(figure, picture, margin=0.1)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from m4e_fmi.report.drawing import symbols
-from m4e_fmi.report.drawing.scene import GROUND_INDEX, JointMark, Scene, Tie, turned
+from m4e_fmi.report.drawing.scene import GROUND_INDEX, Anchor, JointMark, Scene, Tie, turned
 from m4e_fmi.report.drawing.symbols import Line
 
 SPRING, DAMPER, OTHER = "#2a7f62", "#7a4fa3", "#7b8794"
@@ -14,6 +14,7 @@ SPACING = 1.5  # between ties that lie abreast, in widths
 
 
 def colour_of(tie: Tie) -> str:
+    """The colour of springs, of dampers, or of other loads."""
     if "spring" in tie.kind:
         return SPRING
     return DAMPER if "damper" in tie.kind else OTHER
@@ -24,7 +25,7 @@ def ranks(scene: Scene) -> list[float]:
 
     Of ties at a joint, which lie around it, the place counted from the inside.
     """
-    groups: dict[frozenset, list[int]] = {}
+    groups: dict[frozenset[Anchor], list[int]] = {}
     for k, tie in enumerate(scene.ties):
         groups.setdefault(frozenset(tie.ends), []).append(k)
     result = [0.0] * len(scene.ties)
@@ -36,7 +37,7 @@ def ranks(scene: Scene) -> list[float]:
 
 
 def tie_lines(scene: Scene, tie: Tie, rank: float, poses: np.ndarray, size: float) -> list[Line]:
-    """Lines of a tie at poses (N, 3); `size` is the scene's."""
+    """Lines of a tie, (n, 2) each [m], at `poses` (N, 3) [m, m, rad]; `size` is the scene's."""
     ends = np.array([scene.place(end, poses) for end in tie.ends])
     if tie.kind.startswith("torsion"):
         return _around(tie, ends, rank, size)
@@ -71,7 +72,10 @@ def _around(tie: Tie, ends: np.ndarray, rank: float, size: float) -> list[Line]:
 
 
 def ground_lines(scene: Scene, poses: np.ndarray, size: float) -> list[Line]:
-    """The ground where something is fastened to it, and rails as long as slides go, (T, N, 3)."""
+    """The ground where something is fastened to it, and rails as long as slides go.
+
+    Returns lines, (n, 2) each [m], for `poses` (T, N, 3) [m, m, rad].
+    """
     hatch = 0.011 * size
     lines: list[Line] = []
     rails = {joint.parent.at: joint for joint in scene.joints
@@ -87,7 +91,10 @@ def ground_lines(scene: Scene, poses: np.ndarray, size: float) -> list[Line]:
 
 
 def guides(scene: Scene, poses: np.ndarray) -> list[Line]:
-    """From every sliding joint's point on a moving parent to that on its child."""
+    """Lines (2, 2) [m] from each sliding joint's point on a moving parent to that on its child.
+
+    `poses` (N, 3) are in [m, m, rad].
+    """
     return [
         np.array([scene.place(joint.parent, poses), scene.place(joint.child, poses)])
         for joint in scene.joints
@@ -96,18 +103,21 @@ def guides(scene: Scene, poses: np.ndarray) -> list[Line]:
 
 
 def placed(outline: np.ndarray, pose: np.ndarray) -> np.ndarray:
-    """Points of a body (n, 2) in the world, at its pose x, z, θ."""
+    """Points of a body, `outline` (n, 2) [m], in the world, at `pose` x, z, θ (3,) [m, m, rad]."""
     return pose[:2] + np.array([turned((a, b), pose[2]) for a, b in outline])
 
 
 def direction_of(joint: JointMark, poses: np.ndarray) -> np.ndarray:
-    """A joint's direction in world axes (2,), length 1, at poses (N, 3); along X if it has none."""
+    """A joint's direction in world axes, (2,) [1]; along X if it has none.
+
+    `poses` (N, 3) are in [m, m, rad].
+    """
     turn = poses[joint.parent.body, 2] if joint.parent.body >= 0 else 0.0
     return turned(joint.direction or (1.0, 0.0), turn)
 
 
 def joint_outlines(scene: Scene, poses: np.ndarray, size: float) -> list[np.ndarray]:
-    """Circles and sleeves of the joints, at poses (N, 3)."""
+    """Circles and sleeves of the joints, (n, 2) each [m], at `poses` (N, 3) [m, m, rad]."""
     radius = 0.0085 * size
     marks = []
     for joint in scene.joints:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -24,9 +24,8 @@ from m4e_fmi.multibody.model_program.declaration import is_unset
 from m4e_fmi.program import Program
 from m4e_fmi.program.python_form import load_python
 from m4e_fmi.report.drawing import symbols
-from m4e_fmi.report.drawing.symbols import Line
+from m4e_fmi.report.drawing.symbols import Line, Pair
 
-Pair = tuple[float, float]
 GROUND_INDEX = -1
 MOST_BODIES_ACROSS = 12  # bodies in a row at which symbols begin to shrink with the bodies
 
@@ -98,7 +97,7 @@ class Scene:
         return found
 
     def outline(self, body: int, radius: float) -> Line:
-        """Corners of a body's outline in its own axes [m]; thinner, the farther from the ground.
+        """Outline (n, 2) [m] of a body in its own axes; thinner, the farther from the ground.
 
         A body that slides is a block along the direction of its joint.
         """
@@ -118,17 +117,17 @@ class Scene:
         return list(dict.fromkeys(end.at for end in ends if end.body == GROUND_INDEX))
 
     def place(self, anchor: Anchor, poses: np.ndarray) -> np.ndarray:
-        """A point in the world [m], (2,); `poses` are x, z, θ of every body, (N, 3)."""
+        """A point in the world, (2,) [m]; `poses` are x, z, θ of every body, (N, 3) [m, m, rad]."""
         if anchor.body == GROUND_INDEX:
             return np.array(anchor.at)
         return turned(anchor.at, poses[anchor.body, 2]) + poses[anchor.body, :2]
 
     def place_all(self, anchor: Anchor, poses: np.ndarray) -> np.ndarray:
-        """A point of a body in the world [m], (T, 2), at poses (T, N, 3)."""
+        """A point of a body in the world, (T, 2) [m], at `poses` (T, N, 3) [m, m, rad]."""
         return turned(anchor.at, poses[:, anchor.body, 2]) + poses[:, anchor.body, :2]
 
     def extent(self, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Lower and upper corner of everything [m], over poses (T, N, 3)."""
+        """Lower and upper corner (2,) [m] of everything, over `poses` (T, N, 3) [m, m, rad]."""
         places = [np.array(self.fixed).reshape(-1, 2)]
         for body, attached in enumerate(self.attachments):
             places += [self.place_all(Anchor(body, at), poses) for at in attached]
@@ -136,19 +135,25 @@ class Scene:
         return everything.min(axis=0), everything.max(axis=0)
 
     def diagonal(self, poses: np.ndarray) -> float:
-        """The diagonal of everything [m], over poses (T, N, 3); 1 m of a single point."""
+        """Diagonal of everything [m], over `poses` (T, N, 3) [m, m, rad]; 1 m of a single point."""
         low, high = self.extent(poses)
         return float(np.hypot(*(high - low))) or 1.0
 
     def size(self, poses: np.ndarray) -> float:
-        """A length to scale symbols by [m]: the diagonal, or less where bodies are small."""
+        """A length to scale symbols by [m]: the diagonal, or less where bodies are small.
+
+        `poses` (T, N, 3) are in [m, m, rad].
+        """
         spans = [float(np.hypot(*np.ptp(np.array(held), axis=0))) for held in self.attachments]
         body = float(np.quantile(spans, 0.75))
         diagonal = self.diagonal(poses)
         return min(diagonal, MOST_BODIES_ACROSS * body) if body > 0 else diagonal
 
     def poses(self, values: Mapping[str, ArrayLike]) -> np.ndarray:
-        """x, z, θ of every body, (T, N, 3), from variables by their names in a Program."""
+        """x, z, θ of every body, (T, N, 3) [m, m, rad].
+
+        `values` are variables by their names in a Program: scalar or (T,) [m, rad].
+        """
         columns = [
             np.column_stack([np.atleast_1d(values[f"body.{b}.{c}"]) for c in ("x", "z", "theta")])
             for b in self.bodies
@@ -157,7 +162,10 @@ class Scene:
 
 
 def turned(at: Pair, angle: float | np.ndarray) -> np.ndarray:
-    """A vector of a body in world axes, (2,) or (T, 2): θ > 0 turns +Z towards +X."""
+    """A vector of a body in world axes, (2,) or (T, 2), in the vector's unit.
+
+    `angle` θ, scalar or (T,), is in [rad]; θ > 0 turns +Z towards +X.
+    """
     c, s = np.cos(angle), np.sin(angle)
     return np.stack([c * at[0] + s * at[1], c * at[1] - s * at[0]], axis=-1)
 
@@ -198,7 +206,7 @@ def scene(model: Model, program: Program | None = None) -> Scene:
         start=np.zeros((len(tree.links), 3)),
     )
     start = made.poses(start_values(program))[0]
-    return Scene(**{**made.__dict__, "start": start, "pushes": tuple(numbers.pushes(start))})
+    return replace(made, start=start, pushes=tuple(numbers.pushes(start)))
 
 
 def _paths(tree: Topology) -> list[list[int]]:

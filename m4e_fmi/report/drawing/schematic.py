@@ -128,6 +128,7 @@ class Drawing:
         self.joint_radius = 0.0085 * size
 
     def everything(self) -> None:
+        """Mechanism, forces, points, axes and gravity."""
         self.mechanism()
         self._pushes()  # before points, because fewer places are near an arrow's tip
         self._points()

@@ -2,32 +2,35 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import ArrayLike
 
 Line = np.ndarray
+Pair = tuple[float, float]
 
 
 def circle(centre: ArrayLike, radius: float, *, corners: int = 32) -> Line:
+    """Corners (n, 2) [m] of a circle about `centre` (2,) [m]."""
     angles = np.linspace(0, 2 * np.pi, corners, endpoint=False)
     return np.asarray(centre) + radius * np.column_stack([np.cos(angles), np.sin(angles)])
 
 
 def rounded_hull(points: ArrayLike, radius: float) -> Line:
-    """The convex hull of discs about `points`: what a link looks like."""
+    """Outline (m, 2) [m] of a link: the convex hull of discs about `points` (n, 2) [m]."""
     return convex_hull(np.vstack([circle(point, radius) for point in np.asarray(points, float)]))
 
 
 def convex_hull(points: ArrayLike) -> Line:
-    """Corners of the convex hull, counter-clockwise (Andrew's monotone chain)."""
+    """Corners (m, 2) [m] of the convex hull of `points` (n, 2) [m], counter-clockwise.
+
+    By Andrew's monotone chain.
+    """
     ordered = sorted(set(map(tuple, np.asarray(points, float).tolist())))
     if len(ordered) < 3:
         return np.array(ordered)
 
-    def half(sequence: list[tuple[float, float]]) -> list[tuple[float, float]]:
-        kept: list[tuple[float, float]] = []
+    def half(sequence: list[Pair]) -> list[Pair]:
+        kept: list[Pair] = []
         for point in sequence:
             while len(kept) > 1 and _turns_right(kept[-2], kept[-1], point):
                 kept.pop()
@@ -37,12 +40,12 @@ def convex_hull(points: ArrayLike) -> Line:
     return np.array(half(ordered) + half(ordered[::-1]))
 
 
-def _turns_right(a: tuple, b: tuple, c: tuple) -> bool:
+def _turns_right(a: Pair, b: Pair, c: Pair) -> bool:
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) <= 0
 
 
 def spring(start: ArrayLike, end: ArrayLike, width: float, *, turns: int = 9) -> Line:
-    """A zigzag of `width` between two points, straight at its ends."""
+    """A zigzag (n, 2) [m] of `width` from `start` to `end`, (2,) [m] each, straight at its ends."""
     inner = (np.arange(2 * turns) + 0.5) / (2 * turns)
     along = np.concatenate([[0, 0.12], 0.12 + 0.76 * inner, [0.88, 1]])
     across = np.zeros_like(along)
@@ -51,7 +54,10 @@ def spring(start: ArrayLike, end: ArrayLike, width: float, *, turns: int = 9) ->
 
 
 def damper(start: ArrayLike, end: ArrayLike, width: float) -> list[Line]:
-    """A dashpot of `width` in the middle between two points: rod, piston, cylinder, rod."""
+    """A dashpot of `width` midway between `start` and `end`, (2,) [m] each.
+
+    Returns rod, piston, cylinder and rod, (n, 2) each [m].
+    """
     length = float(np.linalg.norm(np.asarray(end, float) - np.asarray(start, float))) or 1.0
     half = min(0.2, 0.9 * width / length)  # of the cylinder, as a part of the length
     low, high, w = 0.5 - half, 0.5 + half, width / 2
@@ -64,36 +70,42 @@ def damper(start: ArrayLike, end: ArrayLike, width: float) -> list[Line]:
     return [_between(start, end, *np.array(piece, float).T) for piece in pieces]
 
 
-def _between(start: ArrayLike, end: ArrayLike, along: Any, across: Any) -> Line:
+def _between(start: ArrayLike, end: ArrayLike, along: ArrayLike, across: ArrayLike) -> Line:
     """Points at parts `along` of the way from start to end, and `across` it [m]."""
     a, b = np.asarray(start, float), np.asarray(end, float)
     way = b - a
     length = np.linalg.norm(way)
     normal = np.array([-way[1], way[0]]) / (length or 1.0)
-    return a + np.outer(along, way) + np.outer(across, normal)
+    return a + np.outer(np.asarray(along), way) + np.outer(np.asarray(across), normal)
 
 
 def moved_aside(start: ArrayLike, end: ArrayLike, distance: float) -> tuple[Line, Line]:
-    """The two points, both moved across the line between them by `distance` [m]."""
+    """`start` and `end`, (2,) [m] each, moved across the line between them by `distance` [m]."""
     both = _between(start, end, [0, 1], [distance, distance])
     return both[0], both[1]
 
 
 def spiral(centre: ArrayLike, inner: float, outer: float, *, turns: float = 2.0) -> Line:
-    """A torsion spring about a point."""
+    """A torsion spring (n, 2) [m] about `centre` (2,) [m], between two radii [m]."""
     angle = np.linspace(0, 2 * np.pi * turns, 80)
     radius = np.linspace(inner, outer, 80)
     return np.asarray(centre) + radius[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
 
 
 def arc(centre: ArrayLike, radius: float, first: float, last: float) -> Line:
-    """An arc from angle `first` to `last` [rad], counted from +X towards +Z."""
+    """An arc (n, 2) [m] about `centre` (2,) [m].
+
+    It leads from angle `first` to `last` [rad], counted from +X towards +Z.
+    """
     angle = np.linspace(first, last, 40)
     return np.asarray(centre) + radius * np.column_stack([np.cos(angle), np.sin(angle)])
 
 
 def ground(start: ArrayLike, end: ArrayLike, hatch: float) -> list[Line]:
-    """A line with hatching below it, strokes of about `hatch` [m]."""
+    """A line from `start` to `end`, (2,) [m] each, with hatching below it.
+
+    Returns the line and the strokes, each of about `hatch` [m], (2, 2) [m].
+    """
     ends = sorted((np.asarray(start, float), np.asarray(end, float)), key=tuple)
     way = ends[1] - ends[0]
     length = float(np.hypot(*way))
@@ -105,7 +117,7 @@ def ground(start: ArrayLike, end: ArrayLike, hatch: float) -> list[Line]:
 
 
 def box(centre: ArrayLike, length: float, width: float, direction: ArrayLike) -> Line:
-    """A rectangle with its length along `direction`."""
+    """A rectangle (4, 2) [m] about `centre` (2,) [m]; its length is along `direction` (2,) [1]."""
     along = np.asarray(direction, float)
     along = along / np.linalg.norm(along)
     normal = np.array([-along[1], along[0]])

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from m4e_fmi.report.drawing.labels import covering
+from m4e_fmi.report.drawing.labels import Box, covering
 from m4e_fmi.report.drawing.pictures import save
 from m4e_fmi.report.drawing.style import COLOURS, GREY, INK, PAPER, pale
 
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from m4e_fmi.cosim import Link, Prepared, Timing
+    from m4e_fmi.cosim.connections.links import Port
 
 SPACE = (4.0, 2.2)  # inches between neighbours
 BOX = (1.5, 0.62)  # inches
@@ -85,7 +86,7 @@ def _places(prepared: Prepared) -> dict[str, np.ndarray]:
     """Centres of the components [inches]: neighbours near one another, none on top of another."""
     import networkx as nx
 
-    graph: nx.Graph = nx.Graph()
+    graph: nx.Graph[str] = nx.Graph()
     graph.add_nodes_from(prepared.structure.execution_order)
     graph.add_edges_from((a, b) for a, b, _ in _arrows(prepared) if a != b)
     found: dict[str, np.ndarray] = {}
@@ -207,7 +208,7 @@ def _write_names(axis: Any, names: list[_Name], places: Iterable[np.ndarray]) ->
     renderer = FigureCanvasAgg(axis.figure).get_renderer()
     inside = [place + np.array(BOX) * (a, b) for place in places for a in GRID for b in GRID]
     obstacles = dots * np.vstack([*(name.arc[::5] for name in names), inside])
-    taken: list[Any] = []
+    taken: list[Box] = []
     for name in names:
         text = axis.text(
             0, 0, name.text, color=name.colour, ha="center", va="center", multialignment="left",
@@ -229,7 +230,7 @@ def _write_names(axis: Any, names: list[_Name], places: Iterable[np.ndarray]) ->
         taken.append(corners)
 
 
-def _in_loop(prepared: Prepared) -> set[tuple[Any, Any]]:
+def _in_loop(prepared: Prepared) -> set[tuple[Port, Port]]:
     """Pairs of ports that follow one another in an algebraic loop."""
     return {
         pair

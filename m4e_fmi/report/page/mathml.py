@@ -4,11 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from html import escape
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from m4e_fmi.multibody import Equations
 from m4e_fmi.multibody.model_program.declaration import state_names
 from m4e_fmi.multibody.symbolic.intermediates import intermediates
+
+if TYPE_CHECKING:
+    from xml.dom.minidom import Element
+
+    import sympy
+    from sympy.printing.mathml import MathMLPresentationPrinter
 
 LETTERS = {"Theta": "θ", "Phi": "φ", "S": "s", "X": "x", "Z": "z", "A": "A"}
 DOTTED = '<mover>{}<mo lspace="0" rspace="0">.</mo></mover>'
@@ -84,18 +90,18 @@ def _name(name: str) -> str:
     return f"<msub><mi>{base}</mi><mrow>{words}</mrow></msub>" if words else f"<mi>{name}</mi>"
 
 
-def _printer() -> Any:
+def _printer() -> MathMLPresentationPrinter:
     from sympy.printing.mathml import MathMLPresentationPrinter
 
     class Printer(MathMLPresentationPrinter):
         """Symbols as `_name` writes them, powers over their indices, 9.81 instead of 981/100."""
 
-        def _print_Symbol(self, sym: Any, style: str = "plain") -> Any:  # noqa: ARG002
+        def _print_Symbol(self, sym: sympy.Symbol, style: str = "plain") -> Any:  # noqa: ARG002
             from xml.dom.minidom import parseString
 
             return parseString(_name(sym.name)).documentElement
 
-        def _print_Pow(self, e: Any) -> Any:
+        def _print_Pow(self, e: sympy.Pow) -> Element:
             node: Any = super()._print_Pow(e)
             base, power = node.firstChild, node.lastChild
             if node.nodeName != "msup" or base.nodeName != "msub":
@@ -105,7 +111,7 @@ def _printer() -> Any:
                 both.appendChild(part)
             return both
 
-        def _print_Rational(self, e: Any) -> Any:
+        def _print_Rational(self, e: sympy.Rational) -> str | Element:
             rest = e.q
             for prime in (2, 5):
                 while rest % prime == 0:
