@@ -208,7 +208,7 @@ def _address(array: np.ndarray) -> int:
 
 
 def ends(instances: Sequence[Instance], stops: np.ndarray) -> ctypes.Array[c_void_p]:
-    """Where these, of FMI 3.0, have the time when they asked for the end, and where `stops` are."""
+    """Addresses of the times at which these asked for the end, and of `stops` (n,) [1]."""
     offset = RawComponent.ended.offset  # pyright: ignore[reportAttributeAccessIssue]
     events = [instance.events for instance in instances]
     assert all(isinstance(one, RawComponent) for one in events)

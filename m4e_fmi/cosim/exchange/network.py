@@ -120,7 +120,10 @@ class Network(ExchangedVariables):
 
     @property
     def stops(self) -> np.ndarray:
-        """A value that becomes finite where steps that are made at once have to stop (a change)."""
+        """One value (1,) [1] that a change makes finite, to stop steps that are made at once.
+
+        Empty where all values are Real.
+        """
         return self.discrete.changed if self.discrete else np.zeros(0)
 
     def read(self, name: str) -> Any:

@@ -32,7 +32,7 @@ class Due:
     period: int
 
     def at(self, time: float) -> bool:
-        """Whether it is performed in a step that ends at `time` [s]."""
+        """True if it is performed in a step that ends at `time` [s]."""
         return (round(time * NS_PER_SECOND) - self.origin) % self.period == 0
 
 
@@ -164,6 +164,7 @@ class GetTyped:
 
     @property
     def names(self) -> tuple[str, ...]:
+        """Names of the variables."""
         return self.access.names
 
 
@@ -203,14 +204,18 @@ Operation = (
 
 
 def gather(into: np.ndarray, source: np.ndarray, places: Sequence[int] | np.ndarray) -> Gather:
-    """``into[i] = source[places[i]]``."""
+    """``into[i] = source[places[i]]``.
+
+    `into` is (n,), or (n_rows, n) of which one row is filled, in the units of `source` (m,);
+    `places` (n,) are indices.
+    """
     return Gather(into, source, np.array(places, dtype=np.uint32))
 
 
 def setting(
     instance: Instance, names: Sequence[str], values: np.ndarray
 ) -> tuple[Combine | Set, ...]:
-    """Sets `names` from `values` in the units of their sources, as `Instance.setter` does."""
+    """Sets `names` from `values` (n_names,), in their sources' units, as `Instance.setter` does."""
     scales = instance.scales_of(names)
     if scales is None:
         return (Set(instance, tuple(names), values),)
@@ -224,7 +229,7 @@ def setting(
 def setting_derivatives(
     instance: Instance, names: Sequence[str], values: np.ndarray
 ) -> tuple[Operation, ...]:
-    """Gives inputs the derivatives `values` in the units of their sources."""
+    """Gives inputs the derivatives `values` (2*n_names,), in their sources' units per s and s²."""
     scales = instance.scales_of(names)
     if scales is None:
         return (SetDerivatives(instance, tuple(names), values),)

@@ -62,8 +62,10 @@ def run(
     telling: Sequence[Instance],
     stops: np.ndarray,
 ) -> int:
-    """`m4e_loop` of the runtime's loop.h: so many steps, until one of `telling` has asked for the
-    end, another thread for a halt, or one of `stops` is finite; the status.
+    """Status of `steps` steps, as of `m4e_loop` of the runtime's loop.h.
+
+    They end early if one of `telling` has asked for the end, another thread for a halt, or one of
+    `stops` (n,) [1] is finite.
     """
     for made in range(steps):
         if ended(telling) or (made and state.halt) or np.isfinite(stops).any():
@@ -139,7 +141,7 @@ def _plain(call: Call) -> Action:
     return lambda _t, _h, _row: call()
 
 
-def _get(operation: Get, getter: Callable) -> Action:
+def _get(operation: Get, getter: Callable[[Sequence[str], np.ndarray], Call]) -> Action:
     into, checked = operation.into, operation.checked
     values = into if into.ndim == 1 else np.zeros(len(operation.names))
     call = getter(operation.names, values)

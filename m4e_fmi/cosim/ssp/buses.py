@@ -22,7 +22,7 @@ from m4e_fmi.fmu.importer.reading import Description
 
 
 def annotated(system: System) -> dict[str, Any]:
-    """What the annotation of a package says of the system's buses."""
+    """Content of the annotation of a package about the system's buses."""
     if not system.buses:
         return {}
     buses = {name: dict(signals) for name, signals in system.buses.items()}
@@ -96,7 +96,7 @@ def restored(
 
 
 def _alike(one: Wiring, other: Wiring) -> bool:
-    """Whether two wirings carry the same values."""
+    """True if two wirings carry the same values."""
     mine, others = (
         {(k.source, k.target): k for k in (*wiring.initial_links, *wiring.links)}
         for wiring in (one, other)

@@ -213,7 +213,7 @@ def _connections(prepared: Prepared, parent: Element) -> None:
 
 
 def _stands_alone(written: Connection, members: list[Link]) -> bool:
-    """Whether the one link says all that the text does."""
+    """True if the one link says all that the text does."""
     if written.both_ways or written.delayed or len(members) != 1:
         return False
     return (written.left, written.right) == (str(members[0].source), str(members[0].target))
