@@ -276,17 +276,8 @@ class Instance:
             self._states[place] = self._rollback.slot()
         return self._states[place]
 
-    def saver(self) -> Call:
-        """A call that keeps the FMU's state as `save_state` does."""
-        return self._rollback.saver(self.slot())
-
-    def restorer(self) -> Call:
-        """A call that brings the FMU back as `restore_state` does, where no step has failed."""
-        return self._rollback.restorer(self.slot())
-
-    def _calls(self, place: int) -> tuple[Call, Call]:
-        """Those that keep the FMU's state in a place, and bring it back."""
-        self._check_usable()
+    def state_calls(self, place: int = 0) -> tuple[Call, Call]:
+        """Calls that keep the FMU's state in a place, and bring it back if no step has failed."""
         if place not in self._places:
             slot = self.slot(place)
             self._places[place] = self._rollback.saver(slot), self._rollback.restorer(slot)
@@ -294,7 +285,8 @@ class Instance:
 
     def save_state(self, place: int = 0) -> None:
         """Keep the FMU's state, instead of the one kept before in the same place."""
-        save, _ = self._calls(place)
+        self._check_usable()
+        save, _ = self.state_calls(place)
         status = save()
         if status > WARNING:
             self.fail(status, "fmi2GetFMUstate")
@@ -305,7 +297,8 @@ class Instance:
         It may be restored again. After Fatal there is no way back.
         """
         self._broken = self._fmu.component is None
-        _, restore = self._calls(place)
+        self._check_usable()
+        _, restore = self.state_calls(place)
         status = restore()
         if status > WARNING:
             self.fail(status, "fmi2SetFMUstate")
