@@ -76,7 +76,7 @@ class Discrete:
     def _taken(self, link: Link) -> Taken:
         give, take = (
             self._instances[port.component].description.variables[port.variable]
-            for port in (link.source, link.target)
+            for port in link.ends
         )
         low, high = bounds(give, take)
         place = self._index[link.source] + (self._late if link.delayed else 0)
