@@ -14,7 +14,7 @@ from collections.abc import Callable, Collection, Mapping
 
 from m4e_fmi.cosim.connections.links import Port
 from m4e_fmi.cosim.connections.recorded_variables import chosen
-from m4e_fmi.cosim.connections.structure import AlgebraicLoop, Exchange, Transfer, transfers_of
+from m4e_fmi.cosim.connections.structure import Exchange, Transfer, transfers_of
 from m4e_fmi.fmu.importer.reading import Description
 from m4e_fmi.fmu.importer.type_rules import DISCRETE, REAL
 
@@ -99,7 +99,7 @@ def _early(exchange: Exchange) -> dict[tuple[str, bool], Transfer]:
     found: dict[tuple[str, bool], Transfer] = {}
     begun: set[tuple[str, bool]] = set()
     for part in exchange:
-        for transfer in part.transfers if isinstance(part, AlgebraicLoop) else (part,):
+        for transfer in transfers_of((part,)):
             of_kind = transfer.component, transfer.discrete
             if of_kind not in begun and part is transfer and transfer.action == "get":
                 found[of_kind] = transfer

@@ -99,7 +99,7 @@ def analyse(descriptions: Mapping[str, Description], wiring: Wiring) -> Structur
     graph = instant_graph(prompt, sources, initially)
     graph.add_edges_from(list(_parameters_first(descriptions, prompt, graph)))
     order, delayed = execution_order(descriptions, wiring.links)
-    discrete = {port for k in everything if not k.is_real for port in (k.source, k.target)}
+    discrete = {port for k in everything if not k.is_real for port in k.ends}
     return Structure(
         initial=_order(prompt, graph, discrete),
         exchange=_order(wiring.links, exchange_graph(descriptions, wiring), discrete),
@@ -236,7 +236,7 @@ def instant_graph(
     for output in outputs:
         known = (Port(output.component, name) for name in depends(output))
         graph.add_edges_from((port, output) for port in known if port in driven)
-    graph.add_edges_from((k.source, k.target) for k in driven.values() if not k.delayed)
+    graph.add_edges_from(k.ends for k in driven.values() if not k.delayed)
     return graph
 
 

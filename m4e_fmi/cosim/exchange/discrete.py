@@ -63,7 +63,7 @@ class Discrete:
         self._accesses = {transfer: self._access(transfer) for transfer in transfers}
 
     def __bool__(self) -> bool:
-        """Whether there are such values."""
+        """True if there are such values."""
         return bool(self.outputs)
 
     def _access(self, transfer: Transfer) -> Access:
@@ -76,7 +76,7 @@ class Discrete:
     def _taken(self, link: Link) -> Taken:
         give, take = (
             self._instances[port.component].description.variables[port.variable]
-            for port in (link.source, link.target)
+            for port in link.ends
         )
         low, high = bounds(give, take)
         place = self._index[link.source] + (self._late if link.delayed else 0)
@@ -91,7 +91,7 @@ class Discrete:
         return self.values[start : start + len(transfer.variables)]
 
     def operation(self, transfer: Transfer, due: Due | None) -> GetTyped | SetTyped:
-        """What performs a transfer at a communication point."""
+        """The operation of a transfer at a communication point."""
         instance, access = self._instances[transfer.component], self._accesses[transfer]
         kind = GetTyped if transfer.action == "get" else SetTyped
         return kind(instance, access, self._cells(transfer), due)
@@ -150,17 +150,17 @@ class Discrete:
             self.cells[self._late + self._index[port]] = initial.values[initial._index[port]]
 
     def kept(self) -> Kept:
-        """The cells, those of the last settled point, and the changes that act a step late."""
+        """Cells (n_cells,) in their units, those of the last settled point, and late changes."""
         return self.cells.copy(), self._before.copy(), tuple(self._echo)
 
     def bring(self, kept: Kept) -> None:
-        """Return to what was `kept`; the FMUs have these values already."""
+        """Return to `kept`, cells (n_cells,) in the outputs' units; the FMUs have them already."""
         cells, before, echo = kept
         self.cells[:], self._before[:], self._echo = cells, before, list(echo)
         self.changed[0] = 0.0 if (self.values != self._before).any() else np.inf
 
     def differs(self, values: np.ndarray) -> bool:
-        """Whether the FMUs give others than these just now, in the middle of a step."""
+        """True if the FMUs now give others than `values` (n_outputs,), cells in their units."""
         if not self:
             return False
         present, noted = self.values.copy(), self.changed.copy()
@@ -194,7 +194,7 @@ class Switches:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What the run should say of them."""
+        """Warnings about them, one line each."""
         if not self.count:
             return ()
         steps = "one step" if self.count == 1 else f"{self.count} steps"

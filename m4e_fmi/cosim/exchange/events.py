@@ -20,7 +20,7 @@ def telling(instances: Iterable[Instance]) -> tuple[Instance, ...]:
 
 
 def has_events(instances: Iterable[Instance]) -> bool:
-    """Whether any of them may have events that others should know of."""
+    """True if any of them may have events that others should know of."""
     return any(instance.description.has_events for instance in instances)
 
 
@@ -58,7 +58,7 @@ def ended_at_once(instances: Iterable[Instance]) -> list[str]:
 
 
 def event_notes(instances: Iterable[Instance]) -> Iterable[str]:
-    """What the run should say of events, one line each."""
+    """Warnings about events within steps, one line each."""
     for instance in instances:
         count = instance.events.interruptions
         if count:

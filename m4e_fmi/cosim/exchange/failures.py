@@ -72,7 +72,7 @@ def failed_step(time: float, size: float) -> str:
 def value_out_of_range(
     description: Description, component: str, when: str, access: Access, cells: np.ndarray
 ) -> RunError:
-    """The error of an access to `cells` (int64) in which one value does not fit its input."""
+    """The error of an access to `cells` (n_cells,), int64 codes: one does not fit its input."""
     name, taken = access.names[access.failed], access.taken[access.failed]
     variable = description.variables[name]
     cell = int(cells[taken.source])
@@ -120,9 +120,9 @@ class Explanation:
     def not_finite(
         self, component: str, when: str, names: Sequence[str], values: np.ndarray
     ) -> RunError:
-        """The error of the first of the outputs `names` whose value (n_names,) is nan or infinite.
+        """The error of the first of the outputs `names` whose value is nan or infinite.
 
-        `component` is the FMU's name in the system.
+        `component` is the FMU's name in the system; `values` (n_names,) are in the FMU's units.
         """
         name, value = next(
             (n, v) for n, v in zip(names, values, strict=True) if not math.isfinite(v)

@@ -211,32 +211,32 @@ class Instance:
         self.scales[name] = factor, offset
 
     def scales_of(self, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray] | None:
-        """Factors and offsets of variables of `scale_input`; None if all are as they are."""
+        """Factors and offsets (n_names,), in FMU units over the sources'; None if all are plain."""
         if not any(name in self.scales for name in names):
             return None
         factor, offset = np.array([self.scales.get(name, (1.0, 0.0)) for name in names]).T
         return factor, offset
 
     def getter(self, names: Sequence[str], view: np.ndarray) -> Call:
-        """A call that reads the Reals `names` into `view` (n_names,) (float64, contiguous)."""
+        """A call that reads the Reals `names` into `view` (n_names,), in their sources' units."""
         scales = self.scales_of(names)
         if scales is None:
             return self.own_getter(names, view)
         return scaled_getter(partial(self.own_getter, names), view, *scales)
 
     def setter(self, names: Sequence[str], view: np.ndarray) -> Call:
-        """A call that sets the Reals `names` from `view` (n_names,) (float64, contiguous)."""
+        """A call that sets the Reals `names` from `view` (n_names,), in their sources' units."""
         scales = self.scales_of(names)
         if scales is None:
             return self.own_setter(names, view)
         return scaled_setter(partial(self.own_setter, names), view, *scales)
 
     def own_getter(self, names: Sequence[str], view: np.ndarray) -> Call:
-        """As `getter`, in the FMU's own units."""
+        """As `getter`, with `view` (n_names,) in the FMU's own units; float64, contiguous."""
         return self._fmu.getter(names, view)
 
     def own_setter(self, names: Sequence[str], view: np.ndarray) -> Call:
-        """As `setter`, in the FMU's own units."""
+        """As `setter`, with `view` (n_names,) in the FMU's own units; float64, contiguous."""
         return self._fmu.setter(names, view)
 
     def typed(
@@ -247,7 +247,10 @@ class Instance:
         taken: Sequence[Taken] = (),
         changed: np.ndarray | None = None,
     ) -> Access:
-        """Access to variables that are not Real, or that take the values of such."""
+        """Access to variables that are not Real, or that take the values of such.
+
+        `changed` (1,) [1] becomes 0 where a value that is read has changed.
+        """
         return self._fmu.typed(names, texts, taken=taken, changed=changed)
 
     def raw(self, function: str, names: Sequence[str] = ()) -> RawCall:
@@ -259,9 +262,10 @@ class Instance:
         return self._fmu.stepper()
 
     def own_derivative_setter(self, names: Sequence[str], view: np.ndarray) -> Call:
-        """A call that gives inputs two time derivatives for the next step, in the FMU's own units.
+        """A call that gives inputs two time derivatives for the next step.
 
-        `view` holds, for each of the Real inputs `names`, its first, then its second derivative.
+        `view` (2*n_names,), in the FMU's own units per s and s², holds the first, then the second
+        derivative of each of the Real inputs `names`.
         """
         assert isinstance(self._fmu, Classic)  # which alone declare that they interpolate inputs
         return self._fmu.derivative_setter(names, view)
@@ -272,17 +276,8 @@ class Instance:
             self._states[place] = self._rollback.slot()
         return self._states[place]
 
-    def saver(self) -> Call:
-        """A call that keeps the FMU's state as `save_state` does."""
-        return self._rollback.saver(self.slot())
-
-    def restorer(self) -> Call:
-        """A call that brings the FMU back as `restore_state` does, where no step has failed."""
-        return self._rollback.restorer(self.slot())
-
-    def _calls(self, place: int) -> tuple[Call, Call]:
-        """Those that keep the FMU's state in a place, and bring it back."""
-        self._check_usable()
+    def state_calls(self, place: int = 0) -> tuple[Call, Call]:
+        """Calls that keep the FMU's state in a place, and bring it back if no step has failed."""
         if place not in self._places:
             slot = self.slot(place)
             self._places[place] = self._rollback.saver(slot), self._rollback.restorer(slot)
@@ -290,7 +285,8 @@ class Instance:
 
     def save_state(self, place: int = 0) -> None:
         """Keep the FMU's state, instead of the one kept before in the same place."""
-        save, _ = self._calls(place)
+        self._check_usable()
+        save, _ = self.state_calls(place)
         status = save()
         if status > WARNING:
             self.fail(status, "fmi2GetFMUstate")
@@ -301,7 +297,8 @@ class Instance:
         It may be restored again. After Fatal there is no way back.
         """
         self._broken = self._fmu.component is None
-        _, restore = self._calls(place)
+        self._check_usable()
+        _, restore = self.state_calls(place)
         status = restore()
         if status > WARNING:
             self.fail(status, "fmi2SetFMUstate")
@@ -370,12 +367,15 @@ class Instance:
         return f"at t = {self.time:.9g} s" if self._initialised else "during initialisation"
 
     def not_finite(self, names: Sequence[str], values: np.ndarray) -> NoReturn:
-        """Raise for the first of the outputs `names` whose value is nan or infinite."""
+        """Raise for the first of `names` whose value is not finite.
+
+        `values` (n_names,) are in the FMU's units.
+        """
         self._broken = True
         raise self._why.not_finite(self.name, self._when, names, values)
 
     def fail_typed(self, status: Status, access: Access, cells: np.ndarray) -> NoReturn:
-        """Raise the error of this status of an access to `cells`."""
+        """Raise the error of this status of an access to `cells` (n_cells,), int64 codes."""
         if status < 0 and status != DOES_NOT_FIT:
             raise MemoryError
         if status != DOES_NOT_FIT:

@@ -9,7 +9,7 @@ import socket
 import sys
 import threading
 import time as clock
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager, suppress
 
 import numpy as np
@@ -32,7 +32,7 @@ def quiet() -> np.errstate:
 
 
 @contextmanager
-def same_folder() -> Iterator[None]:
+def same_folder() -> Generator[None]:
     """Around calls of FMUs: the process is in the folder afterwards in which it was before."""
     try:
         folder = os.getcwd()  # noqa: PTH109  Path.cwd asks for nothing else, and costs more
@@ -47,7 +47,7 @@ def same_folder() -> Iterator[None]:
 
 
 @contextmanager
-def setting_up() -> Iterator[None]:
+def setting_up() -> Generator[None]:
     """Around calls of FMUs before the first step: signals act at once, or after a call."""
     asking = _ours()
     with held(), same_folder(), _ticking(asking), let_through(), not_lost():
@@ -62,7 +62,7 @@ def _ours() -> set[signal.Signals]:
 @contextmanager
 def stepping(
     halt: Callable[[], None] | None = None, where: Callable[[], str] = str
-) -> Iterator[Callable[[], None]]:
+) -> Generator[Callable[[], None]]:
     """Around steps: gives what is to be called between them.
 
     It raises KeyboardInterrupt, or Terminated, after a signal that asks for it; an exception raised
@@ -88,7 +88,7 @@ def stepping(
 
 
 @contextmanager
-def _noting(asking: set[signal.Signals]) -> Iterator[list[int]]:
+def _noting(asking: set[signal.Signals]) -> Generator[list[int]]:
     """A list to which signals come that are to wait: Ctrl-C, and those `asking`."""
     noted: list[int] = []
     waiting = [signal.SIGINT, *asking]
@@ -107,7 +107,7 @@ def _ticking(
     asking: set[signal.Signals],
     halt: Callable[[], None] | None = None,
     where: Callable[[], str] = str,
-) -> Iterator[None]:
+) -> Generator[None]:
     """A thread beside calls of FMUs: it calls `halt`, and hears of signals `asking` for the end."""
     if not (halt or asking):
         yield

@@ -19,10 +19,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from m4e_fmi.cosim.connections.links import Link, Port, Wiring
+from m4e_fmi.cosim.connections.links import Link, Port
+from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.connections.structure import (
     Exchange,
-    Structure,
     derivative_chain,
     transfers_of,
 )
@@ -63,12 +63,9 @@ class ExchangedVariables:
     connection: the sources of all links, and the outputs of components without connected outputs.
     """
 
-    def __init__(
-        self, descriptions: Mapping[str, Description], wiring: Wiring, structure: Structure
-    ) -> None:
-        self._descriptions = descriptions
-        self._wiring = wiring
-        self._structure = structure
+    def __init__(self, prepared: Prepared) -> None:
+        self._descriptions = descriptions = prepared.descriptions
+        self._wiring, self._structure = wiring, structure = prepared.wiring, prepared.structure
         self.execution_order = structure.execution_order
         self.outputs = _grouped(structure.exchange, "get", descriptions)
         self.targets = _grouped(structure.exchange, "set", descriptions)

@@ -10,22 +10,9 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from m4e_fmi.cosim.exchange import operations as op
 from m4e_fmi.cosim.exchange.instance import Instance
-from m4e_fmi.cosim.exchange.operations import (
-    Combine,
-    Copy,
-    DoStep,
-    Gather,
-    Get,
-    GetTyped,
-    Monitor,
-    Operation,
-    Restore,
-    Save,
-    Set,
-    SetDerivatives,
-    SetTyped,
-)
+from m4e_fmi.cosim.exchange.operations import Operation
 from m4e_fmi.fmu.importer.calls import RawCall
 from m4e_fmi.fmu.importer.calls.component_3 import RawComponent
 from m4e_fmi.fmu.importer.calls.typed import RawCopied, function
@@ -127,78 +114,86 @@ def _translated(operation: Operation) -> Translated:
 
 def _translation(operation: Operation) -> Translated:
     match operation:
-        case Get(instance, names, values):
-            raw, references = _call(GET, instance.raw("fmi2GetReal", names))
-            raw.in_rows, raw.unchecked = operation.in_rows, not operation.checked
-            _fill(raw, values)
-            return raw, (references,)
-        case Set(instance, names, values):
-            raw, references = _call(SET, instance.raw("fmi2SetReal", names))
-            _fill(raw, values)
-            return raw, (references,)
-        case SetDerivatives(instance, names, values):
-            call = instance.raw("fmi2SetRealInputDerivatives", names)
-            call = replace(call, references=call.references.repeat(2))
-            raw, references = _call(SET_DERIVATIVES, call)
-            orders = np.tile(np.array((1, 2), dtype=np.int32), len(names))
-            raw.orders = _address(orders)
-            _fill(raw, values)
-            return raw, (references, orders)
-        case DoStep(instance, start, length, own):
-            raw, _ = _call(DO_STEP, instance.raw("fmi2DoStep"))
+        case op.Get() | op.Set() | op.SetDerivatives():
+            return _reals(operation)
+        case op.DoStep(instance, start, length, own):
+            raw = _call(DO_STEP, instance.raw(operation.function))
             raw.start, raw.length, raw.own = start, length, own
             raw.warned = ctypes.addressof(instance.warned)
-        case Save(instance):
-            raw, _ = _call(SAVE, instance.raw("fmi2GetFMUstate"))
+        case op.Save(instance) | op.Restore(instance):
+            kind = SAVE if isinstance(operation, op.Save) else RESTORE
+            raw = _call(kind, instance.raw(operation.function))
             raw.state = ctypes.addressof(instance.slot())
-        case Restore(instance):
-            raw, _ = _call(RESTORE, instance.raw("fmi2SetFMUstate"))
-            raw.state = ctypes.addressof(instance.slot())
-        case Gather(into, source, index):
-            raw = RawOperation(kind=COMBINE, source=_address(source))
-            if len(index) and (np.diff(index.astype(np.int64)) == 1).all():  # one after the other
-                raw.source = _address(source) + int(index[0]) * source.itemsize
-            else:
-                raw.references = _address(index)
-            _fill(raw, into)
-        case Combine(into, source, index, weight, offset):
-            assert index.dtype == np.uint32
-            assert index.shape == weight.shape == (len(index), into.shape[-1])
-            raw = RawOperation(kind=COMBINE, terms=len(index), references=_address(index))
-            raw.weights, raw.source = _address(weight), _address(source)
-            raw.offset = None if offset is None else _address(offset)
-            _fill(raw, into)
-        case Monitor(into, source, gate, past):
-            raw = RawOperation(kind=MONITOR, terms=len(source), source=_address(source))
+        case op.Gather():
+            raw = _gather(operation)
+        case op.Combine():
+            raw = _combine(operation)
+        case op.Monitor(into, source, gate, past):
+            raw = _filling(into, kind=MONITOR, terms=len(source), source=_address(source))
             raw.weights, raw.past = _address(gate), _address(past)
-            _fill(raw, into)
-        case GetTyped(_, access, cells):
-            raw = RawOperation(kind=CALL, component=access.address)
+        case op.GetTyped(_, access, cells):
+            raw = _filling(cells, kind=CALL, component=access.address)
             raw.function, raw.in_rows = function("m4e_get_typed"), operation.in_rows
-            _fill(raw, cells)
-        case SetTyped(_, access, cells):
-            raw = RawOperation(kind=CALL, component=access.address)
+        case op.SetTyped(_, access, cells):
+            raw = _filling(cells, kind=CALL, component=access.address)
             raw.function = function("m4e_set_typed")
-            _fill(raw, cells)
-        case Copy(source, places, into):
+        case op.Copy(source, places, into):
             copied = RawCopied(_address(source), _address(places), len(places))
-            raw = RawOperation(kind=CALL, component=ctypes.addressof(copied))
+            raw = _filling(into, kind=CALL, component=ctypes.addressof(copied))
             raw.function = function("m4e_copy_cells")
-            _fill(raw, into)
             return raw, (copied,)
     return raw, ()
 
 
-def _call(kind: int, call: RawCall) -> tuple[RawOperation, np.ndarray]:
-    raw = RawOperation(kind=kind, component=call.component, function=call.function)
+def _reals(operation: op.Reals) -> Translated:
+    call = operation.instance.raw(operation.function, operation.names)
+    match operation:
+        case op.Get(_, _, values):
+            raw = _call(GET, call, values)
+            raw.in_rows, raw.unchecked = operation.in_rows, not operation.checked
+        case op.Set(_, _, values):
+            raw = _call(SET, call, values)
+        case op.SetDerivatives(_, names, values):
+            call = replace(call, references=call.references.repeat(2))
+            raw = _call(SET_DERIVATIVES, call, values)
+            orders = np.tile(np.array((1, 2), dtype=np.int32), len(names))
+            raw.orders = _address(orders)
+            return raw, (call.references, orders)
+    return raw, (call.references,)
+
+
+def _gather(operation: op.Gather) -> RawOperation:
+    source, index = operation.source, operation.index
+    raw = _filling(operation.into, kind=COMBINE, source=_address(source))
+    if len(index) and (np.diff(index.astype(np.int64)) == 1).all():  # one after the other
+        raw.source = _address(source) + int(index[0]) * source.itemsize
+    else:
+        raw.references = _address(index)
+    return raw
+
+
+def _combine(operation: op.Combine) -> RawOperation:
+    into, index, weight = operation.into, operation.index, operation.weight
+    assert index.dtype == np.uint32
+    assert index.shape == weight.shape == (len(index), into.shape[-1])
+    raw = _filling(into, kind=COMBINE, terms=len(index), references=_address(index))
+    raw.weights, raw.source = _address(weight), _address(operation.source)
+    raw.offset = None if operation.offset is None else _address(operation.offset)
+    return raw
+
+
+def _call(kind: int, call: RawCall, values: np.ndarray | None = None) -> RawOperation:
+    given = {"kind": kind, "component": call.component, "function": call.function}
+    raw = RawOperation(**given) if values is None else _filling(values, **given)
     raw.references = _address(call.references)
-    return raw, call.references
+    return raw
 
 
-def _fill(raw: RawOperation, values: np.ndarray) -> None:
-    """Note where the values of an operation are."""
-    raw.count, raw.values = values.shape[-1], _address(values)
+def _filling(values: np.ndarray, **given: int | None) -> RawOperation:
+    """An operation with the place of its values."""
+    raw = RawOperation(count=values.shape[-1], values=_address(values), **given)
     raw.stride = values.shape[1] if values.ndim == 2 else 0
+    return raw
 
 
 def _address(array: np.ndarray) -> int:
@@ -208,7 +203,7 @@ def _address(array: np.ndarray) -> int:
 
 
 def ends(instances: Sequence[Instance], stops: np.ndarray) -> ctypes.Array[c_void_p]:
-    """Where these, of FMI 3.0, have the time when they asked for the end, and where `stops` are."""
+    """Addresses of the times at which these asked for the end, and of `stops` (n,) [1]."""
     offset = RawComponent.ended.offset  # pyright: ignore[reportAttributeAccessIssue]
     events = [instance.events for instance in instances]
     assert all(isinstance(one, RawComponent) for one in events)

@@ -21,8 +21,9 @@ from weakref import finalize
 import numpy as np
 
 from m4e_fmi.cosim.connections.early_outputs import Arrivals, following
-from m4e_fmi.cosim.connections.links import Port, Wiring
-from m4e_fmi.cosim.connections.structure import Exchange, Structure, Transfer
+from m4e_fmi.cosim.connections.links import Port
+from m4e_fmi.cosim.connections.prepared import Prepared
+from m4e_fmi.cosim.connections.structure import Exchange, Transfer
 from m4e_fmi.cosim.exchange.discrete import Discrete
 from m4e_fmi.cosim.exchange.initialisation import Initialisation
 from m4e_fmi.cosim.exchange.instance import Instance
@@ -43,7 +44,6 @@ from m4e_fmi.cosim.exchange.operations import (
 from m4e_fmi.cosim.exchange.solved_loop import SolvedLoop
 from m4e_fmi.cosim.exchange.step_loop import Schedule
 from m4e_fmi.cosim.system.component_step import ComponentStep
-from m4e_fmi.cosim.system.component_steps import ComponentSteps
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
 from m4e_fmi.cosim.system.start_values import Value
 from m4e_fmi.errors import UnknownNameError
@@ -60,7 +60,7 @@ TWICE, HALF = 2.0, 0.5
 
 
 class Network(ExchangedVariables):
-    """Instances, in listing order, with the values that pass between them.
+    """Instances of a prepared system, in listing order, with the values that pass between them.
 
     `time` is the present communication point [s]. `last` is the size [s] of the step that led there
     from the one before, 0 where nothing before it counts (at the start, after a jump); `size` that
@@ -73,54 +73,52 @@ class Network(ExchangedVariables):
     an input's size by which it still misses its source where algebraic loops are solved. `pause` is
     called between steps that are not part of the run, and raises to end them early. `recorded` are
     the outputs by component that results will have (None: all scalars); those that are not
-    exchanged are read too, and all others if they are `watched`. `time` is the start [s].
+    exchanged are read too, and all others if they are `watched`.
     """
 
     def __init__(
         self,
+        prepared: Prepared,
         instances: Mapping[str, Instance],
-        wiring: Wiring,
-        structure: Structure,
-        rates: ComponentSteps,
         *,
-        time: float,
         recorded: Mapping[str, Collection[str]] | None = None,
         watched: bool = False,
     ) -> None:
-        descriptions = {name: instance.description for name, instance in instances.items()}
-        super().__init__(descriptions, wiring, structure)
+        super().__init__(prepared)
         self.instances = dict(instances)
-        for link in wiring.all_links:
+        for link in prepared.wiring.all_links:
             if link.is_real and not link.is_plain:
                 instance = self.instances[link.target.component]
                 instance.scale_input(link.target.variable, link.factor, link.offset)
         self._free: list[int] = []
         self._places = count(OWN_PLACES)
-        self.rates = rates
-        self._origin = round(time * NS_PER_SECOND)
+        self.rates = prepared.rates
+        self.time = prepared.system.simulation.start_time
+        self._origin = round(self.time * NS_PER_SECOND)
         self.coarse = 1.0
         self.pause: Callable[[], None] = lambda: None
-        self.time = time
         self.last = self.size = 0.0
         self.roughness = 0.0
         self.inputs = np.zeros(len(self.targets))
-        self._arrivals = Arrivals(descriptions, structure.exchange, recorded, watched=watched)
-        by_target = {link.target: link for link in wiring.links}
-        self.discrete = Discrete(
-            self.instances, structure.exchange, by_target, Texts(), self._arrivals
-        )
+        exchange = prepared.structure.exchange
+        self._arrivals = Arrivals(self._descriptions, exchange, recorded, watched=watched)
+        by_target = {link.target: link for link in prepared.wiring.links}
+        self.discrete = Discrete(self.instances, exchange, by_target, Texts(), self._arrivals)
         first_seen, size = BLOCKS * len(self.outputs), len(self.outputs)
         self._seen_index = {port: first_seen + k for k, port in enumerate(self._arrivals.ports)}
         self.values = np.zeros(first_seen + len(self._seen_index))
         block = self.values[self.before : self.stepped]
         shift: list[Operation] = [gather(block, self.values, range(size))] if size else []
         self._shift = Schedule([*shift, *self.discrete.shift])
-        self._exchange = tuple(self._exchanged(structure.exchange))
+        self._exchange = tuple(self._exchanged(exchange))
         self._loops = [p.equations for p in self._exchange if isinstance(p, SolvedLoop)]
 
     @property
     def stops(self) -> np.ndarray:
-        """A value that becomes finite where steps that are made at once have to stop (a change)."""
+        """One value (1,) [1] that a change makes finite, to stop steps that are made at once.
+
+        Empty where all values are Real.
+        """
         return self.discrete.changed if self.discrete else np.zeros(0)
 
     def read(self, name: str) -> Any:

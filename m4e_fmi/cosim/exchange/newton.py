@@ -31,7 +31,7 @@ MOST_NAMED = 4
 DIFFERENCE = 1e-6
 """Step of a difference, over the scale of the variable."""
 LOST = 1e-6
-"""What the solution of equations may miss, over the largest right-hand side."""
+"""Largest residual of a linear solution that counts as one, over the largest right-hand side."""
 OF_NOMINAL = 0.01
 """Share of a variable's nominal value below which its size does not matter (FMI 2.0, 2.2.7)."""
 
@@ -70,14 +70,16 @@ class QuasiNewton:
         self.roughness = 0.0
 
     def forget(self) -> None:
+        """Drop the Jacobian."""
         self._matrix = None
 
     def solve(
         self, residual: Residual, jacobian: Jacobian, x: np.ndarray, scale: np.ndarray
     ) -> np.ndarray:
-        """The zero near `x` of `residual`, f(x) - x; `scale` are the least sizes of the unknowns.
+        """The zero near `x` of `residual`, f(x) - x, all (n,) in the unknowns' units.
 
-        `jacobian` may enlarge them in place. An unknown is as large as x and f(x) are, there.
+        `scale` (n,), in the unknowns' units, are the least sizes of the unknowns; `jacobian` may
+        enlarge them in place. An unknown is as large as x and f(x) are, there.
         The last call of `residual` is the one at the zero. NotConvergedError if there is none.
         """
         r = residual(x)

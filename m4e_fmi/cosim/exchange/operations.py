@@ -2,7 +2,7 @@
 
 An algorithm lists them once; `schedule` performs the list as often as wanted. Arrays are float64,
 cells int64.
-What FMUs are called for has one class each, and one function in the C library.
+Each call of FMUs has one class, with the FMI `function`, and one function in the C library.
 Where an operation writes `into` a block (2-D), it fills one of its rows.
 """
 
@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -32,7 +33,7 @@ class Due:
     period: int
 
     def at(self, time: float) -> bool:
-        """Whether it is performed in a step that ends at `time` [s]."""
+        """True if it is performed in a step that ends at `time` [s]."""
         return (round(time * NS_PER_SECOND) - self.origin) % self.period == 0
 
 
@@ -44,6 +45,7 @@ class Get:
     `Loop`'s steps that end at no row of results.
     """
 
+    function: ClassVar = "fmi2GetReal"
     instance: Instance
     names: tuple[str, ...]
     into: np.ndarray
@@ -56,6 +58,7 @@ class Get:
 class Set:
     """Sets the Real variables `names` to `values`, in the FMU's own units."""
 
+    function: ClassVar = "fmi2SetReal"
     instance: Instance
     names: tuple[str, ...]
     values: np.ndarray
@@ -69,6 +72,7 @@ class SetDerivatives:
     `values` holds both for one input after the other, in the FMU's own units.
     """
 
+    function: ClassVar = "fmi2SetRealInputDerivatives"
     instance: Instance
     names: tuple[str, ...]
     values: np.ndarray
@@ -82,6 +86,7 @@ class DoStep:
     is `due` at some points only steps by its own step up to there.
     """
 
+    function: ClassVar = "fmi2DoStep"
     instance: Instance
     start: float = 0.0
     length: float = 1.0
@@ -101,6 +106,7 @@ class DoStep:
 class Save:
     """Keeps the FMU's state where `Instance.save_state` does by default."""
 
+    function: ClassVar = "fmi2GetFMUstate"
     instance: Instance
 
 
@@ -108,6 +114,7 @@ class Save:
 class Restore:
     """Brings the FMU back to the state that `Save` has kept; it may be restored again."""
 
+    function: ClassVar = "fmi2SetFMUstate"
     instance: Instance
 
 
@@ -164,6 +171,7 @@ class GetTyped:
 
     @property
     def names(self) -> tuple[str, ...]:
+        """Names of the variables."""
         return self.access.names
 
 
@@ -186,31 +194,26 @@ class SetTyped:
     due: Due | None = None
 
 
+Reals = Get | Set | SetDerivatives
+"""Operations on the Real variables `names` of an FMU."""
 Operation = (
-    Get
-    | Set
-    | SetDerivatives
-    | DoStep
-    | Save
-    | Restore
-    | Combine
-    | Gather
-    | Monitor
-    | GetTyped
-    | SetTyped
-    | Copy
+    Reals | DoStep | Save | Restore | GetTyped | SetTyped | Combine | Gather | Monitor | Copy
 )
 
 
 def gather(into: np.ndarray, source: np.ndarray, places: Sequence[int] | np.ndarray) -> Gather:
-    """``into[i] = source[places[i]]``."""
+    """``into[i] = source[places[i]]``.
+
+    `into` is (n,), or (n_rows, n) of which one row is filled, in the units of `source` (m,);
+    `places` (n,) are indices.
+    """
     return Gather(into, source, np.array(places, dtype=np.uint32))
 
 
 def setting(
     instance: Instance, names: Sequence[str], values: np.ndarray
 ) -> tuple[Combine | Set, ...]:
-    """Sets `names` from `values` in the units of their sources, as `Instance.setter` does."""
+    """Sets `names` from `values` (n_names,), in their sources' units, as `Instance.setter` does."""
     scales = instance.scales_of(names)
     if scales is None:
         return (Set(instance, tuple(names), values),)
@@ -224,7 +227,7 @@ def setting(
 def setting_derivatives(
     instance: Instance, names: Sequence[str], values: np.ndarray
 ) -> tuple[Operation, ...]:
-    """Gives inputs the derivatives `values` in the units of their sources."""
+    """Gives inputs the derivatives `values` (2*n_names,), in their sources' units per s and s²."""
     scales = instance.scales_of(names)
     if scales is None:
         return (SetDerivatives(instance, tuple(names), values),)

@@ -6,26 +6,12 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from m4e_fmi.cosim.exchange import operations as op
 from m4e_fmi.cosim.exchange.events import ended
 from m4e_fmi.cosim.exchange.instance import WARNING, Call, Instance
 from m4e_fmi.cosim.exchange.native_executor import NOT_A_NUMBER, State
-from m4e_fmi.cosim.exchange.operations import (
-    Combine,
-    Copy,
-    DoStep,
-    Gather,
-    Get,
-    GetTyped,
-    Monitor,
-    Operation,
-    Restore,
-    Save,
-    Set,
-    SetDerivatives,
-    SetTyped,
-)
+from m4e_fmi.cosim.exchange.operations import Operation
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
-from m4e_fmi.fmu.importer.calls import Access
 
 Action = Callable[[float, float, int], int]
 """Time [s], step [s], row of blocks → status."""
@@ -36,7 +22,7 @@ class PythonExecutor:
 
     def __init__(self, operations: Sequence[Operation]) -> None:
         self._actions = tuple(_when_due(operation) for operation in operations)
-        self._in_rows = tuple(isinstance(o, Get | GetTyped) and o.in_rows for o in operations)
+        self._in_rows = tuple(isinstance(o, op.Get | op.GetTyped) and o.in_rows for o in operations)
 
     def perform(
         self, time: float, size: float, row: int, *, at_row: bool = True
@@ -62,8 +48,10 @@ def run(
     telling: Sequence[Instance],
     stops: np.ndarray,
 ) -> int:
-    """`m4e_loop` of the runtime's loop.h: so many steps, until one of `telling` has asked for the
-    end, another thread for a halt, or one of `stops` is finite; the status.
+    """Status of `steps` steps, as of `m4e_loop` of the runtime's loop.h.
+
+    They end early if one of `telling` has asked for the end, another thread for a halt, or one of
+    `stops` (n,) [1] is finite.
     """
     for made in range(steps):
         if ended(telling) or (made and state.halt) or np.isfinite(stops).any():
@@ -97,33 +85,33 @@ def _when_due(operation: Operation) -> Action:
 
 def _action(operation: Operation) -> Action:
     match operation:
-        case Get(instance):
-            return _get(operation, instance.own_getter)
-        case Set(instance, names, values):
+        case op.Get():
+            return _get(operation)
+        case op.Set(instance, names, values):
             return _plain(instance.own_setter(names, values))
-        case SetDerivatives(instance, names, values):
+        case op.SetDerivatives(instance, names, values):
             return _plain(instance.own_derivative_setter(names, values))
-        case DoStep(instance):
+        case op.DoStep(instance):
             return _step(instance, operation)
-        case Save(instance):
-            return _plain(instance.saver())
-        case Restore(instance):
-            return _plain(instance.restorer())
-        case GetTyped(_, access, into):
-            return _get_typed(access, into)
-        case SetTyped(_, access, cells):
+        case op.Save(instance):
+            return _plain(instance.state_calls()[0])
+        case op.Restore(instance):
+            return _plain(instance.state_calls()[1])
+        case op.GetTyped(_, access, into):
+            return lambda _t, _h, row: access.get(_row(into, row))
+        case op.SetTyped(_, access, cells):
             return lambda _t, _h, _row: access.set(cells)
-        case Copy():
-            return _copy(operation)
-        case Combine():
+        case op.Copy(source, places, into):
+            return _take(into, source, places)
+        case op.Combine():
             return _combine(operation)
-        case Gather():
-            return _gather(operation)
-        case Monitor():
+        case op.Gather(into, source, index):
+            return _take(into, source, index)
+        case op.Monitor():
             return _monitor(operation)
 
 
-def _step(instance: Instance, operation: DoStep) -> Action:
+def _step(instance: Instance, operation: op.DoStep) -> Action:
     step, span, warned = instance.stepper(), operation.span, instance.warned
 
     def do_step(t: float, h: float, _row: int) -> int:
@@ -139,10 +127,10 @@ def _plain(call: Call) -> Action:
     return lambda _t, _h, _row: call()
 
 
-def _get(operation: Get, getter: Callable) -> Action:
+def _get(operation: op.Get) -> Action:
     into, checked = operation.into, operation.checked
     values = into if into.ndim == 1 else np.zeros(len(operation.names))
-    call = getter(operation.names, values)
+    call = operation.instance.own_getter(operation.names, values)
 
     def get(_t: float, _h: float, row: int) -> int:
         status = call()
@@ -159,7 +147,7 @@ SUDDEN, DECAY, GROWTH, SHARE = 4.0, 0.95, 1.5, 1 / 16
 """As in the runtime's monitor.c."""
 
 
-def _monitor(o: Monitor) -> Action:
+def _monitor(o: op.Monitor) -> Action:
     """`m4e_monitor` of the runtime's loop.h."""
     value, first, second, third, level, largest = o.past[:-1].reshape(6, -1)
     wait = o.past[-1:]
@@ -183,37 +171,25 @@ def _monitor(o: Monitor) -> Action:
     return monitor
 
 
-def _get_typed(access: Access, into: np.ndarray) -> Action:
-    if into.ndim == 1:
-        return lambda _t, _h, _row: access.get(into)
-    return lambda _t, _h, row: access.get(into[row])
+def _row(into: np.ndarray, row: int) -> np.ndarray:
+    """The vector, or the block's row, that an operation fills."""
+    return into if into.ndim == 1 else into[row]
 
 
-def _copy(o: Copy) -> Action:
-    def copy(_t: float, _h: float, row: int) -> int:
-        result = o.into if o.into.ndim == 1 else o.into[row]
-        result[:] = o.source[o.places]
+def _take(into: np.ndarray, source: np.ndarray, index: np.ndarray) -> Action:
+    def take(_t: float, _h: float, row: int) -> int:
+        _row(into, row)[:] = source[index]
         return 0
 
-    return copy
+    return take
 
 
-def _gather(o: Gather) -> Action:
-    into, source, index = o.into, o.source, o.index
-
-    def gather(_t: float, _h: float, row: int) -> int:
-        (into if into.ndim == 1 else into[row])[:] = source[index]
-        return 0
-
-    return gather
-
-
-def _combine(o: Combine) -> Action:
+def _combine(o: op.Combine) -> Action:
     into, source, terms = o.into, o.source, tuple(zip(o.weight, o.index, strict=True))
     product = np.zeros(into.shape[-1])
 
     def combine(_t: float, _h: float, row: int) -> int:
-        result = into if into.ndim == 1 else into[row]
+        result = _row(into, row)
         for k, (weight, index) in enumerate(terms):
             to = product if k else result
             np.multiply(weight, source[index], out=to)

@@ -13,24 +13,11 @@ from typing import NoReturn
 import numpy as np
 
 from m4e_fmi.cosim.exchange import native_executor as native_loop
+from m4e_fmi.cosim.exchange import operations as op
 from m4e_fmi.cosim.exchange import python_executor as python_loop
 from m4e_fmi.cosim.exchange.instance import Instance
 from m4e_fmi.cosim.exchange.native_executor import NOT_A_NUMBER, NativeExecutor, State
-from m4e_fmi.cosim.exchange.operations import (
-    Combine,
-    Copy,
-    DoStep,
-    Gather,
-    Get,
-    GetTyped,
-    Monitor,
-    Operation,
-    Restore,
-    Save,
-    Set,
-    SetDerivatives,
-    SetTyped,
-)
+from m4e_fmi.cosim.exchange.operations import Operation
 from m4e_fmi.cosim.exchange.python_executor import PythonExecutor
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
 from m4e_fmi.fmu.importer.calls import DISCARD
@@ -53,10 +40,10 @@ class Schedule:
             if found is None
             else NativeExecutor(found, self.operations)
         )
-        stepping = [o for o in self.operations if isinstance(o, DoStep)]
+        stepping = [o for o in self.operations if isinstance(o, op.DoStep)]
         self._stepping = tuple({id(o.instance): o.instance for o in stepping if not o.due}.values())
         self._sampled = tuple((o.instance, o.due) for o in stepping if o.due)
-        self._returning = tuple(o.instance for o in self.operations if isinstance(o, Restore))
+        self._returning = tuple(o.instance for o in self.operations if isinstance(o, op.Restore))
 
     def run(self, time: float, size: float = 0.0, *, row: int = 0) -> None:
         """Perform all once: a step of `size` [s] from `time` [s]; blocks are filled at `row`.
@@ -75,25 +62,20 @@ class Schedule:
 
         So it is if the FMU has come to the end of the step; in that, nothing is set any more.
         """
-        step = self.operations[index]
-        if status != DISCARD or not isinstance(step, DoStep):
-            self.fail(status, index, time, size, row)
-        if not step.instance.ends_at(time + size):
+        step, end = self.operations[index], time + size
+        if status != DISCARD or not isinstance(step, op.DoStep) or not step.instance.ends_at(end):
             self.fail(status, index, time, size, row)
         rest = list(self.operations[index + 1 :])
-        again = (isinstance(o, Restore) and o.instance is step.instance for o in rest)
+        again = (isinstance(o, op.Restore) and o.instance is step.instance for o in rest)
         quiet = next((k for k, is_again in enumerate(again) if is_again), len(rest))
         quietly = Schedule(rest[:quiet]).without_sets([step.instance])
         Schedule([*quietly.operations, *rest[quiet:]]).run(time, size, row=row)
 
     def without_sets(self, instances: Collection[Instance]) -> Schedule:
         """The same, but nothing is set in these."""
+        sets = op.Set, op.SetDerivatives, op.SetTyped
         return Schedule(
-            [
-                o
-                for o in self.operations
-                if not (isinstance(o, Set | SetDerivatives | SetTyped) and o.instance in instances)
-            ]
+            [o for o in self.operations if not isinstance(o, sets) or o.instance not in instances]
         )
 
     def arrive(self, time: float) -> None:
@@ -107,33 +89,23 @@ class Schedule:
     def fail(self, status: int, index: int, time: float, size: float, row: int) -> NoReturn:
         """Raise what the status of an operation means; those before it are done."""
         for operation in self.operations[:index]:
-            match operation:
-                case DoStep(instance) if not operation.due or operation.due.at(time + size):
-                    instance.time = sum(operation.span(time, size))
-                case Restore(instance):
-                    instance.time = time
+            if isinstance(operation, op.DoStep):
+                if not operation.due or operation.due.at(time + size):
+                    operation.instance.time = sum(operation.span(time, size))
+            elif isinstance(operation, op.Restore):
+                operation.instance.time = time
         match self.operations[index]:
-            case Get(instance, names, into):
-                if status == NOT_A_NUMBER:
-                    instance.not_finite(names, into if into.ndim == 1 else into[row])
-                instance.fail(status, "fmi2GetReal")
-            case Set(instance):
-                instance.fail(status, "fmi2SetReal")
-            case SetDerivatives(instance):
-                instance.fail(status, "fmi2SetRealInputDerivatives")
-            case DoStep(instance) as step:
+            case op.Get(instance, names, into) if status == NOT_A_NUMBER:
+                instance.not_finite(names, into if into.ndim == 1 else into[row])
+            case op.DoStep(instance) as step:
                 instance.time, length = step.span(time, size)
-                instance.fail(status, "fmi2DoStep", length)
-            case Save(instance):
-                instance.fail(status, "fmi2GetFMUstate")
-            case Restore(instance):
-                instance.fail(status, "fmi2SetFMUstate")
-            case GetTyped(instance, access, cells):
+                instance.fail(status, step.function, length)
+            case op.GetTyped(instance, access, cells) | op.SetTyped(instance, access, cells):
                 instance.fail_typed(status, access, cells)
-            case SetTyped(instance, access, cells):
-                instance.fail_typed(status, access, cells)
-            case Combine() | Gather() | Copy() | Monitor():
+            case op.Combine() | op.Gather() | op.Copy() | op.Monitor():
                 raise AssertionError("these do not fail")
+            case call:
+                call.instance.fail(status, call.function)
 
 
 class StepLoop:
@@ -194,7 +166,7 @@ class StepLoop:
         step.go_on(status, state.failed, now, size, state.noted)
         if not at_row:
             done = step.operations[: state.failed]
-            reading = [o for o in done if isinstance(o, Get | GetTyped) and o.in_rows]
+            reading = [o for o in done if isinstance(o, op.Get | op.GetTyped) and o.in_rows]
             Schedule(reading).run(now, size)
         step.arrive(now + size)
         state.now += state.size

@@ -1,4 +1,4 @@
-"""What the FMUs of components are built from: programs of models and kinds, and Python code."""
+"""Sources of the FMUs of components: programs of models and kinds, and Python code."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ WARNING = "warning"
 
 @dataclass(frozen=True)
 class Draft:
-    """What an FMU is built from, and the `files` that were read for it.
+    """The source of an FMU, and the `files` that were read for it.
 
-    `lines` are those of progress that nobody has been told yet.
+    `lines` are messages of progress that were not shown yet.
     """
 
     made: Program | PythonSource

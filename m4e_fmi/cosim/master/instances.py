@@ -42,15 +42,7 @@ def initialised(
         )
         instance.set_values(start_values(component, description))
         instances[name] = instance
-    network = Network(
-        instances,
-        prepared.wiring,
-        prepared.structure,
-        prepared.rates,
-        time=simulation.start_time,
-        recorded=recorded,
-        watched=watched,
-    )
+    network = Network(prepared, instances, recorded=recorded, watched=watched)
     with quiet():
         network.initialise()
     return network

@@ -26,7 +26,7 @@ from m4e_fmi.fmu.export.build_record import BuildRecord, read_record, write_reco
 Tell = Callable[[str], None]
 
 NATIVE = True
-"""Whether programs become native FMUs where nobody says how; Python code never does."""
+"""True if programs become native FMUs by default; Python code never does."""
 
 
 def fmu_files(

@@ -126,7 +126,7 @@ def _looped(
 
 
 def _line(found: Probe, outputs: Sequence[str], none: str) -> str:
-    """What is to be said of a component; nothing where no loop and no loss depends on it."""
+    """A note on a component; empty where no loop and no loss depends on it."""
     if found.failure:
         return (
             f"{', '.join(outputs)} may depend on every input ({found.failure}); write them "

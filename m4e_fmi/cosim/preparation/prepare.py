@@ -16,7 +16,7 @@ from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.connections.structure import analyse
 from m4e_fmi.cosim.input_checks.drafts import Draft
 from m4e_fmi.cosim.load import load_system
-from m4e_fmi.cosim.preparation.components import ready_fmus
+from m4e_fmi.cosim.preparation.components import ReadyFmu, ready_fmus
 from m4e_fmi.cosim.preparation.dependence_probing import probed
 from m4e_fmi.cosim.preparation.doubtful_values import (
     reversed_forces,
@@ -24,7 +24,7 @@ from m4e_fmi.cosim.preparation.doubtful_values import (
 )
 from m4e_fmi.cosim.preparation.state_trials import without_forgetful
 from m4e_fmi.cosim.preparation.surroundings import differing
-from m4e_fmi.cosim.system.component_steps import pace, refined, rounded
+from m4e_fmi.cosim.system.component_steps import ComponentSteps, pace, refined, rounded
 from m4e_fmi.cosim.system.component_units import with_units
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import InputError, Problem
@@ -51,10 +51,30 @@ def prepare(
     that declare no dependencies and have connected inputs are probed (`probing`), and foreign ones
     that say they can go back are tried (`forgetful`).
     """
-    system = as_system(system, tell)
+    system = _as_system(system, tell)
+    fmus = ready_fmus(system, build_directory, native=native, tell=tell, drafts=drafts)
+    descriptions = _described(system, fmus)
+    wiring, paced, rates, notes = _connected(system, descriptions)
+    descriptions, found = probed(paced, with_stated(system, descriptions), wiring)
+    descriptions, forgetful = without_forgetful(paced, descriptions, wiring)
+    wiring, late = broken(descriptions, wiring, rates)
+    structure = analyse(descriptions, wiring)
+    warnings = (
+        *forgetful,
+        *unconnected_parameters(system, descriptions, wiring),
+        *loose_ends(system, descriptions, wiring),
+        *differing(system, descriptions, wiring),
+        *start_values_without_effect(system, wiring, structure),
+        *reversed_forces(system, descriptions, wiring),
+    )
+    notes = (*rounded(system.simulation), *notes, *found, *late)
+    return Prepared(paced, descriptions, wiring, structure, rates, notes, warnings)
+
+
+def _described(system: System, fmus: Mapping[str, ReadyFmu]) -> dict[str, Description]:
+    """Descriptions of the FMUs by component; InputError with all problems of the files."""
     problems: list[Problem] = []
     descriptions: dict[str, Description] = {}
-    fmus = ready_fmus(system, build_directory, native=native, tell=tell, drafts=drafts)
     read = cache(read_description)  # many components may be of one file
     for component in system.components:
         try:
@@ -67,7 +87,15 @@ def prepare(
             problems += error.problems
     if problems:
         raise InputError(problems)
+    return descriptions
+
+
+def _connected(
+    system: System, descriptions: Mapping[str, Description]
+) -> tuple[Wiring, System, ComponentSteps, list[str]]:
+    """Wiring, the system with its step, components' own steps, notes; InputError if any fails."""
     wiring: Wiring | None = None
+    problems: list[Problem] = []
     try:
         wiring = connect(system, descriptions)
     except InputError as error:
@@ -79,24 +107,10 @@ def prepare(
         raise InputError([*problems, *error.problems]) from None
     if wiring is None:
         raise InputError(problems)
-    descriptions, found = probed(paced, with_stated(system, descriptions), wiring)
-    descriptions, forgetful = without_forgetful(paced, descriptions, wiring)
-    wiring, late = broken(descriptions, wiring, rates)
-    structure = analyse(descriptions, wiring)
-    notes = (*rounded(system.simulation), *([note] if note else []), *found, *late)
-    missing = [
-        find(system, descriptions, wiring)
-        for find in (unconnected_parameters, loose_ends, differing)
-    ]
-    doubtful = (
-        *start_values_without_effect(system, wiring, structure),
-        *reversed_forces(system, descriptions, wiring),
-    )
-    warnings = tuple(line for lines in (forgetful, *missing, doubtful) for line in lines)
-    return Prepared(paced, descriptions, wiring, structure, rates, notes, warnings)
+    return wiring, paced, rates, [note] if note else []
 
 
-def as_system(given: System | str | Path, tell: Callable[[str], None] | None) -> System:
+def _as_system(given: object, tell: Callable[[str], None] | None) -> System:
     """The System itself, or that in the file at a path; InputError for anything else."""
     if isinstance(given, System):
         return given

@@ -73,7 +73,7 @@ def without_forgetful(
 
 
 def _is_own(source: FmuFile | ModelFile | Kind, description: Description) -> bool:
-    """Whether the FMU is made of nothing but this package's code."""
+    """True if the FMU is made of nothing but this package's code."""
     if isinstance(source, Kind):
         return type(source.config).__module__.startswith(OWN_KINDS)
     if isinstance(source, ModelFile):
@@ -179,7 +179,7 @@ def _apart(
 
 
 def _named(different: Sequence[str]) -> str:
-    """What is wrong with these outputs; empty without any."""
+    """The fault of these outputs in words; empty without any."""
     if not different:
         return ""
     more = f" and {len(different) - 3} more" if len(different) > 3 else ""

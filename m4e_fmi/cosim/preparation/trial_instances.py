@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import replace
 
@@ -22,7 +22,7 @@ TOGETHER = 1e-2
 SHORTER = 8
 """How much shorter than the component's the steps are that show what is integrated."""
 PROBE = "_probe"
-"""What the names end with that FMUs hear of such instances."""
+"""Suffix of the names that FMUs hear of such instances."""
 
 
 def driven_inputs(wiring: Wiring) -> dict[str, tuple[str, ...]]:
@@ -47,7 +47,7 @@ class Instances:
         self.short_step = self.step if only else self.step / SHORTER
 
     @contextmanager
-    def instance(self) -> Iterator[Instance]:
+    def instance(self) -> Generator[Instance]:
         """One after its initialisation; closed, with its library, at the end of the block."""
         name, times = self._component.name, self._simulation
         origin = f"{name} ({self._description.path.name})"

@@ -54,7 +54,7 @@ class Block:
             self.operations.append(GetTyped(instance, access, self._asked))
 
     def filled(self, rows: slice) -> np.ndarray:
-        """Some of the rows (rows, variables)."""
+        """Some of the rows (n_rows, n_variables), in the variables' units."""
         if not self._asked.size:
             return self._known[rows]
         return np.concatenate((self._known[rows], self._asked[rows]), axis=1)[:, self._order]

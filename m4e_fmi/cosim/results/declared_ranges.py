@@ -40,7 +40,10 @@ class RangeWatch:
         return bool(self._columns)
 
     def look(self, times: np.ndarray, values: np.ndarray) -> None:
-        """Rows at `times` [s] (n,), of all variables (n, k); the first outside is kept of each."""
+        """Keep the first value outside its range of each variable.
+
+        The rows are at `times` (n,) [s]; `values` (n, n_variables) in the variables' units.
+        """
         values = values[:, self._columns]
         near = ROUNDING * np.maximum(self._scale, np.abs(values))
         outside = (values < self._low - near) | (values > self._high + near)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import sys
 import time as clock
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -91,7 +91,7 @@ class ResultsWriter:
         self._last = network.time
         self._saved: tuple[int, float] | None = None
         self.notes: tuple[str, ...] = ()
-        """What is odd about the file, once it is closed; one line each."""
+        """Warnings about the file, once it is closed; one line each."""
         with ExitStack() as stack:
             self._place = stack.enter_context(claimed(self.path))
             self._file = self._created()
@@ -286,7 +286,7 @@ class ResultsWriter:
         return [group.section for group in self._groups]
 
     @contextmanager
-    def _errors(self) -> Iterator[None]:
+    def _errors(self) -> Generator[None]:
         """Errors of the disk as RunError."""
         try:
             yield

@@ -22,7 +22,7 @@ from m4e_fmi.fmu.importer.reading import Description
 
 
 def annotated(system: System) -> dict[str, Any]:
-    """What the annotation of a package says of the system's buses."""
+    """Content of the annotation of a package about the system's buses."""
     if not system.buses:
         return {}
     buses = {name: dict(signals) for name, signals in system.buses.items()}
@@ -46,16 +46,14 @@ def _flat(prepared: Prepared) -> Iterator[str]:
         if ends.isdisjoint(prepared.system.buses):
             yield text
             continue
-        for link in (*wiring.initial_links, *wiring.links):
+        for link in wiring.all_links:
             if link.connection == index:
                 yield str(_connection(link, prepared.descriptions))
 
 
 def _connection(link: Link, descriptions: Mapping[str, Description]) -> Connection:
     """The text of a link, whose factor and offset act after the conversion of units."""
-    give, take = (
-        descriptions[p.component].variables[p.variable] for p in (link.source, link.target)
-    )
+    give, take = (descriptions[p.component].variables[p.variable] for p in link.ends)
     one, other = give.dimension, take.dimension
     ignored = one is not None and other is not None and not one.same_dimension(other)
     scale, shift = (1.0, 0.0) if ignored else conversion(give, take)
@@ -96,11 +94,8 @@ def restored(
 
 
 def _alike(one: Wiring, other: Wiring) -> bool:
-    """Whether two wirings carry the same values."""
-    mine, others = (
-        {(k.source, k.target): k for k in (*wiring.initial_links, *wiring.links)}
-        for wiring in (one, other)
-    )
+    """True if two wirings carry the same values."""
+    mine, others = ({k.ends: k for k in wiring.all_links} for wiring in (one, other))
     return mine.keys() == others.keys() and all(
         math.isclose(link.factor, others[ends].factor, rel_tol=SAME_UNIT)
         and math.isclose(link.offset, others[ends].offset, rel_tol=SAME_UNIT, abs_tol=SAME_UNIT)

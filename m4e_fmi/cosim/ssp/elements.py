@@ -55,6 +55,7 @@ class Node:
     dictionary: Path = ()
 
     def signal(self, name: str) -> Signal:
+        """The signal of a connector."""
         return (self.dictionary or self.path, name)
 
     def components(self) -> Iterator[Node]:

@@ -32,7 +32,7 @@ def flat_names(package: Package, parts: Iterable[Node]) -> dict[Path, str]:
 
 
 def read_fmus(package: Package, parts: Iterable[Node]) -> dict[Path, Description]:
-    """What the FMUs say; those that cannot be read are among the problems."""
+    """Descriptions of the FMUs; those that cannot be read are among the problems."""
     known: dict[str, Description | None] = {"": None}
     found = {}
     with TemporaryFolder() as folder:

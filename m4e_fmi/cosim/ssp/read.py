@@ -171,7 +171,7 @@ def _connections(
 
 
 def _agrees(whole: str, members: list[Flow], names: dict[tuple[str, ...], str]) -> bool:
-    """Whether connections still are the members of the text that they have been."""
+    """True if connections are still the members of the text from which they were written."""
     if {_annotation(flow.edges[0].element).get("of") for flow in members} != {len(members)}:
         return False
     try:
@@ -201,7 +201,7 @@ def _text(flow: Flow, names: dict[tuple[str, ...], str]) -> str:
 
 
 def _annotation(element: Element) -> dict[str, Any]:
-    """What our own annotation of an element says, empty if there is none."""
+    """Content of our own annotation of an element, empty if there is none."""
     for annotation in element.findall(f"{SSD}Annotations/{SSC}Annotation"):
         if annotation.get("type") == OWN and len(annotation):
             try:

@@ -1,4 +1,4 @@
-"""What flows through the connectors of a package: from an output to the inputs at the other end.
+"""Flow of values through the connectors of a package: from an output to its inputs.
 
 Connectors of systems and entries of signal dictionaries only pass values on: they are followed back
 from every input to the output at the other end, factors and offsets of the connections on the way
@@ -44,6 +44,7 @@ class Flow:
 
     @property
     def is_plain(self) -> bool:
+        """True if the value arrives unchanged."""
         return (self.factor, self.offset, self.units_ignored) == (1.0, 0.0, False)
 
 

@@ -40,6 +40,7 @@ def unit_named(name: str, *known: Mapping[str, Definition]) -> Definition:
 
 
 def quantity(value: float, definition: Definition) -> Quantity:
+    """A value in a defined unit."""
     return Quantity(value, definition.unit, definition.offset)
 
 

@@ -135,8 +135,7 @@ def _ours(component: Component) -> dict[str, Any]:
 
 def _connected(prepared: Prepared) -> list[Port]:
     """All variables that connections lead to or from, and those the package gives units to."""
-    links = (*prepared.wiring.initial_links, *prepared.wiring.links)
-    ports = {port for link in links for port in (link.source, link.target)}
+    ports = {port for link in prepared.wiring.all_links for port in link.ends}
     system = prepared.system
     for text in (*system.outputs.values(), *(t for texts in system.inputs.values() for t in texts)):
         component, _, variable = text.partition(".")
@@ -190,8 +189,7 @@ def _system_connectors(prepared: Prepared, parent: Element, enumerations: Enumer
 
 
 def _connections(prepared: Prepared, parent: Element) -> None:
-    system, wiring = prepared.system, prepared.wiring
-    links = (*wiring.initial_links, *wiring.links)
+    system, links = prepared.system, prepared.wiring.all_links
     outer = [(None, name, *text.split(".", 1)) for name, t in system.inputs.items() for text in t]
     outer += [(*text.split(".", 1), None, name) for name, text in system.outputs.items()]
     if not links and not outer:
@@ -203,37 +201,24 @@ def _connections(prepared: Prepared, parent: Element) -> None:
         members = [link for link in links if link.connection == index]
         written = parse_connection(text)
         for link in members:
-            source, target = link.source, link.target
-            element = _connection(
-                connections, source.component, source.variable, target.component, target.variable
-            )
+            ends = (text for port in link.ends for text in (port.component, port.variable))
+            element = _connection(connections, *ends)
             _transform(element, written)
             if not _stands_alone(written, members):
                 _annotate(element, {"connection": text, "of": len(members)})
 
 
 def _stands_alone(written: Connection, members: list[Link]) -> bool:
-    """Whether the one link says all that the text does."""
+    """True if the one link says all that the text does."""
     if written.both_ways or written.delayed or len(members) != 1:
         return False
     return (written.left, written.right) == (str(members[0].source), str(members[0].target))
 
 
-def _connection(
-    parent: Element,
-    start_element: str | None,
-    start: str | None,
-    end_element: str | None,
-    end: str | None,
-) -> Element:
+def _connection(parent: Element, *ends: str | None) -> Element:
     element = etree.SubElement(parent, f"{SSD}Connection")
-    given = {
-        "startElement": start_element,
-        "startConnector": start,
-        "endElement": end_element,
-        "endConnector": end,
-    }
-    for key, value in given.items():
+    keys = "startElement", "startConnector", "endElement", "endConnector"
+    for key, value in zip(keys, ends, strict=True):
         if value is not None:
             element.set(key, value)
     return element

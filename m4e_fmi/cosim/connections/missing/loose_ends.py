@@ -54,7 +54,7 @@ def loose_ends(system: System, descriptions: Descriptions, wiring: Wiring) -> li
     idle = set(loads)
     others = [port for port in ports if port not in idle]
     links = (*wiring.links, *wiring.initial_links)
-    linked = {port.component for link in links for port in (link.source, link.target)}
+    linked = {port.component for link in links for port in link.ends}
     linked |= {text.partition(".")[0] for text in system.outputs.values()}
     linked |= {text.partition(".")[0] for texts in system.inputs.values() for text in texts}
     taken = {link.source for link in links}
@@ -160,7 +160,7 @@ def _halves(
     pairs = {
         (group_of(here), group_of(there))
         for link in wiring.links
-        for here, there in ((link.source, link.target), (link.target, link.source))
+        for here, there in (link.ends, link.ends[::-1])
     }
     for load in loads:
         last = load.variable.rpartition(".")[2]

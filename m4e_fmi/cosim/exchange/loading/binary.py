@@ -34,9 +34,9 @@ from m4e_fmi.fmu.importer.unpack import Unpacked
 CLASSES = {"1.0": fmi1.FMU1Slave, "2.0": fmi2.FMU2Slave, "3.0": fmi3.FMU3Slave}
 """FMPy's, by version of FMI."""
 PYTHON = "resources/slavemodule.txt"
-"""What PythonFMU's FMUs have, and no others."""
+"""A file that every FMU of PythonFMU has, and no other."""
 OWN = "m4e_fmi "
-"""What the generation tool of FMUs that are built here begins with; a version follows."""
+"""Beginning of the generation tool of FMUs that are built here; a version follows."""
 
 
 class Files:
@@ -53,7 +53,7 @@ class Files:
 
     @cached_property
     def shares_library(self) -> bool:
-        """Whether instances may share the library, as it is known to do no harm."""
+        """True if instances may share the library: it keeps nothing between calls."""
         is_known = self._tool.startswith(OWN) or (self.folder / PYTHON).is_file()
         return is_known or keeps_nothing(self._library)
 
