@@ -13,10 +13,10 @@ from dataclasses import replace
 import numpy as np
 
 from m4e_fmi.cosim.error_estimate.coverage import Coverage
+from m4e_fmi.cosim.error_estimate.kinks import NOISE, SMALL, halved_kinks
 from m4e_fmi.cosim.error_estimate.repeated_steps import FAR, off
 from m4e_fmi.cosim.error_estimate.report import over
 from m4e_fmi.cosim.error_estimate.roughness import HISTORY, Roughness, fourth_differences
-from m4e_fmi.cosim.error_estimate.step_doubling import NOISE, SMALL, halved_kinks
 from m4e_fmi.cosim.exchange.network import TWICE, Change, Network
 from m4e_fmi.cosim.exchange.operations import Operation, gather
 from m4e_fmi.cosim.stepping.algorithm import Algorithm

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Generator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from typing import cast
 
@@ -274,7 +274,7 @@ class Master:
         return f" (after t = {self._time_loop.time:.9g} s)"
 
     @contextmanager
-    def _pausing(self, check: Callable[[], None]) -> Iterator[None]:
+    def _pausing(self, check: Callable[[], None]) -> Generator[None]:
         """Within this, `check` ends steps early that are none of the run."""
         self.network.pause = check
         try:

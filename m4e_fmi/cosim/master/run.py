@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
@@ -95,7 +95,7 @@ def start(
     tell: Callable[[str], None] | None = None,
     variables: Sequence[str] = (),
     warn: Warn | None = None,
-) -> Iterator[Execution]:
+) -> Generator[Execution]:
     """A run that the block of ``with start(system) as run`` steps, from the start time.
 
     Arguments are those of `run`. The block may end before the stop time; `Execution.outcome` then
@@ -166,7 +166,7 @@ def _begun(
     watched: bool = False,
     warn: Warn | None = None,
     beside: Sequence[Path] = (),
-) -> Iterator[_Begun]:
+) -> Generator[_Begun]:
     begun = clock.perf_counter()
     missing = () if changeable else system.warnings  # inputs may be set between the steps
     system = _at_home(system)
@@ -252,7 +252,7 @@ def _at_home(system: Prepared) -> Prepared:
 
 
 @contextmanager
-def _recorded(begun: _Begun, settings: Simulation) -> Iterator[None]:
+def _recorded(begun: _Begun, settings: Simulation) -> Generator[None]:
     """Results of a run that has made all its steps are complete, however it ends."""
     try:
         yield
@@ -265,7 +265,7 @@ def _recorded(begun: _Begun, settings: Simulation) -> Iterator[None]:
 
 
 @contextmanager
-def _timed(begun: _Begun, settings: Simulation) -> Iterator[None]:
+def _timed(begun: _Begun, settings: Simulation) -> Generator[None]:
     """Ctrl-C and signals get a note of the time reached."""
     try:
         yield
@@ -275,7 +275,7 @@ def _timed(begun: _Begun, settings: Simulation) -> Iterator[None]:
 
 
 @contextmanager
-def _told_if_complete() -> Iterator[list[str]]:
+def _told_if_complete() -> Generator[list[str]]:
     """Ctrl-C and signals that have no notes get those of this list, which is for a complete run."""
     notes: list[str] = []
     try:
