@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from m4e_fmi.cosim.error_estimate.repeated_steps import FAR, ROUNDING, Recorded
@@ -58,6 +60,20 @@ def rougher(kinks: np.ndarray, run: Recorded, least: np.ndarray) -> np.ndarray:
     That is `least` (n,), in the outputs' units.
     """
     return kinks[np.any(roughness_at(kinks, run.values) > least, axis=1)]
+
+
+def smooth_roughness(run: Recorded, kinks: np.ndarray, jumps: Sequence[int]) -> np.ndarray:
+    """Largest fourth difference (n,) of each output away from kinks and jumps, in its unit.
+
+    `kinks` (k,) are indices of steps, `jumps` are times [ns].
+    """
+    found = fourth_differences(run.values)
+    uneven = np.flatnonzero(np.diff(np.diff(run.times))) + 1
+    last = np.searchsorted(run.times, jumps) - 1
+    steps = np.concatenate([about(kinks, run.steps), last, uneven]).astype(np.intp)
+    after = (steps[:, None] + 1 + np.arange(HISTORY + 1)).ravel()
+    found[after[after <= run.steps]] = 0.0
+    return found.max(axis=0)
 
 
 def halved_kinks(errors: np.ndarray, spans: np.ndarray) -> np.ndarray:

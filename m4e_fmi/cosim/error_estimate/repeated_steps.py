@@ -75,10 +75,10 @@ class Recorded:
 
 
 def off(values: np.ndarray, others: np.ndarray, largest: np.ndarray) -> np.ndarray:
-    """Magnitudes (n_times, n) of differences, 0 where they may be rounding.
+    """Magnitudes (n_times, n) of differences, 0 where they may be rounding; in the outputs' units.
 
-    `values` (n_times, n) and `others` (n_times, n) are in the outputs' units, as is the `largest`
-    (n,) magnitude of all values.
+    `values` (n_times, n) and `others` (n_times, n), and the magnitudes `largest` (n,) of all
+    values, are in the outputs' units.
     """
     difference = np.abs(values - others)
     return np.where(difference <= ROUNDING * largest, 0.0, difference)

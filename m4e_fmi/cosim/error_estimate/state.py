@@ -15,6 +15,9 @@ from m4e_fmi.cosim.error_estimate.roughness import RoughnessSnapshot
 from m4e_fmi.cosim.error_estimate.stretch import Followed, Stretch
 from m4e_fmi.cosim.error_estimate.windows import Told, throughout
 
+LITTLE = 1 / 3
+"""Kinks do not matter where their error over that of smooth steps is so small."""
+
 
 @dataclass
 class StepDoublingState:
@@ -90,6 +93,16 @@ class StepDoublingState:
             return 0.0 * spans
         largest = np.max([one.largest for one in self.told], axis=0) + self.kinked
         return share * float(over(largest, spans).max()) * spans
+
+    def kinks_outweigh(self, now: int) -> bool:
+        """True if errors of kinks up to `now` [ns] matter beside those of smooth steps, or grow."""
+        if not self.told:
+            return True
+        spans = self.spans()
+        smooth = throughout(self.told, self.coverage.start, now)
+        if over(self.kinked_since, spans).max() > LITTLE * over(smooth, spans).max():
+            return True
+        return self.followed is not None and self.followed.told.doubles(spans)
 
     def errors(self, now: int, *, halved: bool) -> np.ndarray:
         """Largest errors (n,) up to `now` [ns], in the outputs' units; or those at half the step.

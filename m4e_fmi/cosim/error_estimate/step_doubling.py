@@ -60,15 +60,15 @@ from m4e_fmi.cosim.error_estimate.kinks import (
     events,
     first_of_each,
     rougher,
+    smooth_roughness,
 )
 from m4e_fmi.cosim.error_estimate.repeated_steps import FAR, Recorded
 from m4e_fmi.cosim.error_estimate.repeated_windows import RepeatedWindows
-from m4e_fmi.cosim.error_estimate.report import over
-from m4e_fmi.cosim.error_estimate.roughness import HISTORY, Roughness, fourth_differences
+from m4e_fmi.cosim.error_estimate.roughness import Roughness
 from m4e_fmi.cosim.error_estimate.state import StepDoublingSnapshot, StepDoublingState
 from m4e_fmi.cosim.error_estimate.step_times import refined
 from m4e_fmi.cosim.error_estimate.stretch import Followed, Stretch
-from m4e_fmi.cosim.error_estimate.windows import Told, pieces, throughout
+from m4e_fmi.cosim.error_estimate.windows import Told, pieces
 from m4e_fmi.cosim.exchange.layout import NetworkSnapshot
 from m4e_fmi.cosim.exchange.network import Change, Network
 from m4e_fmi.cosim.exchange.operations import Operation, gather
@@ -83,8 +83,6 @@ PART = 4
 """Steps of the run over those of a stretch without windows."""
 MANY = 32
 """Kinks after which windows stand for others like them."""
-LITTLE = 1 / 3
-"""Kinks do not matter where their error over that of smooth steps is so small."""
 ROUGHER = 2.0
 """Times as rough as all windows, from which on a stretch becomes a window too."""
 DIED = 0.01
@@ -256,14 +254,8 @@ class StepDoublingEstimator:
         """
         if not len(kinks) and not stretch.jumps and len(stretch.runs) == 1:
             return self._roughness.largest
-        found = fourth_differences(run.values)
-        uneven = np.flatnonzero(np.diff(np.diff(run.times))) + 1
-        jumps = np.searchsorted(run.times, stretch.jumps) - 1
-        steps = np.concatenate([about(kinks, run.steps), jumps, uneven]).astype(np.intp)
-        after = (steps[:, None] + 1 + np.arange(HISTORY + 1)).ravel()
-        found[after[after <= run.steps]] = 0.0
         largest = np.zeros_like(self._roughness.largest)
-        largest[self._sources] = found.max(axis=0)
+        largest[self._sources] = smooth_roughness(run, kinks, stretch.jumps)
         return largest
 
     def _back_to(self, end: NetworkSnapshot, why: str) -> None:
@@ -326,24 +318,13 @@ class StepDoublingEstimator:
         else:
             why = self._follow(stretch, run, kinks)
             self._set_gates(run)
-            state.crowded = many and not self._outweigh(int(run.times[-1]))
+            state.crowded = many and not state.kinks_outweigh(int(run.times[-1]))
         if state.crowded:
             if state.followed:
                 state.watched = np.maximum(state.watched, state.rough)
             state.followed = None
             state.coverage = state.coverage.crowd(first)
         return why
-
-    def _outweigh(self, now: int) -> bool:
-        """True if errors of kinks, as followed, matter beside those of smooth steps, or grow."""
-        state = self._state
-        if not state.told:
-            return True
-        spans = state.spans()
-        smooth = throughout(state.told, state.coverage.start, now)
-        if over(state.kinked_since, spans).max() > LITTLE * over(smooth, spans).max():
-            return True
-        return state.followed is not None and state.followed.told.doubles(spans)
 
     def _set_gates(self, run: Recorded) -> None:
         """Set the fourth differences from which on the monitored outputs count as rough."""
@@ -397,7 +378,7 @@ class StepDoublingEstimator:
             state.failure = "all steps end at jumps" if state.steps > 1 else few
 
     def errors(self, *, halved: bool = False) -> np.ndarray:
-        """Largest known errors (n,) of the sources, in their units; or those at half the step.
+        """Largest known errors (n,) of the sources, in their units, or those at half the step.
 
         To be called without a `failure`.
         """

@@ -52,7 +52,7 @@ def closing_attributes(master: Master, prepared: Prepared, *, certify: bool) -> 
     """Attributes of the results that are known at the end of the run.
 
     These are the warnings and errors of FMUs, a line each, how large the coupling errors are, and
-    the notes, with warnings of the course of the run.
+    the notes, with warnings of the run.
     """
     lines = "\n".join(map(str, master.messages))
     found = {"messages": lines} if lines else {}

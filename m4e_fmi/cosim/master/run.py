@@ -99,7 +99,7 @@ def start(
     """A run that the block of ``with start(system) as run`` steps, from the start time.
 
     Arguments are those of `run`. The block may end before the stop time; `Execution.outcome` then
-    tells of the run up to there, its certificate too: of the course that led there.
+    reports the run up to there, its certificate too: along the steps that led there.
     """
     if not isinstance(system, Prepared):
         system = prepare(system, build_directory=build_directory, tell=tell)
