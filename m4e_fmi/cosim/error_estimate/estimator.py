@@ -9,7 +9,7 @@ import numpy as np
 
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.error_estimate.coverage import Coverage
-from m4e_fmi.cosim.error_estimate.report import Spans
+from m4e_fmi.cosim.error_estimate.report import Spans, monitored_places
 from m4e_fmi.cosim.error_estimate.shadow_run import ShadowRun
 from m4e_fmi.cosim.error_estimate.step_doubling import StepDoublingEstimator
 from m4e_fmi.cosim.exchange.network import HALF, TWICE, Change, Network
@@ -68,8 +68,7 @@ def error_estimator(
     lengths = _lengths(prepared)
     if isinstance(lengths, str):
         return lengths
-    places = [network.index(port) for _, port in network.monitored_outputs]
-    sources, spans = np.array(places, dtype=np.intp), Spans(network)
+    sources, spans = monitored_places(network), Spans(network)
     fixed = without_rollback(prepared.descriptions)
     if not fixed:
         coarse = _coarse(prepared)

@@ -6,12 +6,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from m4e_fmi.cosim.error_estimate.kinks import (
-    GROWN,
-    RESOLVED,
-    first_events,
-    roughness_at,
-)
+from m4e_fmi.cosim.error_estimate.kinks import GROWN, RESOLVED, first_events, roughness_at
 from m4e_fmi.cosim.error_estimate.repeated_steps import Recorded, RepeatedRun
 from m4e_fmi.cosim.error_estimate.report import over
 from m4e_fmi.cosim.error_estimate.state import StepDoublingState

@@ -100,6 +100,11 @@ def over(values: np.ndarray, spans: np.ndarray) -> np.ndarray:
     return np.divide(values, spans, out=np.zeros_like(values), where=spans > 0.0)
 
 
+def monitored_places(network: Network) -> np.ndarray:
+    """Places (n,) of the monitored outputs in the network's values, as indices."""
+    return np.array([network.index(port) for _, port in network.monitored_outputs], dtype=np.intp)
+
+
 class Trace:
     """An observer that keeps the monitored outputs."""
 
@@ -111,9 +116,7 @@ class Trace:
     def __call__(self, time: float, network: Network) -> None:
         if self.network is None:
             self.network = network
-            self._places = np.array(
-                [network.index(p) for _, p in network.monitored_outputs], dtype=np.intp
-            )
+            self._places = monitored_places(network)
         self.points[round(time * NS_PER_SECOND)] = network.values[self._places]
 
 
@@ -131,9 +134,7 @@ class Spans:
         numbers = {unit: number for number, unit in enumerate(dict.fromkeys(units))}
         self._of_unit = np.array([numbers[unit] for unit in units], dtype=np.intp)
         self._bare = np.array([not unit for unit in units], dtype=bool)
-        self._places = np.array(
-            [network.index(port) for _, port in network.monitored_outputs], dtype=np.intp
-        )
+        self._places = monitored_places(network)
         self._values, self._largest = network.values, np.zeros(len(numbers))
         self._nominal = np.zeros(len(numbers))
         np.maximum.at(
