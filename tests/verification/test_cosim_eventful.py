@@ -14,7 +14,7 @@ from support.c_fmus.kinds import build_kinds
 from support.eventful_systems import Event, EventfulSystem, eventful_system, made
 
 from m4e_fmi.cosim import Component, CouplingErrorReport, FmuFile, Simulation, run
-from m4e_fmi.cosim.error_estimate import step_doubling as witness
+from m4e_fmi.cosim.error_estimate import repeated_windows, step_doubling
 
 Fmus = Callable[[str], Path]
 
@@ -70,7 +70,7 @@ def test_a_switch_beyond_the_first_window_is_followed(
     c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # the first 256 steps are made twice; the switch is at about nine tenths of 400
-    monkeypatch.setattr(witness, "FIRST", 256)
+    monkeypatch.setattr(step_doubling, "FIRST", 256)
     rng = np.random.default_rng(3)
     system = eventful_system(
         c_fmu, rng, algorithm="corrector", event="switch", steps=(400, 401), share=(0.9, 0.91)
@@ -107,9 +107,9 @@ def test_the_results_say_how_large_the_error_is(c_fmu: Fmus, tmp_path: Path) -> 
 )
 def test_many_kinks_are_judged_in_windows(c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch) -> None:
     # as in a run of 2,048 steps for each 256
-    monkeypatch.setattr(witness, "FIRST", 256)
-    monkeypatch.setattr(witness, "MANY", 6)
-    monkeypatch.setattr(witness, "A_FEW", 4)
+    monkeypatch.setattr(step_doubling, "FIRST", 256)
+    monkeypatch.setattr(step_doubling, "MANY", 6)
+    monkeypatch.setattr(repeated_windows, "A_FEW", 4)
     system = eventful_system(
         c_fmu,
         np.random.default_rng(30),
@@ -133,10 +133,10 @@ def test_the_order_of_kinks_is_measured_where_they_are(
     c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # all kinks are in the second half of the only window, where they make most of the error
-    monkeypatch.setattr(witness, "FIRST", 512)
-    monkeypatch.setattr(witness, "MANY", 6)
-    monkeypatch.setattr(witness, "A_FEW", 4)
-    monkeypatch.setattr(witness, "MEASURED", 32)
+    monkeypatch.setattr(step_doubling, "FIRST", 512)
+    monkeypatch.setattr(step_doubling, "MANY", 6)
+    monkeypatch.setattr(repeated_windows, "A_FEW", 4)
+    monkeypatch.setattr(repeated_windows, "MEASURED", 32)
     system = eventful_system(
         c_fmu,
         np.random.default_rng(8),
@@ -172,8 +172,8 @@ def springs(fmus: Fmus, hard: float, mild: float, later: float, steps: int) -> E
     tolerance="3",
 )
 def test_hard_contacts_after_many_mild_ones(c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(witness, "FIRST", 512)
-    monkeypatch.setattr(witness, "MANY", 8)
+    monkeypatch.setattr(step_doubling, "FIRST", 512)
+    monkeypatch.setattr(step_doubling, "MANY", 8)
     true, stated, outcome = springs(c_fmu, 100.0, 0.05, 1250, 2200).true_and_stated()
     assert true / 3 < stated < 5 * true
     assert isinstance(outcome.certificate, CouplingErrorReport)
@@ -188,7 +188,7 @@ def test_hard_contacts_after_many_mild_ones(c_fmu: Fmus, monkeypatch: pytest.Mon
 )
 @pytest.mark.parametrize("stop", [9.0, 0.05], ids=["alone", "with contacts"])
 def test_ringing_after_a_burst(c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch, stop: float) -> None:
-    monkeypatch.setattr(witness, "FIRST", 256)
+    monkeypatch.setattr(step_doubling, "FIRST", 256)
     step = 0.03
     burst = {"burst": 550 * step + 0.007, "burst_width": 8 * step, "burst_force": 30.0}
     contact = {"stop": stop, "stop_stiffness": 2.0, "armed": 0.0}
@@ -229,8 +229,8 @@ def test_changes_in_every_step_leave_an_estimate_or_a_reason(
     c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     """A window without a step of another length tells nothing; kinks are followed all the same."""
-    monkeypatch.setattr(witness, "FIRST", 64)
-    monkeypatch.setattr(witness, "MANY", 4)
+    monkeypatch.setattr(step_doubling, "FIRST", 64)
+    monkeypatch.setattr(step_doubling, "MANY", 4)
     system = springs(c_fmu, 100.0, 5.0, 0, 300).system
     kinds = FmuFile(build_kinds(2, ["state"], tmp_path))
     encoder = (Component("a", kinds, {"period": 0.04}), Component("b", kinds, {"period": 0.0}))

@@ -1,4 +1,4 @@
-"""How much of a run the estimate of its coupling error has watched, and in which way."""
+"""Coverage of a run by the estimate of its coupling error: which parts were repeated, and how."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ import numpy as np
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
 
 NAMED = 3
-"""Times that are named, of more."""
+"""Number of times that a text lists, of more."""
 
 
 @dataclass(frozen=True)
 class Coverage:
-    """Of a run from `start` to `end`, times in nanoseconds.
+    """Repeated parts of a run from `start` to `end`; times in nanoseconds.
 
-    `doubled` are the spans that were made twice in steps of another length; `followed` those over
-    which a second course went beside the run, `kinks` the times of contacts, switches and jumps
-    that were met there in finer steps. They were many from `crowded` on, and windows told of
-    them. `lost` are times from which on kinks could not be followed, and why.
+    `doubled` are the spans that were repeated in steps of another length; `followed` those over
+    which a second run went beside the first, `kinks` the times of contacts, switches and jumps
+    that it met in finer steps. They were many from `crowded` on, and left to windows. `lost` are
+    times from which on kinks could not be followed, and why.
     """
 
     start: int
@@ -36,7 +36,7 @@ class Coverage:
         return replace(self, doubled=(*self.doubled, (begin, end)))
 
     def follow(self, since: int, until: int, kinks: np.ndarray) -> Coverage:
-        """With a course beside the run over this span, `kinks` within its last part."""
+        """With a second run over this span [ns], and `kinks` (k,) [ns] within its last part."""
         others = tuple(one for one in self.followed if one[0] != since)
         met = (*self.kinks, *kinks.tolist())
         return replace(self, followed=(*others, (since, until)), kinks=met)
@@ -46,12 +46,12 @@ class Coverage:
         return self if self.crowded is not None else replace(self, crowded=time)
 
     def lose(self, since: int, why: str) -> Coverage:
-        """Without knowledge from some time on."""
+        """Without knowledge of kinks from some time on."""
         return self if self.lost else replace(self, lost=((since, why),))
 
     @property
     def share(self) -> float:
-        """Share of the run that was made a second time, in one way or another."""
+        """Share of the run that was repeated, in one way or another."""
         span = self.end - self.start
         watched, last = 0, self.start
         for begin, end in sorted((*self.doubled, *self.followed)):

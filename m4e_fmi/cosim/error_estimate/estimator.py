@@ -9,7 +9,7 @@ import numpy as np
 
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.error_estimate.coverage import Coverage
-from m4e_fmi.cosim.error_estimate.report import Spans
+from m4e_fmi.cosim.error_estimate.report import Spans, monitored_places
 from m4e_fmi.cosim.error_estimate.shadow_run import ShadowRun
 from m4e_fmi.cosim.error_estimate.step_doubling import StepDoublingEstimator
 from m4e_fmi.cosim.exchange.network import HALF, TWICE, Change, Network
@@ -21,10 +21,7 @@ from m4e_fmi.fmu.importer.reading import Description
 
 
 class ErrorEstimator(Watcher, Protocol):
-    """An estimate that goes along with a run; `failure` says why nothing is known, if so.
-
-    Errors and ranges (n_sources,) are those of the monitored outputs, each in its unit.
-    """
+    """An estimate that goes along with a run; `failure` says why nothing is known, if so."""
 
     failure: str
 
@@ -37,15 +34,15 @@ class ErrorEstimator(Watcher, Protocol):
         ...
 
     def errors(self, *, halved: bool = False) -> np.ndarray:
-        """The largest errors that are known; or what half the step would leave of them."""
+        """Largest known errors (n,) of the outputs, in their units, or those at half the step."""
         ...
 
     def ranges(self) -> np.ndarray:
-        """The ranges of the outputs' values."""
+        """Ranges (n,) of the outputs, in their units."""
         ...
 
     def coverage(self) -> Coverage:
-        """The part of the run that was made a second time."""
+        """The parts of the run that were repeated."""
         ...
 
 
@@ -71,8 +68,7 @@ def error_estimator(
     lengths = _lengths(prepared)
     if isinstance(lengths, str):
         return lengths
-    places = [network.index(port) for _, port in network.monitored_outputs]
-    sources, spans = np.array(places, dtype=np.intp), Spans(network)
+    sources, spans = monitored_places(network), Spans(network)
     fixed = without_rollback(prepared.descriptions)
     if not fixed:
         coarse = _coarse(prepared)

@@ -1,4 +1,4 @@
-"""A part of a run made a second time, in steps of other lengths, and which lengths these are."""
+"""A part of a run that is repeated in steps of another length, and the recorded values."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from m4e_fmi.cosim.error_estimate.step_times import among
 from m4e_fmi.cosim.exchange.events import ended
 from m4e_fmi.cosim.exchange.failures import EventWithinError
 from m4e_fmi.cosim.exchange.network import Change, Network
@@ -22,145 +23,72 @@ from m4e_fmi.cosim.time_loop.time_events import NEVER, in_nanoseconds
 from m4e_fmi.errors import RunError
 
 ROUNDING = 1e-14
-"""Share of the largest value up to which a difference says nothing."""
+"""Share of the largest value up to which a difference may be rounding."""
 FAR = 2**62
 """More steps than a run has."""
-PARTS = 16
-"""Steps in place of one about a kink."""
-LEAST = 100
-"""Length [ns] below which a step is not divided."""
-BEFORE, AFTER = 2, 2
-"""Steps before and after one that is rough at once which a kink may lie in, or act on."""
 
 
 @dataclass(frozen=True)
 class Recorded:
-    """Recorded steps: `times` [ns] (n + 1,), and `values` there (n + 1, n_sources)."""
+    """Recorded steps: `times` (n + 1,) [ns], and `values` (n + 1, n_sources), in their units."""
 
     times: np.ndarray
     values: np.ndarray
 
     @property
     def steps(self) -> int:
-        """How many lead from the first time to the last."""
+        """Number of steps from the first time to the last."""
         return len(self.times) - 1
+
+    def first(self, steps: int) -> Recorded:
+        """The first so many steps."""
+        return Recorded(self.times[: steps + 1], self.values[: steps + 1])
 
     @cached_property
     def bounds(self) -> np.ndarray:
-        """The smallest and the largest value of each source (2, sources)."""
+        """Smallest and largest value of each source (2, n_sources), in the sources' units."""
         return np.array([self.values.min(axis=0), self.values.max(axis=0)])
 
     @property
     def ranges(self) -> np.ndarray:
-        """How far the values of each source are apart (sources,)."""
+        """Range of the values of each source (n_sources,), in the sources' units."""
         return self.bounds[1] - self.bounds[0]
 
     @property
     def largest(self) -> np.ndarray:
-        """The largest magnitude of each source (sources,)."""
+        """Largest magnitude of each source (n_sources,), in the sources' units."""
         return np.abs(self.bounds).max(axis=0)
 
     def off(self, other: Recorded, times: np.ndarray | None = None) -> np.ndarray:
-        """Magnitudes of differences (times, sources) at some times, or at all that both have.
+        """Magnitudes of differences (n_times, n_sources), in the sources' units.
 
-        But not on both sides of a jump that takes one nanosecond: the other's may be another.
+        They are those at `times` (n_times,) [ns], or at all that both have. But not on both sides
+        of a jump that takes one nanosecond: the other run's may be elsewhere.
         """
         if times is None:
             jumps = np.flatnonzero(np.diff(self.times) == 1)
-            both = _among(self.times, other.times)
+            both = among(self.times, other.times)
             both[jumps] = both[jumps + 1] = False
             times = self.times[both]
         mine, theirs = (one.values[np.searchsorted(one.times, times)] for one in (self, other))
         return off(theirs, mine, self.largest)
 
 
-def _among(times: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """Which of some times (n,) are among others, both in order."""
-    place = np.searchsorted(others, times)
-    return others[np.minimum(place, len(others) - 1)] == times
-
-
 def off(values: np.ndarray, others: np.ndarray, largest: np.ndarray) -> np.ndarray:
-    """Magnitudes of differences, 0 where they may be rounding of values up to `largest`."""
+    """Magnitudes (n_times, n) of differences, 0 where they may be rounding; in the outputs' units.
+
+    `values` (n_times, n) and `others` (n_times, n), and the magnitudes `largest` (n,) of all
+    values, are in the outputs' units.
+    """
     difference = np.abs(values - others)
     return np.where(difference <= ROUNDING * largest, 0.0, difference)
 
 
-def doubled(times: np.ndarray, jumps: Sequence[int], *, phase: int | None = None) -> np.ndarray:
-    """Times [ns] of steps of twice the length: every second one, and both ends of each jump.
+class RepeatedRun:
+    """Steps over given times, from where `network` is, by an algorithm that `make` makes anew.
 
-    With a `phase`, 0 or 1, they are every second one from that on, also after a jump: components
-    that step more rarely have their points there.
-    """
-    last = len(times) - 1
-    after = np.searchsorted(times, jumps)
-    edges = np.concatenate([[0], np.column_stack((after - 1, after)).ravel(), [last]])
-    begins = edges if phase is None else edges + (edges + phase) % 2
-    met = np.zeros(last + 1, dtype=bool)
-    met[edges] = True
-    for begin, end in zip(begins[:-1], edges[1:], strict=True):
-        met[begin:end:2] = True
-    kept = np.flatnonzero(met)
-    if len(kept) > 1 and kept[-1] - kept[-2] == 1 and last not in after:
-        kept = kept[:-1]  # a single step at the end tells nothing
-    return times[kept]
-
-
-def halved(times: np.ndarray, jumps: Sequence[int]) -> np.ndarray:
-    """Times [ns] of steps of half the length, but over jumps."""
-    smooth = ~np.isin(times[1:], jumps)
-    middles = times[:-1] + np.diff(times) // 2
-    return np.unique(np.concatenate([times, middles[smooth]]))
-
-
-def about(kinks: np.ndarray, steps: int) -> np.ndarray:
-    """The steps, of so many, in which a kink may lie or act: those about the `kinks` (k,)."""
-    near = (kinks[:, None] + np.arange(-BEFORE, AFTER + 1)).ravel()
-    return np.unique(near[(near >= 0) & (near < steps)])
-
-
-def events(kinks: np.ndarray) -> int:
-    """How many have made these (k,), in order: those that act on each other's steps are one."""
-    return int(len(kinks) > 0) + int((np.diff(kinks) > BEFORE + AFTER).sum())
-
-
-def first_of_each(kinks: np.ndarray) -> np.ndarray:
-    """Of these (k,), in order, the first that each event has made."""
-    return kinks[np.diff(kinks, prepend=-FAR) > BEFORE + AFTER]
-
-
-def first_events(kinks: np.ndarray, count: int) -> np.ndarray:
-    """Of these (k,), in order, those that the first so many events have made."""
-    number = np.concatenate([[0], np.cumsum(np.diff(kinks) > BEFORE + AFTER)])[: len(kinks)]
-    return kinks[number < count]
-
-
-def refined(times: np.ndarray, jumps: Sequence[int], steps: np.ndarray) -> np.ndarray:
-    """Times [ns] with PARTS steps in place of some `steps` (k,), but over jumps.
-
-    Where these are many, there are fewer, so that all steps are three times as many at most.
-    """
-    found, most = [times], 1 + 2 * (len(times) - 1) // max(1, len(steps))
-    for k in steps[~np.isin(times[1:][steps], jumps)].tolist():
-        begin, end = int(times[k]), int(times[k + 1])
-        parts = min(PARTS, most, (end - begin) // LEAST)
-        if parts > 1:
-            found.append(np.round(np.linspace(begin, end, parts + 1)).astype(np.int64))
-    return np.unique(np.concatenate(found))
-
-
-def other_steps(times: np.ndarray, run: np.ndarray) -> int:
-    """How long [ns] the steps take that lead along `times`, and that the run has not made."""
-    met = _among(times, run)
-    same = met[:-1] & met[1:] & (np.diff(np.searchsorted(run, times)) == 1)
-    return int(np.diff(times)[~same].sum())
-
-
-class SecondCourse:
-    """Steps over times given, from where `network` is, by an algorithm that `make` makes anew.
-
-    `length` over the simulation's is that of most steps; `sources` (n,) are the places of the
-    outputs that are told.
+    `length` over the simulation's is that of most steps; `sources` (n,) are indices of the recorded
+    outputs in the network's values.
     """
 
     def __init__(
@@ -193,9 +121,9 @@ class SecondCourse:
     def along(
         self, times: np.ndarray, jumps: Iterable[int], changes: Mapping[int, Sequence[Change]]
     ) -> Recorded:
-        """The course over these times [ns], a step from each to the next.
+        """Values at `times` (n,) [ns], with a step from each to the next.
 
-        Some are `jumps`, at some `changes` are made.
+        Some times are `jumps`, at some `changes` are made.
         """
         sizes, jumps = np.diff(times), frozenset(jumps)
         found = [self._network.values[self._sources][None]]

@@ -1,14 +1,14 @@
 """Report of the coupling error: the estimated error of each connection.
 
-A run makes some of its steps a second time, in half as many that are twice as long, or where these
-cannot be in twice as many that are half as long; all are watched for kinks (`step_doubling`).
-With `--check` all of it is made again at half the step; two runs of order p, y at the step H and z
+A run repeats some of its steps, in half as many that are twice as long, or where these are not
+possible in twice as many that are half as long; all are watched for kinks (`step_doubling`).
+With `--check` all of it is repeated at half the step; two runs of order p, y at the step H and z
 at H/2, differ by most of the error of the first:
 
     error of y = |y − z| · 2^p/(2^p − 1)
 
-The largest over the run is told for each connection, relative to the range: how far the values of
-any monitored output of that unit have been apart; of the output itself, if it has no unit. A range
+The largest over the run is reported for each connection, relative to the range: the largest range
+of any monitored output of that unit; of the output itself, if it has no unit. A range
 of rounding noise counts as NOISE times the largest value of the unit. Monitored are the sources of
 all connections; of a component from which no Real is taken, all outputs. This is the error of the
 coupling alone; each FMU's own error is the same in both runs.
@@ -93,8 +93,16 @@ class CouplingErrorReport:
 
 
 def over(values: np.ndarray, spans: np.ndarray) -> np.ndarray:
-    """Values (…, n) over the spans (n,) of their units; 0 where nothing moves."""
+    """Shares (…, n) [1] of values in the spans of their units; 0 where these are 0.
+
+    `values` (…, n) and `spans` (n,) are in the outputs' units.
+    """
     return np.divide(values, spans, out=np.zeros_like(values), where=spans > 0.0)
+
+
+def monitored_places(network: Network) -> np.ndarray:
+    """Places (n,) of the monitored outputs in the network's values, as indices."""
+    return np.array([network.index(port) for _, port in network.monitored_outputs], dtype=np.intp)
 
 
 class Trace:
@@ -108,9 +116,7 @@ class Trace:
     def __call__(self, time: float, network: Network) -> None:
         if self.network is None:
             self.network = network
-            self._places = np.array(
-                [network.index(p) for _, p in network.monitored_outputs], dtype=np.intp
-            )
+            self._places = monitored_places(network)
         self.points[round(time * NS_PER_SECOND)] = network.values[self._places]
 
 
@@ -128,9 +134,7 @@ class Spans:
         numbers = {unit: number for number, unit in enumerate(dict.fromkeys(units))}
         self._of_unit = np.array([numbers[unit] for unit in units], dtype=np.intp)
         self._bare = np.array([not unit for unit in units], dtype=bool)
-        self._places = np.array(
-            [network.index(port) for _, port in network.monitored_outputs], dtype=np.intp
-        )
+        self._places = monitored_places(network)
         self._values, self._largest = network.values, np.zeros(len(numbers))
         self._nominal = np.zeros(len(numbers))
         np.maximum.at(
@@ -163,8 +167,9 @@ def certificate(
     ranges: np.ndarray,
     coverage: Coverage | None = None,
 ) -> CouplingErrorReport:
-    """The certificate of a run; `errors`, what half the step would leave of them, and `ranges` are
-    of the monitored outputs, each in its unit.
+    """The certificate of a run from errors of the monitored outputs.
+
+    `errors` (n,), those at half the step `halved` (n,), and `ranges` (n,) are in their units.
     """
     largest: dict[int, CouplingError] = {}
     shares = over(np.array([errors, halved]), Spans(network)(ranges)).T.tolist()

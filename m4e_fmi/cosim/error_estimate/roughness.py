@@ -1,8 +1,8 @@
 """Kinks and jumps of the exchanged outputs, found in every step at little cost.
 
-The estimate of the coupling error rests on parts of a run that are made twice. It holds for the
+The estimate of the coupling error rests on parts of a run that are repeated. It holds for the
 rest as long as the outputs are as smooth there. This is watched in all steps by fourth differences:
-of a smooth course they are of the order H⁴, of one with a kink in its k-th derivative of the order
+of a smooth motion they are of the order H⁴, of one with a kink in its k-th derivative of the order
 H^k.
 """
 
@@ -19,7 +19,7 @@ from m4e_fmi.cosim.time_loop.energy import BLOCK
 HISTORY = 4
 """Steps before one that its fourth difference looks at."""
 STEPS = 5
-"""Steps that are to be seen before a fourth difference has a level to be compared with."""
+"""Steps before a fourth difference has a level for comparison."""
 ROUNDING = 2e-14
 """Share of the largest value of a unit that a fourth difference may be by rounding."""
 _NONE = np.zeros(0, dtype=np.intp)
@@ -27,7 +27,7 @@ _NONE = np.zeros(0, dtype=np.intp)
 
 @dataclass(frozen=True)
 class RoughnessSnapshot:
-    """The last differences of the outputs, and the gates (n,) from which they are rough."""
+    """The last differences of the outputs, and the gates (n,) from which on they are rough."""
 
     past: np.ndarray
     gate: np.ndarray
@@ -60,7 +60,7 @@ class Roughness:
         self._past[:], self.gate[:] = snapshot.past, snapshot.gate
 
     def forget(self) -> None:
-        """The steps before this one tell nothing of those to come."""
+        """Compare the next steps with none before this one."""
         self._past[-1] = STEPS
 
     def start_over(self) -> None:
@@ -68,10 +68,10 @@ class Roughness:
         self.largest[:] = 0.0
 
     def sudden(self, row: int, steps: int, *, same: bool, jumped: bool) -> np.ndarray:
-        """Which of so many steps, noted from a row on, are rough at once (k,), from 0.
+        """Suddenly rough steps (k,) of so many, as indices from 0.
 
-        The last does not count if it has `jumped`, nor the first few if they are not of the `same`
-        size as those before.
+        They are noted from a row on. The last does not count if it has `jumped`, nor the first
+        few if they are not of the `same` size as those before.
         """
         first, end = (0 if same else STEPS), steps - jumped
         if end <= first or (steps == 1 and not self._flags[row, 0]):
@@ -80,7 +80,10 @@ class Roughness:
 
 
 def fourth_differences(values: np.ndarray) -> np.ndarray:
-    """Magnitudes for values (steps, n); 0 for the first four steps."""
+    """Magnitudes (n_steps, n) of fourth differences, 0 in the first four, in the outputs' units.
+
+    `values` (n_steps, n) are in the outputs' units.
+    """
     found = np.zeros_like(values)
     if len(values) > HISTORY:
         found[HISTORY:] = np.abs(np.diff(values, 4, axis=0))

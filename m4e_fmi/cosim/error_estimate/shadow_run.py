@@ -2,7 +2,7 @@
 
 It begins at the start time as the run does, and makes steps twice as long (or half as long: see
 `step_doubling` for the meaning of the difference). It costs half of the run again (or twice), but
-follows all of it: nothing has to be concluded from a part.
+covers all of it: nothing has to be concluded from a part.
 """
 
 from __future__ import annotations
@@ -13,10 +13,10 @@ from dataclasses import replace
 import numpy as np
 
 from m4e_fmi.cosim.error_estimate.coverage import Coverage
+from m4e_fmi.cosim.error_estimate.kinks import NOISE, SMALL, halved_kinks
 from m4e_fmi.cosim.error_estimate.repeated_steps import FAR, off
 from m4e_fmi.cosim.error_estimate.report import over
 from m4e_fmi.cosim.error_estimate.roughness import HISTORY, Roughness, fourth_differences
-from m4e_fmi.cosim.error_estimate.step_doubling import NOISE, SMALL, halved_kinks
 from m4e_fmi.cosim.exchange.network import TWICE, Change, Network
 from m4e_fmi.cosim.exchange.operations import Operation, gather
 from m4e_fmi.cosim.stepping.algorithm import Algorithm
@@ -26,13 +26,14 @@ from m4e_fmi.cosim.time_loop.time_loop import TimeLoop
 from m4e_fmi.errors import RunError
 
 KINKED = 1.0
-"""Order of the error of a kink within a step, which others know at its ends only."""
+"""Order of the error of a kink within a step, which other FMUs see at its ends only."""
 
 
 class Recorder:
     """Keeps the values of some outputs, `sources`, at the points that a run comes to: `count`.
 
-    `kinks` (n,) are the largest fourth differences of the sources in steps that are rough at once.
+    `kinks` (n,) are the largest fourth differences of the sources in suddenly rough steps, in
+    their units.
     """
 
     room = FAR
@@ -79,7 +80,7 @@ class Recorder:
         self.count += steps
 
     def _note(self, sudden: np.ndarray, values: np.ndarray) -> None:
-        """Some steps are rough at once."""
+        """Account for steps (k,) that are suddenly rough."""
         if len(sudden):
             rough = fourth_differences(np.concatenate((self._last, values)))
             found = rough[len(self._last) + sudden].max(axis=0)
@@ -122,7 +123,7 @@ class ShadowRun:
         size = min(length * simulation.step_size, simulation.stop_time - simulation.start_time)
         longer = replace(simulation, step_size=size, output_interval=None)
         no_bonds = EnergyBalance(other, ())
-        self._course = TimeLoop(
+        self._time_loop = TimeLoop(
             other, algorithm, no_bonds, longer, witness=self._other, most_time=np.inf
         )
         self._size, stop = round(size * NS_PER_SECOND), round(simulation.stop_time * NS_PER_SECOND)
@@ -135,7 +136,7 @@ class ShadowRun:
         self._start = round(network.time * NS_PER_SECOND)
         self._extremes = np.array([values, values])
         self.failure = ""
-        """Why nothing can be told, if so."""
+        """Why the errors are not known, if so."""
         self.switched = False
         """True if discrete values have changed, at other times in the other set."""
 
@@ -149,10 +150,10 @@ class ShadowRun:
 
     def halt(self) -> None:
         """End steps that are made at once at the next point, called by another thread."""
-        self._course.halt()
+        self._time_loop.halt()
 
     def stop(self, why: str) -> None:
-        """The second set cannot follow the run any more: nothing can be told."""
+        """The second set cannot follow the run any more: the errors are not known."""
         self.failure = self.failure or why
 
     def after(
@@ -186,18 +187,16 @@ class ShadowRun:
 
     def _follow(self) -> None:
         """Make the steps up to where the run is, as far as they are whole; compare."""
-        course, now = self._course, round(self._network.time * NS_PER_SECOND)
+        loop, now = self._time_loop, round(self._network.time * NS_PER_SECOND)
         try:
-            while not course.over and (
-                now - course.now >= self._size or course.now < now == self._rest
-            ):
+            while not loop.over and (now - loop.now >= self._size or loop.now < now == self._rest):
                 self._network.pause()
-                course.advance(max(1, (now - course.now) // self._size))
+                loop.advance(max(1, (now - loop.now) // self._size))
         except RunError as error:
             name = "twice" if self._twice else "half"
             self.stop(f"steps of {name} the length fail ({error.message})")
             return
-        (times, values), (others, again) = (r.take(course.now) for r in (self._run, self._other))
+        (times, values), (others, again) = (r.take(loop.now) for r in (self._run, self._other))
         known = np.concatenate((self._extremes, values if self._twice else again))
         self._extremes = np.array([known.min(axis=0), known.max(axis=0)])
         _, mine, theirs = np.intersect1d(times, others, assume_unique=True, return_indices=True)
@@ -206,9 +205,9 @@ class ShadowRun:
         self._difference = np.maximum(self._difference, differences.max(axis=0, initial=0.0))
 
     def errors(self, *, halved: bool = False) -> np.ndarray:
-        """The largest errors that are known, for each source, in its unit; or at half the step.
+        """Largest known errors (n,) of the sources, in their units, or those at half the step.
 
-        Two courses alone do not tell their order: it is the algorithm's. Where outputs have kinks
+        Two runs alone do not show their order: it is the algorithm's. Where outputs have kinks
         it changes with where these fall in a step, and is taken as KINKED; none shows where they
         make errors of the size of the range.
         """
@@ -231,5 +230,5 @@ class ShadowRun:
         return Coverage(start, end, followed=((start, end),))
 
     def ranges(self) -> np.ndarray:
-        """How far the values of each source have been apart."""
+        """Ranges (n,) of the values of the sources, in their units."""
         return np.ptp(self._extremes, axis=0)

@@ -1,4 +1,4 @@
-"""Errors of a whole run, from the windows in which they are known."""
+"""Errors of a whole run, from those of its windows."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 PIECES = 8
-"""Into which a window is divided, to see how its errors grow and fall."""
+"""Pieces of a window, which show how its errors grow and fall."""
 DOUBLE = 1.8
 """Growth from one half to the other from which on errors are taken to go on growing."""
 LEAST, MOST = 0.05, 1.0
@@ -18,10 +18,11 @@ LEAST, MOST = 0.05, 1.0
 
 @dataclass(frozen=True)
 class Told:
-    """The largest errors (pieces, sources) in the pieces of a window of `span` from `begin` [ns].
+    """Largest errors (n_pieces, n_sources) in the pieces of a window of `span` from `begin` [ns].
 
-    Half the step would leave the share `left` of them. The window `speaks` for all up to the next
-    that does, but for those that do not: these are for themselves alone.
+    They are in the sources' units; half the step would leave the share `left` of them. The window
+    `speaks` for all steps up to the next that does, but for those that do not: these count for
+    themselves alone.
     """
 
     errors: np.ndarray
@@ -32,7 +33,7 @@ class Told:
 
     @property
     def largest(self) -> np.ndarray:
-        """The largest errors (sources,)."""
+        """Largest errors (n_sources,), in the sources' units."""
         return self.errors.max(axis=0)
 
     @property
@@ -42,19 +43,22 @@ class Told:
 
     @property
     def growth(self) -> np.ndarray:
-        """Growth factors (sources,) of the errors in the second half, 1 if they were 0 before."""
+        """Growth factors (n_sources,) [1] of errors in the second half; 1 if they were 0 before."""
         first, whole = self.errors[: (len(self.errors) + 1) // 2].max(axis=0), self.largest
         return np.divide(whole, first, out=np.ones_like(whole), where=first > 0.0)
 
     def doubles(self, spans: np.ndarray) -> bool:
-        """True if the largest error over some spans is twice as large in the second half."""
+        """True if the largest error over its span is twice as large in the second half.
+
+        `spans` (n_sources,) are in the sources' units.
+        """
         largest = np.divide(self.errors, spans, out=np.zeros_like(self.errors), where=spans > 0.0)
         first = largest[: (len(largest) + 1) // 2].max()
         return bool(largest.max() > DOUBLE * first)
 
     @property
     def lasting(self) -> np.ndarray:
-        """The share of the errors (sources,) that lasts: what they fall to in two pieces running.
+        """Share (n_sources,) [1] of the errors that lasts: what they fall to in two pieces running.
 
         One piece says little: it may be where an oscillation goes through zero.
         """
@@ -65,17 +69,20 @@ class Told:
 
 
 def pieces(errors: np.ndarray) -> np.ndarray:
-    """The largest of errors (steps, n) in each of some pieces of a course (pieces, n)."""
+    """Largest errors (n_pieces, n) in each piece of a run, in the outputs' units.
+
+    `errors` (n_steps, n) are in the outputs' units.
+    """
     begins = np.arange(min(PIECES, len(errors))) * len(errors) // min(PIECES, len(errors))
     return np.maximum.reduceat(errors, begins, axis=0)
 
 
 def throughout(told: Sequence[Told], start: int, end: int) -> np.ndarray:
-    """The errors (sources,) of a run from `start` to `end` [ns] by what windows have told of it.
+    """Errors (n_sources,) of a run from `start` to `end` [ns], in the sources' units.
 
-    How they grow beyond a window, the longest with errors tells. If E doubles with the time (as the
-    phase of an undamped oscillation), the error of all that a window speaks for, over the time S,
-    is E S/τ with τ the length of the window, and these add up; if it does not grow (where
+    How they grow beyond a window is taken from the longest with errors. If E doubles with the time
+    (as the phase of an undamped oscillation), the error of all that a window speaks for, over the
+    time S, is E S/τ with τ the length of the window, and these add up; if it does not grow (where
     oscillations are damped and forced), the error is E, and the largest counts. In between, with an
     exponent γ = log₂ of what E grows by in the second half of the window, error =
     (Σ E^(1/γ) S/τ)^γ. Errors may also grow because motions do, and die out in between: only the

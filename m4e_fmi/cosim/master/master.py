@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Generator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from typing import cast
 
@@ -23,11 +23,7 @@ from m4e_fmi.cosim.master.state import State
 from m4e_fmi.cosim.monitoring.instability import Stability
 from m4e_fmi.cosim.monitoring.late_dependence import SecondLook
 from m4e_fmi.cosim.results.writer import ResultsWriter
-from m4e_fmi.cosim.stepping.algorithm import (
-    Algorithm,
-    ErrorEstimating,
-    Undoing,
-)
+from m4e_fmi.cosim.stepping.algorithm import Algorithm, ErrorEstimating, Undoing
 from m4e_fmi.cosim.stepping.algorithm_choice import error_estimating, made
 from m4e_fmi.cosim.stepping.step_control import StepControl
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
@@ -182,11 +178,9 @@ class Master:
     def _stated(self) -> float | None:
         """The largest coupling error up to the present point, over the range, if it is known."""
         found = self.certificate()
-        return (
-            found.errors[0].error
-            if isinstance(found, CouplingErrorReport) and found.errors
-            else None
-        )
+        if isinstance(found, CouplingErrorReport) and found.errors:
+            return found.errors[0].error
+        return None
 
     @property
     def rejected(self) -> int:
@@ -235,10 +229,8 @@ class Master:
         if self.steps and self.ended and round((stop - self.network.time) * NS_PER_SECOND) > 0:
             at_once = [f"the run ended before its stop time of {stop:.9g} s: {self.ended}"]
         certificate = self.certificate() if self._certify else ""
-        if isinstance(certificate, CouplingErrorReport):
-            useless = certificate.warning(advice=not grown)
-        else:
-            useless = ""
+        known = isinstance(certificate, CouplingErrorReport)
+        useless = certificate.warning(advice=not grown) if known else ""
         return (*at_once, *self._second_look.notes, *filter(None, (grown, useless)))
 
     @property
@@ -274,7 +266,7 @@ class Master:
         return f" (after t = {self._time_loop.time:.9g} s)"
 
     @contextmanager
-    def _pausing(self, check: Callable[[], None]) -> Iterator[None]:
+    def _pausing(self, check: Callable[[], None]) -> Generator[None]:
         """Within this, `check` ends steps early that are none of the run."""
         self.network.pause = check
         try:
@@ -354,11 +346,8 @@ class Master:
             )
         point = self.network.keep()
         row = self._results.mark() if self._results else None
-        seen = (
-            self._estimator.snapshot()
-            if isinstance(self._estimator, StepDoublingEstimator)
-            else None
-        )
+        estimator = self._estimator
+        known = isinstance(estimator, StepDoublingEstimator)
         return State(
             self,
             point,
@@ -368,7 +357,7 @@ class Master:
             self._time_loop.snapshot(),
             self._second_look.snapshot(),
             row,
-            seen,
+            estimator.snapshot() if known else None,
         )
 
     @not_lost()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -41,7 +41,7 @@ def thinned(
 
 
 @contextmanager
-def place_of(results: str | Path) -> Iterator[Path]:
+def place_of(results: str | Path) -> Generator[Path]:
     """Where the results are streamed to, absolute; InputError or RunError before any work."""
     check_export(results)
     with claimed(stream_of(results)) as place:
@@ -52,7 +52,7 @@ def closing_attributes(master: Master, prepared: Prepared, *, certify: bool) -> 
     """Attributes of the results that are known at the end of the run.
 
     These are the warnings and errors of FMUs, a line each, how large the coupling errors are, and
-    the notes, with warnings of the course of the run.
+    the notes, with warnings of the run.
     """
     lines = "\n".join(map(str, master.messages))
     found = {"messages": lines} if lines else {}
@@ -88,7 +88,7 @@ def attributes_of(prepared: Prepared) -> dict[str, str]:
 
 
 @contextmanager
-def kept(file: Path, given: Path, writer: ResultsWriter) -> Iterator[None]:
+def kept(file: Path, given: Path, writer: ResultsWriter) -> Generator[None]:
     """Exports the results to `file` if the run does not reach its end, and tells how far they go.
 
     Those of a run that does are for `export_whole`.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
@@ -32,7 +32,7 @@ from m4e_fmi.cosim.preparation.prepare import prepare
 from m4e_fmi.cosim.preparation.surroundings import model_gravity
 from m4e_fmi.cosim.results.writer import AT_STOP, ResultsWriter
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
-from m4e_fmi.cosim.system.system import Simulation, System
+from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import RunError
 from m4e_fmi.results.results_file import as_given, stream_of
 from m4e_fmi.signals import Terminated, ending_cleanly, held, let_through
@@ -72,18 +72,25 @@ def run(
         system = prepare(system, build_directory=build_directory, tell=tell)
     if results is not None:
         system = thinned(system, variables, tell)
-    if warn:
-        for line in system.warnings:
-            warn(f"warning: {line}")
-    return (_checked if check else _once)(
+    _tell(warn, system.warnings)
+    first = partial(
+        _once,
         system,
         results=results,
-        observers=observers,
         progress=progress,
         variables=variables,
         warn=warn,
         beside=beside,
     )
+    if not check:
+        return first(observers=observers)
+    again = finer(system)
+    trace, finer_trace = Trace(), Trace()
+    outcome = first(observers=[*observers, trace])
+    with second_run(outcome.path):
+        _once(again, observers=[finer_trace], progress=progress, certify=False)
+    found = compared(trace, finer_trace, system.system.connections, outcome.order)
+    return replace(outcome, checked=found)
 
 
 @contextmanager
@@ -95,11 +102,11 @@ def start(
     tell: Callable[[str], None] | None = None,
     variables: Sequence[str] = (),
     warn: Warn | None = None,
-) -> Iterator[Execution]:
+) -> Generator[Execution]:
     """A run that the block of ``with start(system) as run`` steps, from the start time.
 
     Arguments are those of `run`. The block may end before the stop time; `Execution.outcome` then
-    tells of the run up to there, its certificate too: of the course that led there.
+    reports the run up to there, its certificate too: along the steps that led there.
     """
     if not isinstance(system, Prepared):
         system = prepare(system, build_directory=build_directory, tell=tell)
@@ -145,11 +152,13 @@ def _once(
 
 @dataclass
 class _Begun:
-    """A run with its results file, if there is one; `outcome` once both have ended, unless it has
-    `failed`.
+    """A run of a system with its results file, if there is one.
+
+    It has the `outcome` once both have ended, unless the run has `failed`.
     """
 
     master: Master
+    system: Prepared
     results: ResultsWriter | None = None
     outcome: Outcome | None = None
     failed: bool = False
@@ -166,20 +175,21 @@ def _begun(
     watched: bool = False,
     warn: Warn | None = None,
     beside: Sequence[Path] = (),
-) -> Iterator[_Begun]:
-    begun = clock.perf_counter()
+) -> Generator[_Begun]:
+    """A run that the block makes; its outcome and its export follow the block."""
+    start_time = clock.perf_counter()
     missing = () if changeable else system.warnings  # inputs may be set between the steps
     system = _at_home(system)
     recorded: dict[str, list[str]] = {}
     if results is not None:
         members = chosen(system.descriptions, variables, system.wiring.sources)
         recorded = {name: [v.name for v in members] for name, members in members.items()}
-    settings = system.system.simulation
     with ExitStack() as stack:
         complete = stack.enter_context(_told_if_complete())
         stack.enter_context(ending_cleanly())
         place = stack.enter_context(place_of(results)) if results is not None else None
-        file = Path(results or "").absolute()
+        given = Path(results or "")
+        file = given.absolute()
         master = stack.enter_context(
             Master(
                 system,
@@ -190,59 +200,66 @@ def _begun(
                 warn=warn,
             )
         )
-        found = _Begun(master)
+        begun = _Begun(master, system)
         gravity = partial(model_gravity, system.system, system.descriptions)
         floats = start_warnings(master.network, system.wiring, gravity)
-        if warn:
-            for line in floats:
-                warn(f"warning: {line}")
-        if place is None or results is None:
-            with _timed(found, settings):
-                yield found
-            complete[:] = [_reached(found, settings)]
+        _tell(warn, floats)
+        writer = None
+        if place is None:
+            with _timed(begun):
+                yield begun
+            complete[:] = [_reached(begun)]
         else:
-            writer = ResultsWriter(
+            writer = begun.results = ResultsWriter(
                 place,
                 master.network,
                 attributes_of(system),
                 variables=variables,
                 closing=lambda: closing_attributes(
-                    master, system, certify=certify and not found.failed
+                    master, system, certify=certify and not begun.failed
                 ),
                 beside=[path.absolute() for path in (file, *beside) if path.resolve() != place],
             )
-            found.results = writer
-            with kept(file, Path(results), writer), _timed(found, settings), held(), writer:
-                with _recorded(found, settings), let_through():
-                    yield found
+            with kept(file, given, writer), _timed(begun), held(), writer:
+                with _recorded(begun), let_through():
+                    yield begun
                 if master.ended:
                     writer.close(master.ended)
-            complete[:] = [_reached(found, settings), whole(file, Path(results), writer)]
-        late = (*master.warnings, *(found.results.warnings if found.results else ()))
-        if warn:
-            for line in late:
-                warn(f"warning: {line}")
-        found.outcome = Outcome(
-            prepared=system,
-            path=as_given(stream_of(results), found.results.path)
-            if results is not None and found.results
-            else None,
-            steps=master.steps,
-            wall_time=clock.perf_counter() - begun,
-            energy=master.energy,
-            notes=(*system.notes, *master.notes, *(found.results.notes if found.results else ())),
-            order=master.order,
-            rejected=master.rejected,
-            certificate=master.certificate() if certify else "",
-            messages=master.messages,
-            warnings=(*missing, *floats, *late),
-        )
-        if found.results and results is not None:
+            complete[:] = [_reached(begun), whole(file, given, writer)]
+        late = (*master.warnings, *(writer.warnings if writer else ()))
+        _tell(warn, late)
+        outcome = _outcome(begun, clock.perf_counter() - start_time, given, certify=certify)
+        begun.outcome = replace(outcome, warnings=(*missing, *floats, *late))
+        if writer:
             try:
-                export_whole(file, Path(results), found.results)
+                export_whole(file, given, writer)
             except RunError as error:
-                raise ExportError(error, found.outcome) from error
-            complete[1:] = [whole(file, Path(results), found.results, exported=True)]
+                raise ExportError(error, begun.outcome) from error
+            complete[1:] = [whole(file, given, writer, exported=True)]
+
+
+def _tell(warn: Warn | None, lines: Sequence[str]) -> None:
+    """Call `warn` with each of some warnings."""
+    if warn:
+        for line in lines:
+            warn(f"warning: {line}")
+
+
+def _outcome(begun: _Begun, wall_time: float, given: Path, *, certify: bool) -> Outcome:
+    """The outcome of a run that has ended, without its warnings; `given` is the results file."""
+    master, writer = begun.master, begun.results
+    return Outcome(
+        prepared=begun.system,
+        path=as_given(stream_of(given), writer.path) if writer else None,
+        steps=master.steps,
+        wall_time=wall_time,
+        energy=master.energy,
+        notes=(*begun.system.notes, *master.notes, *(writer.notes if writer else ())),
+        order=master.order,
+        rejected=master.rejected,
+        certificate=master.certificate() if certify else "",
+        messages=master.messages,
+    )
 
 
 def _at_home(system: Prepared) -> Prepared:
@@ -252,30 +269,30 @@ def _at_home(system: Prepared) -> Prepared:
 
 
 @contextmanager
-def _recorded(begun: _Begun, settings: Simulation) -> Iterator[None]:
+def _recorded(begun: _Begun) -> Generator[None]:
     """Results of a run that has made all its steps are complete, however it ends."""
     try:
         yield
     except BaseException as error:
         begun.failed = True
         asked = isinstance(error, KeyboardInterrupt | Terminated)
-        if asked and begun.results and _is_at_stop(begun, settings):
+        if asked and begun.results and _is_at_stop(begun):
             begun.results.close(AT_STOP)
         raise
 
 
 @contextmanager
-def _timed(begun: _Begun, settings: Simulation) -> Iterator[None]:
+def _timed(begun: _Begun) -> Generator[None]:
     """Ctrl-C and signals get a note of the time reached."""
     try:
         yield
     except (KeyboardInterrupt, Terminated) as error:
-        error.add_note(_reached(begun, settings))
+        error.add_note(_reached(begun))
         raise
 
 
 @contextmanager
-def _told_if_complete() -> Iterator[list[str]]:
+def _told_if_complete() -> Generator[list[str]]:
     """Ctrl-C and signals that have no notes get those of this list, which is for a complete run."""
     notes: list[str] = []
     try:
@@ -286,45 +303,14 @@ def _told_if_complete() -> Iterator[list[str]]:
         raise
 
 
-def _is_at_stop(begun: _Begun, settings: Simulation) -> bool:
-    return round(begun.master.network.time * NS_PER_SECOND) >= round(
-        settings.stop_time * NS_PER_SECOND
-    )
+def _is_at_stop(begun: _Begun) -> bool:
+    stop_time = begun.system.system.simulation.stop_time
+    return round(begun.master.network.time * NS_PER_SECOND) >= round(stop_time * NS_PER_SECOND)
 
 
-def _reached(begun: _Begun, settings: Simulation) -> str:
+def _reached(begun: _Begun) -> str:
     """The present time of a run, as a note."""
-    stop = f"{settings.stop_time:.9g} s"
-    if _is_at_stop(begun, settings):
+    stop = f"{begun.system.system.simulation.stop_time:.9g} s"
+    if _is_at_stop(begun):
         return f"at the stop time, t = {stop}"
     return f"at t = {begun.master.network.time:.9g} s of {stop}"
-
-
-def _checked(
-    prepared: Prepared,
-    *,
-    results: str | Path | None,
-    observers: Sequence[Observer],
-    progress: Progress | None,
-    variables: Sequence[str],
-    warn: Warn | None,
-    beside: Sequence[Path],
-) -> Outcome:
-    """A run, and the certificate that a second one at half the step gives it."""
-    system = prepared.system
-    again = finer(prepared)
-    trace, finer_trace = Trace(), Trace()
-    watched = [*observers, trace]
-    outcome = _once(
-        prepared,
-        results=results,
-        observers=watched,
-        progress=progress,
-        variables=variables,
-        warn=warn,
-        beside=beside,
-    )
-    with second_run(outcome.path):
-        _once(again, observers=[finer_trace], progress=progress, certify=False)
-    found = compared(trace, finer_trace, system.connections, outcome.order)
-    return replace(outcome, checked=found)

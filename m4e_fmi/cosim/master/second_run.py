@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -15,7 +15,7 @@ from m4e_fmi.signals import Terminated
 
 
 @contextmanager
-def second_run(results: Path | None) -> Iterator[None]:
+def second_run(results: Path | None) -> Generator[None]:
     """Ctrl-C and signals get a note that it is not the first run which they end."""
     try:
         yield

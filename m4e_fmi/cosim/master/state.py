@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from m4e_fmi.cosim.error_estimate.stretch import StepDoublingSnapshot
+from m4e_fmi.cosim.error_estimate.state import StepDoublingSnapshot
 from m4e_fmi.cosim.exchange.network import NetworkSnapshot
 from m4e_fmi.cosim.monitoring.late_dependence import SecondLookSnapshot
 from m4e_fmi.cosim.results.writer import Mark

@@ -62,7 +62,7 @@ class Hull:
 
     @property
     def buoyancy(self) -> np.ndarray:
-        """Force of the still water in the reference pose [N, N, N.m]."""
+        """Force and moment of the still water in the reference pose (3,) [N, N, N.m]."""
         return np.array([self.parameter(f"buoyancy_{symbol}") for symbol in WRENCH])
 
     @property

@@ -34,9 +34,14 @@ class Algorithm(Protocol):
     notes: tuple[str, ...]
 
     @property
-    def held(self) -> np.ndarray: ...
+    def held(self) -> np.ndarray:
+        """Values held at the inputs (n_inputs,), in their sources' units."""
+        ...
+
     @property
-    def followed(self) -> np.ndarray: ...
+    def followed(self) -> np.ndarray:
+        """Shares (n_inputs,) [1] by which inputs follow their sources."""
+        ...
 
     def step(self, time: float, size: float) -> None:
         """Step all components from `time` by `size` [s]."""
@@ -71,9 +76,14 @@ class ErrorEstimating(Algorithm, Undoing, Protocol):
     @property
     def estimate_order(self) -> int: ...
     @property
-    def change(self) -> np.ndarray: ...
+    def change(self) -> np.ndarray:
+        """Estimated errors of the outputs (n_outputs,), in their units."""
+        ...
+
     @property
-    def end(self) -> np.ndarray: ...
+    def end(self) -> np.ndarray:
+        """Values of the outputs at the end of the step (n_outputs,), in their units."""
+        ...
 
 
 @runtime_checkable

@@ -49,7 +49,11 @@ class InputTrajectories:
     places: np.ndarray
 
     def combined(self, into: np.ndarray, places: np.ndarray, weight: np.ndarray) -> Combine:
-        """``into[i] = Σ weight[k, i] · values[places[k, i]]``, with weights that may be changed."""
+        """``into[i] = Σ weight[k, i] · values[places[k, i]]``, with weights that may be changed.
+
+        `into` (n,) is in the outputs' units, `places` (m, n) are indices; the `weight` (m, n) of
+        each value is in the unit of the output over that of the value.
+        """
         return Combine(into, self.values, places.astype(np.uint32), weight.copy())
 
 

@@ -59,12 +59,12 @@ class InputInterpolation(Enum):
 
     @property
     def mean(self) -> np.ndarray:
-        """Weights (3,) of the mean over the step: Simpson's rule, or the trapezoid."""
+        """Weights (3,) [1] of the mean over the step: Simpson's rule, or the trapezoid."""
         weight = 4.0 if self is InputInterpolation.PARABOLA else 2.0
         return np.array([1.0, weight, 1.0]) / (2.0 + weight)
 
     def at(self, s: float) -> np.ndarray:
-        """Weights (3,) of the value at the share `s` of the step."""
+        """Weights (3,) [1] of the value at the share `s` of the step."""
         return self.expansion(s)[0]
 
     def known(self, pieces: int, *, held: bool) -> list[int]:
@@ -74,7 +74,7 @@ class InputInterpolation(Enum):
         return [*range(0, max(1, pieces - 1), 2), pieces]
 
     def expansion(self, s: float) -> np.ndarray:
-        """Weights (3, 3) of value, first and half second derivative by s, at s and after it."""
+        """Weights (3, 3) [1] of value, first and half second derivative by s, at s and after it."""
         if self is InputInterpolation.PARABOLA:
             start, slope, bend = PARABOLA
             return np.array([start + s * slope + s * s * bend, slope + 2 * s * bend, bend])
@@ -92,7 +92,7 @@ class InputInterpolation(Enum):
         return 1 / pieces**2 if self is InputInterpolation.LINES or pieces == 1 else 0.0
 
     def held(self, piece: int, pieces: int) -> np.ndarray:
-        """Weights (3,) of the value that is held in one of so many pieces."""
+        """Weights (3,) [1] of the value that is held in one of so many pieces."""
         if self is InputInterpolation.LINES:
             start, end = self.at(piece / pieces), self.at((piece + 1) / pieces)
             if 2 * piece + 1 == pieces:

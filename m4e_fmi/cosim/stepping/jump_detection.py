@@ -45,7 +45,7 @@ class JumpDetection:
         self._known = snapshot.known
 
     def note(self, time: int, values: np.ndarray) -> None:
-        """Add the point at `time` [ns], where the outputs are `values` (count,)."""
+        """Add the point at `time` [ns], where the outputs are `values` (count,), in their units."""
         self._times[1:], self._values[1:] = self._times[:-1].copy(), self._values[:-1].copy()
         self._times[0], self._values[0] = time, values
         self._known = min(self._known + 1, POINTS)

@@ -15,7 +15,7 @@ from m4e_fmi.cosim.exchange.operations import Combine, Operation, gather
 
 
 def weights(shares: Sequence[float]) -> np.ndarray:
-    """Weights (n,) of values at `shares` of a step in their polynomial, taken at its middle."""
+    """Weights (n,) [1] of values at `shares` of a step in their polynomial, taken at its middle."""
     return np.array([math.prod((0.5 - q) / (p - q) for q in shares if q != p) for p in shares])
 
 

@@ -136,7 +136,10 @@ class StepControl:
         return True
 
     def pass_over(self, end: np.ndarray, time: int) -> None:
-        """Continue after a jump to `time` [ns], where the exchanged outputs are `end`."""
+        """Continue after a jump to `time` [ns].
+
+        The exchanged outputs are `end` (n_outputs,) there, in their units.
+        """
         self._scale.keep(self._scale.with_values(end))
         self._jumps.note(time, end[self._sources])
         self._jumps.forget()
@@ -175,15 +178,18 @@ class Scale:
         return self._largest.copy()
 
     def restore(self, largest: np.ndarray) -> None:
-        """Continue as from where the snapshot was taken."""
+        """Continue with these `largest` magnitudes (n_units,), each in its unit."""
         self._largest = largest.copy()
 
     def with_values(self, values: np.ndarray) -> np.ndarray:
-        """Scale (n,) of the outputs, with these `values` (n_outputs,) of all exchanged ones."""
+        """Scale (n,) of the outputs in their units, when all exchanged ones have these values.
+
+        `values` (n_outputs,) are in the outputs' units.
+        """
         largest = self._largest.copy()
         np.maximum.at(largest, self._group, np.abs(values[self._sources]))
         return largest[self._group]
 
     def keep(self, scale: np.ndarray) -> None:
-        """Keep the scale (n,) that `with_values` has returned."""
+        """Keep the `scale` (n,) that `with_values` has returned, in the outputs' units."""
         self._largest[self._group] = scale

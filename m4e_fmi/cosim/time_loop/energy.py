@@ -169,7 +169,10 @@ class EnergyBalance:
         self._sizes[:] = snapshot.sizes
 
     def add(self, held: np.ndarray, size: float) -> None:
-        """Account for a step of `size` [s] to the present point, with inputs `held` (n_inputs,)."""
+        """Account for a step of `size` [s] to the present point.
+
+        The inputs `held` (n_inputs,) are in their sources' units.
+        """
         if not self._bonds:
             return
         step = self._steps
@@ -178,7 +181,10 @@ class EnergyBalance:
         self.note(1, size)
 
     def operations(self, held: np.ndarray) -> tuple[Operation, ...]:
-        """Operations that note a step at place `noted` of a block; `held` stays the array."""
+        """Operations that note a step at place `noted` of a block.
+
+        `held` (n_inputs,), in the sources' units, is read in each step.
+        """
         if not self._bonds:
             return ()
         return (

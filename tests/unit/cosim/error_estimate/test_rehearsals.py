@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from m4e_fmi.cosim import Component, FmuFile, Simulation, System, prepare, run, start
-from m4e_fmi.cosim.error_estimate import step_doubling as witness
+from m4e_fmi.cosim.error_estimate import step_doubling
 from m4e_fmi.cosim.error_estimate.coverage import Coverage
-from m4e_fmi.cosim.error_estimate.repeated_steps import Recorded, SecondCourse
-from m4e_fmi.cosim.error_estimate.step_doubling import StepDoublingEstimator
+from m4e_fmi.cosim.error_estimate.kinks import NOISE, rougher
+from m4e_fmi.cosim.error_estimate.repeated_steps import Recorded, RepeatedRun
 from m4e_fmi.cosim.master.master import Master
 
 Fmus = Callable[[str], Path]
@@ -28,18 +28,18 @@ def pair(fmus: Fmus) -> System:
 def test_an_interrupted_rehearsal_leaves_the_run_where_it_is(
     c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(witness, "FIRST", 20)
+    monkeypatch.setattr(step_doubling, "FIRST", 20)
     straight = [point["a.body.m.x"] for point in _points(pair(c_fmu))]
-    usual, calls = SecondCourse.along, []
+    usual, calls = RepeatedRun.along, []
 
-    def interrupted(self: SecondCourse, *arguments: object) -> Recorded:
+    def interrupted(self: RepeatedRun, *arguments: object) -> Recorded:
         calls.append(1)
         found = usual(self, *arguments)  # type: ignore[arg-type]
         if len(calls) == 1:
             raise KeyboardInterrupt
         return found
 
-    monkeypatch.setattr(SecondCourse, "along", interrupted)
+    monkeypatch.setattr(RepeatedRun, "along", interrupted)
     found = []
     with start(pair(c_fmu)) as execution:
         found.append(execution["a.body.m.x"])
@@ -59,18 +59,18 @@ def _points(system: System) -> list[dict[str, float]]:
 
 
 def test_a_signal_ends_a_rehearsal(c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(witness, "FIRST", 20)
-    usual = SecondCourse._steps
+    monkeypatch.setattr(step_doubling, "FIRST", 20)
+    usual = RepeatedRun._steps
     steps = []
 
-    def slow(self: SecondCourse, *arguments: object) -> np.ndarray:
+    def slow(self: RepeatedRun, *arguments: object) -> np.ndarray:
         steps.append(1)
         if len(steps) == 3:
             signal.raise_signal(signal.SIGINT)
         return usual(self, *arguments)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(SecondCourse, "_steps", slow)
-    monkeypatch.setattr(SecondCourse, "_loop", None)
+    monkeypatch.setattr(RepeatedRun, "_steps", slow)
+    monkeypatch.setattr(RepeatedRun, "_loop", None)
     with pytest.raises(KeyboardInterrupt):
         run(pair(c_fmu))
     assert len(steps) == 3
@@ -82,7 +82,7 @@ def test_a_kink_in_the_first_steps_of_a_stretch_counts() -> None:
     for step in range(5):
         kinked = values + np.where(np.arange(40) > step, 0.3, 0.0)[:, None]
         run = Recorded(np.arange(40), kinked)
-        assert len(StepDoublingEstimator._beyond_rounding(np.array([step]), run))
+        assert len(rougher(np.array([step]), run, NOISE * run.largest))
 
 
 def test_what_could_not_be_followed_is_said_with_its_beginning() -> None:
@@ -93,7 +93,7 @@ def test_what_could_not_be_followed_is_said_with_its_beginning() -> None:
 def test_delayed_switches_are_the_same_with_and_without_rehearsals(
     c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(witness, "FIRST", 3)
+    monkeypatch.setattr(step_doubling, "FIRST", 3)
     parts = tuple(
         Component(name, FmuFile(c_fmu("kinds+state")), {"period": 0.3} if name == "a" else {})
         for name in "ab"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from m4e_fmi.cosim.error_estimate.repeated_steps import events, first_events
+from m4e_fmi.cosim.error_estimate.kinks import events, first_events
 from m4e_fmi.cosim.error_estimate.windows import Told, pieces, throughout
 
 
