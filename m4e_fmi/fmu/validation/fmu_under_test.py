@@ -74,7 +74,10 @@ class FmuUnderTest:
         return {reference: np.array(values) for reference, values in found.items()}
 
     def array_start(self, reference: int) -> np.ndarray:
-        """Start values of the elements of the array with this reference, one of no variable's."""
+        """Start values (n_elements,) of the array with this reference, in its unit.
+
+        One element, 0, where no variable has the reference.
+        """
         return self._array_starts.get(reference, np.zeros(1)).copy()
 
     @cached_property

@@ -111,9 +111,10 @@ class Classic(Standard):
         return RawCall(self.address(function), self.component, self._references(names))
 
     def derivative_setter(self, names: Sequence[str], view: np.ndarray) -> Call:
-        """A call that sets two time derivatives of each input from `view` (2 n_names,).
+        """A call that sets two time derivatives of each input.
 
-        It holds the first and the second derivative of one input after the other.
+        `view` (2*n_names,) holds the first and the second derivative of one input after the other,
+        in the inputs' units per s and s².
         """
         check_view(view, 2 * len(names))
         references = np.repeat(self._references(names), 2)

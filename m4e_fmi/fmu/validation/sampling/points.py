@@ -34,7 +34,9 @@ class Place:
     declared: list[Any]
 
     def evaluate(self, values: np.ndarray) -> np.ndarray | None:
-        """The unknowns where the knowns are `values`; None where the FMU has no finite answer.
+        """Unknowns (n_unknowns,), in their units; None where the FMU has no finite answer.
+
+        The knowns are `values` (n_knowns,), in their units.
 
         After an answer that leaves the FMU unusable, it is brought here anew.
         """
