@@ -63,6 +63,9 @@ _RAW = {
 }
 
 
+_Element = Value | bytes | None
+
+
 class Fmi3(Standard, Rollback):
     """One instance of FMI 3.0."""
 
@@ -159,7 +162,7 @@ class Fmi3(Standard, Rollback):
         ]
         kind = members[0].fmi_type
         count = self._sizes[reference]
-        given: list[Any] = [None] * count
+        given: list[_Element] = [None] * count
         if len(elements) < count and self._raw.stepping:
             given = self._array(reference, kind)
         elif len(elements) < count:
@@ -169,7 +172,7 @@ class Fmi3(Standard, Rollback):
             given[index] = bytes.fromhex(str(value)) if kind == "Binary" else value
         self._call(f"set{_METHODS.get(kind, kind)}", [reference], given)
 
-    def _array(self, reference: int, kind: str) -> list[Any]:
+    def _array(self, reference: int, kind: str) -> list[_Element]:
         """The present values of all elements."""
         count = self._sizes[reference]
         return list(self._call(f"get{_METHODS.get(kind, kind)}", [reference], nValues=count))
@@ -351,7 +354,7 @@ def _is_at(time: float, goal: float) -> bool:
     return time >= goal - 4 * sys.float_info.epsilon * abs(goal)
 
 
-def _start(kind: str, text: str | None) -> Value | bytes:
+def _start(kind: str, text: str | None) -> _Element:
     """A start value as FMPy's methods take it."""
     if kind == "String":
         return text or ""
