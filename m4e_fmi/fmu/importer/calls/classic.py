@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 import math
-from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import ClassVar
@@ -87,9 +86,9 @@ class Classic(Standard):
     def _caller(self) -> Caller:
         return Caller("fmi2", self._layout, self.address, self.component, {}, self._ready)
 
-    @abstractmethod
     def _ready(self) -> Status:
         """Do what values need before they are read."""
+        return 0
 
     def _layout(self, variable: Variable) -> tuple[str, Layout]:
         return {

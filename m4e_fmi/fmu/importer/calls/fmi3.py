@@ -38,10 +38,10 @@ from m4e_fmi.fmu.importer.calls.standard import (
     Value,
     check_view,
 )
+from m4e_fmi.fmu.importer.calls.typed import function as runtime_function
 from m4e_fmi.fmu.importer.elements import locate
 from m4e_fmi.fmu.importer.messages import Messages
 from m4e_fmi.fmu.importer.reading import STRUCTURAL, Description, Variable
-from m4e_fmi.runtime.library import library
 
 MOST_EVENTS = 1000
 _METHODS = {"Enumeration": "Int64"}
@@ -116,12 +116,9 @@ class Fmi3(Standard, Rollback):
             self.check(self._settle(self._raw.reached), "fmi3UpdateDiscreteStates")
         self._raw.stepping = True
 
-    def terminate(self) -> Status:
-        return self.call("Terminate")
-
     def free(self) -> None:
-        self.call("FreeInstance")
-        self.component = self._raw.instance = None
+        super().free()
+        self._raw.instance = None
 
     # ---- values ----
 
@@ -223,9 +220,6 @@ class Fmi3(Standard, Rollback):
     def stepper(self) -> Callable[[float, float, int], Status]:
         return self._step
 
-    def wants_end(self) -> bool:
-        return False
-
     def _step(self, time: float, size: float, final: int) -> Status:
         """The whole step, or up to an event in it; as m4e_do_step_3."""
         c, stop, now = self._raw, time + size, time
@@ -286,10 +280,7 @@ class Fmi3(Standard, Rollback):
         return self._raw.reached if math.isfinite(self._raw.reached) else None
 
     def raw(self, function: str, names: Sequence[str] = ()) -> RawCall:
-        found = library()
-        assert found is not None
-        place = ctypes.cast(getattr(found, _RAW[function]), ctypes.c_void_p).value
-        assert place
+        place = runtime_function(_RAW[function])
         none = np.zeros(0, dtype=np.uint32)
         if not names:
             return RawCall(place, ctypes.addressof(self._raw), none)

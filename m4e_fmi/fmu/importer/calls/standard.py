@@ -105,13 +105,14 @@ class Standard(ABC):
     def exit_initialization(self) -> None:
         """Exit initialization mode, ready for the first step."""
 
-    @abstractmethod
     def terminate(self) -> Status:
         """Terminate the simulation."""
+        return self.call("Terminate")
 
-    @abstractmethod
     def free(self) -> None:
         """Free the instance."""
+        self.call("FreeInstance")
+        self.component = None
 
     # ---- values ----
 
@@ -155,9 +156,9 @@ class Standard(ABC):
     def stepper(self) -> Callable[[float, float, int], Status]:
         """The call ``(t, h, 1) -> status`` that steps from t to t + h [s], never to be undone."""
 
-    @abstractmethod
     def wants_end(self) -> bool:
         """True if the FMU discarded the last step because it asks for the end of the simulation."""
+        return False
 
     @abstractmethod
     def reached(self) -> float | None:
