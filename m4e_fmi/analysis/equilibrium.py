@@ -106,7 +106,7 @@ class Balance:
         return 1.0 + np.max(np.where(self._alike, values, 0.0), axis=1)
 
     def newton(self, point: OperatingPoint) -> Floats:
-        """`newton_matrix` at `point`, shape (n, n)."""
+        """`newton_matrix` at `point`, shape (n, n), in SI."""
         return newton_matrix(self.slopes(point), self.sizes(point))
 
 

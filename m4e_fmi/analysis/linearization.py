@@ -44,18 +44,22 @@ if TYPE_CHECKING:
     import control
 
 
+Coefficients = Any
+"""An array, or a SymPy matrix."""
+
+
 @short
 @dataclass(frozen=True)
 class Mechanical:
     """M δq̈ + C δq̇ + K δq = F δinput: n×n, n×n, n×n, n×m, of the coordinates' generalised forces.
 
-    Arrays, or SymPy matrices. Rows of a revolute coordinate are in N·m, of any other in N.
+    Rows of a revolute coordinate are in N·m, of any other in N.
     """
 
-    M: Any
-    C: Any
-    K: Any
-    F: Any
+    M: Coefficients
+    C: Coefficients
+    K: Coefficients
+    F: Coefficients
 
 
 @dataclass(frozen=True)

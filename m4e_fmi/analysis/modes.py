@@ -48,7 +48,10 @@ class Modes:
 
     @cached_property
     def shapes(self) -> Complex:
-        """Mode shapes, shape (coordinates, modes): rows of v, the largest entry (the first) 1."""
+        """Mode shapes (n_coordinates, n_modes), in the coordinates' units.
+
+        They are rows of v, scaled so that the largest entry (the first of equal ones) is 1.
+        """
         rows = self.right[: len(self.coordinates)]
         return rows / rows[_largest(rows), np.arange(rows.shape[1])]
 

@@ -107,7 +107,7 @@ class _Case(NamedTuple):
     context: Mapping[str, object]
     text: str
 
-    def types(self) -> list[Any]:
+    def types(self) -> list[type]:
         """Types of values that may stand there."""
         return types_at(self.section, self.keys)
 

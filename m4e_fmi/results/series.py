@@ -77,5 +77,5 @@ class Series(np.ndarray):
         return f"{head}: {self.size} values, {shown}"
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: object) -> object:
     return value.view(np.ndarray) if isinstance(value, Series) else value

@@ -57,7 +57,12 @@ FAILURES = {
     "fatal": Failure({"pump": pump(4)}, ("pump", "Fatal", "the pump ran dry", STEP, FIRST), 0.4),
     "missed tolerance": Failure(
         INTEGRATORS,
-        (r"[ab]\.[uy]", "stays above coupling_tolerance", r"t = \S+ s", "remove coupling_tolerance"),
+        (
+            r"[ab]\.[uy]",
+            "stays above coupling_tolerance",
+            r"t = \S+ s",
+            "remove coupling_tolerance",
+        ),
         0.0,
         RING,
         {"algorithm": "corrector", "coupling_tolerance": 1e-4},

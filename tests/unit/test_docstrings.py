@@ -9,6 +9,8 @@ Both stand
 - of each parameter that is an array, in the paragraph that names it, after its name.
 
 Several arrays may share a shape or a unit: "`position` and `force` (n, 3), in [m] and [N]".
+
+A method without a docstring has that of the method it overrides, as `inspect.getdoc` does it.
 """
 
 from __future__ import annotations
@@ -24,22 +26,6 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 ROOTS = "m4e_fmi", "adapters", "fmus"
-NOT_YET = (
-    "m4e_fmi/__init__.py",
-    "m4e_fmi/code_hash.py",
-    "m4e_fmi/doctor.py",
-    "m4e_fmi/errors.py",
-    "m4e_fmi/shown.py",
-    "m4e_fmi/signals.py",
-    "m4e_fmi/units.py",
-    "m4e_fmi/analysis",
-    "m4e_fmi/cli",
-    "m4e_fmi/files",
-    "m4e_fmi/fmu",
-    "m4e_fmi/simulate",
-)
-"""Files and folders that do not keep the rules yet."""
-
 ARRAYS = frozenset({"NDArray", "ndarray", "ArrayLike"})
 LEAST_SHARE, MOST_ANY = 0.95, 150
 
@@ -63,14 +49,13 @@ class Definition(NamedTuple):
 
 @cache
 def trees() -> dict[str, tuple[str, ast.Module]]:
-    """Text and syntax tree of each file, by its path; without those of NOT_YET."""
+    """Text and syntax tree of each file, by its path."""
     found: dict[str, tuple[str, ast.Module]] = {}
     for root in ROOTS:
         for file in sorted((ROOT / root).rglob("*.py")):
             name = file.relative_to(ROOT).as_posix()
-            if not any(name == path or name.startswith(f"{path}/") for path in NOT_YET):
-                text = file.read_text(encoding="utf-8")
-                found[name] = text, ast.parse(text)
+            text = file.read_text(encoding="utf-8")
+            found[name] = text, ast.parse(text)
     return found
 
 
@@ -105,11 +90,15 @@ def mentions(annotation: ast.expr | None, names: frozenset[str]) -> bool:
     )
 
 
+def module_name(path: str) -> str:
+    """Dotted name of the module in a file."""
+    return re.sub(r"^(adapters|fmus)/|(/__init__)?\.py$", "", path).replace("/", ".")
+
+
 def array_names(path: str, tree: ast.Module) -> frozenset[str]:
     """Names that stand for types with an array in a file: numpy's, own and imported aliases."""
     found = set(ARRAYS)
-    module = re.sub(r"^(adapters|fmus)/|(/__init__)?\.py$", "", path).replace("/", ".")
-    found |= aliases().get(module, frozenset())
+    found |= aliases().get(module_name(path), frozenset())
     for node in ast.walk(tree):
         if isinstance(node, ast.ImportFrom) and node.module in aliases():
             theirs = aliases()[node.module]
@@ -120,8 +109,10 @@ def array_names(path: str, tree: ast.Module) -> frozenset[str]:
 def public() -> Iterator[Definition]:
     """All public functions, classes and their public methods; setters and overloads apart."""
 
-    def visit(path: str, body: list[ast.stmt], names: frozenset[str]) -> Iterator[Definition]:
-        for node in body:
+    def visit(
+        path: str, owner: ast.Module | ast.ClassDef, names: frozenset[str]
+    ) -> Iterator[Definition]:
+        for node in owner.body:
             if not isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)):
                 continue
             variants = re.compile(r"\.(setter|deleter)$|overload$")
@@ -129,12 +120,44 @@ def public() -> Iterator[Definition]:
             if node.name.startswith("_") or variant:
                 continue
             place = f"{path}:{node.lineno} {node.name}"
-            yield Definition(place, node, ast.get_docstring(node) or "", names)
+            doc = ast.get_docstring(node) or ""
+            if not doc and isinstance(owner, ast.ClassDef):
+                doc = inherited(path, owner, node.name)
+            yield Definition(place, node, doc, names)
             if isinstance(node, ast.ClassDef):
-                yield from visit(path, node.body, names)
+                yield from visit(path, node, names)
 
     for path, (_, tree) in trees().items():
-        yield from visit(path, tree.body, array_names(path, tree))
+        yield from visit(path, tree, array_names(path, tree))
+
+
+def inherited(path: str, owner: ast.ClassDef, method: str) -> str:
+    """Docstring of the method of a base class that a method of this class overrides, or ""."""
+    for base in owner.bases:
+        name = base.value if isinstance(base, ast.Subscript) else base
+        found = class_of(path, name.id) if isinstance(name, ast.Name) else None
+        if found is not None:
+            home, node = found
+            own = (n for n in node.body if isinstance(n, ast.FunctionDef) and n.name == method)
+            doc = next((d for n in own if (d := ast.get_docstring(n))), "")
+            if doc := doc or inherited(home, node, method):
+                return doc
+    return ""
+
+
+@cache
+def class_of(path: str, name: str) -> tuple[str, ast.ClassDef] | None:
+    """A class that a file knows by this name, and the file that defines it; None if not ours."""
+    files = {module_name(path): path for path in trees()}
+    for node in ast.walk(trees()[path][1]):
+        if isinstance(node, ast.ClassDef) and node.name == name:
+            return path, node
+        if isinstance(node, ast.ImportFrom) and node.module:
+            folder = module_name(path).split(".")[: -node.level] if node.level else []
+            source = files.get(".".join([*folder, node.module]))
+            if source and (known := [a.name for a in node.names if name == (a.asname or a.name)]):
+                return class_of(source, known[0])
+    return None
 
 
 def missing(definition: Definition) -> list[str]:

@@ -6,9 +6,13 @@ import zipfile
 from pathlib import Path
 from typing import Any
 
+from fmpy.model_description import (
+    DefaultExperiment,
+    InterfaceType,
+)
 from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no types
 
-from m4e_fmi.fmu.importer.elements import add_directional
+from m4e_fmi.fmu.importer.elements import FmpyUnknown, add_directional
 from m4e_fmi.fmu.importer.opening import check_archive
 from m4e_fmi.fmu.importer.reading import raw_description
 
@@ -77,12 +81,12 @@ def fmu_contents(path: str | Path) -> dict[str, Any]:
     }
 
 
-def _experiment(raw: Any) -> dict[str, float]:
+def _experiment(raw: DefaultExperiment | None) -> dict[str, float]:
     told = ((key, getattr(raw, key, None)) for key in _EXPERIMENT)
     return {key: float(value) for key, value in told if value}
 
 
-def _capabilities(kind: Any, names: dict[str, str]) -> dict[str, Any]:
+def _capabilities(kind: InterfaceType, names: dict[str, str]) -> dict[str, object]:
     default = type(kind)()
     told = {key: getattr(kind, key) for key in dir(kind) if not key.startswith("_")}
     return {
@@ -90,7 +94,7 @@ def _capabilities(kind: Any, names: dict[str, str]) -> dict[str, Any]:
     }
 
 
-def _variable(raw: Any) -> dict[str, Any]:
+def _variable(raw: Any) -> dict[str, object]:
     of_type = raw.declaredType
     found = {key: getattr(raw, key) for key in _OF_A_VARIABLE}
     found["unit"] = raw.unit or (of_type.unit if of_type is not None else None)
@@ -101,7 +105,7 @@ def _variable(raw: Any) -> dict[str, Any]:
     return {key: value for key, value in found.items() if value is not None}
 
 
-def _unknown(raw: Any) -> dict[str, Any]:
+def _unknown(raw: FmpyUnknown) -> dict[str, object]:
     needs = raw.dependencies
     return {
         "name": raw.variable.name,

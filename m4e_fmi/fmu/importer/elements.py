@@ -18,6 +18,11 @@ from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no
 
 from m4e_fmi.fmu.importer.flaws import Element
 
+FmpyDescription = Any
+"""FMPy's description of an FMU; FMPy's own types leave open what is always there."""
+FmpyUnknown = Any
+"""FMPy's entry of ModelStructure, likewise."""
+
 _BASE = 2**32  # value references have 32 bits
 ELEMENTS = "m4e_fmi.elements"
 """Type of the annotation that has a line for each element of an array: name, tab, unit."""
@@ -53,8 +58,8 @@ def array_name(variable: ModelVariable) -> str:
 
 
 def flattened(
-    raw: Any, text: bytes, types: Mapping[str, str] = REALS, *, named: bool = False
-) -> Any:
+    raw: FmpyDescription, text: bytes, types: Mapping[str, str] = REALS, *, named: bool = False
+) -> FmpyDescription:
     """FMPy's FMI 3.0 description `raw`, with elements in place of variables of `types`.
 
     `text` is the XML it was read from. An unknown of ModelStructure becomes one entry per element,
@@ -80,7 +85,7 @@ def flattened(
     return evolve(raw, modelVariables=variables, **lists)
 
 
-def add_directional(raw: Any, root: Element) -> None:
+def add_directional(raw: FmpyDescription, root: Element) -> None:
     """Complete FMPy's FMI 3.0 description by providesDirectionalDerivatives, which it leaves out.
 
     Under the name of FMI 2.0. `root` is the XML it was read from.
@@ -131,7 +136,7 @@ def _elements(
     ]
 
 
-def _entries(unknown: Any, elements: dict[int, list[ModelVariable]]) -> list[ModelVariable]:
+def _entries(unknown: FmpyUnknown, elements: dict[int, list[ModelVariable]]) -> list[FmpyUnknown]:
     dependencies, kinds = unknown.dependencies, unknown.dependenciesKind
     if dependencies is not None:
         of_each = [elements[v.valueReference] for v in dependencies]

@@ -7,11 +7,11 @@ here. Source: FMI for Co-Simulation 1.0, sections 3 and 4.3; FMI for Model Excha
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
-from fmpy.model_description import Unknown
+from fmpy.model_description import CoSimulation, ModelVariable, Unknown
 from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no types
 
+from m4e_fmi.fmu.importer.elements import FmpyDescription
 from m4e_fmi.fmu.importer.flaws import Element
 
 _WAYS = ("CoSimulation_StandAlone", "CoSimulation_Tool")
@@ -23,7 +23,7 @@ _CAPABILITIES = (
 _TRUE = ("true", "1")
 
 
-def translate(raw: Any, text: bytes) -> str:
+def translate(raw: FmpyDescription, text: bytes) -> str:
     """Complete FMPy's description `raw` by what `text`, the XML that it was read from, says.
 
     Negated aliases are left out: they have no value reference of their own. The MIME type or file
@@ -47,7 +47,7 @@ def translate(raw: Any, text: bytes) -> str:
     return _capabilities(root, raw.coSimulation)
 
 
-def _initial(variable: Any, element: Element) -> str | None:
+def _initial(variable: ModelVariable, element: Element) -> str | None:
     """FMI 2.0's `initial`: what has a start value may be set before the start, inputs always."""
     if variable.causality == "input":
         return None
@@ -57,7 +57,9 @@ def _initial(variable: Any, element: Element) -> str | None:
     return "exact" if value.get("fixed", "true") in _TRUE else "approx"
 
 
-def _dependencies(element: Element, variables: Mapping[str, Any]) -> list[Any] | None:
+def _dependencies(
+    element: Element, variables: Mapping[str, ModelVariable]
+) -> list[ModelVariable] | None:
     """The inputs that an output depends on; None where nothing is declared."""
     declared = element.find("DirectDependency")
     if declared is None:
@@ -66,7 +68,7 @@ def _dependencies(element: Element, variables: Mapping[str, Any]) -> list[Any] |
     return [variables[name] for name in names if name in variables]
 
 
-def _capabilities(root: Element, stepping: Any) -> str:
+def _capabilities(root: Element, stepping: CoSimulation | None) -> str:
     for way in _WAYS:
         found = root.find(f"Implementation/{way}")
         if found is None:

@@ -9,11 +9,23 @@ from pathlib import Path
 from typing import Any
 
 import fmpy
-from fmpy.model_description import ValidationError
+from fmpy.model_description import (
+    CoSimulation,
+    DefaultExperiment,
+    ModelVariable,
+    ValidationError,
+)
+from fmpy.model_description import Unit as RawUnit
 
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.files.files_read import file_hash
-from m4e_fmi.fmu.importer.elements import SCALARS, flattened, owner
+from m4e_fmi.fmu.importer.elements import (
+    SCALARS,
+    FmpyDescription,
+    FmpyUnknown,
+    flattened,
+    owner,
+)
 from m4e_fmi.fmu.importer.flaws import flaws
 from m4e_fmi.fmu.importer.fmi1 import translate
 from m4e_fmi.fmu.importer.opening import MODEL_DESCRIPTION, check_archive, refusal
@@ -136,7 +148,7 @@ def read_description(path: str | Path, structure: Mapping[str, int] | None = Non
     return replace(_translated(path, flat, types), content=content)
 
 
-def resized(description: Description, start: Mapping[str, Any]) -> Description:
+def resized(description: Description, start: Mapping[str, object]) -> Description:
     """The description of the FMU with the start values that structural parameters are given."""
     variables = description.variables
     structure = {
@@ -150,7 +162,7 @@ def resized(description: Description, start: Mapping[str, Any]) -> Description:
     return read_description(description.path, structure) if structure else description
 
 
-def raw_description(path: Path, text: bytes) -> Any:
+def raw_description(path: Path, text: bytes) -> FmpyDescription:
     """FMPy's reading of the FMU at `path`, whose model description is `text`.
 
     InputError with the lines of all that cannot be understood.
@@ -177,7 +189,7 @@ def told_by_fmpy(error: Exception) -> str:
 _REBUILD = "export the FMU again; `m4e-fmi validate` on the file reports details"
 
 
-def _check_kind(path: Path, raw: Any, names: set[str], tool: str) -> None:
+def _check_kind(path: Path, raw: FmpyDescription, names: set[str], tool: str) -> None:
     if raw.coSimulation is None:
         kind = "scheduled-execution" if raw.scheduledExecution is not None else "model-exchange"
         message = f"is a {kind} FMU: it has no solver"
@@ -199,7 +211,7 @@ def _check_kind(path: Path, raw: Any, names: set[str], tool: str) -> None:
         raise refusal(path, message, remedy)
 
 
-def _resize(path: Path, raw: Any, structure: Mapping[str, int]) -> None:
+def _resize(path: Path, raw: FmpyDescription, structure: Mapping[str, int]) -> None:
     """Give arrays the shapes that follow from values of structural parameters."""
     count = 0
     for variable in raw.modelVariables:
@@ -214,14 +226,14 @@ def _resize(path: Path, raw: Any, structure: Mapping[str, int]) -> None:
         raise refusal(path, message, "make its structural parameters smaller")
 
 
-def _translated(path: Path, raw: Any, types: Mapping[int, str]) -> Description:
+def _translated(path: Path, raw: FmpyDescription, types: Mapping[int, str]) -> Description:
     """The description in FMI 2.0's words; `types` are FMI 3.0's, by value reference."""
     units = {unit.name: unit for unit in raw.unitDefinitions}
     variables = {v.name: _variable(v, units, types) for v in raw.modelVariables}
     inputs = frozenset(n for n, v in variables.items() if v.causality == "input")
     known = frozenset(n for n, v in variables.items() if v.causality in KNOWN)
 
-    def declared(unknowns: list[Any]) -> dict[str, frozenset[str]]:
+    def declared(unknowns: list[FmpyUnknown]) -> dict[str, frozenset[str]]:
         return {
             unknown.variable.name: frozenset(d.name for d in unknown.dependencies)
             for unknown in unknowns
@@ -259,12 +271,12 @@ def _translated(path: Path, raw: Any, types: Mapping[int, str]) -> Description:
     )
 
 
-def _step_size(experiment: Any) -> float | None:
+def _step_size(experiment: DefaultExperiment | None) -> float | None:
     text = experiment.stepSize if experiment is not None else None
     return float(text) if text else None  # FMPy leaves it a text
 
 
-def _internal_step(kind: Any) -> float | None:
+def _internal_step(kind: CoSimulation) -> float | None:
     step = float(kind.fixedInternalStepSize or 0.0)
     return step if 0.0 < step < math.inf else None
 
@@ -279,7 +291,9 @@ def _derivatives(variables: dict[str, Variable], causality: str) -> dict[str, st
     }
 
 
-def _variable(raw: Any, units: dict[str, Any], types: Mapping[int, str]) -> Variable:
+def _variable(
+    raw: ModelVariable, units: Mapping[str | None, RawUnit], types: Mapping[int, str]
+) -> Variable:
     unit = raw.unit or (raw.declaredType.unit if raw.declaredType is not None else None) or ""
     dimension, offset = _dimension(unit, units.get(unit))
     return Variable(
@@ -303,7 +317,7 @@ def _variable(raw: Any, units: dict[str, Any], types: Mapping[int, str]) -> Vari
     )
 
 
-def _bound(raw: Any, name: str, default: float) -> float:
+def _bound(raw: ModelVariable, name: str, default: float) -> float:
     """The least or the largest value, of the variable or its type."""
     text = getattr(raw, name) or getattr(raw.declaredType, name, None)
     try:
@@ -312,7 +326,7 @@ def _bound(raw: Any, name: str, default: float) -> float:
         return default
 
 
-def _nominal(raw: Any) -> float:
+def _nominal(raw: ModelVariable) -> float:
     """The size of the nominal value, of the variable or its type; 1 where there is none above 0."""
     text = raw.nominal or (raw.declaredType.nominal if raw.declaredType is not None else None)
     try:
@@ -328,7 +342,7 @@ def _items(declared: Any) -> dict[str, int]:
     return {item.name: int(item.value) for item in items or ()}
 
 
-def _dimension(text: str, definition: Any) -> tuple[Unit | None, float]:
+def _dimension(text: str, definition: RawUnit | None) -> tuple[Unit | None, float]:
     """The unit as the FMU defines it; as its text reads, where the FMU only names it."""
     if not text:
         return None, 0.0

@@ -68,14 +68,17 @@ class Context:
             probe.free()
 
     def random_inputs(self, count: int = 1) -> np.ndarray:
-        """`count` vectors of continuous inputs; declared derivatives of inputs stay 0."""
+        """Random continuous inputs (count, n_inputs), in their units.
+
+        Declared derivatives of inputs stay 0.
+        """
         held = [v.derivative is not None for v in self.subject.inputs]
         values = self.random(self.subject.inputs, count)
         values[:, held] = 0.0
         return values
 
     def random(self, variables: list[ModelVariable], count: int = 1) -> np.ndarray:
-        """`count` vectors of values around the start values, within the limits."""
+        """Random values (count, n_variables) around the start values and in the limits, in SI."""
         size = self.pace * self.facts.amplitude * np.array([scale(v) for v in variables])
         middle = np.array([start(v) for v in variables])
         values = middle + size * self.rng.uniform(-1, 1, (count, len(variables)))
@@ -84,7 +87,10 @@ class Context:
         return values
 
     def run(self, probe: Probe, inputs: np.ndarray, size: float) -> list[np.ndarray]:
-        """The values of all Reals at the start and after each step with one row of `inputs`."""
+        """Values of all Reals at the start and after each step, each (n_reals,), in their units.
+
+        Each step has one row of `inputs` (n_steps, n_inputs), in their units, and `size` [s].
+        """
         seen = [probe.read(self.subject.readable)]
         for row in inputs:
             probe.put(self.subject.inputs, row)
@@ -96,7 +102,10 @@ class Context:
 def first_difference(
     subject: FmuUnderTest, one: list[np.ndarray], other: list[np.ndarray]
 ) -> tuple[int, list[str]] | None:
-    """Row of the first difference of two runs, bit by bit, and the variables that differ there."""
+    """Row of the first difference of two runs, bit by bit, and the variables that differ there.
+
+    `one` and `other` are lists of rows (n_reals,), in the variables' units.
+    """
     for k, (a, b) in enumerate(zip(one, other, strict=True)):
         if a.tobytes() != b.tobytes():
             differs = a.view(np.uint64) != b.view(np.uint64)

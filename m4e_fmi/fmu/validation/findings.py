@@ -35,8 +35,8 @@ class Finding:
     @classmethod
     def from_dict(cls, told: dict[str, Any]) -> Finding:
         """A finding from what `dataclasses.asdict` made, and JSON carried."""
-        values: dict[str, Any] = {**told, "words": tuple(told["words"])}
-        return cls(**values)
+        told = {**told, "words": tuple(told["words"])}
+        return cls(**told)
 
     def of(self, version: str) -> Finding:
         """The same of an FMU of this version: FMI 3.0 has 2.0's rules, by other names."""
@@ -80,8 +80,8 @@ class Group:
     def from_dict(cls, told: dict[str, Any]) -> Group:
         """A group from what `dataclasses.asdict` made, and JSON carried."""
         findings = tuple(Finding.from_dict(finding) for finding in told["findings"])
-        values: dict[str, Any] = {**told, "findings": findings}
-        return cls(**values)
+        told = {**told, "findings": findings}
+        return cls(**told)
 
     def count(self, severity: Severity) -> int:
         """Number of findings of one severity."""
@@ -124,7 +124,7 @@ class Report:
         """True if every check could be run."""
         return not any(group.failed for group in self.groups)
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, object]:
         """The report as JSON values."""
         groups = [asdict(group) for group in self.groups]
         told = {"ok": self.ok, "complete": self.complete, "groups": groups}

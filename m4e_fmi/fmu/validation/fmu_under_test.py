@@ -6,13 +6,13 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import cast
 
 import fmpy
 import numpy as np
 from fmpy.model_description import CoSimulation, ModelExchange, ModelVariable
 
-from m4e_fmi.fmu.importer.elements import flattened, owner
+from m4e_fmi.fmu.importer.elements import FmpyDescription, flattened, owner
 from m4e_fmi.fmu.importer.opening import MODEL_DESCRIPTION
 
 DEFAULT_STEP = 0.01  # s, where the FMU names none
@@ -42,7 +42,7 @@ class FmuUnderTest:
     """
 
     folder: Path
-    raw: Any
+    raw: FmpyDescription
 
     @classmethod
     def read(cls, folder: Path) -> FmuUnderTest:
@@ -50,7 +50,7 @@ class FmuUnderTest:
         return cls.of(folder, fmpy.read_model_description(str(folder), validate=False))
 
     @classmethod
-    def of(cls, folder: Path, raw: Any) -> FmuUnderTest:
+    def of(cls, folder: Path, raw: FmpyDescription) -> FmuUnderTest:
         """The same from FMPy's reading of the description; TooLargeError beyond MOST_ELEMENTS."""
         count = sum(math.prod(v.shape or ()) for v in raw.modelVariables)
         if count > MOST_ELEMENTS:
@@ -74,7 +74,10 @@ class FmuUnderTest:
         return {reference: np.array(values) for reference, values in found.items()}
 
     def array_start(self, reference: int) -> np.ndarray:
-        """Start values of the elements of the array with this reference, one of no variable's."""
+        """Start values (n_elements,) of the array with this reference, in its unit.
+
+        One element, 0, where no variable has the reference.
+        """
         return self._array_starts.get(reference, np.zeros(1)).copy()
 
     @cached_property
@@ -107,7 +110,7 @@ class FmuUnderTest:
         """FMPy's co-simulation and model exchange, as far as it is for them."""
         return [k for k in (self.raw.coSimulation, self.raw.modelExchange) if k is not None]
 
-    def kind(self, *, exchange: bool) -> Any:
+    def kind(self, *, exchange: bool) -> CoSimulation | ModelExchange:
         """The one of `kinds` for model exchange or for co-simulation."""
         return self.raw.modelExchange if exchange else self.raw.coSimulation
 
@@ -176,9 +179,9 @@ class FmuUnderTest:
         return [unknown.variable for unknown in self.raw.derivatives]
 
     @cached_property
-    def states(self) -> list[Any]:
+    def states(self) -> list[ModelVariable]:
         """The continuous states."""
-        return [rate.derivative for rate in self.rates]
+        return [cast(ModelVariable, rate.derivative) for rate in self.rates]
 
     @cached_property
     def given(self) -> list[ModelVariable]:

@@ -6,7 +6,6 @@ import ctypes
 import os
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from fmpy import fmi2, fmi3
 
@@ -35,7 +34,7 @@ class Library:
                 ways = (fmi3.FMU3Slave, fmi3.FMU3Model)
             self.journal.write("loading the library")
             try:
-                loaded: Any = ways[exchange](
+                loaded = ways[exchange](
                     guid=self.subject.raw.guid,
                     unzipDirectory=str(self.subject.folder),
                     modelIdentifier=kind.modelIdentifier,

@@ -144,8 +144,8 @@ class Probe:
     ) -> Probe:
         """This instance at its first step or, in model exchange, in continuous-time mode.
 
-        `start` are values of Reals by value reference, `initial_inputs` (n_inputs,) are set in
-        initialization mode.
+        `start` are values of Reals by value reference; `initial_inputs` (n_inputs,), in SI, are
+        set in initialization mode.
         """
         self.setup(stop=stop)
         if start:
@@ -219,7 +219,7 @@ class Probe:
     # ---- values ----
 
     def set(self, references: Sequence[int], values: np.ndarray, note: str = "") -> Status:
-        """Set Reals by value reference to `values` (n_references,)."""
+        """Set Reals by value reference to `values` (n_references,), in their units."""
         if not len(references):
             return OK
         arrays = self._arrays(references)
@@ -238,20 +238,20 @@ class Probe:
         return self.library.subject.array_start(reference) if held is None else held
 
     def get(self, references: Sequence[int]) -> tuple[Status, np.ndarray]:
-        """Status, and values (n_references,) of Reals by value reference."""
+        """Status, and values (n_references,) of Reals by value reference, in their units."""
         if not len(references):
             return OK, np.zeros(0)
         arrays = self._arrays(references)
         return self._filled(arrays, lambda values: self.functions.get_reals(arrays, values))
 
     def read(self, variables: Sequence[ModelVariable]) -> np.ndarray:
-        """Values (n_variables,) of Reals; RefusedError if they cannot be had."""
+        """Values (n_variables,) of Reals, in their units; RefusedError if they cannot be had."""
         status, values = self.get([v.valueReference for v in variables])
         self.require(status, "getting values")
         return values
 
     def put(self, variables: Sequence[ModelVariable], values: np.ndarray) -> None:
-        """Set Reals to `values` (n_variables,); RefusedError if that is not allowed."""
+        """Set Reals to `values` (n_variables,), in their units; RefusedError if not allowed."""
         status = self.set([v.valueReference for v in variables], values)
         self.require(status, "setting values")
 
@@ -274,15 +274,15 @@ class Probe:
     # ---- model exchange ----
 
     def state_vector(self) -> np.ndarray:
-        """Continuous states (n_states,)."""
+        """Continuous states (n_states,), in their units."""
         return self._vector("GetContinuousStates")
 
     def rate_vector(self) -> np.ndarray:
-        """Time derivatives (n_states,) of the continuous states."""
+        """Time derivatives (n_states,) of the continuous states, in their units per second."""
         return self._vector("GetDerivatives")
 
     def nominal_vector(self) -> np.ndarray:
-        """Nominal values (n_states,) of the continuous states."""
+        """Nominal values (n_states,) of the continuous states, in their units."""
         return self._vector("GetNominalsOfContinuousStates")
 
     def _vector(self, function: str) -> np.ndarray:
@@ -296,7 +296,7 @@ class Probe:
         return found
 
     def set_state_vector(self, x: np.ndarray) -> None:
-        """Set the continuous states (n_states,)."""
+        """Set the continuous states to `x` (n_states,), in their units."""
         data = np.ascontiguousarray(x, dtype=np.float64)
         self.must("SetContinuousStates", data.ctypes.data_as(REALS), len(data))
 
@@ -315,7 +315,10 @@ class Probe:
     def directional(
         self, unknowns: Sequence[ModelVariable], knowns: Sequence[ModelVariable], seed: np.ndarray
     ) -> np.ndarray:
-        """Change (n_unknowns,) of `unknowns` for the change `seed` (n_knowns,) of `knowns`."""
+        """Change (n_unknowns,) of `unknowns`, in their units.
+
+        For the change `seed` (n_knowns,) of `knowns`, in their units.
+        """
         z, v = self._arrays_of(unknowns), self._arrays_of(knowns)
         data = _spread(seed, v)
         status, found = self._filled(
@@ -327,9 +330,9 @@ class Probe:
     def adjoint(
         self, unknowns: Sequence[ModelVariable], knowns: Sequence[ModelVariable], seed: np.ndarray
     ) -> np.ndarray:
-        """Derivatives (n_knowns,) of the sum of `unknowns`, weighted by `seed` (n_unknowns,).
+        """Derivatives (n_knowns,), in SI, of the weighted sum of `unknowns` by each of `knowns`.
 
-        By each of `knowns`; for FMI 3.0 only.
+        `seed` (n_unknowns,) [1] are the weights. For FMI 3.0 only.
         """
         functions = self.functions
         assert isinstance(functions, Functions3)
@@ -342,7 +345,7 @@ class Probe:
         return found
 
     def output_derivatives(self, outputs: Sequence[ModelVariable], order: int) -> np.ndarray:
-        """Time derivatives (n_outputs,) of an order of outputs."""
+        """Time derivatives (n_outputs,) of an order of outputs, in SI."""
         y = self._arrays_of(outputs)
         status, found = self._filled(
             y, lambda found: self.functions.output_derivatives(y, order, found)
@@ -351,7 +354,7 @@ class Probe:
         return found
 
     def set_input_derivatives(self, inputs: Sequence[ModelVariable], rates: np.ndarray) -> None:
-        """Set first time derivatives (n_inputs,) of inputs; for FMI 2.0 only."""
+        """Set first time derivatives of inputs to `rates` (n_inputs,), in SI; for FMI 2.0 only."""
         assert isinstance(self.functions, Functions2)
         data = np.ascontiguousarray(rates, dtype=np.float64)
         self.require(self.functions.set_input_derivatives(self._arrays_of(inputs), data))

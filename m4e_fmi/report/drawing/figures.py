@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -16,10 +16,10 @@ from m4e_fmi.results.results_file import Series, load
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.lines import Line2D
 
     from m4e_fmi.simulate import Simulation
 
+T = TypeVar("T")
 ZOOM = 60.0  # s shown in the right column
 LEGEND_COLUMNS = 3
 LEGEND_ROW = 0.11  # of a panel's height
@@ -112,7 +112,7 @@ def _draw(title: str, time: np.ndarray, shown: list[Panel], picture: Path) -> Pa
     return save(figure, picture)
 
 
-def _by_rows(lines: Sequence[Line2D]) -> list[Line2D]:
+def _by_rows(lines: Sequence[T]) -> list[T]:
     """`lines` in the order in which a legend, which fills its columns, reads from left to right."""
     return [line for column in range(LEGEND_COLUMNS) for line in lines[column::LEGEND_COLUMNS]]
 

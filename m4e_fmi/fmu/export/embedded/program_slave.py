@@ -6,11 +6,13 @@ step is bounded by the importer's tolerance, or by the one that `layout.json` gi
 steps.
 """
 
+from __future__ import annotations
+
 import json
 
 from .python_engine import PythonEngine
 from .runtime_engine import RuntimeEngine
-from .slave_base import M4eSlave
+from .slave_base import M4eSlave, Saved
 
 LAYOUT = "layout.json"
 
@@ -19,7 +21,7 @@ class ProgramSlave(M4eSlave):
     """`layout.json` gives the value references of the program's vectors, in their order, the method
     of integration, the tolerance where the importer gives none, and the longest step of rk4."""
 
-    def __init__(self, **kwargs):
+    def __init__(self, **kwargs: str) -> None:
         super().__init__(**kwargs)
         layout = json.loads((self.resources / LAYOUT).read_text(encoding="utf-8"))
         self._parameters = layout["parameters"]
@@ -32,29 +34,36 @@ class ProgramSlave(M4eSlave):
         self._known = False
         self._engine = self._new_engine(layout["method"], layout["step_size"])
 
-    def _new_engine(self, method, step_size):
+    def _new_engine(self, method: str, step_size: float) -> RuntimeEngine | PythonEngine:
         states, outputs = ([self._names[k] for k in vrs] for vrs in (self._states, self._outputs))
-        how = {"method": method, "step_size": step_size}
         try:
             return RuntimeEngine(
-                self.resources, self._default, states, outputs, len(self._calculated), **how
+                self.resources,
+                self._default,
+                states,
+                outputs,
+                len(self._calculated),
+                method=method,
+                step_size=step_size,
             )
         except OSError:
-            return PythonEngine(self._default, **how)
+            return PythonEngine(self._default, method=method, step_size=step_size)
 
-    def setup_experiment(self, start_time, stop_time=None, tolerance=None):
+    def setup_experiment(
+        self, start_time: float, stop_time: float | None = None, tolerance: float | None = None
+    ) -> None:
         super().setup_experiment(start_time, stop_time, tolerance)
         self._set_tolerance()
 
-    def _set_tolerance(self):
+    def _set_tolerance(self) -> None:
         self._engine.tolerance = self.tolerance or self._default
 
-    def set_real(self, vrs, values):
+    def set_real(self, vrs: list[int], values: list[float]) -> None:
         super().set_real(vrs, values)
         if self._known and not self._fixed.isdisjoint(vrs):
             self._known = False
 
-    def _prepare(self):
+    def _prepare(self) -> None:
         """Collect the inputs; recompute what depends on parameters if one has changed."""
         values = self.values
         if not self._known:
@@ -64,14 +73,14 @@ class ProgramSlave(M4eSlave):
             self._known = True
         self._engine.set_inputs([values[k] for k in self._inputs])
 
-    def step(self, t, h):
+    def step(self, t: float, h: float) -> None:
         self._prepare()
         values = self.values
         x = [values[k] for k in self._states]
         for k, value in zip(self._states, self._engine.advance(t, x, t + h), strict=True):
             values[k] = value
 
-    def update(self):
+    def update(self) -> None:
         self._prepare()
         values = self.values
         x = [values[k] for k in self._states]
@@ -79,10 +88,10 @@ class ProgramSlave(M4eSlave):
         for k, value in zip(self._outputs, results, strict=True):
             values[k] = value
 
-    def save(self):
+    def save(self) -> Saved:
         return {"step": self._engine.step}
 
-    def restore(self, saved):
+    def restore(self, saved: Saved) -> None:
         self._engine.step = saved["step"]
         self._set_tolerance()
         self._known = False

@@ -1,32 +1,46 @@
 """A program run by the C runtime that is packed beside this file: the bits of a native FMU."""
 
+from __future__ import annotations
+
 import sys
 import weakref
-from ctypes import byref, c_double, c_uint32, create_string_buffer
+from collections.abc import Callable
+from ctypes import CDLL, Array, byref, c_double, c_uint32, create_string_buffer
 from math import inf, isfinite
+from pathlib import Path
 
 from .declarations import METHODS, Options, Report, load  # type: ignore[import]  # packed, too
 
 LIBRARY, PROGRAM = f"runtime.{sys.platform}", "model.m4e"
 DONE, SMALL_STEP, MANY_STEPS = 0, -2, -3
 MOST_STEPS = 1_000_000  # of one call of advance
-_loaded = []  # once per process: the folder of the first instance may be gone by now
+_loaded: list[CDLL] = []  # once per process: the folder of the first instance may be gone by now
 
 
-def _library(path):
+def _library(path: Path) -> CDLL:
     if not _loaded:
         _loaded.append(load(path))
     return _loaded[0]
 
 
-def _doubles(values):
+def _doubles(values: list[float]) -> Array[c_double]:
     return (c_double * len(values))(*values)
 
 
 class RuntimeEngine:
     """As PythonEngine. `states` and `outputs` are names, for messages; OSError without library."""
 
-    def __init__(self, folder, tolerance, states, outputs, calculated, *, method, step_size):
+    def __init__(
+        self,
+        folder: Path,
+        tolerance: float,
+        states: list[str],
+        outputs: list[str],
+        calculated: int,
+        *,
+        method: str,
+        step_size: float,
+    ) -> None:
         self._lib = lib = _library(folder / LIBRARY)
         content = (folder / PROGRAM).read_bytes()
         message = create_string_buffer(128)
@@ -40,23 +54,26 @@ class RuntimeEngine:
             raise OSError(f"{PROGRAM} does not fit into memory")
         self._held = weakref.finalize(self, _free, lib, self._held, self._model)
         self._method, self._step_size = method, step_size
-        self._integrator = self._release = None
+        self._integrator: int | None = None
+        self._release: Callable[[], object] | None = None
         self._built = 0.0
         self._states, self._outputs, self._calculated = states, outputs, calculated
         self.tolerance = tolerance
         self.step = 0.0
 
-    def set_parameters(self, p):
+    def set_parameters(self, p: list[float]) -> list[float]:
+        """Calculated parameters, after parameters have been set to `p`."""
         self._lib.m4e_set_parameters(self._model, _doubles(p))
         result = (c_double * self._calculated)()
         self._lib.m4e_calculated(self._model, result)
         return list(result)
 
-    def set_inputs(self, u):
+    def set_inputs(self, u: list[float]) -> None:
+        """Set the inputs, which are held during a step."""
         self._lib.m4e_set_inputs(self._model, _doubles(u))
 
-    def outputs(self, t, x):
-        """Raises ArithmeticError if one is not finite."""
+    def outputs(self, t: float, x: list[float]) -> list[float]:
+        """Outputs at t [s] and the states x; ArithmeticError if one is not finite."""
         result = (c_double * len(self._outputs))()
         self._lib.m4e_outputs(self._model, t, _doubles(x), result)
         for name, value in zip(self._outputs, result, strict=True):
@@ -64,8 +81,8 @@ class RuntimeEngine:
                 raise ArithmeticError(f"{name} is {value}")
         return list(result)
 
-    def advance(self, t, x, t_end):
-        """Raises ArithmeticError if t_end cannot be reached."""
+    def advance(self, t: float, x: list[float], t_end: float) -> list[float]:
+        """States at t_end [s] from the states x at t; ArithmeticError if it is not reached."""
         if self._built != self.tolerance:
             self._build()
         report, end = Report(), c_double(t_end)
@@ -78,7 +95,7 @@ class RuntimeEngine:
             raise ArithmeticError(self._failure(report))
         return list(result)
 
-    def _build(self):
+    def _build(self) -> None:
         if self._release:
             self._release()
         options = Options(
@@ -94,7 +111,7 @@ class RuntimeEngine:
         self._release = weakref.finalize(self, self._lib.m4e_integrator_free, self._integrator)
         self._built = self.tolerance
 
-    def _failure(self, report):
+    def _failure(self, report: Report) -> str:
         why = {
             SMALL_STEP: "the step size needed is too small to go on",
             MANY_STEPS: "too many steps are needed",
@@ -104,6 +121,6 @@ class RuntimeEngine:
         return f"{why} at t = {report.time:.9g} s{where}"
 
 
-def _free(lib, program, model):
+def _free(lib: CDLL, program: Callable[[], object], model: int) -> None:
     lib.m4e_model_free(model)
     program()

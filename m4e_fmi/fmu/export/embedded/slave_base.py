@@ -6,14 +6,18 @@ is kept, logged, readable as the string variable `last_error`; outputs then read
 later step answers fmi2Discard.
 """
 
+from __future__ import annotations
+
 import base64
 import copy
 import json
 import sys
 import traceback
 from binascii import crc32
+from collections.abc import Callable
 from math import inf, isfinite, nan
 from pathlib import Path
+from typing import Any, TypeVar
 
 from pythonfmu import Fmi2Slave
 from pythonfmu.enums import Fmi2Status
@@ -26,6 +30,9 @@ LAST_ERROR = "last_error"
 IDENTITY = __package__
 """Of states: the package's name ends in a hash of the FMU's code, variables and data."""
 CHECKSUM = 8  # hexadecimal digits before a state as bytes
+Saved = dict[str, Any]
+"""A state: JSON values and bytes, by name."""
+_T = TypeVar("_T")
 _PHASE = ("_initialised", "_initialising", "_premature", "_stale", "_terminated")
 
 
@@ -37,7 +44,7 @@ class M4eSlave(Fmi2Slave):
     [s], `tolerance` (relative, None if the importer gave none).
     """
 
-    def __init__(self, **kwargs):
+    def __init__(self, **kwargs: str) -> None:
         super().__init__(**kwargs)
         # not Path(__file__): in a second instance that is the first one's folder, perhaps deleted
         self.resources = Path(kwargs["resources"]) / Path(__file__).parent.name
@@ -56,7 +63,7 @@ class M4eSlave(Fmi2Slave):
         self._closed = {k for k, always in enumerate(settable) if not always}
         self.time = 0.0
         self._stop = inf
-        self.tolerance = None
+        self.tolerance: float | None = None
         self._error = ""
         self._initialised = False
         self._initialising = False
@@ -65,26 +72,26 @@ class M4eSlave(Fmi2Slave):
         self._terminated = False
         self._finished = False
 
-    def initialise(self):
+    def initialise(self) -> None:
         """Make the state fit parameters and inputs; may be called again before the first step."""
 
-    def step(self, t, h):
+    def step(self, t: float, h: float) -> None:
         """Advance from t to t + h [s] with the inputs as they are set."""
 
-    def update(self):
+    def update(self) -> None:
         """Write the outputs into `values` from the state and the inputs."""
 
-    def save(self):
+    def save(self) -> Saved:
         """The internal state as a dict of JSON values and bytes, also before `initialise`."""
         return {}
 
-    def restore(self, saved):
+    def restore(self, saved: Saved) -> None:
         """Take back what `save` returned."""
 
-    def finish(self):
+    def finish(self) -> None:
         """Release what is held; called once, by terminate or when the instance is freed."""
 
-    def _guard(self, action, *arguments):
+    def _guard(self, action: Callable[..., None], *arguments: object) -> bool:
         """Run one of the methods above; False, and the error kept, if it raises."""
         if self._error:
             return False
@@ -94,7 +101,7 @@ class M4eSlave(Fmi2Slave):
             self._fail(f"{type(error).__name__}: {error}", traceback.format_exc())
         return not self._error
 
-    def _fail(self, message, detail=""):
+    def _fail(self, message: str, detail: str = "") -> None:
         """Keep the error, unless there is one already: the first is the cause of the others."""
         if not self._error:
             self._error = _printable(f"{message} (t = {self.time:.9g} s)")
@@ -102,35 +109,47 @@ class M4eSlave(Fmi2Slave):
             if detail:
                 self.log(detail)
 
-    def log(self, msg, status=Fmi2Status.ok, category=None, debug=None):
+    def log(
+        self,
+        msg: str,
+        status: Fmi2Status = Fmi2Status.ok,
+        category: str | None = None,
+        debug: bool | None = None,
+    ) -> None:
+        """Queue a message for the importer."""
         # the binary uses the text as a printf format
         super().log(_printable(msg).replace("%", "%%"), status, category, debug)
 
-    def _allowed(self, function, now):
+    def _allowed(self, function: str, now: bool) -> None:
         """Fail unless `function` may be called now; the binary knows no phases."""
         if not now:
             self._fail(f"{function} cannot be called now")
 
-    def setup_experiment(self, start_time, stop_time=None, tolerance=None):
+    def setup_experiment(
+        self, start_time: float, stop_time: float | None = None, tolerance: float | None = None
+    ) -> None:
+        """Keep the times [s] and the relative tolerance of the experiment."""
         fresh = not (self._initialising or self._initialised)
         self._allowed("fmi2SetupExperiment", fresh)
         self.time = start_time
         self._stop = inf if stop_time is None else stop_time
         self.tolerance = tolerance
 
-    def enter_initialization_mode(self):
+    def enter_initialization_mode(self) -> None:
+        """Enter initialization mode, in which inputs are set and outputs read."""
         fresh = not (self._initialising or self._initialised)
         self._allowed("fmi2EnterInitializationMode", fresh)
         self._initialising = True
 
-    def exit_initialization_mode(self):
+    def exit_initialization_mode(self) -> None:
+        """Exit initialization mode, with state and outputs computed."""
         self._allowed("fmi2ExitInitializationMode", self._initialising)
         self._refresh()
         self._premature = False
         self._initialising = False
         self._initialised = True
 
-    def _refresh(self):
+    def _refresh(self) -> None:
         """Bring the outputs up to date with what was set or stepped."""
         if not self._stale:
             return
@@ -143,7 +162,8 @@ class M4eSlave(Fmi2Slave):
         self._premature = self._initialising and bool(self._error) and not failed_before
         self._stale = False
 
-    def do_step(self, current_time, step_size):
+    def do_step(self, current_time: float, step_size: float) -> bool:
+        """True if the step from `current_time` over `step_size` [s] was made."""
         self._allowed("fmi2DoStep", self._initialised and not self._terminated)
         if not 0 < step_size < inf:
             self._fail(f"no step from {current_time} s over {step_size} s")
@@ -155,17 +175,18 @@ class M4eSlave(Fmi2Slave):
         self._stale = True
         return not self._error
 
-    def terminate(self):
+    def terminate(self) -> None:
+        """End the simulation and release what is held."""
         self._allowed("fmi2Terminate", self._initialised and not self._terminated)
         if self._initialised:
             self._refresh()  # outputs may be read after this
         self._terminated = True
         self._finish()
 
-    def __del__(self):
+    def __del__(self) -> None:
         self._finish()
 
-    def _finish(self):
+    def _finish(self) -> None:
         if getattr(self, "_finished", True):  # not there: __init__ failed
             return
         self._finished = True
@@ -174,7 +195,8 @@ class M4eSlave(Fmi2Slave):
         except BaseException as error:  # noqa: BLE001  as in _guard; the run is over, only tell
             self.log(f"{self.instance_name}: while finishing: {error}", status=Fmi2Status.warning)
 
-    def get_real(self, vrs):
+    def get_real(self, vrs: list[int]) -> list[float]:
+        """Values of real variables, computed anew if inputs have changed; nan after an error."""
         if self._stale and (self._initialised or self._initialising):
             self._refresh()
         if self._error:
@@ -188,7 +210,8 @@ class M4eSlave(Fmi2Slave):
             self._fail(f"an output is no number: {error}")
             return [nan] * len(vrs)
 
-    def set_real(self, vrs, values):
+    def set_real(self, vrs: list[int], values: list[float]) -> None:
+        """Set real variables; values must be finite and in their ranges."""
         self._stale = True
         if self._terminated:
             self._allowed("fmi2SetReal", False)
@@ -205,20 +228,22 @@ class M4eSlave(Fmi2Slave):
         except IndexError:
             self._unknown(vrs, nan)
 
-    def _check_limits(self, vr, value):
+    def _check_limits(self, vr: int, value: float) -> None:
         low, high = self._limits[vr]
         if not low <= value <= high:
             where = f"outside its range from {low:g} to {high:g}"
             self._fail(f"{self._names[vr]} was set to {value:g}, {where}")
 
-    def get_string(self, vrs):
+    def get_string(self, vrs: list[int]) -> list[str]:
+        """Values of string variables."""
         self.text[LAST_ERROR] = self._error
         try:
             return [self.text[self._strings[vr]] for vr in vrs]
         except IndexError:
             return self._unknown(vrs, "")
 
-    def set_string(self, vrs, values):
+    def set_string(self, vrs: list[int], values: list[str]) -> None:
+        """Set string variables."""
         self._stale = True
         try:
             for vr, value in zip(vrs, values, strict=True):
@@ -226,26 +251,30 @@ class M4eSlave(Fmi2Slave):
         except IndexError:
             self._unknown(vrs, "")
 
-    def get_integer(self, vrs):
+    def get_integer(self, vrs: list[int]) -> list[int]:
+        """Fails: there are no integers."""
         return self._unknown(vrs, 0)
 
-    def get_boolean(self, vrs):
+    def get_boolean(self, vrs: list[int]) -> list[bool]:
+        """Fails: there are no Booleans."""
         return self._unknown(vrs, False)
 
-    def set_integer(self, vrs, values):  # noqa: ARG002
+    def set_integer(self, vrs: list[int], values: list[int]) -> None:  # noqa: ARG002
+        """Fails: there are no integers."""
         self._unknown(vrs, 0)
 
-    def set_boolean(self, vrs, values):  # noqa: ARG002
+    def set_boolean(self, vrs: list[int], values: list[bool]) -> None:  # noqa: ARG002
+        """Fails: there are no Booleans."""
         self._unknown(vrs, False)
 
-    def _unknown(self, vrs, answer):
+    def _unknown(self, vrs: list[int], answer: _T) -> list[_T]:
         """Fail because no variable of this type has one of these value references."""
         if vrs:
             self._fail(f"not all of these are value references of the type: {list(vrs)}")
         return [answer] * len(vrs)
 
-    def _get_fmu_state(self):
-        own = {}
+    def _get_fmu_state(self) -> Saved:
+        own: Saved = {}
         self._guard(lambda: own.update(copy.deepcopy(self.save())))
         return {
             "identity": IDENTITY,
@@ -259,7 +288,7 @@ class M4eSlave(Fmi2Slave):
             "own": own,
         }
 
-    def _set_fmu_state(self, state):
+    def _set_fmu_state(self, state: Saved) -> None:
         if state.get("identity") != IDENTITY:
             self._fail("a state was set that is damaged or not of this FMU")
             return
@@ -274,7 +303,7 @@ class M4eSlave(Fmi2Slave):
         self._guard(self.restore, copy.deepcopy(state["own"]))
 
     @staticmethod
-    def _fmu_state_to_bytes(state):
+    def _fmu_state_to_bytes(state: Saved) -> bytes:
         try:
             text = json.dumps(state, default=_encoded, sort_keys=True)
         except (TypeError, ValueError) as error:  # what is restored from this, tells
@@ -283,27 +312,27 @@ class M4eSlave(Fmi2Slave):
         return _checksum(content) + content
 
     @staticmethod
-    def _fmu_state_from_bytes(state):
+    def _fmu_state_from_bytes(state: bytes) -> Saved:
         checksum, content = state[:CHECKSUM], state[CHECKSUM:]
         if checksum != _checksum(content):
             return {}  # there is no instance here to keep an error: it is told when this is set
         return json.loads(content.decode("utf-8"), object_hook=_decoded)
 
 
-def _checksum(content):
+def _checksum(content: bytes) -> bytes:
     return f"{crc32(content):0{CHECKSUM}x}".encode("ascii")
 
 
-def _printable(text):
+def _printable(text: str) -> str:
     """`text` as the binary can pass it on: UTF-8 without lone surrogates."""
     return str(text).encode("utf-8", "backslashreplace").decode("utf-8")
 
 
-def _encoded(value):
+def _encoded(value: object) -> dict[str, str]:
     if isinstance(value, bytes):
         return {"base64": base64.b64encode(value).decode("ascii")}
     raise TypeError(f"{type(value).__name__} cannot be saved; use JSON values and bytes")
 
 
-def _decoded(value):
+def _decoded(value: Saved) -> Saved | bytes:
     return base64.b64decode(value["base64"]) if set(value) == {"base64"} else value

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 import math
-from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import ClassVar
@@ -87,9 +86,9 @@ class Classic(Standard):
     def _caller(self) -> Caller:
         return Caller("fmi2", self._layout, self.address, self.component, {}, self._ready)
 
-    @abstractmethod
     def _ready(self) -> Status:
         """Do what values need before they are read."""
+        return 0
 
     def _layout(self, variable: Variable) -> tuple[str, Layout]:
         return {
@@ -111,9 +110,10 @@ class Classic(Standard):
         return RawCall(self.address(function), self.component, self._references(names))
 
     def derivative_setter(self, names: Sequence[str], view: np.ndarray) -> Call:
-        """A call that sets two time derivatives of each input from `view` (2 n_names,).
+        """A call that sets two time derivatives of each input.
 
-        It holds the first and the second derivative of one input after the other.
+        `view` (2*n_names,) holds the first and the second derivative of one input after the other,
+        in the inputs' units per s and s².
         """
         check_view(view, 2 * len(names))
         references = np.repeat(self._references(names), 2)

@@ -69,16 +69,6 @@ class Fmi1(Classic):
 
         return get
 
-    def wants_end(self) -> bool:
-        return False
-
-    def terminate(self) -> Status:
-        return self.call("Terminate")
-
-    def free(self) -> None:
-        self.call("FreeInstance")
-        self.component = None
-
     def function(self, function: str) -> CFunction:
         name = f"{self._description.identifier}_{self.name(function)}"
         loaded = getattr(self._dll, name)

@@ -50,18 +50,8 @@ class Fmi2(Classic, Rollback):
     def exit_initialization(self) -> None:
         self.check(self.call("ExitInitializationMode"), "fmi2ExitInitializationMode")
 
-    def terminate(self) -> Status:
-        return self.call("Terminate")
-
-    def free(self) -> None:
-        self.call("FreeInstance")
-        self.component = None
-
     def getter(self, names: Sequence[str], view: np.ndarray) -> Call:
         return self._bound("fmi2GetReal", names, view)
-
-    def _ready(self) -> Status:
-        return 0
 
     def wants_end(self) -> bool:
         value = ctypes.c_int()

@@ -38,10 +38,10 @@ from m4e_fmi.fmu.importer.calls.standard import (
     Value,
     check_view,
 )
+from m4e_fmi.fmu.importer.calls.typed import function as runtime_function
 from m4e_fmi.fmu.importer.elements import locate
 from m4e_fmi.fmu.importer.messages import Messages
 from m4e_fmi.fmu.importer.reading import STRUCTURAL, Description, Variable
-from m4e_fmi.runtime.library import library
 
 MOST_EVENTS = 1000
 _METHODS = {"Enumeration": "Int64"}
@@ -61,6 +61,9 @@ _RAW = {
     "fmi2GetFMUstate": "m4e_save_3",
     "fmi2SetFMUstate": "m4e_restore_3",
 }
+
+
+_Element = Value | bytes | None
 
 
 class Fmi3(Standard, Rollback):
@@ -113,12 +116,9 @@ class Fmi3(Standard, Rollback):
             self.check(self._settle(self._raw.reached), "fmi3UpdateDiscreteStates")
         self._raw.stepping = True
 
-    def terminate(self) -> Status:
-        return self.call("Terminate")
-
     def free(self) -> None:
-        self.call("FreeInstance")
-        self.component = self._raw.instance = None
+        super().free()
+        self._raw.instance = None
 
     # ---- values ----
 
@@ -159,7 +159,7 @@ class Fmi3(Standard, Rollback):
         ]
         kind = members[0].fmi_type
         count = self._sizes[reference]
-        given: list[Any] = [None] * count
+        given: list[_Element] = [None] * count
         if len(elements) < count and self._raw.stepping:
             given = self._array(reference, kind)
         elif len(elements) < count:
@@ -169,7 +169,7 @@ class Fmi3(Standard, Rollback):
             given[index] = bytes.fromhex(str(value)) if kind == "Binary" else value
         self._call(f"set{_METHODS.get(kind, kind)}", [reference], given)
 
-    def _array(self, reference: int, kind: str) -> list[Any]:
+    def _array(self, reference: int, kind: str) -> list[_Element]:
         """The present values of all elements."""
         count = self._sizes[reference]
         return list(self._call(f"get{_METHODS.get(kind, kind)}", [reference], nValues=count))
@@ -219,9 +219,6 @@ class Fmi3(Standard, Rollback):
 
     def stepper(self) -> Callable[[float, float, int], Status]:
         return self._step
-
-    def wants_end(self) -> bool:
-        return False
 
     def _step(self, time: float, size: float, final: int) -> Status:
         """The whole step, or up to an event in it; as m4e_do_step_3."""
@@ -283,10 +280,7 @@ class Fmi3(Standard, Rollback):
         return self._raw.reached if math.isfinite(self._raw.reached) else None
 
     def raw(self, function: str, names: Sequence[str] = ()) -> RawCall:
-        found = library()
-        assert found is not None
-        place = ctypes.cast(getattr(found, _RAW[function]), ctypes.c_void_p).value
-        assert place
+        place = runtime_function(_RAW[function])
         none = np.zeros(0, dtype=np.uint32)
         if not names:
             return RawCall(place, ctypes.addressof(self._raw), none)
@@ -351,7 +345,7 @@ def _is_at(time: float, goal: float) -> bool:
     return time >= goal - 4 * sys.float_info.epsilon * abs(goal)
 
 
-def _start(kind: str, text: str | None) -> Value | bytes:
+def _start(kind: str, text: str | None) -> _Element:
     """A start value as FMPy's methods take it."""
     if kind == "String":
         return text or ""

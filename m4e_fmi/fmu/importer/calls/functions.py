@@ -102,21 +102,24 @@ class Functions(ABC):
 
     @abstractmethod
     def get_reals(self, arrays: Arrays, values: np.ndarray) -> Status:
-        """Read all elements into `values` (n_elements,)."""
+        """Read all elements into `values` (n_elements,), in the variables' units."""
 
     @abstractmethod
     def set_reals(self, arrays: Arrays, values: np.ndarray, note: str = "") -> Status:
-        """Set all elements from `values` (n_elements,)."""
+        """Set all elements from `values` (n_elements,), in the variables' units."""
 
     @abstractmethod
     def directional_derivative(
         self, unknowns: Arrays, knowns: Arrays, seed: np.ndarray, found: np.ndarray
     ) -> Status:
-        """Change `found` (n_unknowns,) of the unknowns for a change `seed` (n_knowns,)."""
+        """Write the change of the unknowns for a change of the knowns.
+
+        `found` (n_unknowns,) and `seed` (n_knowns,) are in the variables' units.
+        """
 
     @abstractmethod
     def output_derivatives(self, outputs: Arrays, order: int, found: np.ndarray) -> Status:
-        """Time derivatives of an order of the outputs, into `found` (n_elements,)."""
+        """Time derivatives of an order of the outputs, into `found` (n_elements,), in SI."""
 
     @abstractmethod
     def counted(self, count: int) -> tuple[int, ...]:
@@ -129,5 +132,5 @@ def references_of(arrays: Arrays) -> ctypes.Array[ctypes.c_uint]:
 
 
 def pointer_to(values: np.ndarray) -> object:
-    """A pointer to an array (float64, contiguous)."""
+    """A pointer to `values` (float64, contiguous), scalar or of any shape, in any units."""
     return values.ctypes.data_as(REALS)

@@ -107,7 +107,7 @@ class Functions2(Functions):
         return self._call("GetRealOutputDerivatives", *arguments, note=f"{count} values")
 
     def set_input_derivatives(self, inputs: Arrays, rates: np.ndarray) -> Status:
-        """Set first time derivatives of inputs, `rates` (n_inputs,)."""
+        """Set first time derivatives of inputs, `rates` (n_inputs,), in their units per second."""
         count = len(inputs.references)
         orders = (ctypes.c_int * count)(*[1] * count)
         arguments = (references_of(inputs), count, orders, pointer_to(rates))

@@ -186,7 +186,10 @@ class Functions3(Functions):
     def adjoint_derivative(
         self, unknowns: Arrays, knowns: Arrays, seed: np.ndarray, found: np.ndarray
     ) -> Status:
-        """Derivative `found` (n_knowns,) of the unknowns' sum weighted by `seed` (n_unknowns,)."""
+        """Write the derivatives of a weighted sum of the unknowns by the knowns.
+
+        `found` (n_knowns,), and the weights `seed` (n_unknowns,), are in the variables' units.
+        """
         return self._sensitivity("GetAdjointDerivative", unknowns, knowns, seed, found)
 
     def _sensitivity(

@@ -61,7 +61,7 @@ class RealAccess:
         return ctypes.addressof(self._raw)
 
     def get(self, values: np.ndarray) -> Status:
-        """Read all into `values` (n_variables,)."""
+        """Read all into `values` (n_variables,), in the variables' units."""
         worst = 0
         for part in self._parts:
             status = part.get()
@@ -72,7 +72,7 @@ class RealAccess:
         return worst
 
     def set(self, values: np.ndarray, in_event_mode: Callable[[Part], Status]) -> Status:
-        """Set all from `values` (n_variables,)."""
+        """Set all from `values` (n_variables,), in the variables' units."""
         worst = 0
         for part in self._parts:
             status = self._set(part, values, in_event_mode)

@@ -14,7 +14,10 @@ Bind = Callable[[np.ndarray], Call]
 
 
 def scaled_getter(own: Bind, view: np.ndarray, factor: np.ndarray, offset: np.ndarray) -> Call:
-    """A call that reads into `view`; all arrays are (n,), `offset` in the FMU's own units."""
+    """A call that reads into `view`.
+
+    `own`, `view`, `factor` and `offset` (n,): view = (v - offset)/factor, v in the FMU's units.
+    """
     values = np.zeros(len(view))
     call = own(values)
 
@@ -27,7 +30,10 @@ def scaled_getter(own: Bind, view: np.ndarray, factor: np.ndarray, offset: np.nd
 
 
 def scaled_setter(own: Bind, view: np.ndarray, factor: np.ndarray, offset: np.ndarray) -> Call:
-    """A call that sets from `view`; all arrays are (n,), `offset` in the FMU's own units."""
+    """A call that sets from `view`.
+
+    `own`, `view`, `factor` and `offset` (n,): v = factor·view + offset, in the FMU's units, is set.
+    """
     values = np.zeros(len(view))
     call = own(values)
 

@@ -105,13 +105,14 @@ class Standard(ABC):
     def exit_initialization(self) -> None:
         """Exit initialization mode, ready for the first step."""
 
-    @abstractmethod
     def terminate(self) -> Status:
         """Terminate the simulation."""
+        return self.call("Terminate")
 
-    @abstractmethod
     def free(self) -> None:
         """Free the instance."""
+        self.call("FreeInstance")
+        self.component = None
 
     # ---- values ----
 
@@ -125,11 +126,11 @@ class Standard(ABC):
 
     @abstractmethod
     def getter(self, names: Sequence[str], view: np.ndarray) -> Call:
-        """A call that reads Reals into `view` (n_names,) (float64, contiguous)."""
+        """A call that reads Reals into `view` (n_names,), float64, in the variables' units."""
 
     @abstractmethod
     def setter(self, names: Sequence[str], view: np.ndarray) -> Call:
-        """A call that sets Reals from `view` (n_names,) (float64, contiguous)."""
+        """A call that sets Reals from `view` (n_names,), float64, in the variables' units."""
 
     def typed(
         self,
@@ -141,7 +142,7 @@ class Standard(ABC):
     ) -> Access:
         """Access to variables that are not Real, or take the values of such.
 
-        `changed` (1,) becomes 0 where a value changes in reading.
+        `changed` (1,) [1] becomes 0 where a value changes in reading.
         """
         assert self.component
         return Access(self.variables(names), self._caller(), texts, taken=taken, changed=changed)
@@ -155,9 +156,9 @@ class Standard(ABC):
     def stepper(self) -> Callable[[float, float, int], Status]:
         """The call ``(t, h, 1) -> status`` that steps from t to t + h [s], never to be undone."""
 
-    @abstractmethod
     def wants_end(self) -> bool:
         """True if the FMU discarded the last step because it asks for the end of the simulation."""
+        return False
 
     @abstractmethod
     def reached(self) -> float | None:
@@ -226,7 +227,10 @@ class Rollback(ABC):
 
 
 def check_view(view: np.ndarray, *shape: int) -> None:
-    """Assert that C code may have the address of `view` (float64, contiguous, of this shape)."""
+    """Assert that C code may have the address of `view`: float64, contiguous, of this shape.
+
+    `view` has the shape of `shape`, in the variables' units.
+    """
     assert view.dtype == np.float64
     assert view.flags.c_contiguous
     assert view.shape == shape

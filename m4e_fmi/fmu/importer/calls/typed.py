@@ -215,7 +215,7 @@ class Access:
         return part.set_name if self.taken else part.get_name
 
     def get(self, cells: np.ndarray) -> Status:
-        """Read all into `cells` (int64)."""
+        """Read all into `cells` (n_cells,), int64, in the variables' units."""
         worst = self._caller.ready()
         if worst > WARNING:
             return worst
@@ -232,7 +232,10 @@ class Access:
         return worst
 
     def set(self, cells: np.ndarray) -> Status:
-        """Set all from `cells` (int64); DOES_NOT_FIT if one is none of a variable's type."""
+        """Set all from `cells` (n_cells,), int64, in the variables' units.
+
+        DOES_NOT_FIT if the type of a variable cannot hold its value.
+        """
         worst, entered, c = 0, False, self._caller.component
         events = c is not None and c.has_events and c.stepping and c.ended == np.inf
         for n, part in enumerate(self._parts):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from fmpy.model_description import ModelVariable
@@ -95,7 +94,7 @@ def _along_a_run(
 
     A solver inside that advances in fixed steps of its own is sampled at communication points.
     """
-    bases = [v.derivative for v in pairs]
+    bases = [v.derivative for v in pairs if v.derivative is not None]
     inputs = context.random_inputs(WINDOWS)
     shorter = context.subject.variable_steps and not context.holds
     spacing = context.step_size * (SPACING if shorter else 1.0)
@@ -138,7 +137,7 @@ def _sampled(
     context: Context,
     inputs: np.ndarray,
     spacing: float,
-    pairs: tuple[list[Any], list[ModelVariable]],
+    pairs: tuple[list[ModelVariable], list[ModelVariable]],
     outputs: list[ModelVariable],
 ) -> tuple[_Samples, _Samples]:
     """Variables with their declared derivatives, and outputs with what the FMU derives of them."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 import fmpy
 import numpy as np
@@ -157,7 +156,7 @@ def _follows(context: Context, inputs: np.ndarray) -> bool:
 
 def _integrated(context: Context, inputs: np.ndarray, tolerance: float) -> np.ndarray | None:
     subject = context.subject
-    values: dict[str, Any] = {v.name: u for v, u in zip(subject.inputs, inputs, strict=True)}
+    values: dict[str, object] = {v.name: u for v, u in zip(subject.inputs, inputs, strict=True)}
     outputs = [v.name for v in subject.outputs]
     if subject.fmi_3:
         values = _whole_arrays(subject.inputs, inputs)
@@ -183,7 +182,7 @@ def _integrated(context: Context, inputs: np.ndarray, tolerance: float) -> np.nd
     return found if found.shape == (STEPS + 1, len(subject.outputs)) else None
 
 
-def _whole_arrays(elements: Sequence[ModelVariable], values: np.ndarray) -> dict[str, Any]:
+def _whole_arrays(elements: Sequence[ModelVariable], values: np.ndarray) -> dict[str, object]:
     """Name → value, of arrays a list: FMPy knows arrays only as a whole."""
     found: dict[str, list[float]] = {}
     for v, value in zip(elements, values.tolist(), strict=True):

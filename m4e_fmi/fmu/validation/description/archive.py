@@ -6,13 +6,13 @@ import re
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
 
 import fmpy
 from fmpy import fmi2, fmi3
 from fmpy.model_description import ValidationError
 from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no types
 
+from m4e_fmi.fmu.importer.elements import FmpyDescription
 from m4e_fmi.fmu.importer.flaws import Flaw, flaws, undefined_units
 from m4e_fmi.fmu.importer.opening import MODEL_DESCRIPTION
 from m4e_fmi.fmu.importer.reading import told_by_fmpy
@@ -62,7 +62,7 @@ def description_findings(folder: Path) -> tuple[tuple[Finding, ...], str]:
     return tuple(finding.of(version) for finding in found), next(iter(reasons), "")
 
 
-def _read(folder: Path, text: bytes, flawed: list[Flaw]) -> tuple[list[str], Any]:
+def _read(folder: Path, text: bytes, flawed: list[Flaw]) -> tuple[list[str], FmpyDescription]:
     """Problems that FMPy's validator finds, and the flaws that it does not; the description
     as FMPy reads it, None if that is not possible."""
     problems: list[str] = []

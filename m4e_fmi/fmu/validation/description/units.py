@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Any
 
-from fmpy.model_description import ModelVariable
+from fmpy.model_description import BaseUnit, ModelVariable
 
 from m4e_fmi.fmu.validation.findings import Finding, some
 from m4e_fmi.fmu.validation.fmu_under_test import FmuUnderTest
 from m4e_fmi.units import BASE_UNITS, parse_unit
 
+_Units = dict[str, BaseUnit | None]
 _SECOND, _RADIAN = BASE_UNITS.index("s"), BASE_UNITS.index("rad")
 _ROUNDING = 1e-9
 """Relative; factors are written in decimals."""
@@ -21,8 +21,9 @@ def check_units(subject: FmuUnderTest) -> Iterator[Finding]:
     definitions = {unit.name: unit.baseUnit for unit in subject.raw.unitDefinitions}
     yield from _names(definitions)
     for variable in subject.reals():
-        if variable.derivative is not None and variable.derivative.type == "Real":
-            yield from _of_derivative(variable, definitions)
+        state = variable.derivative
+        if state is not None and state.type == "Real":
+            yield from _of_derivative(variable, state, definitions)
     missing = [v.name for v in subject.reals() if not unit_of(v) and v.causality != "independent"]
     if missing:
         message = f"{len(missing)} Reals have no unit: {some(missing)}"
@@ -35,7 +36,7 @@ def unit_of(variable: ModelVariable) -> str:
     return variable.unit or of_type or ""
 
 
-def _exponents(base: Any) -> list[int]:
+def _exponents(base: BaseUnit) -> list[int]:
     return [int(getattr(base, name) or 0) for name in BASE_UNITS]
 
 
@@ -44,7 +45,7 @@ def _without_angle(exponents: list[int]) -> list[int]:
     return [e for k, e in enumerate(exponents) if k != _RADIAN]
 
 
-def _names(definitions: dict[str, Any]) -> Iterator[Finding]:
+def _names(definitions: _Units) -> Iterator[Finding]:
     for name, base in definitions.items():
         if base is None:
             continue
@@ -66,11 +67,13 @@ def _text(factor: float, powers: Sequence[int]) -> str:
     return f"{factor:g} {' '.join(bases) or '1'}"
 
 
-def _of_derivative(variable: Any, definitions: dict[str, Any]) -> Iterator[Finding]:
-    of, unit = unit_of(variable.derivative), unit_of(variable)
-    pair = f"{variable.name} is the derivative of {variable.derivative.name}"
+def _of_derivative(
+    variable: ModelVariable, state: ModelVariable, definitions: _Units
+) -> Iterator[Finding]:
+    of, unit = unit_of(state), unit_of(variable)
+    pair = f"{variable.name} is the derivative of {state.name}"
     if bool(of) != bool(unit):
-        who = variable.name if of else variable.derivative.name
+        who = variable.name if of else state.name
         message = f"{pair}, but {who} has no unit"
         yield Finding(
             "units.derivative_missing", "warning", message, "give both a unit, or neither"

@@ -15,17 +15,21 @@ EXCEPTIONS = 0.25
 
 
 def stands(samples: np.ndarray) -> np.ndarray:
-    """Columns of `samples` (rows are times) that hold in some intervals and move in others."""
+    """Columns, as booleans (n,), that hold in some intervals and move in others.
+
+    `samples` (n_times, n) are in the variables' units.
+    """
     same = np.diff(samples, axis=0) == 0.0
     return same.any(axis=0) & ~same.all(axis=0)
 
 
 def follows(samples: np.ndarray, rates: np.ndarray, spacing: float) -> np.ndarray:
-    """Columns of `samples` that change between two rows as the `rates` at both rows allow.
+    """Columns that change between two rows as the rates at both rows allow: booleans (n,).
 
-    Rows are `spacing` [s] apart. Between the rows a smooth rate exceeds both ends by an eighth of
-    its second difference at most; twice that is allowed. A column that holds in some intervals may
-    be late by one interval.
+    `samples` and `rates` (n_times, n), in the variables' units, and these per second. Rows are
+    `spacing` [s] apart. Between the rows a smooth rate exceeds both ends by an eighth of its second
+    difference at most; twice that is allowed. A column that holds in some intervals may be late by
+    one interval.
     """
     means = np.diff(samples, axis=0) / spacing
     ends = np.array([rates[:-1], rates[1:]])

@@ -25,7 +25,10 @@ class Estimate(NamedTuple):
 
 
 def at_centre(samples: np.ndarray, spacing: float) -> Estimate:
-    """Time derivative at the middle of SAMPLES rows, `spacing` [s] apart."""
+    """Time derivative at the middle of `samples` (SAMPLES, n), in the variables' units.
+
+    Rows are `spacing` [s] apart.
+    """
     differences = [
         (samples[CENTRE + k] - samples[CENTRE - k]) / (2 * k * spacing) for k in (1, 2, 4)
     ]
@@ -41,7 +44,9 @@ def _extrapolated(
 
 
 def central(above: np.ndarray, below: np.ndarray, steps: np.ndarray) -> Estimate:
-    """∂/∂v from values at v ± each of three `steps`, in ratio 1 : 2 : 4, one row for each.
+    """∂/∂v from values at v ± each of three steps, in ratio 1 : 2 : 4, one row for each.
+
+    `above` and `below` (3, n), in the units of the values; `steps` (3,), in v's unit.
 
     The error covers what the three differ by, too, and rounding in the largest of all values: small
     ones may be what is left of large ones.

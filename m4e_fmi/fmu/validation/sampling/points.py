@@ -10,11 +10,11 @@ from __future__ import annotations
 from collections.abc import Generator, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from fmpy.model_description import ModelVariable
 
+from m4e_fmi.fmu.importer.elements import FmpyUnknown
 from m4e_fmi.fmu.validation.context import Context
 from m4e_fmi.fmu.validation.probe import Probe, RefusedError
 
@@ -31,10 +31,12 @@ class Place:
     probe: Probe
     knowns: list[ModelVariable]
     unknowns: list[ModelVariable]
-    declared: list[Any]
+    declared: list[FmpyUnknown]
 
     def evaluate(self, values: np.ndarray) -> np.ndarray | None:
-        """The unknowns where the knowns are `values`; None where the FMU has no finite answer.
+        """Unknowns (n_unknowns,), in their units; None where the FMU has no finite answer.
+
+        The knowns are `values` (n_knowns,), in their units.
 
         After an answer that leaves the FMU unusable, it is brought here anew.
         """
@@ -80,7 +82,7 @@ def arrive(context: Context, probe: Probe, name: str) -> None:
 
 @contextmanager
 def _place(
-    context: Context, name: str, knowns: list[ModelVariable], entries: list[Any]
+    context: Context, name: str, knowns: list[ModelVariable], entries: list[FmpyUnknown]
 ) -> Generator[Place, None, None]:
     entries = [e for e in entries if e.variable.type == "Real"]
     unknowns = [e.variable for e in entries]
