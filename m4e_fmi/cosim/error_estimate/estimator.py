@@ -21,9 +21,12 @@ from m4e_fmi.fmu.importer.reading import Description
 
 
 class ErrorEstimator(Watcher, Protocol):
-    """An estimate that goes along with a run; `failure` says why nothing is known, if so."""
+    """An estimate of the coupling error while a run goes on."""
 
-    failure: str
+    @property
+    def failure(self) -> str:
+        """The reason why nothing is known; empty if something is."""
+        ...
 
     def changed(self, changes: Sequence[Change]) -> None:
         """Account for values that were set at the present point, and exchanged."""
@@ -59,7 +62,7 @@ def error_estimator(
     *,
     order: int,
     changeable: bool,
-) -> StepDoublingEstimator | ShadowRun | str:
+) -> ErrorEstimator | str:
     """The estimator for a run of `network` by an algorithm of this `order`, or why there is none.
 
     `make` makes the algorithm anew; `second` makes a second network, at the start time. In a

@@ -124,7 +124,7 @@ class ShadowRun:
         longer = replace(simulation, step_size=size, output_interval=None)
         no_bonds = EnergyBalance(other, ())
         self._time_loop = TimeLoop(
-            other, algorithm, no_bonds, longer, witness=self._other, most_time=np.inf
+            other, algorithm, no_bonds, longer, watcher=self._other, most_time=np.inf
         )
         self._size, stop = round(size * NS_PER_SECOND), round(simulation.stop_time * NS_PER_SECOND)
         self._rest = stop if all(rate.shortens for rate in other.rates.values()) else None

@@ -7,7 +7,7 @@ from contextlib import ExitStack, contextmanager
 from typing import cast
 
 from m4e_fmi.cosim.connections.prepared import Prepared
-from m4e_fmi.cosim.error_estimate.estimator import error_estimator, without_rollback
+from m4e_fmi.cosim.error_estimate.estimator import ErrorEstimator, error_estimator, without_rollback
 from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport, certificate
 from m4e_fmi.cosim.error_estimate.shadow_run import ShadowRun
 from m4e_fmi.cosim.error_estimate.step_doubling import StepDoublingEstimator
@@ -112,7 +112,7 @@ class Master:
         self._energy = EnergyBalance(
             self.network, self._prepared.wiring.bonds, self._algorithm.followed
         )
-        self._estimator: StepDoublingEstimator | ShadowRun | None = None
+        self._estimator: ErrorEstimator | None = None
         self._unwatched = ""
         self._second_look = SecondLook(self.network)
         if self._certify and self.network.links:
@@ -284,7 +284,7 @@ class Master:
             self._energy,
             self._prepared.system.simulation,
             results=results,
-            witness=self._estimator,
+            watcher=self._estimator,
             control=self._control,
             returns=self._shortens,
             singly=singly,

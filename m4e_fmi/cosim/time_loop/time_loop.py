@@ -85,7 +85,7 @@ class TimeLoop:
         simulation: Simulation,
         *,
         results: ResultsWriter | None = None,
-        witness: Watcher | None = None,
+        watcher: Watcher | None = None,
         control: StepControl | None = None,
         returns: bool = False,
         singly: bool = False,
@@ -93,7 +93,7 @@ class TimeLoop:
         hopeless: Callable[[], bool] = lambda: False,
     ) -> None:
         self._network, self._algorithm, self._energy = network, algorithm, energy
-        self._results, self._witness, self._control = results, witness, control
+        self._results, self._watcher, self._control = results, watcher, control
         self._returns, self._singly, self._most_time = returns, singly, most_time
         self._hopeless = hopeless
         self._start = round(simulation.start_time * NS_PER_SECOND)
@@ -101,11 +101,11 @@ class TimeLoop:
         self._size = round(simulation.step_size * NS_PER_SECOND)
         every = round((simulation.output_interval or simulation.step_size) * NS_PER_SECOND)
         self._every = every if simulation.output_interval or control is None else 1
-        self._announced = TimeEvents(network)
-        self._announces = bool(self._announced)
+        self._time_events = TimeEvents(network)
+        self._has_time_events = bool(self._time_events)
         self._telling = telling(network.instances.values())
         self._events = tuple(instance.events for instance in network.instances.values())
-        self._note = Schedule(witness.operations if witness else ())
+        self._note = Schedule(watcher.operations if watcher else ())
         self._most = 1
         self._running: State | None = None
         self.now = self._row = self._start
@@ -148,9 +148,9 @@ class TimeLoop:
 
     @cached_property
     def _loop(self) -> StepLoop | None:
-        if self._control or self._announces:
+        if self._control or self._has_time_events:
             return None
-        watched = self._witness.operations if self._witness else ()
+        watched = self._watcher.operations if self._watcher else ()
         noted = (*self._energy.operations(self._algorithm.held), *watched)
         rows = self._results.schedule if self._results else None
         every = -(-self._every // self._size)
@@ -170,8 +170,8 @@ class TimeLoop:
         loop: StepLoop | None = self.__dict__.get("_loop")
         if loop:
             loop.state.halt = 1
-        if self._witness:
-            self._witness.halt()
+        if self._watcher:
+            self._watcher.halt()
 
     def advance(self, most: int = ENERGY_BLOCK) -> None:
         """Make as many steps as can be made at once, `most` at most, or one; fewer at the end."""
@@ -199,12 +199,12 @@ class TimeLoop:
         self._record()
 
     def _advance(self, most: int) -> None:
-        if self._witness:
-            self._witness.before()
+        if self._watcher:
+            self._watcher.before()
         if self._jump <= self.now:
             self._jump = NEVER
-        if self._announces:
-            self._jump = min(self._jump, self._announced.next(self.now))
+        if self._has_time_events:
+            self._jump = min(self._jump, self._time_events.next(self.now))
         size, loop = self._wanted(), self._loop
         if loop and cast("Scheduled", self._algorithm).repeats(size / NS_PER_SECOND):
             try:
@@ -237,8 +237,8 @@ class TimeLoop:
                 self._results.keep(np.arange(start + apart, self._row + 1, apart) / NS_PER_SECOND)
             changed = self._network.settle()
             switched = self._switched(changed, size)
-            if self._witness:
-                self._witness.after(made, size, noted, jumped=bool(changed), within=switched)
+            if self._watcher:
+                self._watcher.after(made, size, noted, jumped=bool(changed), within=switched)
         if self._results and self._row != self.now and (self.now == self._stop or self.over):
             self._record()
         self._adapt(clock.perf_counter() - began)
@@ -248,8 +248,8 @@ class TimeLoop:
         if size < self._size:  # to where steps would end had none been shortened
             return 1
         room = ENERGY_BLOCK - self._energy.noted
-        if self._witness:
-            room = min(room, self._witness.room)
+        if self._watcher:
+            room = min(room, self._watcher.room)
         if self._results:
             room = min(room, self._results.room * loop.state.every - loop.state.since)
         return max(1, min(self._most, room, (self._stop - self.now) // size))
@@ -277,9 +277,9 @@ class TimeLoop:
         within = self._switched(changed, size) or within
         self._energy.add(self._algorithm.held, size / NS_PER_SECOND)
         self.steps += 1
-        if self._witness:
+        if self._watcher:
             self._note.run(self._network.time)
-            self._witness.after(1, size, 0, jumped=jumped or bool(changed), within=within)
+            self._watcher.after(1, size, 0, jumped=jumped or bool(changed), within=within)
         last = self.now == self._stop or self.over
         if last or self.now >= self._row + self._every:
             self._record()
