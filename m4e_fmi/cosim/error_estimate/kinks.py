@@ -59,6 +59,8 @@ def rougher(kinks: np.ndarray, run: Recorded, least: np.ndarray) -> np.ndarray:
 
     That is `least` (n,), in the outputs' units.
     """
+    if not len(kinks):  # most stretches have none, and the differences are of all their steps
+        return kinks
     return kinks[np.any(roughness_at(kinks, run.values) > least, axis=1)]
 
 
