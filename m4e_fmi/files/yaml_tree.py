@@ -73,8 +73,11 @@ def _tree(text: str, path: Path) -> CommentedMap:
     except TypeError:  # from the parser, for a key that is a mapping
         message, remedy = "a key is not a plain word", "check braces, brackets and colons"
         raise InputError.single(message, remedy, str(path)) from None
-    except (ValueError, KeyError, IndexError, AttributeError, AssertionError) as error:
-        # from the parser, for numbers, dates and tags that it cannot make anything of
+    except (KeyError, IndexError, AttributeError, AssertionError):  # from within the parser
+        message = "not valid YAML: an alias, a merge, a number, a date or a tag cannot be read"
+        remedy = "check '*', '<<', numbers, dates and tags (!)"
+        raise InputError.single(message, remedy, str(path)) from None
+    except ValueError as error:  # from the parser, for numbers and dates
         message = f"not valid YAML: {error}".splitlines()[0]
         raise InputError.single(message, "check numbers, dates and tags (!)", str(path)) from None
     if not isinstance(tree, CommentedMap):

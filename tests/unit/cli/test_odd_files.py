@@ -8,7 +8,6 @@ from __future__ import annotations
 import subprocess
 import sys
 import zipfile
-from contextlib import suppress
 from pathlib import Path
 
 import fmpy
@@ -70,10 +69,17 @@ def test_aliases_of_aliases_are_counted():
     assert 0 < caught.value.problems[0].line < 12
 
 
-@pytest.mark.parametrize("text", ["a: &a [*a]", "a: &a {b: *a}", "a: &a\n  <<: *a"])
-def test_an_alias_of_itself_ends(text: str):
-    with suppress(InputError):
-        Document.parse(text)
+@pytest.mark.parametrize(
+    ("text", "value"), [("a: &a [*a]", [None]), ("a: &a {b: *a}", {"b": None})]
+)
+def test_an_alias_of_itself_has_no_value(text: str, value: object):
+    assert Document.parse(text).data == {"a": value}
+
+
+def test_a_merge_of_itself_is_refused_in_plain_words():
+    with pytest.raises(InputError, match=r"an alias, a merge, .* cannot be read") as caught:
+        Document.parse("a: &a\n  <<: *a")
+    assert "NoneType" not in str(caught.value)
 
 
 @pytest.mark.parametrize(
