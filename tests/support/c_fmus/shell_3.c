@@ -69,6 +69,11 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 t, fmi3Float64 h, fmi3Boolean 
     return status;
 }
 
+#ifdef BYTES
+fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState s, size_t *n) { return STATUS_OF(fmi2SerializedFMUstateSize(c, s, n)); }
+fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState s, fmi3Byte b[], size_t n) { return STATUS_OF(fmi2SerializeFMUstate(c, s, (fmi2Byte *)b, n)); }
+fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte b[], size_t n, fmi3FMUState *s) { return STATUS_OF(fmi2DeSerializeFMUstate(c, (const fmi2Byte *)b, n, s)); }
+#endif
 #ifdef STATE
 fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *s) { return STATUS_OF(fmi2GetFMUstate(c, s)); }
 fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState s) { return STATUS_OF(fmi2SetFMUstate(c, s)); }
