@@ -69,7 +69,7 @@ class Master:
         simulation = prepared.system.simulation
         self._certify, self._changeable = certify, changeable
         self._journal = Journal(warn, lambda: simulation.start_time)
-        self._recorded, self._watched = recorded, watched or changeable
+        self._recorded, self.watched = recorded, watched or changeable
         if recorded is not None:
             self._recorded = {
                 c: {*recorded.get(c, ()), NEXT_EVENT_TIME} for c in prepared.descriptions
@@ -101,7 +101,7 @@ class Master:
             stack,
             journal,
             recorded=self._recorded,
-            watched=self._watched,
+            watched=self.watched,
             suffix=suffix,
         )
 
@@ -389,9 +389,9 @@ class Master:
         """All that the run remembers beside its `State`."""
         return memory(self.network, self._journal, self._stability, self._results)
 
-    def remember(self, kept: Memory) -> None:
-        """Go on with the memory of the same run in another process."""
-        remember(kept, self.network, self._journal, self._stability, self._results)
+    def remember(self, kept: Memory, warn: Warn | None) -> None:
+        """Go on with the memory of the same run in another process; `warn` hears FMUs then."""
+        remember(kept, self.network, self._journal, self._stability, self._results, warn)
 
     def _observe(self, observers: Sequence[Observer]) -> None:
         for observer in observers:
