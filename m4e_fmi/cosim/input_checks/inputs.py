@@ -37,6 +37,8 @@ def checked_inputs(
     none), further problems are found.
     """
     problems: list[Problem] = []
+    if not system.components and not wrong:
+        problems.append(_no_component(system))
     drafts: dict[str, Draft] = {}
     descriptions: dict[str, Description] = {}
     for component in system.components:
@@ -54,6 +56,13 @@ def checked_inputs(
     known = tuple(_without_memory(c, descriptions) for c in system.components)
     problems += connection_problems(replace(system, components=known), descriptions, wrong or ())
     return list(dict.fromkeys(problems)), drafts
+
+
+def _no_component(system: System) -> Problem:
+    message, remedy = "the system has no component", "name an FMU, a model or a kind"
+    if system.document is None:
+        return Problem(message, remedy)
+    return system.document.problem(("components",), message, remedy)
 
 
 def _further_problems(system: System, component: Component) -> list[Problem]:

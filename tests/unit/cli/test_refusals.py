@@ -308,6 +308,7 @@ def test_mistakes_of_a_run_are_told_before_anything_is_built(here, capsys):
     text = refused(capsys, "run", "s.yaml", "--output-file", "x.txt")
     assert "x.txt" in text
     assert "simulation" in text
+    assert "s.yaml:2:1: the system has no component" in text
 
 
 def test_a_search_for_an_equilibrium_names_the_other_one(here, capsys):
