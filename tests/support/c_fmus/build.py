@@ -270,6 +270,7 @@ MODELS: dict[str, tuple[str, tuple[V, ...]]] = {
 
 OPTIONS = {
     "state": ("STATE", 'canGetAndSetFMUstate="true"'),
+    "bytes": ("BYTES", 'canSerializeFMUstate="true"'),
     "forgets": ("FORGETS", ""),
     "claims": ("CLAIMS", 'canGetAndSetFMUstate="true"'),
     "inputs": ("INPUTS", 'canInterpolateInputs="true"'),
