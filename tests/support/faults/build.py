@@ -8,8 +8,8 @@ import zipfile
 from pathlib import Path
 
 import fmpy
-from support.c_fmus.build import MODELS, OPTIONS, describe
 from support.c_fmus.build import HERE as HONEST
+from support.c_fmus.build import MODELS, OPTIONS, describe
 from support.c_fmus.versions import description_1, scalars_3
 
 HERE = Path(__file__).parent
@@ -22,7 +22,7 @@ def build_faulty(version: int, name: str, folder: Path) -> Path:
     source, variables = MODELS[model]
     stem = "_".join(["faulty", model, *options, f"fmi{version}"])
     inputs_from = next((k for k, v in enumerate(variables) if v.causality == "input"), 0)
-    flags = [f"-DMODEL=\"{source}\"", f"-DIDENTIFIER={stem}", f"-DINPUTS_FROM={inputs_from}"]
+    flags = [f'-DMODEL="{source}"', f"-DIDENTIFIER={stem}", f"-DINPUTS_FROM={inputs_from}"]
     flags += [f"-DFMI={version}", *(f"-D{OPTIONS[option][0]}" for option in options)]
     library = folder / (stem + fmpy.sharedLibraryExtension)
     _compile(version, flags, folder, stem, library)
@@ -39,12 +39,11 @@ def _compile(version: int, flags: list[str], folder: Path, stem: str, library: P
     """The honest functions get other names, and those of faulty.c call them."""
     include = [f"-I{Path(fmpy.__file__).parent / 'c-code'}", f"-I{HONEST}"]
     cc = ["cc", "-O1", "-fPIC", "-w", "-c", *include, *flags]
-    honest, faulty, throwing, absent = (
-        folder / f"{stem}_{part}.o" for part in ("honest", "faulty", "throwing", "absent")
+    honest, faulty, absent = (
+        folder / f"{stem}_{part}.o" for part in ("honest", "faulty", "absent")
     )
     subprocess.run([*cc, HONEST / SHELLS[version], "-o", honest], check=True)
     subprocess.run([*cc, HERE / "faulty.c", "-o", faulty], check=True)
-    subprocess.run(["c++", "-fPIC", "-c", HERE / "throwing.cpp", "-o", throwing], check=True)
     listed = subprocess.run(["nm", "--undefined-only", faulty], stdout=subprocess.PIPE, check=True)
     prefix = f"{stem}_" if version == 1 else ""
     renamed = [
@@ -52,8 +51,10 @@ def _compile(version: int, flags: list[str], folder: Path, stem: str, library: P
         for found in re.findall(r" U honest_(\w+)", listed.stdout.decode())
     ]
     subprocess.run(["objcopy", *renamed, honest], check=True)
-    objects = [faulty, honest, throwing]
+    objects = [faulty, honest]
     if version == 3:
         subprocess.run([*cc, HONEST / "absent_3.c", "-o", absent], check=True)
         objects.append(absent)
-    subprocess.run(["c++", "-shared", *objects, "-lm", "-lpthread", "-o", library], check=True)
+    subprocess.run(
+        ["cc", "-shared", *objects, "-lstdc++", "-lm", "-lpthread", "-o", library], check=True
+    )
