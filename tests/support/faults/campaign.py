@@ -140,7 +140,7 @@ class Campaign:
 
     def _check_resumed(self, place: Place, whole: Results, fault: Fault) -> None:
         """Resumed without the fault, a run comes to the undisturbed results."""
-        again = place.run("--resume")
+        again = place.run(*place.resuming())
         assert again.code == 0, again.err
         assert place.left_behind(again) == []
         before = fault.since if fault.kind.name == "discard" else STOP + STEP

@@ -71,22 +71,27 @@ class Place:
         calls = self.folder / "faults" / "calls"
         return calls.exists() and calls.stat().st_size >= fault.count
 
-    def run(self, *options: str, limit: float = IN_TIME) -> Done:
+    def run(self, *options: str, limit: float = IN_TIME, words: str = "words") -> Done:
         """The run of its system into r.nc, with more options."""
-        with self.running(*options) as process:
+        with self.running(*options, words=words) as process:
             return finished(self, process, limit)
 
     @contextlib.contextmanager
-    def running(self, *options: str, patch: Callable[[], None] | None = None) -> Iterator[Running]:
-        """The process of a run; killed at the end. `patch` is called in it first."""
+    def running(
+        self, *options: str, patch: Callable[[], None] | None = None, words: str = "words"
+    ) -> Iterator[Running]:
+        """The process of a run; killed at the end. `patch` is called in it first.
+
+        It writes to the files `words`, .out and .err.
+        """
         arguments = ["run", "system.yaml", "--output-file", "r.nc", *options]
         context = multiprocessing.get_context("forkserver")
         context.set_forkserver_preload(list(_PRELOADED))
-        process = context.Process(target=_command, args=(str(self.folder), arguments, patch))
+        process = context.Process(target=_command, args=(str(self.folder), words, arguments, patch))
         began = time.monotonic()
         process.start()
         try:
-            yield Running(process, began)
+            yield Running(process, began, words)
         finally:
             process.kill()
             process.join()
@@ -95,26 +100,36 @@ class Place:
         """Rows of r.nc."""
         return load(self.folder / "r.nc")
 
+    def resuming(self) -> tuple[str, ...]:
+        """Options of a run that goes on, if there is a checkpoint."""
+        return ("--resume",) if (self.folder / "r.nc.checkpoint").exists() else ()
+
     def left_behind(self, done: Done) -> list[str]:
         """Processes, which are then killed, and files that a run has left beside its results."""
-        end = time.monotonic() + 3.0  # the system may take its time to end what was killed
-        while (left := self._processes(done)) or self._litter():
-            if time.monotonic() > end:
-                for number in left:
-                    with contextlib.suppress(ProcessLookupError):
-                        os.kill(number, signal.SIGKILL)
-                return [*left.values(), *self._litter()]
-            time.sleep(0.05)
-        return []
+        return [*self.processes_left(done), *self._litter()]
 
-    def _processes(self, done: Done) -> dict[int, str]:
-        """Command lines of living processes of the run, by their numbers."""
+    def processes_left(self, done: Done) -> list[str]:
+        """Processes that a run has left; they are then killed."""
+        end = time.monotonic() + 3.0  # the system may take its time to end what was killed
+        while (left := self._processes(done.session)) and time.monotonic() < end:
+            time.sleep(0.05)
+        for number in left:
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(number, signal.SIGKILL)
+        return list(left.values())
+
+    def workers(self, session: int) -> list[int]:
+        """Numbers of the processes in which FMUs run, of a run that goes on."""
+        return [number for number in self._processes(session) if number != session]
+
+    def _processes(self, session: int) -> dict[int, str]:
+        """Command lines of living processes of a run, by their numbers."""
         found: dict[int, str] = {}
         for entry in Path("/proc").iterdir():
             if entry.name.isdecimal() and int(entry.name) != os.getpid():
                 with contextlib.suppress(OSError):
-                    state, _, _, session = _stat(entry)[:4]
-                    if state != "Z" and (int(session) == done.session or self._is_named(entry)):
+                    state, _, _, theirs = _stat(entry)[:4]
+                    if state != "Z" and (int(theirs) == session or self._is_named(entry)):
                         words = (entry / "cmdline").read_bytes().replace(b"\0", b" ")[:200]
                         found[int(entry.name)] = f"process ({state}) {words.decode()}"
         return found
@@ -131,10 +146,11 @@ class Place:
 
 @dataclass
 class Running:
-    """A process that runs a system, and when it began (monotonic, s)."""
+    """A process that runs a system, when it began (monotonic, s), and the files of its words."""
 
     process: ForkServerProcess
     began: float
+    words: str
 
     @property
     def pid(self) -> int:
@@ -150,7 +166,10 @@ def finished(place: Place, running: Running, limit: float = IN_TIME) -> Done:
     seconds = time.monotonic() - running.began
     running.process.kill()
     running.process.join()
-    out, err = ((place.folder / name).read_text(errors="replace") for name in ("out", "err"))
+    out, err = (
+        (place.folder / f"{running.words}.{name}").read_text(errors="replace")
+        for name in ("out", "err")
+    )
     return Done(code, out, err, seconds, running.pid)
 
 
@@ -202,13 +221,15 @@ def _stat(entry: Path) -> Sequence[str]:
     return (entry / "stat").read_text().rpartition(")")[2].split()
 
 
-def _command(folder: str, arguments: Sequence[str], patch: Callable[[], None] | None) -> None:
+def _command(
+    folder: str, words: str, arguments: Sequence[str], patch: Callable[[], None] | None
+) -> None:
     """Be a process of its own session that runs a command in a folder."""
     os.setsid()
     os.chdir(folder)
     os.environ |= {"TMPDIR": f"{folder}/tmp", FAULTS: f"{folder}/faults"}
     tempfile.tempdir = None
-    for number, name in ((0, os.devnull), (1, "out"), (2, "err")):
+    for number, name in ((0, os.devnull), (1, f"{words}.out"), (2, f"{words}.err")):
         file = os.open(name, os.O_RDWR | os.O_CREAT | os.O_TRUNC)
         os.dup2(file, number)
         os.close(file)
