@@ -10,8 +10,9 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
+import numpy as np
 from support.faults.build import build_faulty
-from support.faults.table import BYTES, CLOSING, KINDS, NAMES, RUNNING, SET_UP, STATES, Fault
+from support.faults.table import BYTES, CLOSING, KINDS, NAMES, RUNNING, STATES, Fault
 from support.faults.trial import COMPONENTS, STEP, STOP, Done, Place, differences, write_system
 
 from m4e_fmi.results.results_file import Results
@@ -46,6 +47,11 @@ class Case:
     def __str__(self) -> str:
         return f"{self.setting} {self.fault.plan}"
 
+    @property
+    def same_until(self) -> float:
+        """Time [s] before which results equal the undisturbed: other steps follow a Discard."""
+        return self.fault.since if self.fault.kind.name == "discard" else np.inf
+
 
 def case(seed: int, number: int) -> Case:
     """The case of a number: all kinds in all calls come in turn, everything else is random."""
@@ -60,11 +66,11 @@ def case(seed: int, number: int) -> Case:
     serial = call in BYTES or chance.random() < 0.7
     setting = Setting(version, chance.choice(algorithms), serial)
     component = chance.choice(list(COMPONENTS))
-    since = 0.0
-    if call in (*RUNNING, *STATES, *BYTES) and chance.random() < 0.85:
-        since = chance.uniform(0.0, 0.95 * STOP)
-    counts = {**dict.fromkeys(SET_UP, 3), **dict.fromkeys(RUNNING, 5)}
-    count = chance.randint(1, counts.get(call, 2))
+    since, count = 0.0, chance.randint(1, 2)
+    if call in (*STATES, *BYTES):
+        since, count = chance.uniform(0.0, 0.5 * STOP), 1
+    elif call in RUNNING and chance.random() < 0.85:
+        since, count = chance.uniform(0.0, 0.95 * STOP), chance.randint(1, 5)
     return Case(setting, Fault(component, call, kind, since, count))
 
 
@@ -117,8 +123,7 @@ class Campaign:
             assert done.code == 0, told
             assert differences(place.results(), whole, complete=True, but="messages") == [], told
             return told
-        place.arm(None)
-        self._check_resumed(place, whole, fault)
+        self.check_resumed(place, case.setting, case.same_until)
         return told
 
     def _check_failed(self, case: Case, place: Place, done: Done, told: str) -> None:
@@ -131,20 +136,26 @@ class Campaign:
             assert fault.since < 2 * STEP, f"no rows\n{told}"
             return
         found = place.results()
-        before = fault.since if fault.kind.name == "discard" else STOP + STEP
-        wrong = differences(found, self.whole(case.setting), complete=False, before=before)
+        whole = self.whole(case.setting)
+        wrong = differences(found, whole, complete=False, before=case.same_until)
         assert wrong == [], told
         assert found.time[-1] >= fault.since - 3 * STEP, f"rows until {found.time[-1]}\n{told}"
         if fault.call in CLOSING:
-            assert differences(found, self.whole(case.setting), complete=True) == [], told
+            assert differences(found, whole, complete=True) == [], told
 
-    def _check_resumed(self, place: Place, whole: Results, fault: Fault) -> None:
-        """Resumed without the fault, a run comes to the undisturbed results."""
+    def check_resumed(self, place: Place, setting: Setting, before: float = np.inf) -> None:
+        """Resumed without the fault, a run comes to the undisturbed results.
+
+        Those `before` a time [s] only, if it is given.
+        """
+        place.arm(None)
         again = place.run(*place.resuming())
         assert again.code == 0, again.err
         assert place.left_behind(again) == []
-        before = fault.since if fault.kind.name == "discard" else STOP + STEP
-        wrong = differences(place.results(), whole, complete=before > STOP, before=before)
+        complete = before > STOP
+        found = place.results()
+        assert found.time[-1] == STOP
+        wrong = differences(found, self.whole(setting), complete=complete, before=before)
         assert wrong == [], again.err
 
 
