@@ -72,7 +72,7 @@ def test_a_master_killed(number: int, campaign: Campaign, slow: Callable[[Settin
     place = slow(setting)
     with place.running() as running:
         time.sleep(chance.uniform(0.3, 3.0))
-        os.kill(running.pid, signal.SIGKILL)
+        running.send(signal.SIGKILL)
         done = finished(place, running)
     assert done.code in (0, -signal.SIGKILL)
     assert place.processes_left(done) == []
@@ -102,7 +102,7 @@ def test_signals(number: int, campaign: Campaign, slow: Callable[[Setting], Plac
         place.arm(Fault("line", "step", Kind("sleep", "fails"), chance.uniform(0.0, 1.0)))
     with place.running() as running:
         time.sleep(chance.uniform(0.5, 2.0))
-        os.kill(running.pid, which)
+        running.send(which)
         done = finished(place, running)
     assert done.code in (0, 1, 128 + which), done.err
     assert place.left_behind(done) == []

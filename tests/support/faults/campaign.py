@@ -89,16 +89,17 @@ class Campaign:
         }
 
     def _whole(self, setting: Setting) -> Results:
-        place = self.place(setting, self.folder / str(setting))
+        place = self.place(setting, self.folder / str(setting), disturbed=False)
         done = place.run()
         assert done.code == 0, done.err
         assert place.left_behind(done) == []
         return place.results()
 
-    def place(self, setting: Setting, folder: Path) -> Place:
-        """A folder with the system of a setting."""
+    def place(self, setting: Setting, folder: Path, *, disturbed: bool = True) -> Place:
+        """A folder with the system of a setting; checkpoints are taken if it is to be disturbed."""
         place = Place(folder)
-        write_system(place, self.fmus(setting.version, setting.options), setting.algorithm)
+        fmus = self.fmus(setting.version, setting.options)
+        write_system(place, fmus, setting.algorithm, checkpoints=disturbed)
         return place
 
     def check(self, case: Case, folder: Path) -> str:

@@ -18,7 +18,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from multiprocessing.context import ForkServerProcess
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from support.faults.table import Fault
@@ -28,6 +27,8 @@ from m4e_fmi.results.results_file import Results, load
 COMPONENTS = {"buoy": "mass", "arm": "middle", "line": "spring"}
 """A chain of two masses and a spring, each component an FMU of its own."""
 STOP, STEP = 2.0, 0.01  # s
+CHECKPOINTS = 0.13
+"""Simulated seconds between checkpoints."""
 FAULTS = "M4E_TEST_FAULTS"
 """Environment variable: the folder of the plan that arms a fault."""
 IN_TIME = 60.0
@@ -158,6 +159,11 @@ class Running:
         assert self.process.pid
         return self.process.pid
 
+    def send(self, number: signal.Signals) -> None:
+        """Send a signal, unless the process has ended."""
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(self.pid, number)
+
 
 def finished(place: Place, running: Running, limit: float = IN_TIME) -> Done:
     """Wait for the end of a run, at most `limit` seconds; then it is killed."""
@@ -174,18 +180,22 @@ def finished(place: Place, running: Running, limit: float = IN_TIME) -> Done:
 
 
 def write_system(
-    place: Place, fmus: Mapping[str, Path], algorithm: str, **more: Mapping[str, Any]
+    place: Place, fmus: Mapping[str, Path], algorithm: str, *, checkpoints: bool
 ) -> None:
-    """The file of the system of COMPONENTS; `more` keys go on top, and into ``simulation``."""
-    content: dict[str, Any] = {
+    """The file of the system of COMPONENTS."""
+    simulation: dict[str, object] = {
+        "stop_time": STOP, "step_size": STEP, "algorithm": algorithm,
+    }  # fmt: skip
+    if checkpoints:
+        simulation["checkpoint_interval"] = CHECKPOINTS
+    components = {name: {"fmu": str(path)} for name, path in fmus.items()}
+    content = {
         "name": "faults",
-        "components": {name: {"fmu": str(path)} for name, path in fmus.items()},
+        "components": components | {"buoy": {**components["buoy"], "start": {"body.m.x": 1.0}}},
         "connections": ["buoy.body.m <-> arm.end", "arm.body.m <-> line.end"],
-        "simulation": {"stop_time": STOP, "step_size": STEP, "algorithm": algorithm},
+        "simulation": simulation,
     }
-    content["components"]["buoy"]["start"] = {"body.m.x": 1.0}
-    content["simulation"] |= more.pop("simulation", {})
-    place.system.write_text(json.dumps(content | more))
+    place.system.write_text(json.dumps(content))
 
 
 def differences(
