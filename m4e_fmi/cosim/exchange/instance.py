@@ -25,6 +25,7 @@ from m4e_fmi.cosim.exchange.failures import (
     Warned,
     failed_step,
     value_out_of_range,
+    worker_lost,
 )
 from m4e_fmi.cosim.exchange.loading.binary import Binary
 from m4e_fmi.errors import RunError
@@ -53,6 +54,7 @@ from m4e_fmi.fmu.importer.calls.scaled import scaled_getter, scaled_setter
 from m4e_fmi.fmu.importer.messages import Listener, Messages
 from m4e_fmi.fmu.importer.reading import Description
 from m4e_fmi.fmu.importer.type_rules import REAL
+from m4e_fmi.fmu.importer.worker import LOST
 from m4e_fmi.signals import not_lost
 
 
@@ -103,8 +105,12 @@ class Instance:
     def __enter__(self) -> Instance:
         return self
 
-    def __exit__(self, *_: object) -> None:
-        self.close()
+    def __exit__(self, kind: object, *_: object) -> None:
+        try:
+            self.close()
+        except RunError:
+            if kind is None:  # else the error that ended the run is raised
+                raise
 
     @not_lost()
     def _open(self) -> None:
@@ -113,6 +119,7 @@ class Instance:
             self._fmu.instantiate(self._told_name, self._messages)
         except Exception as error:
             self._fmu.component = None
+            self._check_worker("fmi2Instantiate")
             message = f"{self._origin}: cannot be instantiated{self._why.words()}"
             raise RunError(message, "check the FMU alone: `fmpy simulate` on the file") from error
 
@@ -341,6 +348,10 @@ class Instance:
     def fail(self, status: Status, function: str, size: float = 0.0) -> NoReturn:
         """Raise the error of this status of `function`; `size` is that of a failed step [s]."""
         self._broken = True
+        if (worker := self._binary.worker) and worker.ending:
+            self._fmu.component = None
+            when = failed_step(self.time, size) if function == "fmi2DoStep" else self._when
+            raise worker_lost(self._origin, when, worker)
         what = f"{self._fmu.name(function)} answered {ANSWERS.get(status, status)}"
         words = self._why.words(status)
         remedy = "fix the problem stated by the FMU" if words else "check its inputs and parameters"
@@ -361,6 +372,11 @@ class Instance:
                 self._fmu.events.ended = self.time if reached is None else reached
             raise kind(message, remedy, reached, self.name, size)
         raise RunError(message, remedy)
+
+    def _check_worker(self, function: str) -> None:
+        """RunError if the FMU's worker is gone."""
+        if self._binary.worker and self._binary.worker.ending:
+            self.fail(LOST, function)
 
     @property
     def _when(self) -> str:
@@ -397,3 +413,4 @@ class Instance:
             fmu.free()
             self._binary.in_use -= 1
         fmu.component = None
+        self._check_worker("fmi2FreeInstance")

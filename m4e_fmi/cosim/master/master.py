@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Generator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
-from typing import cast
+from typing import Any, cast
 
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.error_estimate.estimator import ErrorEstimator, error_estimator, without_rollback
@@ -13,7 +13,7 @@ from m4e_fmi.cosim.error_estimate.shadow_run import ShadowRun
 from m4e_fmi.cosim.error_estimate.step_doubling import StepDoublingEstimator
 from m4e_fmi.cosim.exchange.events import ended, ended_at_once, event_notes
 from m4e_fmi.cosim.exchange.fmu_log import FmuMessage, Journal, Warn
-from m4e_fmi.cosim.exchange.interruption import same_folder, setting_up, stepping
+from m4e_fmi.cosim.exchange.interruption import closing_down, same_folder, setting_up, stepping
 from m4e_fmi.cosim.exchange.loading.binary import Binary, binaries
 from m4e_fmi.cosim.exchange.network import Change, Network
 from m4e_fmi.cosim.master import ticking
@@ -76,15 +76,20 @@ class Master:
 
     def __enter__(self) -> Master:
         with setting_up(), ExitStack() as stack:
-            self._loaded = binaries(self._prepared.descriptions, stack)
+            self._loaded = self._binaries(stack)
             self.network = self._initialised(self._loaded, stack, self._journal, "")
             self._prepare(stack)
             self._open = stack.pop_all()
         return self
 
-    def __exit__(self, *_: object) -> None:
-        with same_folder():
-            self._open.close()
+    def __exit__(self, *error: Any) -> None:
+        with closing_down():
+            self._open.__exit__(*error)
+
+    def _binaries(
+        self, stack: ExitStack, loaded: Mapping[str, Binary] | None = None
+    ) -> dict[str, Binary]:
+        return binaries(self._prepared.descriptions, stack, loaded, self._prepared.hosts)
 
     def _initialised(
         self, loaded: Mapping[str, Binary], stack: ExitStack, journal: Journal | None, suffix: str
@@ -148,7 +153,7 @@ class Master:
 
     def _second(self, stack: ExitStack) -> Network:
         """A second network at the start time; `stack` closes it."""
-        loaded = binaries(self._prepared.descriptions, stack, self._loaded)
+        loaded = self._binaries(stack, self._loaded)
         return self._initialised(loaded, stack, None, SECOND_SET)
 
     def certificate(self) -> CouplingErrorReport | str:
