@@ -22,8 +22,9 @@ class Prepared:
 
     `system` has the step that meets the points of all components. `descriptions` are those of the
     FMUs by component, with probed dependencies; `rates` the steps of the components that have their
-    own, `hosts` the conditions of those that run in processes of their own. `notes` say what preparation has changed or found, `warnings` what seems to be wrong:
-    missing connections, FMUs whose saved states fail; one line each.
+    own, `hosts` the conditions of those that run in processes of their own. `notes` say what
+    preparation has changed or found, `warnings` what seems to be wrong: missing connections, FMUs
+    whose saved states fail; one line each.
     """
 
     system: System

@@ -54,7 +54,7 @@ from m4e_fmi.fmu.importer.calls.scaled import scaled_getter, scaled_setter
 from m4e_fmi.fmu.importer.messages import Listener, Messages
 from m4e_fmi.fmu.importer.reading import Description
 from m4e_fmi.fmu.importer.type_rules import REAL
-from m4e_fmi.fmu.importer.worker import LOST
+from m4e_fmi.fmu.importer.worker import LATE, LOST
 from m4e_fmi.signals import not_lost
 
 
@@ -298,6 +298,11 @@ class Instance:
         if status > WARNING:
             self.fail(status, "fmi2GetFMUstate")
 
+    def flush(self) -> None:
+        """Have the FMU take values that were set, where that waits for its next call."""
+        if self._binary.worker and not self._broken and (status := self._binary.worker.flush()):
+            self.fail(status, "fmi2SetReal")
+
     def restore_state(self, time: float, place: int = 0) -> None:
         """Bring the FMU back to the state kept in a place at `time` [s], also after a failed step.
 
@@ -348,7 +353,10 @@ class Instance:
     def fail(self, status: Status, function: str, size: float = 0.0) -> NoReturn:
         """Raise the error of this status of `function`; `size` is that of a failed step [s]."""
         self._broken = True
-        if (worker := self._binary.worker) and worker.ending:
+        worker = self._binary.worker
+        if worker and status == LATE:
+            status, function = worker.late
+        if worker and worker.ending:
             self._fmu.component = None
             when = failed_step(self.time, size) if function == "fmi2DoStep" else self._when
             raise worker_lost(self._origin, when, worker)
@@ -409,7 +417,7 @@ class Instance:
         for state in states:
             if not self._broken:
                 self._rollback.free_state(state)
-        if status < FATAL:
+        if status < FATAL or status == LATE:
             fmu.free()
             self._binary.in_use -= 1
         fmu.component = None

@@ -24,9 +24,9 @@ GRACE = 10.0
 """Seconds that a call of an FMU may still take after a signal that asks for the end; then the
 process ends without it. Ctrl-C waits."""
 PATIENCE = 0.5
-"""Seconds after a signal that asks for the end until workers are killed whose call goes on. Of a call
-in this process the user is told then; after the second Ctrl-C the process ends so much later without
-it (but not an interactive one)."""
+"""Seconds after a signal that asks for the end until workers are killed whose call goes on, and the
+user is told of a call in this process; so much later than the second Ctrl-C, the process ends
+without that (but not an interactive one)."""
 
 
 def quiet() -> np.errstate:

@@ -343,6 +343,12 @@ class Network(ExchangedVariables):
         self._run_exchange()
         self.settle()
         self.values[self.before : self.stepped] = self.values[self.now : self.before]
+        self.flush()
+
+    def flush(self) -> None:
+        """Have all FMUs take the values that were set; RunError if one refuses."""
+        for instance in self.instances.values():
+            instance.flush()
 
     def _arrive(self, component: str) -> None:
         """Perform `arrival` at once."""

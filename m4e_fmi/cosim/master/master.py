@@ -305,6 +305,7 @@ class Master:
         """Make as many steps as can be made at once, and look at what has come of them."""
         try:
             self._time_loop.advance(self._second_look.room(self.steps) or ENERGY_BLOCK)
+            self.network.flush()
         except RunError as failure:
             step_size = self._prepared.system.simulation.step_size
             error = at_every_length(failure, self._time_loop, step_size)

@@ -78,9 +78,7 @@ def probed(
         asked = _Asked(outputs, inputs, others, driven[component.name])
         key = description.path, start, component.step_size, asked
         if key not in known:
-            new = Instances(
-                component, description, system.simulation, hosts.get(component.name)
-            )
+            new = Instances(component, description, system.simulation, hosts.get(component.name))
             known[key] = _probe(new, description, asked)
         found = known[key]
         rest = frozenset(v.name for v in description.of_causality("input")).difference(inputs)

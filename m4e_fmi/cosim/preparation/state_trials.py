@@ -63,9 +63,7 @@ def without_forgetful(
         start = tuple(sorted((name, str(value)) for name, value in component.start.items()))
         key = description.path, start, component.step_size, inputs
         if key not in known:
-            new = Instances(
-                component, description, system.simulation, hosts.get(component.name)
-            )
+            new = Instances(component, description, system.simulation, hosts.get(component.name))
             known[key] = _fault(new, description, inputs)
         if known[key]:
             result[component.name] = replace(description, saves_state=False)

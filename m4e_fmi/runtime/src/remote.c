@@ -17,6 +17,7 @@
 
 enum { CLIENT, SERVER };
 enum { LOOKS = 64 };              /* between two looks at the clock */
+enum { TRY = 64 };                /* waits without spinning after a spin that did not help */
 static const double SPIN = 20e-6; /* s; a call that is shorter is answered without sleep */
 static const long NAP = 100000000; /* ns; after which a sleeper looks by itself */
 
@@ -81,22 +82,29 @@ void m4e_remote_wake(_Atomic uint32_t *word, _Atomic uint32_t *asleep) {
 #endif
 }
 
-int m4e_remote_wait(_Atomic uint32_t *word, uint32_t old, _Atomic uint32_t *asleep,
-                    _Atomic int32_t *lost) {
-    const double begin = seconds();
-    double waited = 0.0;
-    while (waited < SPIN) {
+static int spins(_Atomic uint32_t *word, uint32_t old, double begin) {
+    do {
         for (int k = 0; k < LOOKS; ++k) {
             if (atomic_load(word) != old) return 1;
             relax();
         }
-        waited = seconds() - begin;
+    } while (seconds() - begin < SPIN);
+    return 0;
+}
+
+int m4e_remote_wait(_Atomic uint32_t *word, uint32_t old, _Atomic uint32_t *asleep,
+                    _Atomic int32_t *lost, int32_t *eager) {
+    if (atomic_load(word) != old) return 1;
+    const double begin = seconds();
+    if (*eager > 0 || ++*eager > -1) { /* eager: 1, or how many waits up to the next try */
+        if (spins(word, old, begin)) {
+            *eager = 1;
+            return 1;
+        }
+        *eager = -TRY;
     }
     atomic_store(asleep, 1);
-    while (atomic_load(word) == old && !atomic_load(lost)) {
-        nap(word, old, waited);
-        waited = seconds() - begin;
-    }
+    while (atomic_load(word) == old && !atomic_load(lost)) nap(word, old, seconds() - begin);
     atomic_store(asleep, 0);
     return atomic_load(word) != old;
 }
@@ -110,8 +118,17 @@ m4e_remote *m4e_remote_new(m4e_channel *channel) {
 }
 
 void m4e_remote_free(m4e_remote *r) {
-    if (r) free(r->kept);
+    if (r) {
+        free(r->kept);
+        free(r->ahead.references);
+        free(r->ahead.values);
+    }
     free(r);
+}
+
+int m4e_remote_flush(m4e_remote *r) {
+    m4e_remote_begin(r);
+    return r->late_size ? m4e_remote_ask(r, M4E_SETS, NULL, 0, NULL, 0) : 0;
 }
 
 void m4e_remote_end(m4e_remote *r) {
@@ -143,7 +160,7 @@ static void notify(m4e_channel *c) {
 static int exchange(m4e_remote *r) {
     m4e_channel *c = r->channel;
     for (;;) {
-        if (!m4e_remote_wait(&c->answered, r->seen, &c->asleep[CLIENT], &c->lost)) break;
+        if (!m4e_remote_wait(&c->answered, r->seen, &c->asleep[CLIENT], &c->lost, &r->eager)) break;
         r->seen = atomic_load(&c->answered);
         if (!c->is_message) return c->status;
         hear(r);
@@ -154,20 +171,43 @@ static int exchange(m4e_remote *r) {
 }
 
 int m4e_remote_await(m4e_remote *r) {
-    const int status = exchange(r);
-    r->stepping = 0;
+    const int status = r->late_answer ? r->late_answer : exchange(r);
+    r->stepping = r->late_answer = 0;
     return status;
 }
 
 m4e_channel *m4e_remote_begin(m4e_remote *r) {
     if (r->stepping) m4e_remote_await(r);
+    if (r->has_stepped) r->ahead.seen = 0;
+    r->has_stepped = r->ahead.ready = 0;
     return r->channel;
+}
+
+int m4e_remote_set_late(m4e_remote *r, uint32_t function, const m4e_given *given, int count,
+                        uint64_t references, uint64_t values) {
+    m4e_late head = {function, 0, {references, values}, 0};
+    for (int k = 0; k < count; ++k) head.size += m4e_remote_padded(given[k].size);
+    if (r->late_size + sizeof head + head.size > sizeof r->late) return 1;
+    unsigned char *at = r->late + r->late_size;
+    memcpy(at, &head, sizeof head);
+    at += sizeof head;
+    for (int k = 0; k < count; ++k) {
+        memcpy(at, given[k].at, given[k].size);
+        at += m4e_remote_padded(given[k].size);
+    }
+    r->late_size += sizeof head + head.size;
+    return 0;
+}
+
+static void take_late(m4e_remote *r) {
+    r->channel->late = r->late_size;
+    memcpy(r->channel->request, r->late, r->late_size);
+    r->late_size = 0;
 }
 
 /* More than fits, piece by piece; numbers and reals stay as they are. */
 static int send_pieces(m4e_remote *r, const unsigned char *whole, size_t size) {
     m4e_channel *c = r->channel;
-    const uint32_t function = c->function;
     for (size_t place = 0; place < size; place += M4E_ROOM) {
         const size_t rest = size - place;
         c->function = M4E_PIECE;
@@ -177,32 +217,51 @@ static int send_pieces(m4e_remote *r, const unsigned char *whole, size_t size) {
         notify(c);
         if (exchange(r)) return M4E_LOST;
     }
-    c->function = function;
     return 0;
+}
+
+/* What does not fit beside values to be set. */
+static int post_large(m4e_remote *r, const m4e_given *given, int count, size_t size) {
+    m4e_channel *c = r->channel;
+    unsigned char *whole = calloc(1, size), *at = whole;
+    if (!whole) return M4E_LOST;
+    take_late(r);
+    c->function = M4E_SETS;
+    notify(c);
+    int status = exchange(r);
+    for (int k = 0; k < count && !status; ++k) {
+        memcpy(at, given[k].at, given[k].size);
+        at += m4e_remote_padded(given[k].size);
+    }
+    if (!status) status = send_pieces(r, whole, size);
+    free(whole);
+    return status;
 }
 
 int m4e_remote_post(m4e_remote *r, uint32_t function, const m4e_given *given, int count) {
     m4e_channel *c = r->channel;
     size_t size = 0;
     if (atomic_load(&c->lost)) return M4E_LOST;
-    c->function = function;
+    for (int k = 0; k < count; ++k) size += m4e_remote_padded(given[k].size);
     atomic_fetch_add(&c->calls, 1);
     atomic_store(&c->busy, 1);
-    for (int k = 0; k < count; ++k) size += m4e_remote_padded(given[k].size);
-    unsigned char *whole = size <= M4E_ROOM ? c->request : calloc(1, size), *at = whole;
-    int status = whole ? 0 : M4E_LOST;
-    for (int k = 0; k < count && whole; ++k) {
-        if (given[k].size) memcpy(at, given[k].at, given[k].size);
-        at += m4e_remote_padded(given[k].size);
+    if (r->late_size + size > M4E_ROOM) {
+        const int status = post_large(r, given, count, size);
+        if (status) return status;
+        c->late = 0;
+    } else {
+        take_late(r);
+        unsigned char *at = c->request + c->late;
+        for (int k = 0; k < count; ++k) {
+            if (given[k].size) memcpy(at, given[k].at, given[k].size);
+            at += m4e_remote_padded(given[k].size);
+        }
     }
-    if (whole && whole != c->request) {
-        status = send_pieces(r, whole, size);
-        free(whole);
-    }
+    c->function = function;
     c->given = size;
     c->taken = 0;
-    if (!status) notify(c);
-    return status;
+    notify(c);
+    return 0;
 }
 
 /* `size` bytes of the answer, from `place`. */
@@ -231,9 +290,10 @@ static int fetch(m4e_remote *r, size_t place, void *to, size_t size) {
 int m4e_remote_ask(m4e_remote *r, uint32_t function, const m4e_given *given, int given_count,
                    const m4e_wanted *wanted, int wanted_count) {
     size_t place = 0;
-    if (m4e_remote_post(r, function, given, given_count)) return M4E_LOST;
-    const int status = m4e_remote_await(r);
-    for (int k = 0; k < wanted_count && status != M4E_LOST; ++k) {
+    int status = m4e_remote_post(r, function, given, given_count);
+    if (status) return status;
+    status = m4e_remote_await(r);
+    for (int k = 0; k < wanted_count && status < M4E_LOST; ++k) {
         if (fetch(r, place, wanted[k].at, wanted[k].size)) return M4E_LOST;
         place += m4e_remote_padded(wanted[k].size);
     }

@@ -11,7 +11,10 @@
 
 #include "m4e.h"
 
-enum { M4E_LOST = 18 }; /* beside the statuses of FMI: the worker does not answer */
+enum { /* beside the statuses of FMI */
+    M4E_LOST = 18, /* the worker does not answer */
+    M4E_LATE       /* a function that sets values failed before: `late_function`, `late_status` */
+};
 enum { M4E_ROOM = 1 << 16, M4E_TEXT_ROOM = 40 << 10 };
 
 /* name, shape of the arguments (remote_calls.c), type of the values */
@@ -67,7 +70,7 @@ enum { M4E_ROOM = 1 << 16, M4E_TEXT_ROOM = 40 << 10 };
     X(fmi3SerializeFMUState, SERIALIZE, char) X(fmi3DeserializeFMUState, DESERIALIZE, char)
 
 #define M4E_REMOTE_NUMBER(name, shape, type) M4E_##name,
-enum { M4E_REMOTE_FUNCTIONS(M4E_REMOTE_NUMBER) M4E_LOAD, M4E_END, M4E_PIECE, M4E_FETCH };
+enum { M4E_REMOTE_FUNCTIONS(M4E_REMOTE_NUMBER) M4E_LOAD, M4E_END, M4E_SETS, M4E_PIECE, M4E_FETCH };
 
 /* The memory that both share; all zero at first. */
 typedef struct {
@@ -77,12 +80,19 @@ typedef struct {
     _Atomic int32_t lost;       /* set by the client's side: the worker is gone */
     _Atomic uint32_t calls;     /* of functions, so far */
     _Atomic int32_t busy;       /* one of them is going on, until the server has an answer */
+    _Atomic uint32_t present;   /* the function that the FMU performs, or has performed last */
+    uint32_t late_function;
+    int32_t late_status;
     uint32_t function;
     int32_t status;     /* the answer's */
     int32_t is_message; /* the answer is a message of the FMU with this status */
     uint64_t number[4];
     double real[3];
+    uint64_t late;         /* bytes of values to be set first, at the begin of the request */
     uint64_t given, taken; /* bytes of the arrays of a request, and of its answer */
+    uint32_t ahead;        /* function that reads values after a step; M4E_LOAD: none */
+    int32_t ahead_status;
+    uint64_t ahead_counts[2]; /* of references, of values */
     unsigned char request[M4E_ROOM], answer[M4E_ROOM];
     char text[M4E_TEXT_ROOM];
 } m4e_channel;
@@ -95,13 +105,37 @@ typedef struct {
     char name[256];
 } m4e_listener;
 
+/* Values to be set, before references and values themselves, each padded. */
+typedef struct {
+    uint32_t function, reserved;
+    uint64_t number[2], size; /* size: of all that follows, in bytes */
+} m4e_late;
+
+/* Client: what is read after steps. */
+typedef struct {
+    uint32_t function;
+    uint64_t counts[2];
+    uint32_t *references;
+    size_t size;   /* of the values, in bytes */
+    int32_t seen;  /* how many steps were followed by this, one after the other */
+    int32_t ready; /* 1: the values of the last step are in `values`, not read yet */
+    int32_t status;
+    void *values;
+} m4e_ahead;
+
 /* Client: one instance of an FMU in a worker, which is its component. */
 typedef struct {
     m4e_channel *channel;
     uint32_t seen;    /* the last answer */
-    int32_t stepping; /* a step is asked for, and not awaited yet: with these arguments */
+    int32_t stepping; /* a step is asked for, and not awaited yet: with these arguments; */
+    int32_t late_answer; /* its status, if it was not even asked for */
     double t, h;
     int32_t no_return;
+    int32_t has_stepped; /* the last call was a step */
+    int32_t eager;
+    m4e_ahead ahead;
+    unsigned char late[M4E_ROOM / 2];
+    size_t late_size;
     m4e_listener listener;
     char *kept; /* texts, valid up to the next call */
     size_t kept_size;
@@ -120,6 +154,7 @@ M4E_API m4e_remote *m4e_remote_new(m4e_channel *channel); /* NULL: no memory */
 M4E_API void m4e_remote_free(m4e_remote *remote);
 M4E_API void m4e_remote_use(m4e_remote *remote); /* the next instance of this thread is there */
 M4E_API int m4e_remote_await(m4e_remote *remote); /* the first answer: 0, or why in its text */
+M4E_API int m4e_remote_flush(m4e_remote *remote); /* sets values now; M4E_LATE, M4E_LOST, or 0 */
 M4E_API void m4e_remote_end(m4e_remote *remote);  /* has the server return, and waits for nothing */
 M4E_API void m4e_remote_give_up(m4e_channel *channel); /* the worker is gone: ends all waiting */
 M4E_API const char *m4e_remote_name(uint32_t function); /* NULL: there is no such function */
@@ -127,7 +162,7 @@ M4E_API const char *m4e_remote_text(const m4e_remote *remote); /* of the last me
 M4E_API size_t m4e_remote_size(void); /* of m4e_channel, in bytes */
 
 /* Begins a request; its numbers and reals are then to be set. A step that was begun and not awaited
-   has been made then. */
+   has been made then, and values that were read ahead are forgotten. */
 m4e_channel *m4e_remote_begin(m4e_remote *remote);
 /* Asks for it with `given` arrays, and waits; the status, `wanted` arrays filled. */
 int m4e_remote_ask(m4e_remote *remote, uint32_t function, const m4e_given *given, int given_count,
@@ -138,10 +173,14 @@ void m4e_remote_begin_step(void *remote, double t, double h, int no_return, uint
 /* The answer's arrays as a whole, in memory that is kept up to the next call; NULL: lost. */
 char *m4e_remote_answer(m4e_remote *remote);
 
-/* Waits until `word` is no longer `old` or `lost` is set; 0 if it is still. */
+/* Waits until `word` is no longer `old` or `lost` is set; 0 if it is still. `eager`, 0 at first, is
+   where it keeps whether spinning helps. */
 int m4e_remote_wait(_Atomic uint32_t *word, uint32_t old, _Atomic uint32_t *asleep,
-                    _Atomic int32_t *lost);
+                    _Atomic int32_t *lost, int32_t *eager);
 void m4e_remote_wake(_Atomic uint32_t *word, _Atomic uint32_t *asleep);
+/* Values that are to be set go along with the next request: 0, or 1 if they do not fit. */
+int m4e_remote_set_late(m4e_remote *remote, uint32_t function, const m4e_given *given, int count,
+                        uint64_t references, uint64_t values);
 size_t m4e_remote_padded(size_t size); /* that arrays take in a request or answer */
 
 /* Server: tells that it is ready, and performs what is asked for with these functions (NULL: none),

@@ -5,6 +5,7 @@
 
 #include "remote.h"
 
+enum { WARNING = 1, SURE = 2 /* steps after which it is known what is read */ };
 #define COUNT(array) (int)(sizeof(array) / sizeof *(array))
 #define ASK(function, given, wanted)                                                               \
     m4e_remote_ask(r, function, given, COUNT(given), wanted, COUNT(wanted))
@@ -111,8 +112,47 @@ M4E_API void *m4e_remote_fmi3InstantiateCoSimulation(
 
 /* ---- values ---- */
 
-static int get(m4e_remote *r, uint32_t function, const vr *references, size_t count, size_t values,
-               void *to, size_t size) {
+/* From now on, these values are expected to be read after steps. */
+static void learn(m4e_ahead *a, uint32_t function, const vr *references, size_t count, size_t values,
+                  size_t size) {
+    vr *copy = size <= M4E_ROOM ? malloc(count * sizeof *copy + 1) : NULL;
+    void *room = copy ? malloc(size + 1) : NULL;
+    free(a->references);
+    free(a->values);
+    a->references = room ? copy : NULL;
+    a->values = room;
+    if (!room) {
+        free(copy);
+        a->seen = 0;
+        return;
+    }
+    memcpy(copy, references, count * sizeof *copy);
+    a->function = function;
+    a->counts[0] = count;
+    a->counts[1] = values;
+    a->size = size;
+}
+
+/* Values that have come along with the last step; 0 if these have not. */
+static int was_ahead(m4e_remote *r, uint32_t function, const vr *references, size_t count,
+                     size_t values, void *to, size_t size) {
+    m4e_ahead *a = &r->ahead;
+    const int same = a->function == function && a->counts[0] == count && a->size == size &&
+                     a->references && !memcmp(a->references, references, count * sizeof(vr));
+    if (!r->has_stepped) return 0;
+    r->has_stepped = 0;
+    a->seen = same ? a->seen + (a->seen < SURE) : 1;
+    if (same && a->ready) {
+        a->ready = 0;
+        memcpy(to, a->values, size);
+        return 1;
+    }
+    if (!same) learn(a, function, references, count, values, size);
+    return 0;
+}
+
+static int get_now(m4e_remote *r, uint32_t function, const vr *references, size_t count,
+                   size_t values, void *to, size_t size) {
     m4e_channel *c = m4e_remote_begin(r);
     const m4e_given given[] = {{references, count * sizeof *references}};
     const m4e_wanted wanted[] = {{to, values * size}};
@@ -121,10 +161,18 @@ static int get(m4e_remote *r, uint32_t function, const vr *references, size_t co
     return ASK(function, given, wanted);
 }
 
+static int get(m4e_remote *r, uint32_t function, const vr *references, size_t count, size_t values,
+               void *to, size_t size) {
+    if (was_ahead(r, function, references, count, values, to, values * size))
+        return r->ahead.status;
+    return get_now(r, function, references, count, values, to, size);
+}
+
 static int set(m4e_remote *r, uint32_t function, const vr *references, size_t count, size_t values,
                const void *from, size_t size) {
     m4e_channel *c = m4e_remote_begin(r);
     const m4e_given given[] = {{references, count * sizeof *references}, {from, values * size}};
+    if (!m4e_remote_set_late(r, function, given, COUNT(given), count, values)) return 0;
     c->number[0] = count;
     c->number[1] = values;
     return m4e_remote_ask(r, function, given, COUNT(given), NULL, 0);
@@ -152,9 +200,9 @@ static int set(m4e_remote *r, uint32_t function, const vr *references, size_t co
 /* Texts of an answer, one after the other, stay where they are up to the next call. */
 static int get_texts(m4e_remote *r, uint32_t function, const vr *references, size_t count,
                      const char **values, size_t size) {
-    const int status = get(r, function, references, count, size, NULL, 0);
-    const char *at = status == M4E_LOST ? NULL : m4e_remote_answer(r);
-    if (!at) return M4E_LOST;
+    const int status = get_now(r, function, references, count, size, NULL, 0);
+    const char *at = status >= M4E_LOST ? NULL : m4e_remote_answer(r);
+    if (!at) return status < M4E_LOST ? M4E_LOST : status;
     const char *end = at + r->channel->taken;
     for (size_t k = 0; k < size && at < end; ++k) {
         values[k] = at;
@@ -208,9 +256,10 @@ static int set_texts(m4e_remote *r, uint32_t function, const vr *references, siz
     M4E_API int m4e_remote_##f(void *remote, const vr *references, size_t count, size_t *sizes,    \
                                const type **values, size_t size) {                                 \
         m4e_remote *r = remote;                                                                    \
-        const int status = get(r, M4E_##f, references, count, size, NULL, 0);                      \
-        const char *at = status == M4E_LOST ? NULL : m4e_remote_answer(r);                         \
-        if (!at || r->channel->taken < 8 * size) return M4E_LOST;                                  \
+        const int status = get_now(r, M4E_##f, references, count, size, NULL, 0);                  \
+        const char *at = status >= M4E_LOST ? NULL : m4e_remote_answer(r);                         \
+        if (!at) return status < M4E_LOST ? M4E_LOST : status;                                     \
+        if (r->channel->taken < 8 * size) return M4E_LOST;                                         \
         const char *content = at + 8 * size, *end = at + r->channel->taken;                        \
         for (size_t k = 0; k < size; ++k) {                                                        \
             uint64_t length;                                                                       \
@@ -254,6 +303,8 @@ static int with_orders(m4e_remote *r, uint32_t function, const vr *references, s
     const m4e_given given[] = {{references, count * sizeof *references},
                                {orders, count * sizeof *orders},
                                {given_values, given_values ? size * sizeof *values : 0}};
+    if (given_values && !m4e_remote_set_late(r, function, given, COUNT(given), count, size))
+        return 0;
     const m4e_wanted wanted[] = {{values, values ? size * sizeof *values : 0}};
     c->number[0] = count;
     c->number[1] = size;
@@ -309,7 +360,16 @@ static int post_step(m4e_remote *r, uint32_t function, double t, double h, int n
     c->real[0] = t;
     c->real[1] = h;
     c->number[0] = (uint64_t)(no_return != 0);
-    return m4e_remote_post(r, function, NULL, 0);
+    const m4e_ahead *a = &r->ahead;
+    if (a->seen < SURE) {
+        c->ahead = M4E_LOAD;
+        return m4e_remote_post(r, function, NULL, 0);
+    }
+    const m4e_given given[] = {{a->references, a->counts[0] * sizeof(vr)}};
+    c->ahead = a->function;
+    c->ahead_counts[0] = a->counts[0];
+    c->ahead_counts[1] = a->counts[1];
+    return m4e_remote_post(r, function, given, COUNT(given));
 }
 
 static int is_begun(const m4e_remote *r, double t, double h, int no_return) {
@@ -318,7 +378,8 @@ static int is_begun(const m4e_remote *r, double t, double h, int no_return) {
 
 void m4e_remote_begin_step(void *remote, double t, double h, int no_return, uint32_t function) {
     m4e_remote *r = remote;
-    if (is_begun(r, t, h, no_return) || post_step(r, function, t, h, no_return)) return;
+    if (is_begun(r, t, h, no_return)) return;
+    r->late_answer = post_step(r, function, t, h, no_return);
     r->stepping = 1;
     r->t = t;
     r->h = h;
@@ -326,8 +387,16 @@ void m4e_remote_begin_step(void *remote, double t, double h, int no_return, uint
 }
 
 static int step(m4e_remote *r, uint32_t function, double t, double h, int no_return) {
-    if (!is_begun(r, t, h, no_return) && post_step(r, function, t, h, no_return)) return M4E_LOST;
-    return m4e_remote_await(r);
+    m4e_remote_begin_step(r, t, h, no_return, function);
+    const m4e_channel *c = r->channel;
+    const int status = m4e_remote_await(r);
+    m4e_ahead *a = &r->ahead;
+    r->has_stepped = 1;
+    a->ready = status <= WARNING && c->ahead != M4E_LOAD && c->ahead_status >= 0;
+    if (!a->ready) return status;
+    a->status = c->ahead_status;
+    memcpy(a->values, c->answer, a->size);
+    return status;
 }
 
 #define STEP(f, type)                                                                              \
@@ -340,7 +409,7 @@ static int step(m4e_remote *r, uint32_t function, double t, double h, int no_ret
         m4e_remote *r = remote;                                                                    \
         const m4e_channel *c = r->channel;                                                         \
         const int status = step(r, M4E_##f, t, h, no_return);                                      \
-        if (status == M4E_LOST) return status;                                                     \
+        if (status >= M4E_LOST) return status;                                                     \
         *event = c->number[1] & 1;                                                                 \
         *end = c->number[1] >> 1 & 1;                                                              \
         *early = c->number[1] >> 2 & 1;                                                            \
@@ -356,7 +425,7 @@ static int step(m4e_remote *r, uint32_t function, double t, double h, int no_ret
         for (int k = 0; k < COUNT(flags); ++k) c->number[0] |= (uint64_t)*flags[k] << k;           \
         c->real[0] = *next_time;                                                                   \
         const int status = m4e_remote_ask(r, M4E_##f, NULL, 0, NULL, 0);                           \
-        if (status == M4E_LOST) return status;                                                     \
+        if (status >= M4E_LOST) return status;                                                     \
         for (int k = 0; k < COUNT(flags); ++k) *flags[k] = c->number[0] >> k & 1;                  \
         *next_time = c->real[0];                                                                   \
         return status;                                                                             \
@@ -367,7 +436,7 @@ static int step(m4e_remote *r, uint32_t function, double t, double h, int no_ret
         c->number[0] = (uint64_t)kind;                                                             \
         c->real[0] = (double)*value;                                                               \
         const int status = m4e_remote_ask(r, M4E_##f, NULL, 0, NULL, 0);                           \
-        if (status != M4E_LOST) *value = (type)c->real[0];                                         \
+        if (status < M4E_LOST) *value = (type)c->real[0];                                         \
         return status;                                                                             \
     }
 
@@ -378,7 +447,7 @@ static int step(m4e_remote *r, uint32_t function, double t, double h, int no_ret
         m4e_channel *c = m4e_remote_begin(r);                                                      \
         c->number[0] = (uint64_t)(uintptr_t)*state;                                                \
         const int status = m4e_remote_ask(r, M4E_##f, NULL, 0, NULL, 0);                           \
-        if (status != M4E_LOST) *state = (void *)(uintptr_t)c->number[0];                          \
+        if (status < M4E_LOST) *state = (void *)(uintptr_t)c->number[0];                          \
         return status;                                                                             \
     }
 #define SET_STATE(f, type)                                                                         \
@@ -391,7 +460,7 @@ static int step(m4e_remote *r, uint32_t function, double t, double h, int no_ret
         m4e_channel *c = m4e_remote_begin(r);                                                      \
         c->number[0] = (uint64_t)(uintptr_t)state;                                                 \
         const int status = m4e_remote_ask(r, M4E_##f, NULL, 0, NULL, 0);                           \
-        if (status != M4E_LOST) *size = (size_t)c->number[1];                                      \
+        if (status < M4E_LOST) *size = (size_t)c->number[1];                                      \
         return status;                                                                             \
     }
 #define SERIALIZE(f, type)                                                                         \
@@ -409,7 +478,7 @@ static int step(m4e_remote *r, uint32_t function, double t, double h, int no_ret
         c->number[0] = (uint64_t)(uintptr_t)*state;                                                \
         c->number[1] = size;                                                                       \
         const int status = m4e_remote_ask(r, M4E_##f, given, COUNT(given), NULL, 0);               \
-        if (status != M4E_LOST) *state = (void *)(uintptr_t)c->number[0];                          \
+        if (status < M4E_LOST) *state = (void *)(uintptr_t)c->number[0];                          \
         return status;                                                                             \
     }
 

@@ -10,7 +10,8 @@
 
 typedef uint32_t vr;
 typedef void (*any)(void);
-enum { CLIENT, SERVER, ERROR = 3 };
+enum { CLIENT, SERVER };
+enum { WARNING = 1, ERROR = 3 };
 
 typedef void logger_2(void *environment, const char *name, int status, const char *category,
                       const char *message, ...);
@@ -34,6 +35,9 @@ static struct {
     void *component;
     callbacks_2 callbacks;
     unsigned char *request, *answer; /* arrays that do not fit into the channel, or NULL */
+    uint64_t number[4];              /* of the call, */
+    const unsigned char *at;         /* and its arrays */
+    int32_t eager;
 } server;
 static _Thread_local bool is_serving; /* this thread, during a call */
 
@@ -41,7 +45,7 @@ static _Thread_local bool is_serving; /* this thread, during a call */
 
 static int hear(void) {
     m4e_channel *c = server.channel;
-    if (!m4e_remote_wait(&c->asked, server.seen, &c->asleep[SERVER], &c->lost)) return 0;
+    if (!m4e_remote_wait(&c->asked, server.seen, &c->asleep[SERVER], &c->lost, &server.eager)) return 0;
     server.seen = atomic_load(&c->asked);
     return 1;
 }
@@ -109,7 +113,7 @@ static int get_texts(any f, const vr *references, size_t count, size_t size, boo
                            ? ((with_size *)f)(server.component, references, count, values, size)
                            : ((plain *)f)(server.component, references, count, values);
     for (size_t k = 0; k < size; ++k) {
-        if (!values[k] || status > 1) values[k] = "";
+        if (!values[k] || status > WARNING) values[k] = "";
         total += strlen(values[k]) + 1;
     }
     char *at = room(total);
@@ -145,7 +149,7 @@ static int get_binary(any f, const vr *references, size_t count, size_t size) {
     if (!values || !sizes) return ERROR;
     const int status = ((getter *)f)(server.component, references, count, sizes, values, size);
     for (size_t k = 0; k < size; ++k) {
-        if (!values[k] || status > 1) sizes[k] = 0;
+        if (!values[k] || status > WARNING) sizes[k] = 0;
         total += sizes[k];
     }
     char *at = room(total), *content = at + 8 * size;
@@ -184,8 +188,8 @@ static int set_binary(any f, const vr *references, size_t count, const char *at,
 #define REQUEST                                                                                    \
     m4e_channel *c = server.channel;                                                               \
     void *i = server.component;                                                                    \
-    const uint64_t *n = c->number;                                                                 \
-    const unsigned char *at = server.request ? server.request : c->request;                        \
+    const uint64_t *n = server.number;                                                             \
+    const unsigned char *at = server.at;                                                           \
     (void)c, (void)i, (void)n, (void)at;
 #define REFERENCES(count) (const vr *)given(&at, (count) * sizeof(vr))
 
@@ -389,14 +393,58 @@ static int collect(void) {
     return 0;
 }
 
-static void perform(any f, uint32_t function) {
-    int status = ERROR;
+static int called(any f, uint32_t function, const uint64_t *number, const unsigned char *at) {
+    for (int k = 0; k < 4; ++k) server.number[k] = number[k];
+    server.at = at;
+    atomic_store(&server.channel->present, function);
+    return f ? SHAPES[function].perform(f, SHAPES[function].size) : ERROR;
+}
+
+/* Sets the values that have come along; 0 if one of these calls fails. */
+static int set_late(any const *functions) {
+    m4e_channel *c = server.channel;
+    const unsigned char *at = c->request, *end = at + c->late;
+    while (at < end) {
+        m4e_late head;
+        memcpy(&head, at, sizeof head);
+        const uint64_t number[4] = {head.number[0], head.number[1]};
+        at += sizeof head;
+        const int status = called(functions[head.function], head.function, number, at);
+        if (status > WARNING) {
+            c->late_function = head.function;
+            c->late_status = status;
+            return 0;
+        }
+        at += head.size;
+    }
+    return 1;
+}
+
+/* Reads what is expected to be wanted after a step. */
+static void read_ahead(any const *functions, const unsigned char *references) {
+    m4e_channel *c = server.channel;
+    const uint64_t number[4] = {c->ahead_counts[0], c->ahead_counts[1]};
+    c->ahead_status = called(functions[c->ahead], c->ahead, number, references);
+}
+
+static void perform(any const *functions, uint32_t function) {
+    m4e_channel *c = server.channel;
+    const unsigned char *at = server.request ? server.request : c->request + c->late;
+    int status = 0;
     is_serving = true;
-    if (f) status = SHAPES[function].perform(f, SHAPES[function].size);
+    c->ahead_status = -1;
+    if (!set_late(functions)) {
+        status = M4E_LATE;
+    } else if (function != M4E_SETS) {
+        status = called(functions[function], function, c->number, at);
+        const int steps = SHAPES[function].perform == STEP ||
+                          (SHAPES[function].perform == STEP_3 && !c->number[1]);
+        if (steps && status <= WARNING && c->ahead != M4E_LOAD) read_ahead(functions, at);
+    }
     is_serving = false;
     free(server.request);
     server.request = NULL;
-    atomic_store(&server.channel->busy, 0);
+    atomic_store(&c->busy, 0);
     answer(status, 0);
 }
 
@@ -413,14 +461,17 @@ int m4e_remote_serve(m4e_channel *c, void (*const *functions)(void)) {
     answer(0, 0);
     while (hear()) {
         const uint32_t function = c->function;
-        if (function == M4E_END) return 0;
+        if (function == M4E_END) {
+            atomic_store(&c->present, M4E_END);
+            return 0;
+        }
         if (function == M4E_PIECE) {
             answer(collect(), 0);
         } else if (function == M4E_FETCH) {
             memcpy(c->answer, server.answer + c->given, c->taken);
             answer(0, 0);
         } else {
-            perform(functions[function], function);
+            perform(functions, function);
         }
     }
     return 1;

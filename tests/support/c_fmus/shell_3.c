@@ -50,7 +50,7 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean d, fmi3Float6
     return STATUS_OF(fmi2EnterInitializationMode(c));
 }
 fmi3Status fmi3ExitInitializationMode(fmi3Instance c) { return STATUS_OF(fmi2ExitInitializationMode(c)); }
-fmi3Status fmi3Terminate(fmi3Instance c) { return fmi3OK; }
+fmi3Status fmi3Terminate(fmi3Instance c) { return STATUS_OF(fmi2Terminate(c)); }
 
 fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3Float64 v[], size_t n_values) {
     if (n != n_values) return fmi3Error;

@@ -70,7 +70,9 @@ class Files:
             try:
                 shutil.copyfile(self.library_path, path)
             except OSError as error:
-                message = f"{self.library_path.name}: cannot be copied for another instance: {error}"
+                message = (
+                    f"{self.library_path.name}: cannot be copied for another instance: {error}"
+                )
                 raise RunError(message, "free disk space, or set TMPDIR") from error
         self._copies += 1
         return path

@@ -22,11 +22,15 @@ class Channel(ctypes.Structure):
         ("lost", c_int32),
         ("calls", c_uint32),
         ("busy", c_int32),
-        ("function", c_uint32),
+        ("present", c_uint32),
+        ("late_function", c_uint32),
+        ("late_status", c_int32),
     ]
     calls: int
     busy: int
-    function: int
+    present: int
+    late_function: int
+    late_status: int
 
 
 @functools.cache
@@ -41,6 +45,7 @@ def remote_library() -> ctypes.CDLL | None:
         ("free", None, c_void_p),
         ("use", None, c_void_p),
         ("await", c_int, c_void_p),
+        ("flush", c_int, c_void_p),
         ("end", None, c_void_p),
         ("give_up", None, c_void_p),
         ("text", c_char_p, c_void_p),
@@ -54,7 +59,7 @@ def remote_library() -> ctypes.CDLL | None:
 
 @functools.cache
 def function_names() -> tuple[str, ...]:
-    """Names of the functions of FMI that can be called in workers, in the order of their numbers."""
+    """Names of the functions of FMI that can be called in workers, by their numbers."""
     found = remote_library()
     assert found is not None
     names: list[str] = []

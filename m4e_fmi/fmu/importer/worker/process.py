@@ -24,8 +24,9 @@ from m4e_fmi.fmu.importer.worker.channel import Channel, function_names, remote_
 from m4e_fmi.fmu.importer.worker.host import Host
 from m4e_fmi.runtime.library import library_path
 
-LOST = 18
-"""Answer of calls whose worker is gone, beside the statuses of FMI."""
+LOST, LATE = 18, 19
+"""Answers of calls beside the statuses of FMI: the worker is gone; values that have been set before
+come to the FMU only now, and it refuses them."""
 TICK = 0.05
 """Seconds between two looks at the calls of all workers."""
 STILL = 60.0
@@ -48,8 +49,9 @@ class Worker:
 
     `address` is the client's side of its channel, which is the FMU's component there. `folder` is
     the process's working folder, to which its shared memory is written, and `name` the FMU's in
-    messages. `request` is what else the keeper's `_serve` needs. Functions in a worker answer LOST from when it is gone; `ending` then says how, and is
-    empty otherwise. `notice` is called, in another thread, with a line on a call that takes long.
+    messages. `request` is what else the keeper's `_serve` needs. Functions in a worker answer LOST
+    from when it is gone; `ending` then says how, and is empty otherwise. `notice` is called, in
+    another thread, with a line on a call that takes long.
     OSError if the process cannot be started.
     """
 
@@ -67,7 +69,7 @@ class Worker:
         with memory.open("r+b") as file:
             self._memory = mmap.mmap(file.fileno(), size)
         self._channel = Channel.from_buffer(self._memory)
-        self._channel.busy, self._channel.function = 1, len(function_names())
+        self._channel.busy, self._channel.present = 1, len(function_names())
         self.address: int = runtime.m4e_remote_new(ctypes.addressof(self._channel))
         request |= {
             "runtime": str(library_path()),
@@ -98,7 +100,7 @@ class Worker:
             self._runtime.m4e_remote_end(self.address)
 
     def wait(self) -> None:
-        """Wait until the process is gone, and end it if it does not go; then nothing may call it."""
+        """Wait until the process is gone, and kill it if it stays; then nothing may call it."""
         if not self._gone.wait(LAST if self._leaving else 0.0):
             self._keeper.kill(self)
             self._gone.wait(LAST)
@@ -121,10 +123,17 @@ class Worker:
     @property
     def call(self) -> str:
         """Name of the last call."""
-        names = function_names()
-        number = self._channel.function
         further = ("loading its library", "unloading its library")
-        return [*names, *further][min(number, len(names) + 1)]
+        return [*function_names(), *further][self._channel.present]
+
+    @property
+    def late(self) -> tuple[int, str]:
+        """Status and name of the function that has set values before, and failed, after LATE."""
+        return self._channel.late_status, function_names()[self._channel.late_function]
+
+    def flush(self) -> int:
+        """Status of functions that set values, and have not been performed yet."""
+        return self._runtime.m4e_remote_flush(self.address)
 
     @property
     def words(self) -> str:
@@ -158,7 +167,7 @@ class Worker:
         if code < 0:
             with suppress(ValueError):
                 self._lose(f"was ended by {signal.Signals(-code).name}")
-        self._lose(f"ended its process with exit code {code}")
+        self._lose(f"ended with exit code {code}")
         self._gone.set()
 
 

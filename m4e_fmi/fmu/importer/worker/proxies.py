@@ -18,7 +18,7 @@ _INSTANTIATES = ("fmiInstantiateSlave", "fmi2Instantiate", "fmi3InstantiateCoSim
 
 @functools.cache
 def _signatures(kind: type) -> dict[str, tuple[str, list[str], list[Any], Any]]:
-    """FMPy's name of each function → its name in C, names and types of arguments, type of result."""
+    """FMPy's name of a function → its name in C, names and types of arguments, type of result."""
     found: dict[str, tuple[str, list[str], list[Any], Any]] = {}
     for name, function in inspect.getmembers(kind, inspect.isfunction):
         if not name.startswith("fmi"):
@@ -36,9 +36,7 @@ def _signatures(kind: type) -> dict[str, tuple[str, list[str], list[Any], Any]]:
 
 
 def _first(annotation: Any) -> Any:
-    return (
-        typing.get_args(annotation)[0] if isinstance(annotation, types.UnionType) else annotation
-    )
+    return typing.get_args(annotation)[0] if isinstance(annotation, types.UnionType) else annotation
 
 
 def needed(kind: type, identifier: str) -> list[str]:
