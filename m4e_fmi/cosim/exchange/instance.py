@@ -173,7 +173,8 @@ class Instance:
         return self._fmu
 
     @property
-    def _rollback(self) -> Rollback:
+    def rollback(self) -> Rollback:
+        """The FMU's saved states; only where it declares them."""
         assert isinstance(self._fmu, Rollback)  # FMI 1.0 declares nothing of that kind
         return self._fmu
 
@@ -280,14 +281,14 @@ class Instance:
     def slot(self, place: int = 0) -> ctypes.c_void_p:
         """Where the FMU's state is that is kept in a place."""
         if place not in self._states:
-            self._states[place] = self._rollback.slot()
+            self._states[place] = self.rollback.slot()
         return self._states[place]
 
     def state_calls(self, place: int = 0) -> tuple[Call, Call]:
         """Calls that keep the FMU's state in a place, and bring it back if no step has failed."""
         if place not in self._places:
             slot = self.slot(place)
-            self._places[place] = self._rollback.saver(slot), self._rollback.restorer(slot)
+            self._places[place] = self.rollback.saver(slot), self.rollback.restorer(slot)
         return self._places[place]
 
     def save_state(self, place: int = 0) -> None:
@@ -321,7 +322,7 @@ class Instance:
         """∂output/∂known of two Real variables at the present instant; `known` may be scaled."""
         self._check_usable()
         of = self.description.variables
-        value = self._rollback.directional_derivative(of[output], of[known])
+        value = self.rollback.directional_derivative(of[output], of[known])
         return value * self.scales.get(known, (1.0, 0.0))[0]
 
     @not_lost()
@@ -416,7 +417,7 @@ class Instance:
         status = fmu.terminate() if self._initialised and not self._broken else 0
         for state in states:
             if not self._broken:
-                self._rollback.free_state(state)
+                self.rollback.free_state(state)
         if status < FATAL or status == LATE:
             fmu.free()
             self._binary.in_use -= 1

@@ -233,12 +233,32 @@ NOT_SUPPORTED(fmi2GetStatus, fmi2Component c, const fmi2StatusKind k, fmi2Status
 NOT_SUPPORTED(fmi2GetIntegerStatus, fmi2Component c, const fmi2StatusKind k, fmi2Integer *v)
 NOT_SUPPORTED(fmi2GetStringStatus, fmi2Component c, const fmi2StatusKind k, fmi2String *v)
 
-#define STATE_SIZE ((2 * N + 3) * sizeof(double))
+#ifdef BYTES
+#define SIZE ((2 * N + 3) * sizeof(double))
+fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate s, size_t *n) {
+    *n = SIZE;
+    return fmi2OK;
+}
+fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate s, fmi2Byte b[], size_t n) {
+    memcpy(b, s, SIZE);
+    return fmi2OK;
+}
+fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte b[], size_t n, fmi2FMUstate *s) {
+    if (n != SIZE) return fmi2Error;
+    *s = malloc(SIZE);
+    memcpy(*s, b, SIZE);
+    return fmi2OK;
+}
+#else
+NOT_SUPPORTED(fmi2SerializedFMUstateSize, fmi2Component c, fmi2FMUstate s, size_t *n)
+NOT_SUPPORTED(fmi2SerializeFMUstate, fmi2Component c, fmi2FMUstate s, fmi2Byte b[], size_t n)
+NOT_SUPPORTED(fmi2DeSerializeFMUstate, fmi2Component c, const fmi2Byte b[], size_t n, fmi2FMUstate *s)
+#endif
 
 #ifdef STATE
 fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *s) {
     Model *m = c;
-    double *kept = *s ? *s : malloc(STATE_SIZE);
+    double *kept = *s ? *s : malloc((2 * N + 3) * sizeof(double));
     memcpy(kept, m->r, N * sizeof(double));
     kept[N] = m->t;
     kept[N + 1] = m->stale;
@@ -269,28 +289,6 @@ fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *s) {
 NOT_SUPPORTED(fmi2GetFMUstate, fmi2Component c, fmi2FMUstate *s)
 NOT_SUPPORTED(fmi2SetFMUstate, fmi2Component c, fmi2FMUstate s)
 NOT_SUPPORTED(fmi2FreeFMUstate, fmi2Component c, fmi2FMUstate *s)
-#endif
-
-#ifdef BYTES
-fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate s, size_t *n) {
-    *n = STATE_SIZE;
-    return fmi2OK;
-}
-fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate s, fmi2Byte b[], size_t n) {
-    if (n < STATE_SIZE) return fmi2Error;
-    memcpy(b, s, STATE_SIZE);
-    return fmi2OK;
-}
-fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte b[], size_t n, fmi2FMUstate *s) {
-    if (n != STATE_SIZE) return fmi2Error;
-    if (!*s) *s = malloc(STATE_SIZE);
-    memcpy(*s, b, STATE_SIZE);
-    return fmi2OK;
-}
-#else
-NOT_SUPPORTED(fmi2SerializedFMUstateSize, fmi2Component c, fmi2FMUstate s, size_t *n)
-NOT_SUPPORTED(fmi2SerializeFMUstate, fmi2Component c, fmi2FMUstate s, fmi2Byte b[], size_t n)
-NOT_SUPPORTED(fmi2DeSerializeFMUstate, fmi2Component c, const fmi2Byte b[], size_t n, fmi2FMUstate *s)
 #endif
 
 #ifdef INPUTS
