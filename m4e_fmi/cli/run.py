@@ -37,10 +37,21 @@ def add(commands: argparse._SubParsersAction) -> None:
         ("--stop-time", "end of the run"),
         ("--step-size", "time between communication points"),
         ("--output-interval", "time between rows of the results"),
+        ("--checkpoint-interval", "simulated time between checkpoints"),
+        ("--checkpoint-wall-interval", "wall time between checkpoints"),
     ):
         command.add_argument(flag, type=_time, metavar="S", help=f"{text}; default: as in the file")
     command.add_argument(
         "--algorithm", help=f"{listed(algorithm_names())}; default: as in the file"
+    )
+    command.add_argument(
+        "--resume",
+        nargs="?",
+        const=True,
+        default=False,
+        type=Path,
+        metavar="CHECKPOINT",
+        help="go on from a checkpoint; default: the one beside the results",
     )
     command.add_argument(
         "--check",
@@ -92,6 +103,7 @@ def _system(options: argparse.Namespace) -> System:
     """The system with what the command line changes; InputError with all problems of both."""
     from m4e_fmi.cosim import read_parameters
     from m4e_fmi.cosim.input_checks.inputs import checked_inputs
+    from m4e_fmi.cosim.system.simulation import CHECKPOINTS
 
     with Gathered() as gathered:
         gathered.of(output_file, options, "system")
@@ -104,7 +116,7 @@ def _system(options: argparse.Namespace) -> System:
         gathered.problems += _unknown_variables(system, options.variables)
         for start, origin in given:
             system = _with_start(system, start, origin, gathered)
-        times = ("stop_time", "step_size", "output_interval", "algorithm")
+        times = ("stop_time", "step_size", "output_interval", "algorithm", *CHECKPOINTS)
         settings = {key: getattr(options, key) for key in times}
         system = gathered.of(system.changed, origin="command line", **settings) or system
         if gathered.problems:
@@ -165,6 +177,7 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
                 tell=say,
                 warn=warn,
                 beside=[picture],
+                resume=options.resume,
             )
     except ExportError as error:
         print(run_summary(error.outcome, told))

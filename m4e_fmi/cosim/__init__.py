@@ -7,6 +7,7 @@ Start reading at `system/` (what is coupled), then `connections/` (what follows 
 runs it all. See docs/architecture.md.
 """
 
+from m4e_fmi.cosim.checkpoint.state import State
 from m4e_fmi.cosim.connections.links import Bond, Link, Port, Wiring
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.connections.timing import Timing
@@ -16,7 +17,6 @@ from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.load import load_system
 from m4e_fmi.cosim.master.outcome import ExportError, Outcome
 from m4e_fmi.cosim.master.run import run, start
-from m4e_fmi.cosim.master.state import State
 from m4e_fmi.cosim.master.stepwise import CommunicationPoint, Execution
 from m4e_fmi.cosim.preparation.components import fmu_files
 from m4e_fmi.cosim.preparation.prepare import prepare

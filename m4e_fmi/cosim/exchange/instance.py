@@ -25,6 +25,7 @@ from m4e_fmi.cosim.exchange.failures import (
     Warned,
     failed_step,
     value_out_of_range,
+    worker_lost,
 )
 from m4e_fmi.cosim.exchange.loading.binary import Binary
 from m4e_fmi.errors import RunError
@@ -53,6 +54,7 @@ from m4e_fmi.fmu.importer.calls.scaled import scaled_getter, scaled_setter
 from m4e_fmi.fmu.importer.messages import Listener, Messages
 from m4e_fmi.fmu.importer.reading import Description
 from m4e_fmi.fmu.importer.type_rules import REAL
+from m4e_fmi.fmu.importer.worker import LATE, LOST
 from m4e_fmi.signals import not_lost
 
 
@@ -103,8 +105,12 @@ class Instance:
     def __enter__(self) -> Instance:
         return self
 
-    def __exit__(self, *_: object) -> None:
-        self.close()
+    def __exit__(self, kind: object, *_: object) -> None:
+        try:
+            self.close()
+        except RunError:
+            if kind is None:  # else the error that ended the run is raised
+                raise
 
     @not_lost()
     def _open(self) -> None:
@@ -113,6 +119,7 @@ class Instance:
             self._fmu.instantiate(self._told_name, self._messages)
         except Exception as error:
             self._fmu.component = None
+            self._check_worker("fmi2Instantiate")
             message = f"{self._origin}: cannot be instantiated{self._why.words()}"
             raise RunError(message, "check the FMU alone: `fmpy simulate` on the file") from error
 
@@ -166,7 +173,8 @@ class Instance:
         return self._fmu
 
     @property
-    def _rollback(self) -> Rollback:
+    def rollback(self) -> Rollback:
+        """The FMU's saved states; only where it declares them."""
         assert isinstance(self._fmu, Rollback)  # FMI 1.0 declares nothing of that kind
         return self._fmu
 
@@ -273,14 +281,14 @@ class Instance:
     def slot(self, place: int = 0) -> ctypes.c_void_p:
         """Where the FMU's state is that is kept in a place."""
         if place not in self._states:
-            self._states[place] = self._rollback.slot()
+            self._states[place] = self.rollback.slot()
         return self._states[place]
 
     def state_calls(self, place: int = 0) -> tuple[Call, Call]:
         """Calls that keep the FMU's state in a place, and bring it back if no step has failed."""
         if place not in self._places:
             slot = self.slot(place)
-            self._places[place] = self._rollback.saver(slot), self._rollback.restorer(slot)
+            self._places[place] = self.rollback.saver(slot), self.rollback.restorer(slot)
         return self._places[place]
 
     def save_state(self, place: int = 0) -> None:
@@ -290,6 +298,11 @@ class Instance:
         status = save()
         if status > WARNING:
             self.fail(status, "fmi2GetFMUstate")
+
+    def flush(self) -> None:
+        """Have the FMU take values that were set, where that waits for its next call."""
+        if self._binary.worker and not self._broken and (status := self._binary.worker.flush()):
+            self.fail(status, "fmi2SetReal")
 
     def restore_state(self, time: float, place: int = 0) -> None:
         """Bring the FMU back to the state kept in a place at `time` [s], also after a failed step.
@@ -309,7 +322,7 @@ class Instance:
         """∂output/∂known of two Real variables at the present instant; `known` may be scaled."""
         self._check_usable()
         of = self.description.variables
-        value = self._rollback.directional_derivative(of[output], of[known])
+        value = self.rollback.directional_derivative(of[output], of[known])
         return value * self.scales.get(known, (1.0, 0.0))[0]
 
     @not_lost()
@@ -341,6 +354,13 @@ class Instance:
     def fail(self, status: Status, function: str, size: float = 0.0) -> NoReturn:
         """Raise the error of this status of `function`; `size` is that of a failed step [s]."""
         self._broken = True
+        worker = self._binary.worker
+        if worker and status == LATE:
+            status, function = worker.late
+        if worker and worker.ending:
+            self._fmu.component = None
+            when = failed_step(self.time, size) if function == "fmi2DoStep" else self._when
+            raise worker_lost(self._origin, when, worker)
         what = f"{self._fmu.name(function)} answered {ANSWERS.get(status, status)}"
         words = self._why.words(status)
         remedy = "fix the problem stated by the FMU" if words else "check its inputs and parameters"
@@ -361,6 +381,11 @@ class Instance:
                 self._fmu.events.ended = self.time if reached is None else reached
             raise kind(message, remedy, reached, self.name, size)
         raise RunError(message, remedy)
+
+    def _check_worker(self, function: str) -> None:
+        """RunError if the FMU's worker is gone."""
+        if self._binary.worker and self._binary.worker.ending:
+            self.fail(LOST, function)
 
     @property
     def _when(self) -> str:
@@ -392,8 +417,9 @@ class Instance:
         status = fmu.terminate() if self._initialised and not self._broken else 0
         for state in states:
             if not self._broken:
-                self._rollback.free_state(state)
-        if status < FATAL:
+                self.rollback.free_state(state)
+        if status < FATAL or status == LATE:
             fmu.free()
             self._binary.in_use -= 1
         fmu.component = None
+        self._check_worker("fmi2FreeInstance")

@@ -301,6 +301,13 @@ class Network(ExchangedVariables):
         finalize(point, self._free.append, place)
         return point
 
+    def adopt(self, point: NetworkSnapshot) -> None:
+        """Hold the place of a point of another process, in which the FMUs have its states."""
+        while point.place not in self._free:
+            self._free.append(next(self._places))
+        self._free.remove(point.place)
+        finalize(point, self._free.append, point.place)
+
     def restore(self, point: NetworkSnapshot) -> None:
         """Return to a point; an FMU that answered Fatal meanwhile cannot, which is a RunError."""
         for instance in self.instances.values():
@@ -343,6 +350,12 @@ class Network(ExchangedVariables):
         self._run_exchange()
         self.settle()
         self.values[self.before : self.stepped] = self.values[self.now : self.before]
+        self.flush()
+
+    def flush(self) -> None:
+        """Have all FMUs take the values that were set; RunError if one refuses."""
+        for instance in self.instances.values():
+            instance.flush()
 
     def _arrive(self, component: str) -> None:
         """Perform `arrival` at once."""

@@ -58,6 +58,7 @@ class NotConvergedError(Exception):
         self.worst, self.size, self.iterations = worst, size, iterations
 
 
+@dataclass(eq=False)
 class QuasiNewton:
     """Solves f(x) = x again and again, with a Jacobian that it keeps; `forget` drops it.
 
@@ -65,9 +66,8 @@ class QuasiNewton:
     iteration came no further; 0 if all have converged.
     """
 
-    def __init__(self) -> None:
-        self._matrix: np.ndarray | None = None
-        self.roughness = 0.0
+    _matrix: np.ndarray | None = None
+    roughness: float = 0.0
 
     def forget(self) -> None:
         """Drop the Jacobian."""

@@ -13,6 +13,7 @@ from m4e_fmi.cosim.connections.result_size import thinned as thinned_settings
 from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport
 from m4e_fmi.cosim.master.master import Master
 from m4e_fmi.cosim.results.writer import ResultsWriter
+from m4e_fmi.cosim.system.simulation import CHECKPOINTS
 from m4e_fmi.errors import RunError
 from m4e_fmi.files.locks import claimed
 from m4e_fmi.results.results_file import as_given, check_export, export, stream_of
@@ -81,7 +82,7 @@ def attributes_of(prepared: Prepared) -> dict[str, str]:
         "changed": "\n".join(
             f"{name} = {starts.get(name, origin.value)} ({origin.name})"
             for name, origin in system.origins.items()
-            if name in starts or origin.value is not None
+            if (name in starts or origin.value is not None) and name not in CHECKPOINTS
         ),
         "notes": "\n".join(prepared.notes),
     }

@@ -9,10 +9,13 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
+from m4e_fmi.cosim.checkpoint.container import checkpoint_of
+from m4e_fmi.cosim.checkpoint.identity import identity
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.connections.recorded_variables import chosen
 from m4e_fmi.cosim.error_estimate.report import Trace, compared
 from m4e_fmi.cosim.exchange.fmu_log import Warn
+from m4e_fmi.cosim.master.checkpoints import Checkpoints, checkpoints
 from m4e_fmi.cosim.master.master import Master, Observer
 from m4e_fmi.cosim.master.outcome import ExportError, Outcome
 from m4e_fmi.cosim.master.recording import (
@@ -24,6 +27,7 @@ from m4e_fmi.cosim.master.recording import (
     thinned,
     whole,
 )
+from m4e_fmi.cosim.master.resume import Resumed
 from m4e_fmi.cosim.master.second_run import finer, second_run
 from m4e_fmi.cosim.master.stepwise import Execution
 from m4e_fmi.cosim.master.ticking import Progress
@@ -33,7 +37,7 @@ from m4e_fmi.cosim.preparation.surroundings import model_gravity
 from m4e_fmi.cosim.results.writer import AT_STOP, ResultsWriter
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
 from m4e_fmi.cosim.system.system import System
-from m4e_fmi.errors import RunError
+from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.results.results_file import as_given, stream_of
 from m4e_fmi.signals import Terminated, ending_cleanly, held, let_through
 
@@ -50,6 +54,7 @@ def run(
     variables: Sequence[str] = (),
     warn: Warn | None = None,
     beside: Sequence[Path] = (),
+    resume: bool | str | Path = False,
 ) -> Outcome:
     """Co-simulate `system`, or that in the file at a path, from its start to its stop time.
 
@@ -67,7 +72,16 @@ def run(
     to the same file. The files `beside`, as pictures of an earlier run, are removed when its
     results are replaced, as are those in the form that `results` is to have. ExportError, which has
     the outcome, if all is done but the `.csv` or `.parquet` cannot be written.
+
+    A simulation with `checkpoint_interval` or `checkpoint_wall_interval` takes checkpoints beside
+    the results, in a file with `.checkpoint` behind its name, also at its end and where a signal
+    ends it. With `resume`, the run goes on from there, or from the checkpoint of that path, as if
+    it had not been interrupted: `results` get the same rows from the start on. Observers are called
+    from there on, unless the run is made again up to there, which `tell` receives. InputError if
+    the checkpoint is missing, damaged, or of another run; RunError if a run that is made again
+    comes to other values.
     """
+    resumed = _checkpoint(results, resume, check=check)
     if not isinstance(system, Prepared):
         system = prepare(system, build_directory=build_directory, tell=tell)
     if results is not None:
@@ -81,6 +95,8 @@ def run(
         variables=variables,
         warn=warn,
         beside=beside,
+        resumed=resumed,
+        tell=tell,
     )
     if not check:
         return first(observers=observers)
@@ -135,6 +151,8 @@ def _once(
     warn: Warn | None = None,
     beside: Sequence[Path] = (),
     certify: bool = True,
+    resumed: Resumed | None = None,
+    tell: Callable[[str], None] | None = None,
 ) -> Outcome:
     with _begun(
         system,
@@ -144,8 +162,16 @@ def _once(
         watched=bool(observers),
         warn=warn,
         beside=beside,
+        resumed=resumed,
+        tell=tell,
     ) as begun:
-        begun.master.run(results=begun.results, observers=observers, progress=progress)
+        begun.master.run(
+            results=begun.results,
+            observers=observers,
+            progress=progress,
+            checkpoints=begun.checkpoints,
+            resumed=resumed,
+        )
     assert begun.outcome
     return begun.outcome
 
@@ -160,6 +186,7 @@ class _Begun:
     master: Master
     system: Prepared
     results: ResultsWriter | None = None
+    checkpoints: Checkpoints | None = None
     outcome: Outcome | None = None
     failed: bool = False
 
@@ -175,6 +202,8 @@ def _begun(
     watched: bool = False,
     warn: Warn | None = None,
     beside: Sequence[Path] = (),
+    resumed: Resumed | None = None,
+    tell: Callable[[str], None] | None = None,
 ) -> Generator[_Begun]:
     """A run that the block makes; its outcome and its export follow the block."""
     start_time = clock.perf_counter()
@@ -188,6 +217,10 @@ def _begun(
         complete = stack.enter_context(_told_if_complete())
         stack.enter_context(ending_cleanly())
         place = stack.enter_context(place_of(results)) if results is not None else None
+        same = identity(system, recorded, certify=certify)
+        if resumed:
+            resumed.check(same, system.system.simulation.stop_time)
+            resumed.tell(tell)
         given = Path(results or "")
         file = given.absolute()
         master = stack.enter_context(
@@ -200,6 +233,8 @@ def _begun(
                 warn=warn,
             )
         )
+        if resumed:
+            resumed.bring_texts(master.network)
         begun = _Begun(master, system)
         gravity = partial(model_gravity, system.system, system.descriptions)
         floats = start_warnings(master.network, system.wiring, gravity)
@@ -210,6 +245,7 @@ def _begun(
                 yield begun
             complete[:] = [_reached(begun)]
         else:
+            own = checkpoint_of(place)
             writer = begun.results = ResultsWriter(
                 place,
                 master.network,
@@ -219,7 +255,13 @@ def _begun(
                     master, system, certify=certify and not begun.failed
                 ),
                 beside=[path.absolute() for path in (file, *beside) if path.resolve() != place],
+                earlier=[] if resumed and resumed.path == own else [own],
+                begun=resumed.rows if resumed else None,
             )
+            if system.system.simulation.has_checkpoints and not changeable:
+                begun.checkpoints = checkpoints(system, place, same, tell=tell, warn=warn)
+                if resumed:
+                    begun.checkpoints.go_on(resumed.head.time)
             with kept(file, given, writer), _timed(begun), held(), writer:
                 with _recorded(begun), let_through():
                     yield begun
@@ -236,6 +278,20 @@ def _begun(
             except RunError as error:
                 raise ExportError(error, begun.outcome) from error
             complete[1:] = [whole(file, given, writer, exported=True)]
+
+
+def _checkpoint(
+    results: str | Path | None, resume: bool | str | Path, *, check: bool
+) -> Resumed | None:
+    """The checkpoint at which a run is to begin, if so; InputError if there is none."""
+    if resume is False:
+        return None
+    if results is None:
+        message = "a run that goes on from a checkpoint needs a file of results"
+        raise InputError.single(message, "give `results`")
+    path = checkpoint_of(stream_of(results)) if resume is True else Path(resume)
+    replay = "the check at half the step compares all points" if check else ""
+    return Resumed.at(path.absolute(), replay=replay)
 
 
 def _tell(warn: Warn | None, lines: Sequence[str]) -> None:

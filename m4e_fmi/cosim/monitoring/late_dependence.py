@@ -52,10 +52,14 @@ class _Part:
 
 @dataclass(frozen=True)
 class SecondLookSnapshot:
-    """The step of the next look, and a note for each output that follows its inputs."""
+    """The step of the next look, and a note for each output that follows its inputs.
+
+    `spoilt` are outputs that inputs change without being followed.
+    """
 
     next: int
     seen: Mapping[Port, str]
+    spoilt: frozenset[Port]
 
 
 class SecondLook:
@@ -74,11 +78,12 @@ class SecondLook:
 
     def snapshot(self) -> SecondLookSnapshot:
         """The next look, and the notes so far."""
-        return SecondLookSnapshot(self._next, self._seen)
+        return SecondLookSnapshot(self._next, self._seen, frozenset(self._spoilt))
 
     def restore(self, snapshot: SecondLookSnapshot) -> None:
         """Continue as from where the snapshot was taken."""
         self._next, self._seen = snapshot.next, snapshot.seen
+        self._spoilt = set(snapshot.spoilt)
 
     @property
     def notes(self) -> tuple[str, ...]:

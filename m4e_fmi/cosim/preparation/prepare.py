@@ -22,6 +22,7 @@ from m4e_fmi.cosim.preparation.doubtful_values import (
     reversed_forces,
     start_values_without_effect,
 )
+from m4e_fmi.cosim.preparation.hosts import hosts
 from m4e_fmi.cosim.preparation.state_trials import without_forgetful
 from m4e_fmi.cosim.preparation.surroundings import differing
 from m4e_fmi.cosim.system.component_steps import ComponentSteps, pace, refined, rounded
@@ -55,8 +56,9 @@ def prepare(
     fmus = ready_fmus(system, build_directory, native=native, tell=tell, drafts=drafts)
     descriptions = _described(system, fmus)
     wiring, paced, rates, notes = _connected(system, descriptions)
-    descriptions, found = probed(paced, with_stated(system, descriptions), wiring)
-    descriptions, forgetful = without_forgetful(paced, descriptions, wiring)
+    apart = hosts(system, descriptions)
+    descriptions, found = probed(paced, with_stated(system, descriptions), wiring, apart)
+    descriptions, forgetful = without_forgetful(paced, descriptions, wiring, apart)
     wiring, late = broken(descriptions, wiring, rates)
     structure = analyse(descriptions, wiring)
     warnings = (
@@ -68,7 +70,7 @@ def prepare(
         *reversed_forces(system, descriptions, wiring),
     )
     notes = (*rounded(system.simulation), *notes, *found, *late)
-    return Prepared(paced, descriptions, wiring, structure, rates, notes, warnings)
+    return Prepared(paced, descriptions, wiring, structure, rates, apart, notes, warnings)
 
 
 def _described(system: System, fmus: Mapping[str, ReadyFmu]) -> dict[str, Description]:

@@ -19,14 +19,14 @@ from m4e_fmi.cosim.connections.links import Wiring
 from m4e_fmi.cosim.exchange.interruption import setting_up
 from m4e_fmi.cosim.exchange.loading.binary import OWN, PYTHON
 from m4e_fmi.cosim.preparation.trial_instances import Instances, Subject, driven_inputs
-from m4e_fmi.cosim.system.component import Component, FmuFile, Kind, ModelFile
-from m4e_fmi.cosim.system.simulation import Simulation
+from m4e_fmi.cosim.system.component import FmuFile, Kind, ModelFile
 from m4e_fmi.cosim.system.start_values import Value
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.importer.opening import opened
 from m4e_fmi.fmu.importer.reading import Description
 from m4e_fmi.fmu.importer.type_rules import TYPES
+from m4e_fmi.fmu.importer.worker import Host
 
 BEFORE, AGAIN = 2, 4
 """Steps up to the state that is kept, and steps that are made from it twice."""
@@ -43,7 +43,10 @@ class _FaultError(Exception):
 
 
 def without_forgetful(
-    system: System, descriptions: Mapping[str, Description], wiring: Wiring
+    system: System,
+    descriptions: Mapping[str, Description],
+    wiring: Wiring,
+    hosts: Mapping[str, Host],
 ) -> tuple[dict[str, Description], list[str]]:
     """The descriptions as they hold in a run, and a line for each FMU that cannot go back."""
     result = dict(descriptions)
@@ -60,7 +63,8 @@ def without_forgetful(
         start = tuple(sorted((name, str(value)) for name, value in component.start.items()))
         key = description.path, start, component.step_size, inputs
         if key not in known:
-            known[key] = _fault(component, description, system.simulation, inputs)
+            new = Instances(component, description, system.simulation, hosts.get(component.name))
+            known[key] = _fault(new, description, inputs)
         if known[key]:
             result[component.name] = replace(description, saves_state=False)
             told.setdefault((description.path.name, known[key]), []).append(component.name)
@@ -84,12 +88,9 @@ def _is_own(source: FmuFile | ModelFile | Kind, description: Description) -> boo
         return PYTHON not in archive.namelist()
 
 
-def _fault(
-    component: Component, description: Description, simulation: Simulation, inputs: Sequence[str]
-) -> str:
+def _fault(new: Instances, description: Description, inputs: Sequence[str]) -> str:
     """Why an FMU cannot go back; empty if it can, or if steps cannot be made."""
     outputs = [v.name for v in description.of_causality("output") if v.type in TYPES]
-    new = Instances(component, description, simulation)
     for moves in (True, False):
         try:
             trajectories = _trajectories(new, outputs, inputs, moves=moves)

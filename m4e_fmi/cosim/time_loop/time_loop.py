@@ -53,7 +53,10 @@ class Watcher(Protocol):
 
 @dataclass(frozen=True)
 class TimeLoopSnapshot:
-    """The place in the run: times in ns, numbers of steps, and switches so far."""
+    """The place in the run: times in ns, numbers of steps, and switches so far.
+
+    `most` is the number of steps that are made at once.
+    """
 
     now: int
     row: int
@@ -64,6 +67,7 @@ class TimeLoopSnapshot:
     discarded: int
     full: int
     cap: int
+    most: int
 
 
 class TimeLoop:
@@ -127,6 +131,7 @@ class TimeLoop:
             self.discarded,
             self._full,
             self._cap,
+            self._most,
         )
 
     def restore(self, snapshot: TimeLoopSnapshot) -> None:
@@ -134,6 +139,7 @@ class TimeLoop:
         self.now, self._row, self.steps = snapshot.now, snapshot.row, snapshot.steps
         self.shortened, self.discarded = snapshot.shortened, snapshot.discarded
         self._jump, self._full, self._cap = snapshot.jump, snapshot.full, snapshot.cap
+        self._most = snapshot.most
         self.switches = copy(snapshot.switches)
 
     @property
