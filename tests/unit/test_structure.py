@@ -26,7 +26,7 @@ LAYERS = {
     ),
     "m4e_fmi.fmu": "importer export validation",
     "m4e_fmi.cosim": (
-        "system connections input_checks ssp system_file load exchange preparation results "
+        "system connections scenario input_checks ssp system_file load exchange preparation results "
         "stepping algorithms time_loop error_estimate monitoring master save"
     ),
 }
