@@ -38,11 +38,16 @@ KINDS = {
 _OPTIONS = tuple(dict.fromkeys(key for keys in KINDS.values() for key in keys))
 
 
+def _key(field: str) -> str:
+    """The key of a field in files, where it is a word of Python."""
+    return "for" if field == "duration" else field
+
+
 class Action(Section):
     """One action of a scenario: when it begins and ends, and what it does.
 
     It begins `at` a time [s], or `when` a condition as ``buoy.z > 2 m`` is first true; it ends
-    after a time `for` [s], or not at all.
+    after a time `for` [s] (in Python `duration`), or not at all.
     set: values by unconnected input or tunable parameter; parameters: a file with such values;
     ramp: values that these reach in equal steps `within` a time [s].
     freeze: signals that stay as they are. offset: amounts that are added, by signal. replace: by
@@ -53,11 +58,11 @@ class Action(Section):
     part.
     """
 
-    model_config = ConfigDict(populate_by_name=True)
+    model_config = ConfigDict(populate_by_name=True, alias_generator=_key)
 
     at: Time | None = None
     when: str | None = None
-    duration: Time | None = Field(default=None, alias="for")
+    duration: Time | None = None
     set: Mapping[str, bool | int | float | str] | None = None
     ramp: Mapping[str, Amount] | None = None
     within: Time | None = None

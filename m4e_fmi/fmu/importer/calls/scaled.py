@@ -55,7 +55,7 @@ class InputScales:
         return factors, offsets
 
     def of_derivatives(self, names: Sequence[str]) -> np.ndarray | None:
-        """Factors (2*n_names,) of two derivatives of each, as of `of`, in FMU units over the sources'."""
+        """Factors (2*n_names,) of two derivatives of each, as `of` has them, in the same units."""
         if self._of.keys().isdisjoint(names):
             return None
         twice = [name for name in names for _ in range(2)]
