@@ -120,9 +120,8 @@ class Master:
         if isinstance(self._algorithm, Undoing) and self._shortens:
             for instance in self.network.instances.values():
                 instance.stop_at_events()
-        self._energy = EnergyBalance(
-            self.network, self._prepared.wiring.bonds, self._algorithm.followed
-        )
+        bonds = self.network.scenario.untouched(self._prepared.wiring.bonds)
+        self._energy = EnergyBalance(self.network, bonds, self._algorithm.followed)
         self._estimator: ErrorEstimator | None = None
         self._unwatched = ""
         self._second_look = SecondLook(self.network)
@@ -210,7 +209,21 @@ class Master:
         """Components' own steps, what the algorithm does without, and events; one line each."""
         own = [f"{name} {rate}" for name, rate in self._prepared.rates.items()]
         seen = network_notes(self.network, self._time_loop.switches)
+        seen += self._unbalanced()
         return (*own, *self._algorithm.notes, *seen, *([self.ended] if self.ended else []))
+
+    def _unbalanced(self) -> list[str]:
+        """The bonds whose energies are not summed; no line if there are none."""
+        bonds = self._prepared.wiring.bonds
+        kept = self.network.scenario.untouched(bonds)
+        names = [bond.name for bond in bonds if bond not in kept]
+        told = f"the scenario changes signals of {' and '.join(names)}: no energy balance there"
+        return [told] if names else []
+
+    @property
+    def scenario(self) -> tuple[str, ...]:
+        """When the actions of the scenario began and ended up to the present point, a line each."""
+        return self.network.scenario.told()
 
     @property
     def warnings(self) -> tuple[str, ...]:
