@@ -278,25 +278,26 @@ def _read_components(
     """The components that are right; the others by name, with their valid parts."""
     components: list[Component] = []
     wrong: dict[str, Component | None] = {}
-    for name, keys in _mapping(document, "components").items():
+    for key, keys in _mapping(document, "components").items():
+        name = str(key)  # YAML takes `true` and `1` for other things than texts
         if not isinstance(keys, dict):
-            wrong[str(name)] = None
+            wrong[name] = None
             continue
         found: list[Problem] = []
-        component = _read_component(document, str(name), keys, found)
+        component = _read_component(document, ("components", key), keys, found)
         if found:
             problems += found
-            wrong[str(name)] = component
+            wrong[name] = component
         elif component is not None:
             components.append(component)
     return components, wrong
 
 
 def _read_component(
-    document: Document, name: str, keys: dict[str, object], problems: list[Problem]
+    document: Document, at: Location, keys: dict[str, object], problems: list[Problem]
 ) -> Component | None:
-    """The component with its valid parts; adds to `problems`."""
-    at: Location = ("components", name)
+    """The component at `at` with its valid parts; adds to `problems`."""
+    name = str(at[-1])
     if not _NAME.match(name):
         remedy = "use letters, digits and _, not starting with a digit"
         problems.append(document.problem(at, f"component name {name!r}", remedy))

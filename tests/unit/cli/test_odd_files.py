@@ -139,6 +139,18 @@ def test_a_kind_that_is_no_word(kind: str, tmp_path: Path):
         load_system(path)
 
 
+@pytest.mark.parametrize("name", ["true", "1", "1.5", "2001-01-01"])
+def test_a_component_whose_name_yaml_takes_for_something_else(name: str, tmp_path: Path):
+    part = model(tmp_path).name
+    path = tmp_path / "system.yaml"
+    path.write_text(
+        f"name: a\ncomponents: {{{name}: {{model: {part}}}}}\n"
+        "simulation: {stop_time: 1, step_size: 1}\n"
+    )
+    with pytest.raises(InputError, match=r"use letters, digits and _"):
+        load_system(path)
+
+
 # ---- numbers ----
 
 
@@ -408,6 +420,31 @@ def test_marks_of_the_page_in_a_description_stay_as_they_are(tmp_path: Path):
 
 
 # ---- what is printed ----
+
+
+@pytest.mark.parametrize(
+    "component",
+    [
+        "{kind: table, file: FILE, signals: {speed: m/s}}",
+        "{model: FILE}",
+        "{kind: mooring, file: FILE}",
+        "{fmu: FILE}",
+        "{kind: hydrodynamics, bodies: {a: {shape: {mesh: FILE}, center_of_gravity: [0, 0]}}}",
+    ],
+)
+def test_of_a_file_that_another_one_names_nothing_is_printed(
+    component: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    file = tmp_path / "passwd"
+    file.write_text("xyzzy:x:0:0, xyzzy\nname: xyzzy\n- xyzzy\n: xyzzy\n")
+    text = f"name: a\ncomponents:\n  b: {component.replace('FILE', str(file))}\n"
+    (tmp_path / "system.yaml").write_text(
+        f"{text}simulation: {{stop_time: 1, step_size: 0.1, algorithm: jacobi}}\n"
+    )
+    assert main(["run", str(tmp_path / "system.yaml")]) == 2
+    told = "".join(capsys.readouterr())
+    assert "passwd" in told
+    assert "xyzzy" not in told
 
 
 def test_a_table_that_is_none_is_not_printed(tmp_path: Path):

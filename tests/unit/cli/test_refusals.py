@@ -131,7 +131,9 @@ def test_a_file_of_another_kind_is_one_error_that_names_the_command(
 
 def test_files_that_are_no_text(here, capsys):
     (here / "p.png").write_bytes(b"\x89PNG")
-    assert "p.png: cannot be read: byte 1 is not valid UTF-8" in refused(capsys, "info", "p.png")
+    assert "p.png: is no YAML file by its name" in refused(capsys, "info", "p.png")
+    (here / "p.yaml").write_bytes(b"\x89PNG")
+    assert "p.yaml: cannot be read: byte 1 is not valid UTF-8" in refused(capsys, "info", "p.yaml")
 
 
 def test_a_model_as_a_component_that_is_a_system(here, capsys):
