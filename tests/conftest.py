@@ -11,16 +11,29 @@ from support.c_fmus.build import build
 from support.c_fmus.kinds import build_kinds
 from support.c_fmus.versions import build_version
 
+from m4e_fmi.files.files_read import file_hash
+from m4e_fmi.fmu.export.build_record import BuildRecord, write_record
+
 
 @pytest.fixture(scope="session")
-def c_fmu(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
+def c_fmu(
+    tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest
+) -> Callable[[str], Path]:
     """`c_fmu(name)` is the path of the FMU of a C model of tests/support/c_fmus, compiled once.
 
-    ``1:name`` and ``3:name`` are of FMI 1.0 and 3.0.
+    ``1:name`` and ``3:name`` are of FMI 1.0 and 3.0. They count as built here, so that they run in
+    this process, but for those that are armed (`test_workers`), and with the option --workers.
     """
     folder = tmp_path_factory.mktemp("c_fmus")
+    workers = request.config.getoption("--workers")
 
     def built(name: str) -> Path:
+        fmu = made(name)
+        if not workers and "+armed" not in name:
+            write_record(fmu, BuildRecord(fmu=file_hash(fmu)))
+        return fmu
+
+    def made(name: str) -> Path:
         version, colon, model = name.partition(":")
         what, *options = (model or name).split("+")
         if what == "kinds":
@@ -33,4 +46,7 @@ def c_fmu(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption(
         "--update", action="store_true", help="write reference series and golden files anew"
+    )
+    parser.addoption(
+        "--workers", action="store_true", help="C models run in processes of their own"
     )

@@ -38,7 +38,10 @@ RUNTIME_FLAGS = ("-DM4E_SHARED", "-s")
 """Of the runtime as a library of its own, which exports its functions, those of masters too."""
 SHELL_FLAGS = ("-s",)
 """Of the library of native FMUs, which exports nothing but FMI."""
-NOT_IN_FMUS = ("component_3.c", "ensemble.c", "lanes.c", "loop.c", "monitor.c", "typed.c")
+NOT_IN_FMUS = (
+    *("component_3.c", "ensemble.c", "lanes.c", "loop.c", "monitor.c", "typed.c"),
+    *("remote.c", "remote_calls.c", "remote_server.c"),
+)
 """Sources for running many models, or a master."""
 
 VECTOR_FLAGS = {

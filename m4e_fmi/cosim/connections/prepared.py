@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from m4e_fmi.cosim.connections.links import Link, Wiring
@@ -11,6 +12,7 @@ from m4e_fmi.cosim.connections.timing import Timing, timings
 from m4e_fmi.cosim.system.component_steps import ComponentSteps
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.fmu.importer.reading import Description
+from m4e_fmi.fmu.importer.worker import Host
 from m4e_fmi.shown import listing
 
 
@@ -20,8 +22,9 @@ class Prepared:
 
     `system` has the step that meets the points of all components. `descriptions` are those of the
     FMUs by component, with probed dependencies; `rates` the steps of the components that have their
-    own. `notes` say what preparation has changed or found, `warnings` what seems to be wrong:
-    missing connections, FMUs whose saved states fail; one line each.
+    own, `hosts` the conditions of those that run in processes of their own. `notes` say what
+    preparation has changed or found, `warnings` what seems to be wrong: missing connections, FMUs
+    whose saved states fail; one line each.
     """
 
     system: System
@@ -29,6 +32,7 @@ class Prepared:
     wiring: Wiring = field(repr=False)
     structure: Structure = field(repr=False)
     rates: ComponentSteps = field(repr=False)
+    hosts: Mapping[str, Host] = field(default_factory=dict, repr=False)
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
 

@@ -21,6 +21,7 @@ from m4e_fmi.fmu.importer.calls import (
 )
 from m4e_fmi.fmu.importer.messages import STATUS, Messages
 from m4e_fmi.fmu.importer.reading import Description
+from m4e_fmi.fmu.importer.worker import Worker
 
 LAST_ERROR = "last_error"
 """Name of the string variable in which an FMU may explain an error."""
@@ -67,6 +68,18 @@ def failed_step(time: float, size: float) -> str:
     if begin == end:
         return f"a step of {size:.3g} s from t = {begin} failed"
     return f"the step from t = {begin} to {end} failed"
+
+
+def worker_lost(origin: str, when: str, worker: Worker) -> RunError:
+    """The error of an FMU, `origin`, whose process is gone; `when` says at what time, or step."""
+    words = f": {worker.words}" if worker.words else ""
+    message = f"{origin}: {when}: its process {worker.ending} in {worker.call}{words}"
+    remedy = (
+        "give it more time (`limits` of the component), or look for what it waits for"
+        if "return" in worker.ending
+        else "the FMU is faulty: `m4e-fmi validate` on the file tells more"
+    )
+    return RunError(message, remedy)
 
 
 def value_out_of_range(

@@ -25,6 +25,7 @@ from m4e_fmi.cosim.exchange.failures import (
     Warned,
     failed_step,
     value_out_of_range,
+    worker_lost,
 )
 from m4e_fmi.cosim.exchange.loading.binary import Binary
 from m4e_fmi.errors import RunError
@@ -49,10 +50,11 @@ from m4e_fmi.fmu.importer.calls import (
     value_in,
 )
 from m4e_fmi.fmu.importer.calls.classic import Classic
-from m4e_fmi.fmu.importer.calls.scaled import scaled_getter, scaled_setter
+from m4e_fmi.fmu.importer.calls.scaled import InputScales, scaled_getter, scaled_setter
 from m4e_fmi.fmu.importer.messages import Listener, Messages
 from m4e_fmi.fmu.importer.reading import Description
 from m4e_fmi.fmu.importer.type_rules import REAL
+from m4e_fmi.fmu.importer.worker import LATE, LOST
 from m4e_fmi.signals import not_lost
 
 
@@ -60,7 +62,9 @@ class Instance:
     """An instance of a loaded FMU for the component `name`; `close` it, or use it in a with block.
 
     The FMU hears the name with a `suffix`, of instances beside that of the run; nobody else does.
-    `scales` are factor and offset of the inputs that are set otherwise than by their own values.
+    `scales` are factor and offset of inputs: calls that set or read one carry v where the FMU has
+    factor·v + offset, so that the master's values are in the unit of its source; `read` tells the
+    FMU's own.
     A `listener` hears what the FMU logs with another status than OK; `warned` counts the steps that
     it has answered with Warning.
 
@@ -85,7 +89,7 @@ class Instance:
         self.time = self._start = 0.0
         self._broken = False
         self._initialised = False
-        self.scales: dict[str, tuple[float, float]] = {}
+        self.scales = InputScales()
         self._states: dict[int, ctypes.c_void_p] = {}
         self._places: dict[int, tuple[Call, Call]] = {}
         self._readers: dict[str, tuple[Call, np.ndarray]] = {}
@@ -103,8 +107,12 @@ class Instance:
     def __enter__(self) -> Instance:
         return self
 
-    def __exit__(self, *_: object) -> None:
-        self.close()
+    def __exit__(self, kind: object, *_: object) -> None:
+        try:
+            self.close()
+        except RunError:
+            if kind is None:  # else the error that ended the run is raised
+                raise
 
     @not_lost()
     def _open(self) -> None:
@@ -113,6 +121,7 @@ class Instance:
             self._fmu.instantiate(self._told_name, self._messages)
         except Exception as error:
             self._fmu.component = None
+            self._check_worker("fmi2Instantiate")
             message = f"{self._origin}: cannot be instantiated{self._why.words()}"
             raise RunError(message, "check the FMU alone: `fmpy simulate` on the file") from error
 
@@ -204,30 +213,16 @@ class Instance:
         """From now on, a step ends at an event within it, with EventWithinError."""
         self._fmu.events.goes_on = False
 
-    def scale_input(self, name: str, factor: float, offset: float) -> None:
-        """From now on, calls that set or read `name` carry v where the FMU has factor·v + offset.
-
-        So the master's values are in the unit of the input's source. `read` tells the FMU's own.
-        """
-        self.scales[name] = factor, offset
-
-    def scales_of(self, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray] | None:
-        """Factors and offsets (n_names,), in FMU units over the sources'; None if all are plain."""
-        if not any(name in self.scales for name in names):
-            return None
-        factor, offset = np.array([self.scales.get(name, (1.0, 0.0)) for name in names]).T
-        return factor, offset
-
     def getter(self, names: Sequence[str], view: np.ndarray) -> Call:
         """A call that reads the Reals `names` into `view` (n_names,), in their sources' units."""
-        scales = self.scales_of(names)
+        scales = self.scales.of(names)
         if scales is None:
             return self.own_getter(names, view)
         return scaled_getter(partial(self.own_getter, names), view, *scales)
 
     def setter(self, names: Sequence[str], view: np.ndarray) -> Call:
         """A call that sets the Reals `names` from `view` (n_names,), in their sources' units."""
-        scales = self.scales_of(names)
+        scales = self.scales.of(names)
         if scales is None:
             return self.own_setter(names, view)
         return scaled_setter(partial(self.own_setter, names), view, *scales)
@@ -292,6 +287,11 @@ class Instance:
         if status > WARNING:
             self.fail(status, "fmi2GetFMUstate")
 
+    def flush(self) -> None:
+        """Have the FMU take values that were set, where that waits for its next call."""
+        if self._binary.worker and not self._broken and (status := self._binary.worker.flush()):
+            self.fail(status, "fmi2SetReal")
+
     def restore_state(self, time: float, place: int = 0) -> None:
         """Bring the FMU back to the state kept in a place at `time` [s], also after a failed step.
 
@@ -311,7 +311,7 @@ class Instance:
         self._check_usable()
         of = self.description.variables
         value = self.rollback.directional_derivative(of[output], of[known])
-        return value * self.scales.get(known, (1.0, 0.0))[0]
+        return value * self.scales.factor(known)
 
     @not_lost()
     def value(self, name: str) -> Value:
@@ -342,6 +342,13 @@ class Instance:
     def fail(self, status: Status, function: str, size: float = 0.0) -> NoReturn:
         """Raise the error of this status of `function`; `size` is that of a failed step [s]."""
         self._broken = True
+        worker = self._binary.worker
+        if worker and status == LATE:
+            status, function = worker.late
+        if worker and worker.ending:
+            self._fmu.component = None
+            when = failed_step(self.time, size) if function == "fmi2DoStep" else self._when
+            raise worker_lost(self._origin, when, worker)
         what = f"{self._fmu.name(function)} answered {ANSWERS.get(status, status)}"
         words = self._why.words(status)
         remedy = "fix the problem stated by the FMU" if words else "check its inputs and parameters"
@@ -362,6 +369,11 @@ class Instance:
                 self._fmu.events.ended = self.time if reached is None else reached
             raise kind(message, remedy, reached, self.name, size)
         raise RunError(message, remedy)
+
+    def _check_worker(self, function: str) -> None:
+        """RunError if the FMU's worker is gone."""
+        if self._binary.worker and self._binary.worker.ending:
+            self.fail(LOST, function)
 
     @property
     def _when(self) -> str:
@@ -394,7 +406,8 @@ class Instance:
         for state in states:
             if not self._broken:
                 self.rollback.free_state(state)
-        if status < FATAL:
+        if status < FATAL or status == LATE:
             fmu.free()
             self._binary.in_use -= 1
         fmu.component = None
+        self._check_worker("fmi2FreeInstance")

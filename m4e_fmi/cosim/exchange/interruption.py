@@ -14,6 +14,8 @@ from contextlib import contextmanager, suppress
 
 import numpy as np
 
+from m4e_fmi.errors import RunError
+from m4e_fmi.fmu.importer.worker import end_busy
 from m4e_fmi.signals import ENDING, ending, handled, held, let_through, not_lost, terminate
 
 TICK = 0.1
@@ -22,8 +24,9 @@ GRACE = 10.0
 """Seconds that a call of an FMU may still take after a signal that asks for the end; then the
 process ends without it. Ctrl-C waits."""
 PATIENCE = 0.5
-"""Seconds after Ctrl-C until a call that goes on is told of; after the second, until the process
-ends without it (but not an interactive one)."""
+"""Seconds after a signal that asks for the end until workers are killed whose call goes on, and the
+user is told of a call in this process; so much later than the second Ctrl-C, the process ends
+without that (but not an interactive one)."""
 
 
 def quiet() -> np.errstate:
@@ -51,6 +54,13 @@ def setting_up() -> Generator[None]:
     """Around calls of FMUs before the first step: signals act at once, or after a call."""
     asking = _ours()
     with held(), same_folder(), _ticking(asking), let_through(), not_lost():
+        yield
+
+
+@contextmanager
+def closing_down() -> Generator[None]:
+    """Around the end of FMUs: signals end workers whose call goes on."""
+    with same_folder(), _ticking(_ours()):
         yield
 
 
@@ -83,7 +93,12 @@ def stepping(
             if noted:
                 raise ending(noted[0])
 
-        yield check
+        try:
+            yield check
+        except RunError as error:  # of a worker that was ended
+            if noted:
+                raise ending(noted[0]) from error
+            raise
         check()
 
 
@@ -144,11 +159,12 @@ def _tick(
     halt: Callable[[], None] | None,
     where: Callable[[], str],
 ) -> None:
-    """Halt steps now and then; end the process if a call goes on after a signal `asking` for it.
+    """Halt steps now and then; after a signal, end workers, or the process, if a call goes on.
 
-    So it ends after a second Ctrl-C; after the first, the user is told what the run waits for.
+    The process ends after a signal `asking` for it, and after a second Ctrl-C; after the first, the
+    user is told what the run waits for.
     """
-    last, number, presses, tell = np.inf, 0, 0, np.inf
+    last, number, presses, tell, told = np.inf, 0, 0, np.inf, False
     while clock.monotonic() < last:
         ready, _, _ = select.select([done], [], [], TICK)
         numbers = done.recv(64) if ready else b""
@@ -156,17 +172,18 @@ def _tick(
             return
         if halt:
             halt()
+        soon = clock.monotonic() + PATIENCE
+        if numbers and not told:
+            tell = min(tell, soon)
         if signal.SIGINT in numbers:
             presses += numbers.count(signal.SIGINT)
-            soon = clock.monotonic() + PATIENCE
-            if presses == 1:
-                tell = soon
-            elif not _is_interactive():
+            if presses > 1 and not _is_interactive():
                 number, last = number or signal.SIGINT, min(last, soon)
         if clock.monotonic() > tell:
-            tell = np.inf
-            again = "" if _is_interactive() else "; press Ctrl-C again to end at once"
-            _say(f"waiting for an FMU to end its step{where()}{again}")
+            tell, told = np.inf, True
+            if not end_busy() and presses:
+                again = "" if _is_interactive() else "; press Ctrl-C again to end at once"
+                _say(f"waiting for an FMU to end its step{where()}{again}")
         if number in (0, signal.SIGINT) and (asked := asking.intersection(numbers)):
             number, last = asked.pop(), min(last, clock.monotonic() + GRACE)
     name = signal.Signals(number).name

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Generator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
-from typing import cast
+from typing import Any, cast
 
 from m4e_fmi.cosim.checkpoint.memory import memory, remember
 from m4e_fmi.cosim.checkpoint.state import Memory, State
@@ -15,7 +15,7 @@ from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport
 from m4e_fmi.cosim.error_estimate.step_doubling import StepDoublingEstimator
 from m4e_fmi.cosim.exchange.events import ended, ended_at_once
 from m4e_fmi.cosim.exchange.fmu_log import FmuMessage, Journal, Warn
-from m4e_fmi.cosim.exchange.interruption import same_folder, setting_up, stepping
+from m4e_fmi.cosim.exchange.interruption import closing_down, same_folder, setting_up, stepping
 from m4e_fmi.cosim.exchange.loading.binary import Binary, binaries
 from m4e_fmi.cosim.exchange.network import Change, Network
 from m4e_fmi.cosim.master import ticking
@@ -82,15 +82,20 @@ class Master:
 
     def __enter__(self) -> Master:
         with setting_up(), ExitStack() as stack:
-            self._loaded = binaries(self._prepared.descriptions, stack)
+            self._loaded = self._binaries(stack)
             self.network = self._initialised(self._loaded, stack, self._journal, "")
             self._prepare(stack)
             self._open = stack.pop_all()
         return self
 
-    def __exit__(self, *_: object) -> None:
-        with same_folder():
-            self._open.close()
+    def __exit__(self, *error: Any) -> None:
+        with closing_down():
+            self._open.__exit__(*error)
+
+    def _binaries(
+        self, stack: ExitStack, loaded: Mapping[str, Binary] | None = None
+    ) -> dict[str, Binary]:
+        return binaries(self._prepared.descriptions, stack, loaded, self._prepared.hosts)
 
     def _initialised(
         self, loaded: Mapping[str, Binary], stack: ExitStack, journal: Journal | None, suffix: str
@@ -115,9 +120,8 @@ class Master:
         if isinstance(self._algorithm, Undoing) and self._shortens:
             for instance in self.network.instances.values():
                 instance.stop_at_events()
-        self._energy = EnergyBalance(
-            self.network, self._prepared.wiring.bonds, self._algorithm.followed
-        )
+        bonds = self.network.scenario.untouched(self._prepared.wiring.bonds)
+        self._energy = EnergyBalance(self.network, bonds, self._algorithm.followed)
         self._estimator: ErrorEstimator | None = None
         self._unwatched = ""
         self._second_look = SecondLook(self.network)
@@ -154,7 +158,7 @@ class Master:
 
     def _second(self, stack: ExitStack) -> Network:
         """A second network at the start time; `stack` closes it."""
-        loaded = binaries(self._prepared.descriptions, stack, self._loaded)
+        loaded = self._binaries(stack, self._loaded)
         return self._initialised(loaded, stack, None, SECOND_SET)
 
     def certificate(self) -> CouplingErrorReport | str:
@@ -205,7 +209,21 @@ class Master:
         """Components' own steps, what the algorithm does without, and events; one line each."""
         own = [f"{name} {rate}" for name, rate in self._prepared.rates.items()]
         seen = network_notes(self.network, self._time_loop.switches)
+        seen += self._unbalanced()
         return (*own, *self._algorithm.notes, *seen, *([self.ended] if self.ended else []))
+
+    def _unbalanced(self) -> list[str]:
+        """The bonds whose energies are not summed; no line if there are none."""
+        bonds = self._prepared.wiring.bonds
+        kept = self.network.scenario.untouched(bonds)
+        names = [bond.name for bond in bonds if bond not in kept]
+        told = f"the scenario changes signals of {' and '.join(names)}: no energy balance there"
+        return [told] if names else []
+
+    @property
+    def scenario(self) -> tuple[str, ...]:
+        """When the actions of the scenario began and ended up to the present point, a line each."""
+        return self.network.scenario.told()
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -305,6 +323,7 @@ class Master:
             self.is_stepping = True
             room = self._second_look.room(self.steps) or ENERGY_BLOCK
             self._time_loop.advance(int(min(room, most)))
+            self.network.flush()
         except RunError as failure:
             step_size = self._prepared.system.simulation.step_size
             error = at_every_length(failure, self._time_loop, step_size)

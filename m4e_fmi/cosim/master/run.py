@@ -325,6 +325,7 @@ def _outcome(begun: _Begun, wall_time: float, given: Path, *, certify: bool) -> 
         rejected=master.rejected,
         certificate=master.certificate() if certify else "",
         messages=master.messages,
+        scenario=master.scenario,
     )
 
 

@@ -31,12 +31,11 @@ from m4e_fmi.cosim.connections.links import Wiring
 from m4e_fmi.cosim.connections.structure import exchange_graph
 from m4e_fmi.cosim.exchange.interruption import setting_up
 from m4e_fmi.cosim.preparation.trial_instances import Instances, Subject, driven_inputs
-from m4e_fmi.cosim.system.component import Component
-from m4e_fmi.cosim.system.simulation import Simulation
 from m4e_fmi.cosim.system.start_values import Value
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.importer.reading import Description
+from m4e_fmi.fmu.importer.worker import Host
 
 SHARES = 1e-3, 1.0
 """By how much an input is moved alone, over its size."""
@@ -58,7 +57,10 @@ class Probe:
 
 
 def probed(
-    system: System, descriptions: Mapping[str, Description], wiring: Wiring
+    system: System,
+    descriptions: Mapping[str, Description],
+    wiring: Wiring,
+    hosts: Mapping[str, Host],
 ) -> tuple[dict[str, Description], list[str]]:
     """The descriptions with what probing has found, and what is to be said of it, line by line."""
     result, told = dict(descriptions), dict[str, list[str]]()
@@ -76,7 +78,8 @@ def probed(
         asked = _Asked(outputs, inputs, others, driven[component.name])
         key = description.path, start, component.step_size, asked
         if key not in known:
-            known[key] = _probe(component, description, system.simulation, asked)
+            new = Instances(component, description, system.simulation, hosts.get(component.name))
+            known[key] = _probe(new, description, asked)
         found = known[key]
         rest = frozenset(v.name for v in description.of_causality("input")).difference(inputs)
         needs = {
@@ -143,14 +146,11 @@ def _line(found: Probe, outputs: Sequence[str], none: str) -> str:
     return f"probed, {'; '.join(texts)}" if texts else ""
 
 
-def _probe(
-    component: Component, description: Description, simulation: Simulation, asked: _Asked
-) -> Probe:
+def _probe(new: Instances, description: Description, asked: _Asked) -> Probe:
     """The result for outputs in loops, and for those that are lost."""
     if description.once_per_process:
         failure = "its FMU allows one instance only, so that it is not probed"
         return Probe({}, {}, failure if asked.outputs else "")
-    new = Instances(component, description, simulation)
     every = (*asked.outputs, *asked.others)
     try:
         with setting_up():
@@ -234,7 +234,7 @@ def _late(new: Instances, outputs: Sequence[str], inputs: Sequence[str]) -> set[
     Nor before the next step, when it is back: what follows it at once is not late.
     """
 
-    def course(share: float) -> tuple[list[Value], ...]:
+    def trajectory(share: float) -> tuple[list[Value], ...]:
         """Outputs after a step with the inputs moved, with the inputs back, and a step later."""
         with new.instance() as instance:
             subject = Subject(instance, outputs, inputs)
@@ -246,7 +246,7 @@ def _late(new: Instances, outputs: Sequence[str], inputs: Sequence[str]) -> set[
             subject.step(new.short_step)
             return first, still, subject.read()
 
-    moved, unmoved = course(SHARES[0]), course(0.0)
+    moved, unmoved = trajectory(SHARES[0]), trajectory(0.0)
     found = set()
     for name, *values in zip(outputs, *moved, *unmoved, strict=True):
         first, still, second = (

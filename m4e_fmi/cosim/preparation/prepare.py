@@ -22,8 +22,10 @@ from m4e_fmi.cosim.preparation.doubtful_values import (
     reversed_forces,
     start_values_without_effect,
 )
+from m4e_fmi.cosim.preparation.hosts import hosts, without_library
 from m4e_fmi.cosim.preparation.state_trials import without_forgetful
 from m4e_fmi.cosim.preparation.surroundings import differing
+from m4e_fmi.cosim.scenario.plan import scenario_problems
 from m4e_fmi.cosim.system.component_steps import ComponentSteps, pace, refined, rounded
 from m4e_fmi.cosim.system.component_units import with_units
 from m4e_fmi.cosim.system.system import System
@@ -55,11 +57,15 @@ def prepare(
     fmus = ready_fmus(system, build_directory, native=native, tell=tell, drafts=drafts)
     descriptions = _described(system, fmus)
     wiring, paced, rates, notes = _connected(system, descriptions)
-    descriptions, found = probed(paced, with_stated(system, descriptions), wiring)
-    descriptions, forgetful = without_forgetful(paced, descriptions, wiring)
+    apart = hosts(system, descriptions)
+    if missing := without_library(apart):
+        apart = {}
+    descriptions, found = probed(paced, with_stated(system, descriptions), wiring, apart)
+    descriptions, forgetful = without_forgetful(paced, descriptions, wiring, apart)
     wiring, late = broken(descriptions, wiring, rates)
     structure = analyse(descriptions, wiring)
     warnings = (
+        *missing,
         *forgetful,
         *unconnected_parameters(system, descriptions, wiring),
         *loose_ends(system, descriptions, wiring),
@@ -68,7 +74,7 @@ def prepare(
         *reversed_forces(system, descriptions, wiring),
     )
     notes = (*rounded(system.simulation), *notes, *found, *late)
-    return Prepared(paced, descriptions, wiring, structure, rates, notes, warnings)
+    return Prepared(paced, descriptions, wiring, structure, rates, apart, notes, warnings)
 
 
 def _described(system: System, fmus: Mapping[str, ReadyFmu]) -> dict[str, Description]:
@@ -107,6 +113,8 @@ def _connected(
         raise InputError([*problems, *error.problems]) from None
     if wiring is None:
         raise InputError(problems)
+    if found := scenario_problems(paced, descriptions, wiring):
+        raise InputError(found)
     return wiring, paced, rates, [note] if note else []
 
 

@@ -19,21 +19,21 @@ from m4e_fmi.cosim.connections.links import Wiring
 from m4e_fmi.cosim.exchange.interruption import setting_up
 from m4e_fmi.cosim.exchange.loading.binary import OWN, PYTHON
 from m4e_fmi.cosim.preparation.trial_instances import Instances, Subject, driven_inputs
-from m4e_fmi.cosim.system.component import Component, FmuFile, Kind, ModelFile
-from m4e_fmi.cosim.system.simulation import Simulation
+from m4e_fmi.cosim.system.component import FmuFile, Kind, ModelFile
 from m4e_fmi.cosim.system.start_values import Value
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.importer.opening import opened
 from m4e_fmi.fmu.importer.reading import Description
 from m4e_fmi.fmu.importer.type_rules import TYPES
+from m4e_fmi.fmu.importer.worker import Host
 
 BEFORE, AGAIN = 2, 4
 """Steps up to the state that is kept, and steps that are made from it twice."""
 SAME, ROUNDING = 1e-3, 1e-9
 """Shares of what an output does there, and of its size, by which repetitions may differ."""
 GROSS, TOLERANCE = 0.2, 1e-3
-"""The same where one of the courses has gone on, and the other begins anew."""
+"""The same where one of the trajectories has gone on, and the other begins anew."""
 OWN_KINDS = "m4e_fmus.", "m4e_adapters."
 """Packages of the kinds that come with this one."""
 
@@ -43,7 +43,10 @@ class _FaultError(Exception):
 
 
 def without_forgetful(
-    system: System, descriptions: Mapping[str, Description], wiring: Wiring
+    system: System,
+    descriptions: Mapping[str, Description],
+    wiring: Wiring,
+    hosts: Mapping[str, Host],
 ) -> tuple[dict[str, Description], list[str]]:
     """The descriptions as they hold in a run, and a line for each FMU that cannot go back."""
     result = dict(descriptions)
@@ -60,7 +63,8 @@ def without_forgetful(
         start = tuple(sorted((name, str(value)) for name, value in component.start.items()))
         key = description.path, start, component.step_size, inputs
         if key not in known:
-            known[key] = _fault(component, description, system.simulation, inputs)
+            new = Instances(component, description, system.simulation, hosts.get(component.name))
+            known[key] = _fault(new, description, inputs)
         if known[key]:
             result[component.name] = replace(description, saves_state=False)
             told.setdefault((description.path.name, known[key]), []).append(component.name)
@@ -84,19 +88,16 @@ def _is_own(source: FmuFile | ModelFile | Kind, description: Description) -> boo
         return PYTHON not in archive.namelist()
 
 
-def _fault(
-    component: Component, description: Description, simulation: Simulation, inputs: Sequence[str]
-) -> str:
+def _fault(new: Instances, description: Description, inputs: Sequence[str]) -> str:
     """Why an FMU cannot go back; empty if it can, or if steps cannot be made."""
     outputs = [v.name for v in description.of_causality("output") if v.type in TYPES]
-    new = Instances(component, description, simulation)
     for moves in (True, False):
         try:
-            courses = _courses(new, outputs, inputs, moves=moves)
-            different = _different(outputs, *courses)
+            trajectories = _trajectories(new, outputs, inputs, moves=moves)
+            different = _different(outputs, *trajectories)
             if different:  # but for clocks and the like, which no other instance repeats either
-                first, *_ = _courses(new, outputs, inputs, moves=moves)
-                different -= _apart(outputs, courses[0], first, SAME, ROUNDING)
+                first, *_ = _trajectories(new, outputs, inputs, moves=moves)
+                different -= _apart(outputs, trajectories[0], first, SAME, ROUNDING)
         except _FaultError as fault:
             return str(fault)
         except RunError:
@@ -105,7 +106,7 @@ def _fault(
     return ""
 
 
-def _courses(
+def _trajectories(
     new: Instances, outputs: Sequence[str], inputs: Sequence[str], *, moves: bool
 ) -> list[list[list[Value]]]:
     """The outputs along the same steps three times: going on, and after two returns.
@@ -123,17 +124,17 @@ def _courses(
             instance.save_state()
         except RunError as error:
             raise _FaultError(f"its state cannot be saved ({error.message})") from error
-        found = [list(_course(subject, new.step))]
+        found = [list(_trajectory(subject, new.step))]
         try:
             for _ in range(2):
                 instance.restore_state(time)
-                found.append(list(_course(subject, new.step)))
+                found.append(list(_trajectory(subject, new.step)))
         except RunError as error:
             raise _FaultError(f"it fails after rollback ({error.message})") from error
     return found
 
 
-def _course(subject: Subject, size: float) -> Iterator[list[Value]]:
+def _trajectory(subject: Subject, size: float) -> Iterator[list[Value]]:
     """The outputs after each of some steps of `size` [s]."""
     for _ in range(AGAIN):
         subject.step(size)
@@ -148,8 +149,8 @@ def _different(
 ) -> set[str]:
     """The outputs that a return does not bring back.
 
-    After both returns solvers begin anew, and do the same; beside the course that went on, where
-    they did not, they may be off by their tolerance.
+    After both returns solvers begin anew, and do the same; beside the trajectory that went on,
+    where they did not, they may be off by their tolerance.
     """
     return _apart(outputs, second, third, SAME, ROUNDING) | _apart(
         outputs, first, second, GROSS, TOLERANCE

@@ -10,11 +10,12 @@ import numpy as np
 
 from m4e_fmi.cosim.connections.links import Wiring
 from m4e_fmi.cosim.exchange.instance import WARNING, Instance
-from m4e_fmi.cosim.exchange.loading.binary import Binary, Files
+from m4e_fmi.cosim.exchange.loading.binary import Files, opened_binary
 from m4e_fmi.cosim.system.component import Component
 from m4e_fmi.cosim.system.simulation import Simulation
 from m4e_fmi.cosim.system.start_values import Value, start_values
 from m4e_fmi.fmu.importer.reading import Description, Variable
+from m4e_fmi.fmu.importer.worker import Host
 from m4e_fmi.signals import not_lost
 
 TOGETHER = 1e-2
@@ -37,9 +38,13 @@ class Instances:
     """New instances of a component, initialised with its start values."""
 
     def __init__(
-        self, component: Component, description: Description, simulation: Simulation
+        self,
+        component: Component,
+        description: Description,
+        simulation: Simulation,
+        host: Host | None,
     ) -> None:
-        self._component, self._simulation = component, simulation
+        self._component, self._simulation, self._host = component, simulation, host
         self._description = replace(description, path=description.path.absolute())
         own = description.internal_step or simulation.step_size
         self.step = float(component.own_step or own)
@@ -53,7 +58,7 @@ class Instances:
         origin = f"{name} ({self._description.path.name})"
         with (
             closing(Files(self._description)) as files,
-            Binary(self._description, files, origin=origin) as binary,
+            opened_binary(self._description, files, origin=origin, host=self._host) as binary,
             Instance(name, self._description, binary, suffix=PROBE) as instance,
         ):
             instance.setup(start=times.start_time, stop=times.stop_time, tolerance=times.tolerance)

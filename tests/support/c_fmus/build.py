@@ -286,6 +286,7 @@ OPTIONS = {
     "picky": ("PICKY", ""),
     "loud": ("LOUD", ""),
     "anonymous": ("ANONYMOUS", ""),
+    "armed": ("", ""),
 }
 """Capabilities that an FMU may have or lack: compiler flag and attribute of the description.
 
@@ -294,7 +295,8 @@ of a fiftieth all but 0.02 s. One that clears shows zeros when something has bee
 made a step; one that refreshes shows what a step has made when something has been set. A loud one
 warns with its name when it is initialised, an anonymous one without saying which instance it is.
 One with a state as bytes can give it to another process. One with a state that forgets does not
-bring its last variable back; one that claims has no state.
+bring its last variable back; one that claims has no state. An armed one does harm when the file
+`trouble_file` says so: see trouble.h.
 """
 
 
@@ -306,7 +308,8 @@ def build(name: str, folder: Path) -> Path:
     library = folder / (name + fmpy.sharedLibraryExtension)
     headers = Path(fmpy.__file__).parent / "c-code"
     flags = ["-DMOVES"] if model == "moving_partner" else []
-    flags += [f"-D{OPTIONS[option][0]}" for option in options]
+    flags += [f"-D{OPTIONS[option][0]}" for option in options if option != "armed"]
+    flags += armed(folder / name, options)
     command = ["cc", "-O1", "-shared", "-fPIC", "-w", f"-I{headers}", f"-I{HERE}"]
     command += [f'-DMODEL="{source}"', *flags, str(HERE / "shell.c"), "-lm", "-o", str(library)]
     subprocess.run(command, check=True)
@@ -315,6 +318,16 @@ def build(name: str, folder: Path) -> Path:
         archive.writestr("modelDescription.xml", describe(name, variables, options))
         archive.write(library, f"binaries/{fmpy.platform}/{library.name}")
     return fmu
+
+
+def armed(fmu: Path, options: Sequence[str]) -> list[str]:
+    """The compiler's flag of an armed FMU."""
+    return [f'-DARMED="{trouble_file(fmu)}"'] if "armed" in options else []
+
+
+def trouble_file(fmu: Path) -> Path:
+    """The file that arms an FMU: a line of call, fault and time [s]."""
+    return fmu.with_suffix(".trouble")
 
 
 def describe(name: str, variables: tuple[V, ...], options: Sequence[str] = ()) -> str:

@@ -4,17 +4,18 @@
  * values, `update` (outputs from states and inputs; in initialization mode too) and `advance` (one
  * step; returns a status). Everything else of FMI answers "not supported", but is there, because
  * FMPy resolves all functions. STATE, INPUTS and JACOBIAN add what some FMUs can do: save and restore
- * their state, follow inputs that are polynomials of time (`at`), tell directional derivatives.
+ * their state (turn it into BYTES, too), follow inputs that are polynomials of time (`at`), tell directional derivatives.
  * LAZY makes it compute outputs in steps only, PICKY refuse values beyond 0.5 once it is initialised.
  * CONSTANT and OWN_STEP make it refuse steps of another size than its first, or than OWN_STEP.
  * CLEARS makes it lose all that can be read when anything is set after initialization, up to the end
- * of the next step. FORGETS makes it leave its last variable as it is when it goes back. REFRESHES makes it compute outputs when something is set, and not after steps.
+ * of the next step. ARMED has it do harm: see trouble.h. FORGETS makes it leave its last variable as it is when it goes back. REFRESHES makes it compute outputs when something is set, and not after steps.
  */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "fmi2Functions.h"
+#include "trouble.h"
 
 typedef struct {
     double *r;      /* Real variables */
@@ -99,6 +100,7 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
                               const fmi2CallbackFunctions *functions, fmi2Boolean visible,
                               fmi2Boolean logging) {
     if (taken()) return NULL;
+    trouble("instantiate", INFINITY);
     Model *m = calloc(1, sizeof *m);
     m->r = malloc(sizeof start);
     memcpy(m->r, start, sizeof start);
@@ -116,6 +118,7 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
 
 void fmi2FreeInstance(fmi2Component c) {
     Model *m = c;
+    trouble("free", m->t);
     release();
     free(m->r);
     free(m->d1);
@@ -127,6 +130,7 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean d, fmi2Real tol, fmi
 fmi2Status fmi2EnterInitializationMode(fmi2Component c) { ((Model *)c)->running = 1; return fmi2OK; }
 /* LOUD: says its name. ANONYMOUS: loses the environment, with which the importer tells instances. */
 fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
+    trouble("initialise", INFINITY);
     ((Model *)c)->initialised = 1;
     show(c);
 #ifdef LOUD
@@ -134,11 +138,15 @@ fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
 #endif
     return fmi2OK;
 }
-fmi2Status fmi2Terminate(fmi2Component c) { return fmi2OK; }
+fmi2Status fmi2Terminate(fmi2Component c) {
+    trouble("terminate", ((Model *)c)->t);
+    return fmi2OK;
+}
 fmi2Status fmi2Reset(fmi2Component c) { memcpy(((Model *)c)->r, start, sizeof start); return fmi2OK; }
 
 fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Real v[]) {
     Model *m = c;
+    if (m->initialised) trouble("get", m->t);
     if (m->stale && m->running) { update(m); m->stale = 0; }
     const double *r = m->r;
 #ifdef CLEARS
@@ -158,6 +166,7 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n,
     for (size_t i = 0; i < n && m->running; i++)
         if (fabs(v[i]) > 0.5) return fmi2Error;
 #endif
+    if (m->initialised) trouble("set", m->t);
     for (size_t i = 0; i < n; i++) m->r[vr[i]] = v[i];
     memset(m->shown, 0, N * sizeof(double));
 #ifdef LAZY
@@ -183,6 +192,7 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_un
         SAY(m, fmi2Error, "I make steps of %.17g s, not of %.17g s", m->size, h);
         return fmi2Error;
     }
+    trouble("step", t);
     fmi2Status status = advance(m, t, h);
     for (int i = 0; i < N; i++) {
         if (m->d1[i] || m->d2[i]) m->r[i] = at(m, i, h);

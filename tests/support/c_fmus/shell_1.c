@@ -35,7 +35,7 @@ fmi1Status FMI(fmiInitializeSlave)(fmi1Component c, fmi1Real t0, fmi1Boolean sto
     show(m);
     return fmi1OK;
 }
-fmi1Status FMI(fmiTerminateSlave)(fmi1Component c) { return fmi1OK; }
+fmi1Status FMI(fmiTerminateSlave)(fmi1Component c) { return (fmi1Status)fmi2Terminate(c); }
 fmi1Status FMI(fmiResetSlave)(fmi1Component c) { return fmi1Error; }
 fmi1Status FMI(fmiSetDebugLogging)(fmi1Component c, fmi1Boolean on) { return fmi1OK; }
 

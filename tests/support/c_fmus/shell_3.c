@@ -50,7 +50,7 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean d, fmi3Float6
     return STATUS_OF(fmi2EnterInitializationMode(c));
 }
 fmi3Status fmi3ExitInitializationMode(fmi3Instance c) { return STATUS_OF(fmi2ExitInitializationMode(c)); }
-fmi3Status fmi3Terminate(fmi3Instance c) { return fmi3OK; }
+fmi3Status fmi3Terminate(fmi3Instance c) { return STATUS_OF(fmi2Terminate(c)); }
 
 fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3Float64 v[], size_t n_values) {
     if (n != n_values) return fmi3Error;
@@ -69,15 +69,15 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 t, fmi3Float64 h, fmi3Boolean 
     return status;
 }
 
-#ifdef BYTES
-fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState s, size_t *n) { return STATUS_OF(fmi2SerializedFMUstateSize(c, s, n)); }
-fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState s, fmi3Byte b[], size_t n) { return STATUS_OF(fmi2SerializeFMUstate(c, s, (fmi2Byte *)b, n)); }
-fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte b[], size_t n, fmi3FMUState *s) { return STATUS_OF(fmi2DeSerializeFMUstate(c, (const fmi2Byte *)b, n, s)); }
-#endif
 #ifdef STATE
 fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *s) { return STATUS_OF(fmi2GetFMUstate(c, s)); }
 fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState s) { return STATUS_OF(fmi2SetFMUstate(c, s)); }
 fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *s) { return STATUS_OF(fmi2FreeFMUstate(c, s)); }
+#endif
+#ifdef BYTES
+fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState s, size_t *n) { return STATUS_OF(fmi2SerializedFMUstateSize(c, s, n)); }
+fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState s, fmi3Byte b[], size_t n) { return STATUS_OF(fmi2SerializeFMUstate(c, s, (fmi2Byte *)b, n)); }
+fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte b[], size_t n, fmi3FMUState *s) { return STATUS_OF(fmi2DeSerializeFMUstate(c, (const fmi2Byte *)b, n, s)); }
 #endif
 #ifdef JACOBIAN
 fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference z[], size_t nz, const fmi3ValueReference v[], size_t nv, const fmi3Float64 dv[], size_t n_dv, fmi3Float64 dz[], size_t n_dz) {

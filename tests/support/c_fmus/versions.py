@@ -9,13 +9,14 @@ from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
 import fmpy
-from support.c_fmus.build import HERE, MODELS, OPTIONS, UNITS, V
+from support.c_fmus.build import HERE, MODELS, OPTIONS, UNITS, V, armed
 
 OPTIONS_1 = {
     "inputs": 'canInterpolateInputs="true"',
     "clears": "",
     "lazy": "",
     "picky": "",
+    "armed": "",
 }
 OPTIONS_3 = {
     "state": 'canGetAndSetFMUState="true"',
@@ -29,6 +30,7 @@ OPTIONS_3 = {
     "clears": "",
     "tenth": 'fixedInternalStepSize="0.1"',
     "rigid": "",
+    "armed": "",
     "refuses": 'hasEventMode="true" mightReturnEarlyFromDoStep="true"',
 }
 FLAGS = {
@@ -119,7 +121,8 @@ def build_version(version: str, name: str, folder: Path) -> Path:
         inputs_from = next((k for k, v in enumerate(variables) if v.causality == "input"), 0)
         flags = [f'-DMODEL="{source}"', f"-DIDENTIFIER={name}", f"-DINPUTS_FROM={inputs_from}"]
         text = (description_1 if version == "1" else scalars_3)(name, variables, options)
-    flags += [f"-D{FLAGS[option]}" for option in options]
+    flags += [f"-D{FLAGS[option]}" for option in options if option != "armed"]
+    flags += armed(folder / name, options)
     platform = fmpy.platform if version == "1" else fmpy.platform_tuple
     library = folder / (name + fmpy.sharedLibraryExtension)
     headers = Path(fmpy.__file__).parent / "c-code"

@@ -4,6 +4,8 @@ Static variables of a library are shared by all instances in it, which few FMUs 
 are files of their own (the loader tells files by inode, or on Windows by path) each instance has
 its own, but for those of further libraries that it needs, which are loaded once.
 
+FMUs that are not built here are loaded in workers, one for each instance: `Hosted`.
+
 Instances share a library that is known to do no harm: one that certainly has no static variables
 (`static_data`), that of FMUs built here, and PythonFMU's, which keeps the interpreter, and there is
 but one of that. Many copies of short functions would step slower: they are in each other's way in
@@ -30,6 +32,8 @@ from m4e_fmi.cosim.exchange.loading.static_data import keeps_nothing
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.importer.reading import Description
 from m4e_fmi.fmu.importer.unpack import Unpacked
+from m4e_fmi.fmu.importer.worker import Host, Worker
+from m4e_fmi.fmu.importer.worker.proxies import callable_names, needed, proxies
 
 CLASSES = {"1.0": fmi1.FMU1Slave, "2.0": fmi2.FMU2Slave, "3.0": fmi3.FMU3Slave}
 """FMPy's, by version of FMI."""
@@ -47,31 +51,42 @@ class Files:
         self.folder = self._unpacked.folder
         platform = fmpy.platform_tuple if description.version == "3.0" else fmpy.platform
         name = description.identifier + fmpy.sharedLibraryExtension
-        self._library = self.folder / "binaries" / platform / name
+        self.library_path = self.folder / "binaries" / platform / name
         self._copies = 0
         self._tool = description.tool
+        self.workers: list[Worker] = []
 
     @cached_property
     def shares_library(self) -> bool:
         """True if instances may share the library: it keeps nothing between calls."""
         is_known = self._tool.startswith(OWN) or (self.folder / PYTHON).is_file()
-        return is_known or keeps_nothing(self._library)
+        return is_known or keeps_nothing(self.library_path)
 
     def library(self) -> Path:
         """A file of the library that nobody else has: itself at first, then copies beside it."""
-        path = self._library
+        path = self.library_path
         if self._copies:
             path = path.with_stem(f"{path.stem}_{self._copies}")
             try:
-                shutil.copyfile(self._library, path)
+                shutil.copyfile(self.library_path, path)
             except OSError as error:
-                message = f"{self._library.name}: cannot be copied for another instance: {error}"
+                message = (
+                    f"{self.library_path.name}: cannot be copied for another instance: {error}"
+                )
                 raise RunError(message, "free disk space, or set TMPDIR") from error
         self._copies += 1
         return path
 
+    def working_folder(self) -> Path:
+        """A new folder for a worker."""
+        folder = self.folder / f"worker_{len(self.workers)}"
+        folder.mkdir()
+        return folder
+
     def close(self) -> None:
-        """Remove the folder."""
+        """Wait for the end of workers, and remove the folder."""
+        for worker in self.workers:
+            worker.wait()
         self._unpacked.remove()
 
 
@@ -79,9 +94,12 @@ class Binary:
     """A library of an FMU, loaded by FMPy; `close` it.
 
     `functions` is FMPy's object for one instance, which is not instantiated: copies of it are.
-    `in_use` counts the instances; the library stays loaded if one of them cannot be freed.
+    `in_use` counts the instances; the library stays loaded if one of them cannot be freed. `worker`
+    is the process in which it is loaded, None if that is this one.
     RunError, about `origin`, if it cannot be loaded.
     """
+
+    worker: Worker | None = None
 
     def __init__(
         self, description: Description, files: Files, *, origin: str, like: Binary | None = None
@@ -91,15 +109,18 @@ class Binary:
         self.files = files
         library, here = files.library(), Path.cwd()
         try:
-            self.functions = _again(like, library) if like else _loaded(description, files, library)
-        except Exception as error:
-            text = str(error).replace(str(files.folder), "")
-            remedy = (
-                f"a library it needs is missing, or it is not an FMI {description.version} binary"
+            self._functions = (
+                _again(like, library) if like else _loaded(description, files, library)
             )
-            raise RunError(f"{origin}: its binary cannot be loaded: {text}", remedy) from error
+        except Exception as error:
+            raise _not_loaded(description, files, origin, str(error)) from error
         finally:
             os.chdir(here)  # loading leaves the process elsewhere when it fails
+
+    @property
+    def functions(self) -> Any:
+        """FMPy's object."""
+        return self._functions
 
     def __enter__(self) -> Binary:
         return self
@@ -111,6 +132,57 @@ class Binary:
         """Unload the library."""
         if self.in_use == 0:
             self.functions.freeLibrary()
+
+
+class Hosted(Binary):
+    """The library of one instance of an FMU, loaded in a worker; `functions` waits for that."""
+
+    def __init__(self, description: Description, files: Files, *, origin: str, host: Host) -> None:
+        self.in_use = 0
+        self.files, self._description, self._origin = files, description, origin
+        kind, identifier = CLASSES[description.version], description.identifier
+        self.worker = Worker(
+            origin,
+            host,
+            files.working_folder(),
+            clear=str(files.folder.parent),
+            library=str(files.library_path),
+            needed=needed(kind, identifier),
+            functions=callable_names(identifier, description.version),
+        )
+        files.workers.append(self.worker)
+        self._functions = proxies(
+            kind,
+            self.worker,
+            identifier=identifier,
+            guid=description.guid,
+            folder=str(files.folder),
+        )
+        self._waits = True
+
+    @property
+    def functions(self) -> Any:
+        """FMPy's object, once the library is loaded."""
+        assert self.worker
+        if self._waits:
+            self._waits = False
+            why = self.worker.loaded()
+            if self.worker.ending:
+                why = f"the process {why}"
+            if why:
+                raise _not_loaded(self._description, self.files, self._origin, why)
+        return self._functions
+
+    def close(self) -> None:
+        """Have the process end; `Files.close` waits for that."""
+        assert self.worker
+        self.worker.leave()
+
+
+def _not_loaded(description: Description, files: Files, origin: str, why: str) -> RunError:
+    text = why.replace(str(files.folder), "")
+    remedy = f"a library it needs is missing, or it is not an FMI {description.version} binary"
+    return RunError(f"{origin}: its binary cannot be loaded: {text}", remedy)
 
 
 def _loaded(description: Description, files: Files, library: Path) -> Any:
@@ -158,8 +230,9 @@ def binaries(
     descriptions: Mapping[str, Description],
     stack: ExitStack,
     loaded: Mapping[str, Binary] | None = None,
+    hosts: Mapping[str, Host] | None = None,
 ) -> dict[str, Binary]:
-    """Component → a library of its FMU, which `stack` closes.
+    """Component → a library of its FMU, which `stack` closes; in a worker for those of `hosts`.
 
     Components of a file share its folder, also with those that are `loaded` already; FMUs that can
     be instantiated only once per process have one each. Some share the library too: see the module.
@@ -167,10 +240,23 @@ def binaries(
     known = {descriptions[name].path: binary for name, binary in (loaded or {}).items()}
     found: dict[str, Binary] = {}
     for name, description in descriptions.items():
+        origin = f"{name} ({description.path.name})"
         last = None if description.once_per_process else known.get(description.path)
-        if last is None or not last.files.shares_library:
+        if host := (hosts or {}).get(name):
             files = last.files if last else stack.enter_context(closing(Files(description)))
-            origin = f"{name} ({description.path.name})"
-            last = stack.enter_context(Binary(description, files, origin=origin, like=last))
+            last = stack.enter_context(Hosted(description, files, origin=origin, host=host))
+        elif last is None or last.worker or not last.files.shares_library:
+            files = last.files if last else stack.enter_context(closing(Files(description)))
+            like = None if last and last.worker else last
+            last = stack.enter_context(Binary(description, files, origin=origin, like=like))
         found[name] = known[description.path] = last
     return found
+
+
+def opened_binary(
+    description: Description, files: Files, *, origin: str, host: Host | None
+) -> Binary:
+    """A library for one instance; in a worker with `host`."""
+    if host:
+        return Hosted(description, files, origin=origin, host=host)
+    return Binary(description, files, origin=origin)

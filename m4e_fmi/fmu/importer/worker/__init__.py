@@ -1,0 +1,14 @@
+"""FMUs in processes of their own, workers: a crash, a hang or an exit there is an error here.
+
+Start reading at `process`: `Worker` is one FMU in its process, with a watchdog for its calls.
+`keeper` is the program that starts workers, and what runs in them; one runs beside each master,
+without any FMU, and clears up when the master is gone. `proxies` has the functions of FMI by which
+a worker is called like a loaded library; they are in the runtime's remote.h.
+"""
+
+from __future__ import annotations
+
+from m4e_fmi.fmu.importer.worker.host import Host
+from m4e_fmi.fmu.importer.worker.process import LATE, LOST, Worker, end_busy
+
+__all__ = ["LATE", "LOST", "Host", "Worker", "end_busy"]

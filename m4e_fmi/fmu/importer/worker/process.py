@@ -1,0 +1,265 @@
+"""FMUs in processes of their own, as the master has them: started, watched, ended."""
+
+from __future__ import annotations
+
+import atexit
+import ctypes
+import json
+import mmap
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from functools import partial
+from itertools import count
+from pathlib import Path
+from typing import IO, Any
+
+from m4e_fmi.fmu.importer.worker import keeper as keeper_program
+from m4e_fmi.fmu.importer.worker.channel import Channel, function_names, remote_library
+from m4e_fmi.fmu.importer.worker.host import Host
+from m4e_fmi.runtime.library import library_path
+
+LOST, LATE = 18, 19
+"""Answers of calls beside the statuses of FMI: the worker is gone; values that have been set before
+come to the FMU only now, and it refuses them."""
+TICK = 0.05
+"""Seconds between two looks at the calls of all workers."""
+STILL = 60.0
+"""Seconds of a call after which the user is told that it goes on."""
+LAST = 5.0
+"""Seconds that a worker may take to end once its FMU is freed."""
+KEPT = 2000
+"""Characters that are kept of what a worker has printed."""
+PASSED = (
+    *("PATH", "HOME", "USER", "TMPDIR", "TEMP", "TMP", "SYSTEMROOT", "LD_LIBRARY_PATH"),
+    *("DYLD_LIBRARY_PATH", "VIRTUAL_ENV", "OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"),
+)
+"""Variables of the environment that workers get."""
+ENDS = ("Terminate", "Free", "unloading")
+"""How the names of calls begin, without prefix, that have the limit for the end."""
+
+
+class Worker:
+    """An FMU's library in a process of its own; `leave` it, then `wait` for its end.
+
+    `address` is the client's side of its channel, which is the FMU's component there. `folder` is
+    the process's working folder, to which its shared memory is written, and `name` the FMU's in
+    messages. `request` is what else the keeper's `_serve` needs. Functions in a worker answer LOST
+    from when it is gone; `ending` then says how, and is empty otherwise. `notice` is called, in
+    another thread, with a line on a call that takes long.
+    OSError if the process cannot be started.
+    """
+
+    def __init__(self, name: str, host: Host, folder: Path, **request: object) -> None:
+        runtime = remote_library()
+        assert runtime is not None
+        self.name, self.host, self.ending = name, host, ""
+        self.notice: Callable[[str], None] = lambda _: None
+        self._runtime = runtime
+        self._said, self._began, self._seen, self._told = "", time.monotonic(), 0, False
+        self._gone, self._leaving = threading.Event(), False
+        size = int(runtime.m4e_remote_size())
+        memory = folder / "shared_memory"
+        memory.write_bytes(bytes(size))  # a sparse file would crash on a full disk
+        with memory.open("r+b") as file:
+            self._memory = mmap.mmap(file.fileno(), size)
+        self._channel = Channel.from_buffer(self._memory)
+        self._channel.busy, self._channel.present = 1, len(function_names())
+        self.address: int = runtime.m4e_remote_new(ctypes.addressof(self._channel))
+        request |= {
+            "runtime": str(library_path()),
+            "memory": str(memory),
+            "folder": str(folder),
+            "limit": host.memory,
+            "environment": {name: os.environ[name] for name in host.keep if name in os.environ},
+            "path": sys.path,
+        }
+        self._keeper = _keeper()
+        self._keeper.start(self, request)
+
+    def loaded(self) -> str:
+        """Wait until the library is loaded; why it is not, empty if it is."""
+        status = self._runtime.m4e_remote_await(self.address)
+        if self.ending:
+            return self.ending
+        return self._runtime.m4e_remote_text(self.address).decode("utf-8", "replace") * bool(status)
+
+    def next_instance(self) -> None:
+        """The next instance that this thread makes by the runtime's functions is in this worker."""
+        self._runtime.m4e_remote_use(self.address)
+
+    def leave(self) -> None:
+        """Have the process end; nothing waits for that."""
+        if not (self.ending or self._leaving):
+            self._leaving = True
+            self._runtime.m4e_remote_end(self.address)
+
+    def wait(self) -> None:
+        """Wait until the process is gone, and kill it if it stays; then nothing may call it."""
+        if not self._gone.wait(LAST if self._leaving else 0.0):
+            self._keeper.kill(self)
+            self._gone.wait(LAST)
+        self._runtime.m4e_remote_free(self.address)
+
+    def end(self, why: str) -> None:
+        """Kill the process; `why` is its ending."""
+        self._lose(why)
+        self._keeper.kill(self)
+
+    def end_if_busy(self) -> None:
+        """Kill the process if a call is going on."""
+        if self._channel.busy:
+            self.end("was ended on request")
+
+    def _lose(self, why: str) -> None:
+        self.ending = self.ending or why
+        self._runtime.m4e_remote_give_up(ctypes.addressof(self._channel))
+
+    @property
+    def call(self) -> str:
+        """Name of the last call."""
+        further = ("loading its library", "unloading its library")
+        return [*function_names(), *further][self._channel.present]
+
+    @property
+    def late(self) -> tuple[int, str]:
+        """Status and name of the function that has set values before, and failed, after LATE."""
+        return self._channel.late_status, function_names()[self._channel.late_function]
+
+    def flush(self) -> int:
+        """Status of functions that set values, and have not been performed yet."""
+        return self._runtime.m4e_remote_flush(self.address)
+
+    @property
+    def words(self) -> str:
+        """The last line that the process has printed."""
+        lines = [line.strip() for line in self._said.splitlines() if line.strip()]
+        return lines[-1] if lines else ""
+
+    def look(self, now: float) -> None:
+        """Kill the process if its present call takes longer than it may; `now` is the time [s]."""
+        channel = self._channel
+        if not channel.busy or channel.calls != self._seen:
+            self._began, self._seen, self._told = now, channel.calls, False
+            return
+        bare = self.call.lstrip("fmi23")
+        limit = self.host.end if bare.startswith(ENDS) else self.host.call
+        if now - self._began > limit:
+            self.end(f"did not return within {limit:g} s")
+        elif now - self._began > STILL and not self._told:
+            self._told = True
+            with suppress(Exception):
+                self.notice(f"still in {self.call} of {self.name} after {STILL:g} s")
+
+    def hear(self, text: str) -> None:
+        """Pass on what the process has printed, to standard error."""
+        self._said = (self._said + text)[-KEPT:]
+        with suppress(OSError):
+            os.write(2, text.encode("utf-8", "replace"))
+
+    def has_ended(self, code: int) -> None:
+        """Note that the process has ended, with this exit code (negative: a signal)."""
+        if code < 0:
+            with suppress(ValueError):
+                self._lose(f"was ended by {signal.Signals(-code).name}")
+        self._lose(f"ended with exit code {code}")
+        self._gone.set()
+
+
+class _Keeper:
+    """The keeper's process, its workers by number, and the threads that listen and watch."""
+
+    def __init__(self) -> None:
+        environment = {name: os.environ[name] for name in PASSED if name in os.environ}
+        environment["LANG"] = "C.UTF-8"
+        self._process = subprocess.Popen(
+            [sys.executable, "-P", keeper_program.__file__],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            env=environment,
+            start_new_session=True,
+        )
+        assert self._process.stdin
+        assert self._process.stdout
+        self._requests: IO[bytes] = self._process.stdin
+        self.workers: dict[int, Worker] = {}
+        self._numbers, self._changing, self._some = count(), threading.Lock(), threading.Event()
+        self.is_alive = True
+        for target in (partial(self._listen, self._process.stdout), self._watch):
+            threading.Thread(target=target, daemon=True).start()
+        atexit.register(self.close)
+
+    def start(self, worker: Worker, request: dict[str, Any]) -> None:
+        """Start a worker's process."""
+        with self._changing:
+            number = next(self._numbers)
+            self.workers[number] = worker
+        self._ask({"start": number, **request})
+        self._some.set()
+
+    def kill(self, worker: Worker) -> None:
+        """End a worker's process, and its children, if it is still there."""
+        with suppress(OSError):
+            for number in [n for n, other in list(self.workers.items()) if other is worker]:
+                self._ask({"kill": number})
+
+    def close(self) -> None:
+        """Have the keeper end, and wait for that."""
+        with suppress(OSError):
+            self._requests.close()
+        with suppress(subprocess.TimeoutExpired):
+            self._process.wait(LAST)
+
+    def _ask(self, request: dict[str, Any]) -> None:
+        line = json.dumps(request).encode("ascii") + b"\n"
+        with self._changing:
+            self._requests.write(line)
+            self._requests.flush()
+
+    def _listen(self, answers: IO[bytes]) -> None:
+        for line in answers:
+            told = json.loads(line)
+            if "said" in told:
+                self.workers[told["said"]].hear(told["text"])
+            else:
+                self.workers.pop(told["ended"]).has_ended(told["code"])
+        self.is_alive = False
+        for worker in self.workers.values():
+            worker.has_ended(-signal.SIGKILL)
+
+    def _watch(self) -> None:
+        while self._some.wait() and self.is_alive:
+            for worker in list(self.workers.values()):
+                worker.look(time.monotonic())
+            if not self.workers:
+                self._some.clear()
+            time.sleep(TICK)
+
+
+_keepers: dict[int, _Keeper] = {}
+"""By process: a forked one has none."""
+_starting = threading.Lock()
+
+
+def _keeper() -> _Keeper:
+    """The keeper of this process."""
+    with _starting:
+        found = _keepers.get(os.getpid())
+        if found is None or not found.is_alive:
+            found = _keepers[os.getpid()] = _Keeper()
+    return found
+
+
+def end_busy() -> bool:
+    """Kill all workers of this process in which a call is going on; True if there are any."""
+    found = _keepers.get(os.getpid())
+    workers = list(found.workers.values()) if found else []
+    for worker in workers:
+        worker.end_if_busy()
+    return any(worker.ending for worker in workers)

@@ -1,0 +1,154 @@
+"""FMUs in workers that do harm: the run ends with the right words, its rows kept, nothing left."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.c_fmus.build import trouble_file
+
+from m4e_fmi.cosim import Component, FmuFile, Simulation, System, prepare, run
+from m4e_fmi.cosim.connections.prepared import Prepared
+from m4e_fmi.errors import RunError
+from m4e_fmi.fmu.importer.worker import Host
+from m4e_fmi.results.results_file import load
+
+Fmus = Callable[[str], Path]
+SHORT = Host(call=1.0, end=1.0)
+HARM = {
+    "segv": "was ended by SIGSEGV",
+    "abort": "was ended by SIGABRT",
+    "trap": "was ended by SIG(ILL|TRAP)",
+    "divide": "was ended by SIGFPE",
+    "overflow": "was ended by SIGSEGV",
+    "heap": "was ended by SIGABRT",
+    "kill": "was ended by SIGKILL",
+    "exit": "ended with exit code 0",
+    "_exit": "ended with exit code 0",
+    "pthread_exit": "ended with exit code 0|did not return within 1 s",
+    "stop": "did not return within 1 s",
+    "spin": "did not return within 1 s",
+    "sleep": "did not return within 1 s",
+    "fork_crash": "was ended by SIGABRT",
+}
+"""By fault (trouble.h): how the process ends, as a pattern."""
+CALLS = {
+    "instantiate": "fmi2Instantiate",
+    "initialise": "fmi2ExitInitializationMode",
+    "set": "fmi2SetReal",
+    "get": "fmi2GetReal",
+    "step": "fmi2DoStep",
+    "terminate": "fmi2Terminate",
+    "free": "fmi2FreeInstance",
+}
+
+
+@pytest.fixture
+def armed(c_fmu: Fmus) -> Fmus:
+    """FMUs that can be armed by `trouble_file`, and are not yet."""
+
+    def found(name: str) -> Path:
+        fmu = c_fmu(name)
+        trouble_file(fmu).unlink(missing_ok=True)
+        return fmu
+
+    return found
+
+
+def masses(mass: Path, spring: Path, algorithm: str = "jacobi") -> Prepared:
+    """A mass on a spring, the mass in a worker with limits of a second."""
+    system = System(
+        "masses",
+        (
+            Component("body", FmuFile(mass), {"body.m.x": 1.0}),
+            Component("wall", FmuFile(spring)),
+        ),
+        ("body.body.m <-> wall.end",),
+        Simulation(1.0, 0.01, algorithm),
+    )
+    prepared = prepare(system)
+    assert prepared.hosts.keys() >= {"body"}
+    return replace(prepared, hosts=dict.fromkeys(prepared.hosts, SHORT))
+
+
+def children() -> list[str]:
+    """Commands of all processes that workers and their keeper have left, but for the keeper."""
+    found = subprocess.run(
+        ["ps", "-eo", "ppid=,pid=,stat=,args="], capture_output=True, text=True, check=True
+    ).stdout
+    rows = [line.split(None, 3) for line in found.splitlines()]
+    own = {pid for ppid, pid, *_ in rows if ppid == str(os.getpid())}
+    return [
+        " ".join(row) for row in rows if "keeper.py" in row[3] and row[1] not in own
+        and (row[0] in own or row[0] == "1") and not row[2].startswith("Z")
+    ]  # fmt: skip
+
+
+def rows_of(path: Path) -> dict[str, np.ndarray]:
+    return {name: series.values for name, series in load(path).series.items()}
+
+
+def test_runs_undisturbed(armed: Fmus, c_fmu: Fmus, tmp_path: Path) -> None:
+    prepared = masses(armed("mass+state+armed"), c_fmu("spring+state"))
+    run(prepared, results=tmp_path / "apart.nc")
+    run(replace(prepared, hosts={}), results=tmp_path / "here.nc")
+    apart, here = rows_of(tmp_path / "apart.nc"), rows_of(tmp_path / "here.nc")
+    assert apart.keys() == here.keys()
+    assert all((apart[name] == here[name]).all() for name in here)
+    assert children() == []
+
+
+@pytest.mark.parametrize("fault", HARM)
+def test_harm_in_a_step_ends_the_run(armed: Fmus, c_fmu: Fmus, tmp_path: Path, fault: str) -> None:
+    mass = armed("mass+state+armed")
+    prepared = masses(mass, c_fmu("spring+state"))
+    run(prepared, results=tmp_path / "whole.nc")
+    trouble_file(mass).write_text(f"step {fault} 0.5")
+    began = time.monotonic()
+    with pytest.raises(RunError, match=HARM[fault]) as caught:
+        run(prepared, results=tmp_path / "broken.nc")
+    assert time.monotonic() - began < 5.0
+    assert "body (mass_state_armed.fmu)" in str(caught.value)
+    assert "fmi2DoStep" in str(caught.value)
+    assert "t = 0.5 s" in str(caught.value)
+    whole, broken = rows_of(tmp_path / "whole.nc"), rows_of(tmp_path / "broken.nc")
+    for name, values in broken.items():
+        assert len(values) >= 50
+        assert (values == whole[name][: len(values)]).all()
+    assert children() == []
+
+
+@pytest.mark.parametrize("fault", ["segv", "exit", "sleep"])
+@pytest.mark.parametrize("call", CALLS)
+def test_harm_in_every_call_ends_the_run(armed: Fmus, c_fmu: Fmus, call: str, fault: str) -> None:
+    mass = armed("mass+state+armed")
+    prepared = masses(mass, c_fmu("spring+state"))
+    trouble_file(mass).write_text(f"{call} {fault} 0.5")
+    with pytest.raises(RunError, match=HARM[fault]) as caught:
+        run(prepared)
+    assert CALLS[call] in str(caught.value)
+    assert "body (mass_state_armed.fmu)" in str(caught.value)
+    assert children() == []
+
+
+@pytest.mark.parametrize("fault", ["thread", "fork", "print", "folder", "litter", "rounding"])
+def test_harm_to_the_process_alone_does_not_matter(
+    armed: Fmus, c_fmu: Fmus, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fault: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    mass = armed("mass+state+armed")
+    prepared = masses(mass, c_fmu("spring+state"))
+    run(prepared, results=tmp_path / "whole.nc")
+    trouble_file(mass).write_text(f"step {fault} 0.5")
+    run(prepared, results=tmp_path / "harmed.nc")
+    whole, harmed = rows_of(tmp_path / "whole.nc"), rows_of(tmp_path / "harmed.nc")
+    if fault != "rounding":  # it rounds in another way itself
+        assert all((harmed[name] == whole[name]).all() for name in whole)
+    assert not (tmp_path / "litter.txt").exists()
+    assert children() == []
