@@ -54,10 +54,9 @@ class State:
 class Memory:
     """Memory of a run of its past that does not go back when it returns to a state.
 
-    `warned` are the numbers of steps that FMUs
-    have answered with Warning, with the times [s] of the first and the last; `messages` what they
-    have logged, `stability` the looks for growth, `ranges` the outputs that have left the range of
-    their FMU, by component and column.
+    `warned` are the numbers of steps that FMUs have answered with Warning, with the times [s] of
+    the first and the last; `messages` what they have logged, `stability` the looks for growth,
+    `ranges` the outputs that have left the range of their FMU, by component and column.
     """
 
     warned: dict[str, tuple[int, float, float]]
