@@ -21,6 +21,13 @@ from m4e_fmi.cosim.system.component import (
 )
 from m4e_fmi.cosim.system.connection_text import parse_connection, unknown_component
 from m4e_fmi.cosim.system.origins import ParameterSet
+from m4e_fmi.cosim.system.processes import (
+    EnvironmentSection,
+    Limits,
+    LimitsSection,
+    Processes,
+    ProcessSection,
+)
 from m4e_fmi.cosim.system.simulation import (
     LONGEST,
     NS_PER_SECOND,
@@ -54,6 +61,8 @@ class _SystemSection(_PortsSection):
     components: dict[str, dict[str, Any]]
     connections: tuple[str, ...] = ()
     simulation: SimulationSection
+    limits: LimitsSection = LimitsSection()
+    environment: EnvironmentSection = EnvironmentSection()
 
 
 class _PartOfSimulation(SimulationSection):
@@ -66,7 +75,7 @@ class _PartOfSimulation(SimulationSection):
 _OTHERS = tuple(_SystemSection.model_fields.keys() - _PortsSection.model_fields.keys())
 
 
-class _ComponentSection(Section):
+class _ComponentSection(ProcessSection):
     """The keys that every component may have."""
 
     start: dict[str, bool | int | float | str] = Field(default_factory=dict)
@@ -110,6 +119,7 @@ def read_system(document: Document) -> System:
         outputs=section.outputs,
         buses=section.buses,
         folder=document.path.parent,
+        processes=Processes(Limits.of(section.limits), section.environment.keep),
         document=document,
     )
 
@@ -297,6 +307,8 @@ def _component(
         section.start,
         step_size=section.step_size,
         dependencies=section.dependencies,
+        process=section.process,
+        limits=Limits.of(section.limits),
     )
 
 

@@ -25,6 +25,8 @@ def overview(prepared: Prepared) -> str:
     if prepared.rates:
         lines.append("components with their own step size:")
         lines += [f"  {name}  {own}" for name, own in prepared.rates.items()]
+    if prepared.hosts:
+        lines.append(f"in processes of their own: {', '.join(prepared.hosts)}")
     lines += prepared.notes
     lines += [f"warning: {line}" for line in prepared.warnings]
     lines += ["connections:", *_connections(prepared)]

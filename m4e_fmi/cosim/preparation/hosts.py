@@ -13,7 +13,8 @@ from zipfile import ZipFile
 
 import fmpy
 
-from m4e_fmi.cosim.system.component import FmuFile
+from m4e_fmi.cosim.system.component import Component, FmuFile
+from m4e_fmi.cosim.system.processes import HERE
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.export.build_record import read_record
@@ -26,15 +27,26 @@ from m4e_fmi.fmu.importer.worker.channel import remote_library
 
 def hosts(system: System, descriptions: Mapping[str, Description]) -> dict[str, Host]:
     """The conditions for each component that runs in a process of its own, by name."""
-    if remote_library() is None:
-        return {}
     files = {d.path: d for d in descriptions.values()}
     known = cache(lambda path: _built_here(files[path]))
-    return {
-        component.name: Host()
-        for component in system.components
-        if isinstance(component.source, FmuFile) and not known(descriptions[component.name].path)
-    }
+
+    def is_apart(component: Component) -> bool:
+        if component.process or component.limits:
+            return component.process != HERE
+        path = descriptions[component.name].path
+        return isinstance(component.source, FmuFile) and not known(path)
+
+    return {c.name: system.processes.host(c.limits) for c in system.components if is_apart(c)}
+
+
+def without_library(hosts: Mapping[str, Host]) -> list[str]:
+    """A warning if there are `hosts`, but no library of C to call them by."""
+    if not hosts or remote_library() is not None:
+        return []
+    return [
+        f"{', '.join(hosts)}: run in this process, where a fault of an FMU ends the run: other "
+        "processes need the C library (`m4e-fmi doctor`)"
+    ]
 
 
 def _built_here(description: Description) -> bool:

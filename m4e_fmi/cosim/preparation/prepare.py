@@ -22,7 +22,7 @@ from m4e_fmi.cosim.preparation.doubtful_values import (
     reversed_forces,
     start_values_without_effect,
 )
-from m4e_fmi.cosim.preparation.hosts import hosts
+from m4e_fmi.cosim.preparation.hosts import hosts, without_library
 from m4e_fmi.cosim.preparation.state_trials import without_forgetful
 from m4e_fmi.cosim.preparation.surroundings import differing
 from m4e_fmi.cosim.system.component_steps import ComponentSteps, pace, refined, rounded
@@ -57,11 +57,14 @@ def prepare(
     descriptions = _described(system, fmus)
     wiring, paced, rates, notes = _connected(system, descriptions)
     apart = hosts(system, descriptions)
+    if missing := without_library(apart):
+        apart = {}
     descriptions, found = probed(paced, with_stated(system, descriptions), wiring, apart)
     descriptions, forgetful = without_forgetful(paced, descriptions, wiring, apart)
     wiring, late = broken(descriptions, wiring, rates)
     structure = analyse(descriptions, wiring)
     warnings = (
+        *missing,
         *forgetful,
         *unconnected_parameters(system, descriptions, wiring),
         *loose_ends(system, descriptions, wiring),

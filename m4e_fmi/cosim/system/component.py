@@ -11,6 +11,7 @@ from pathlib import Path
 from types import ModuleType
 
 from m4e_fmi.cosim.system.component_step import common_step, seconds
+from m4e_fmi.cosim.system.processes import Limits, check_process
 from m4e_fmi.cosim.system.simulation import TICK, Simulation
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.files.document import Section
@@ -66,6 +67,9 @@ class Component:
     every m-th; else the system makes shorter macro steps that meet its points. None leaves it
     to the algorithm.
 
+    `process` is "own" for an FMU that runs in a process of its own, with `limits`, "here" for one
+    in this process; None leaves it to where the FMU was built. Limits ask for a process.
+
     `dependencies` names, for some outputs, the inputs that they depend on within an instant, in
     place of what the FMU declares.
     """
@@ -76,6 +80,11 @@ class Component:
     units: Mapping[str, Unit] = field(default_factory=dict)
     step_size: float | str | None = None
     dependencies: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    process: str | None = None
+    limits: Limits = field(default_factory=Limits)
+
+    def __post_init__(self) -> None:
+        check_process(self.name, self.process, self.limits)
 
     @property
     def own_step(self) -> Fraction | None:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from m4e_fmi.cosim.system.component import Component, Start, step_problems
 from m4e_fmi.cosim.system.origins import Origin, ParameterSet
+from m4e_fmi.cosim.system.processes import Processes
 from m4e_fmi.cosim.system.simulation import SETTINGS, Simulation
 from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.files.document import Document, Location
@@ -25,7 +26,8 @@ class System:
     `buses` are names under which connections meet, with their signals and the units of these.
 
     `notes` say what reading the file has changed or left out. `folder` is the one that relative
-    file names in the components' configurations start from; `document` the YAML file it came from.
+    file names in the components' configurations start from; `processes` what holds for FMUs in
+    processes of their own; `document` the YAML file it came from.
     `origins` are the origins of all that `changed` has set, by ``component.variable`` and by
     setting. InputError for steps of components that do not fit to each other.
     """
@@ -40,6 +42,7 @@ class System:
     buses: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     folder: Path = field(default_factory=Path)
+    processes: Processes = field(default_factory=Processes)
     document: Document | None = field(default=None, repr=False, compare=False)
     origins: Mapping[str, Origin] = field(default_factory=dict, repr=False, compare=False)
 
