@@ -23,6 +23,8 @@ from m4e_fmi.signals import Terminated
 if TYPE_CHECKING:
     from m4e_fmi.cosim.master.master import Master
 
+EXACT = 1e-6
+"""Share of a step, or of an interval, by which a time may miss a checkpoint by rounding."""
 HEAD, SAVED = "head", "saved"
 """Names of the parts of a checkpoint."""
 
@@ -47,22 +49,36 @@ class Checkpoints:
         self._identity, self._without, self._warn = dict(identity), without, warn
         self._every = simulation.checkpoint_interval or math.inf
         self._wall = simulation.checkpoint_wall_interval or math.inf
-        self._next = simulation.start_time + self._every
+        self._size = simulation.step_size
+        self._begin = simulation.start_time
+        self._next = self._begin + self._every
         self._due = clock.monotonic() + self._wall
         self.taken: float | None = None
         """Time [s] of the last checkpoint; None if there is none."""
 
-    def go_on(self, time: float) -> None:
-        """The run has begun at a checkpoint at this time [s]."""
-        self._next = time + self._every
+    def go_on(self, path: Path, time: float) -> None:
+        """The run has begun at the checkpoint at `path`, at this time [s]."""
+        self._next = self._after(time)
+        self.taken = time if path == self.path else None
+
+    def _after(self, time: float) -> float:
+        """The time [s] of the next checkpoint after this one."""
+        passed = math.floor((time - self._begin) / self._every + EXACT)
+        return self._begin + (passed + 1) * self._every
+
+    def rest(self, master: Master) -> float:
+        """Steps up to the next checkpoint; infinite where none is due at a simulated time."""
+        rest = (self._next - master.network.time) / self._size
+        return max(1, math.ceil(rest - EXACT)) if rest < math.inf else math.inf
 
     def look(self, master: Master, results: ResultsWriter) -> None:
         """Take a checkpoint at the present communication point if it is time."""
-        if master.network.time < self._next and clock.monotonic() < self._due:
+        soon = self._next - EXACT * self._size
+        if master.network.time < soon and clock.monotonic() < self._due:
             return
         self.take(master, results)
-        while self._next <= master.network.time:
-            self._next += self._every
+        if master.network.time >= soon:
+            self._next = self._after(master.network.time)
         self._due = clock.monotonic() + self._wall
 
     def take(self, master: Master, results: ResultsWriter) -> None:
@@ -102,6 +118,21 @@ class Checkpoints:
             state = master.save()
             parts[SAVED] = Saved(state, serialized(network, state), master.memory())
         write_checkpoint(self.path, parts)
+
+
+@contextmanager
+def resumable(checkpoints: Checkpoints | None) -> Generator[None]:
+    """Errors and signals get a note of the time from which the run can go on, if there is one."""
+    try:
+        yield
+    except BaseException as error:
+        if checkpoints is None or checkpoints.taken is None:
+            raise
+        note = f"--resume (in Python resume=True) goes on at t = {checkpoints.taken:.9g} s"
+        if isinstance(error, RunError):
+            raise RunError(error.message, f"{error.remedy}; {note}".strip("; ")) from error
+        error.add_note(note)
+        raise
 
 
 @contextmanager

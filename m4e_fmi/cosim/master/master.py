@@ -252,7 +252,7 @@ class Master:
         self.begin(results, singly=bool(observers))
         if resumed:
             resumed.bring(self)
-        tell = ticking.ticker(progress)
+        tell, limits = ticking.ticker(progress), [one for one in (resumed, checkpoints) if one]
         self._observe(observers)
         with (
             stepping(self._time_loop.halt, self._where) as check,
@@ -260,7 +260,7 @@ class Master:
             saving(checkpoints, self, results) as save,
         ):
             while not self.done:
-                self._advance(resumed.rest(self.steps) if resumed else math.inf)
+                self._advance(min((one.rest(self) for one in limits), default=math.inf))
                 if resumed:
                     resumed.compare(self)
                 self._observe(observers)
@@ -305,8 +305,9 @@ class Master:
 
     def _advance(self, most: float = math.inf) -> None:
         """Make as many steps as can be made at once, `most` at most, and look at what has come."""
-        self.is_stepping = True
         try:
+            self._time_loop.prepare()
+            self.is_stepping = True
             room = self._second_look.room(self.steps) or ENERGY_BLOCK
             self._time_loop.advance(int(min(room, most)))
             self.network.flush()

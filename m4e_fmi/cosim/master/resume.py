@@ -90,9 +90,9 @@ class Resumed:
             message = f"is damaged: {type(error).__name__}: {error}"
             raise InputError.single(message, "run again from the start", str(self.path)) from error
 
-    def rest(self, steps: int) -> float:
-        """Steps up to the checkpoint of a run that has made so many; infinite behind it."""
-        rest = self.head.steps - steps
+    def rest(self, master: Master) -> float:
+        """Steps up to the checkpoint of a run that is replayed; infinite behind it."""
+        rest = self.head.steps - master.steps
         return rest if self.replayed and rest > 0 else math.inf
 
     def compare(self, master: Master) -> None:

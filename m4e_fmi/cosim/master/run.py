@@ -15,7 +15,7 @@ from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.connections.recorded_variables import chosen
 from m4e_fmi.cosim.error_estimate.report import Trace, compared
 from m4e_fmi.cosim.exchange.fmu_log import Warn
-from m4e_fmi.cosim.master.checkpoints import Checkpoints, checkpoints
+from m4e_fmi.cosim.master.checkpoints import Checkpoints, checkpoints, resumable
 from m4e_fmi.cosim.master.master import Master, Observer
 from m4e_fmi.cosim.master.outcome import ExportError, Outcome
 from m4e_fmi.cosim.master.recording import (
@@ -261,8 +261,14 @@ def _begun(
             if system.system.simulation.has_checkpoints and not changeable:
                 begun.checkpoints = checkpoints(system, place, same, tell=tell, warn=warn)
                 if resumed:
-                    begun.checkpoints.go_on(resumed.head.time)
-            with kept(file, given, writer), _timed(begun), held(), writer:
+                    begun.checkpoints.go_on(resumed.path, resumed.head.time)
+            with (
+                resumable(begun.checkpoints),
+                kept(file, given, writer),
+                _timed(begun),
+                held(),
+                writer,
+            ):
                 with _recorded(begun), let_through():
                     yield begun
                 if master.ended:

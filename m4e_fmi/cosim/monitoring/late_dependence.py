@@ -26,8 +26,6 @@ from m4e_fmi.fmu.importer.calls import WARNING
 
 RARER = 2
 """After n steps, the next look is n over this many steps later."""
-EARLY = 64
-"""Steps of a run among which looks come when they are due; later where others stop it."""
 NOISE = 1e-9
 """Share of an output by which rounding and iterations may change one that follows no input."""
 
@@ -96,8 +94,8 @@ class SecondLook:
         return bool(self._parts)
 
     def room(self, steps: int) -> int | None:
-        """Steps up to the next look, after so many steps of the run; None if it may come later."""
-        return max(1, self._next - steps) if self._parts and steps < EARLY else None
+        """Steps up to the next look, after so many steps of the run; None if there is none."""
+        return max(1, self._next - steps) if self._parts else None
 
     def look(self, steps: int, *, last: bool) -> None:
         """At the present point, after so many steps of the run, if it is time or the `last` one."""

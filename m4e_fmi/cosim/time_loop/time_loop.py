@@ -179,6 +179,11 @@ class TimeLoop:
         if self._watcher:
             self._watcher.halt()
 
+    def prepare(self) -> None:
+        """Do what the watcher does between steps; before each `advance`."""
+        if self._watcher:
+            self._watcher.before()
+
     def advance(self, most: int = ENERGY_BLOCK) -> None:
         """Make as many steps as can be made at once, `most` at most, or one; fewer at the end."""
         try:
@@ -205,8 +210,6 @@ class TimeLoop:
         self._record()
 
     def _advance(self, most: int) -> None:
-        if self._watcher:
-            self._watcher.before()
         if self._jump <= self.now:
             self._jump = NEVER
         if self._has_time_events:
