@@ -55,7 +55,7 @@ KINDS = (
     Kind("exit", "fails", "exit code 0"),
     Kind("_exit", "fails", "exit code 0"),
     Kind("sigkill", "fails", "SIGKILL"),
-    Kind("hog", "fails", "SIGABRT", (*SET_UP, *RUNNING)),
+    Kind("hog", "fails", f"SIGABRT|{LIMIT}", (*SET_UP, *RUNNING)),
     # no answer comes
     Kind("spin", "fails", LIMIT),
     Kind("sleep", "fails", LIMIT),
