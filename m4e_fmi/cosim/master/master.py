@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Generator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
-from typing import Any, cast
+from types import TracebackType
+from typing import cast
 
 from m4e_fmi.cosim.checkpoint.memory import memory, remember
 from m4e_fmi.cosim.checkpoint.state import Memory, State
@@ -88,9 +89,14 @@ class Master:
             self._open = stack.pop_all()
         return self
 
-    def __exit__(self, *error: Any) -> None:
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
         with closing_down():
-            self._open.__exit__(*error)
+            self._open.__exit__(kind, error, trace)
 
     def _binaries(
         self, stack: ExitStack, loaded: Mapping[str, Binary] | None = None
