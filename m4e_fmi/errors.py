@@ -15,6 +15,8 @@ from typing import TypeVar
 
 Value = TypeVar("Value")
 YAML_SUFFIXES = (".yaml", ".yml")
+_LONGEST_WORD, _MOST_COMPARED = 100, 5000
+"""Characters and number of names that are compared by likeness, which takes long for more."""
 CLOSE = 0.8
 """Likeness (difflib's) of a word that is one letter off."""
 
@@ -117,7 +119,7 @@ def unknown_names(
     names: Iterable[str], known: Iterable[str], complaint: str, noun: str = ""
 ) -> list[Problem]:
     """A problem for each of `names` that is not `known`: `complaint`, the name, the nearest one."""
-    there = list(known)
+    there = dict.fromkeys(known)
     return [
         Problem(f"{complaint} {name!r}", suggestion(name, there, noun))
         for name in names
@@ -149,7 +151,9 @@ def suggestion(word: str, known: Iterable[str], noun: str = "") -> str:
     names: Sequence[str] = sorted(known)
     same = [name for name in names if name.lower() == word.lower()]
     whole = [name for name in names if word and word in re.split(r"[._]", name)]
-    near = difflib.get_close_matches(word, names, n=3, cutoff=0.6)
+    compared = [] if len(word) > _LONGEST_WORD else names[:_MOST_COMPARED]
+    compared = [name for name in compared if len(name) <= _LONGEST_WORD]
+    near = difflib.get_close_matches(word, compared, n=3, cutoff=0.6)
     likeness = [difflib.SequenceMatcher(None, name, word).ratio() for name in near]
     likely = same or (whole if len(whole) <= 3 and max(likeness, default=0) < CLOSE else [])
     if likely:
@@ -159,5 +163,7 @@ def suggestion(word: str, known: Iterable[str], noun: str = "") -> str:
         return f"did you mean {' or '.join(map(repr, nearest))}?"
     if not names:
         return f"there are no {noun} yet" if noun else ""
-    shown = ", ".join(names[:12]) + (", …" if len(names) > 12 else "")
+    shown = ", ".join(name[:_LONGEST_WORD] for name in names[:12]) + (
+        ", …" if len(names) > 12 else ""
+    )
     return f"known {noun}: {shown}" if noun else f"known: {shown}"

@@ -22,6 +22,10 @@ _SPELLINGS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻·*\u03bc\u2126", "012
 _FACTOR = re.compile(r"([A-Za-zµ°%Ω]+)\^?(-?\d+)?$")
 
 
+LARGEST_EXPONENT = 20
+"""Size of an exponent in a unit's text; those of physics are up to 6."""
+
+
 @dataclass(frozen=True)
 class Unit:
     """A unit: SI value = `factor` × value in this unit. Exponents follow BASE_UNITS."""
@@ -142,6 +146,8 @@ def parse_unit(text: str) -> Unit:
             powers, scale = _factor(piece.strip(), text)
             factor *= scale**direction
             exponents = [e + direction * p for e, p in zip(exponents, powers, strict=True)]
+    if not 0.0 < factor < math.inf:
+        raise ValueError(f"unit {text!r}: its factor is out of all scale")
     return Unit(text, tuple(exponents), factor)
 
 
@@ -163,7 +169,10 @@ def _factor(piece: str, text: str) -> tuple[tuple[int, ...], float]:
     match = _FACTOR.match(piece)
     if not match:
         raise ValueError(f"unit {text!r}: {piece!r} is not a unit")
-    symbol, power = match[1], int(match[2] or 1)
+    symbol, digits = match[1], match[2] or "1"
+    power = int(digits) if len(digits) < 5 else LARGEST_EXPONENT + 1
+    if abs(power) > LARGEST_EXPONENT:
+        raise ValueError(f"unit {text!r}: exponents are up to {LARGEST_EXPONENT}")
     scale = 1.0
     if symbol not in _NAMED:
         length = 2 if symbol.startswith("da") else 1

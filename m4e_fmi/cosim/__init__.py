@@ -22,6 +22,7 @@ from m4e_fmi.cosim.preparation.components import fmu_files
 from m4e_fmi.cosim.preparation.prepare import prepare
 from m4e_fmi.cosim.save import save_system
 from m4e_fmi.cosim.system.component import Component, FmuFile, Kind, ModelFile
+from m4e_fmi.cosim.system.scenario_section import Action
 from m4e_fmi.cosim.system.simulation import Simulation
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.cosim.system_file import read_parameters
@@ -29,6 +30,7 @@ from m4e_fmi.cosim.time_loop.energy import BondEnergy
 from m4e_fmi.results.results_file import Results, Series, load
 
 __all__ = [
+    "Action",
     "Bond",
     "BondEnergy",
     "CommunicationPoint",

@@ -10,7 +10,7 @@ from __future__ import annotations
 import types
 from collections import deque
 from collections.abc import Iterable, Mapping
-from dataclasses import fields, is_dataclass
+from dataclasses import Field, fields, is_dataclass
 from functools import cache
 from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
@@ -26,6 +26,8 @@ Json = Any
 """Values that `json` reads and writes."""
 Hint = Any
 """A type hint: a class, or what `typing` makes of one."""
+Decoded = Any
+"""A value of the type that a hint asks for."""
 
 
 class DamagedError(Exception):
@@ -68,7 +70,7 @@ class Encoder:
             return self._object(value)
         raise TypeError(f"there is no form for {type(value).__name__}")
 
-    def _object(self, value: Any) -> Json:
+    def _object(self, value: object) -> Json:
         if id(value) in self._known:
             return {_SAME: self._known[id(value)]}
         self._kept.append(value)  # so that no other object gets its id
@@ -110,7 +112,7 @@ class Decoder:
         except RecursionError:
             raise DamagedError(f"{kind.__name__}: nested too deeply") from None
 
-    def _decode(self, hint: Hint, data: Json) -> Any:
+    def _decode(self, hint: Hint, data: Json) -> Decoded:
         origin, arguments = get_origin(hint), get_args(hint)
         if origin in (Union, types.UnionType):
             return self._one_of(arguments, data)
@@ -128,7 +130,7 @@ class Decoder:
             return data
         raise _not_a(hint, data)
 
-    def _one_of(self, hints: Iterable[Hint], data: Json) -> Any:
+    def _one_of(self, hints: Iterable[Hint], data: Json) -> Decoded:
         for hint in sorted(hints, key=lambda one: one is float):  # an integer is one first of all
             known = len(self._known)
             try:
@@ -137,7 +139,7 @@ class Decoder:
                 del self._known[known:]
         raise DamagedError(f"{_shown(data)} has none of the types that it may have")
 
-    def _container(self, origin: Hint, arguments: tuple[Hint, ...], data: Json) -> Any:
+    def _container(self, origin: Hint, arguments: tuple[Hint, ...], data: Json) -> Decoded:
         if not isinstance(data, list):
             raise _not_a(origin, data)
         if issubclass(origin, Mapping):
@@ -150,7 +152,7 @@ class Decoder:
             return origin(self._decode(arguments[0], one) for one in data)
         raise TypeError(f"there is no form for {origin.__name__}")
 
-    def _object(self, hint: Hint, data: Json) -> Any:
+    def _object(self, hint: Hint, data: Json) -> Decoded:
         if not isinstance(data, dict):
             raise _not_a(hint, data)
         if _SAME in data:
@@ -202,7 +204,7 @@ def _shown(data: Json) -> str:
 
 
 @cache
-def _saved(kind: type) -> tuple[Any, ...]:
+def _saved(kind: type) -> tuple[Field[object], ...]:
     return tuple(f for f in fields(kind) if not f.metadata.get("live"))
 
 

@@ -37,6 +37,18 @@ def check_suffix(path: Path, expected: str) -> None:
         _check(path, _OF_SUFFIX.get(path.suffix.lower(), ""), expected)
 
 
+def check_named(path: Path, suffixes: tuple[str, ...], kind: str) -> None:
+    """InputError for an existing file whose suffix is none of those of its `kind`.
+
+    Messages quote files, and a file that another one names may be anything: only files that are of
+    their kind by name are read.
+    """
+    if path.is_file() and path.suffix.lower() not in suffixes:
+        message = f"is no {kind} by its name"
+        remedy = f"names of such files end in {', '.join(suffixes[:-1])} or {suffixes[-1]}"
+        raise InputError.single(message, remedy, str(path))
+
+
 def check_keys(path: Path, keys: Container[str], expected: str) -> None:
     """InputError for YAML whose top-level `keys` belong to another kind than `expected`."""
     _check(path, kind_of(keys), expected)

@@ -2,7 +2,7 @@
 
 The stop time may differ, and when checkpoints are taken. Everything else that the results follow
 from is told by name and value: the version of m4e_fmi, the FMUs by their SHA-256, start values,
-connections, settings, recorded variables.
+connections, actions of the scenario, settings, recorded variables.
 """
 
 from __future__ import annotations
@@ -42,6 +42,7 @@ def identity(
     found["the order of the components"] = ", ".join(c.name for c in system.components)
     found["connections"] = "; ".join(system.connections)
     found["inputs of the system"] = str({k: list(v) for k, v in system.inputs.items()})
+    found |= {f"action {name} of the scenario": str(a) for name, a in system.scenario.items()}
     settings = system.simulation
     found |= {
         f.name: str(getattr(settings, f.name)) for f in fields(settings) if f.name not in FREE

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from m4e_fmi.cosim.checkpoint.state import Memory
-from m4e_fmi.cosim.exchange.fmu_log import Journal
+from m4e_fmi.cosim.exchange.fmu_log import Journal, Warn
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.monitoring.instability import Stability
 from m4e_fmi.cosim.results.writer import ResultsWriter
@@ -28,12 +28,13 @@ def remember(
     journal: Journal,
     stability: Stability,
     results: ResultsWriter | None,
+    warn: Warn | None,
 ) -> None:
-    """Let these go on with the memory of another process."""
+    """Let these go on with the memory of another process; `warn` hears what FMUs log then."""
     for name, instance in network.instances.items():
         one = instance.warned
         one.count, one.first, one.last = kept.warned[name]
-    journal.restore(kept.messages)
+    journal.restore(kept.messages, warn)
     stability.restore(kept.stability)
     if results:
         results.restore(kept.ranges)

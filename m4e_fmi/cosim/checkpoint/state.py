@@ -54,10 +54,9 @@ class State:
 class Memory:
     """Memory of a run of its past that does not go back when it returns to a state.
 
-    `warned` are the numbers of steps that FMUs
-    have answered with Warning, with the times [s] of the first and the last; `messages` what they
-    have logged, `stability` the looks for growth, `ranges` the outputs that have left the range of
-    their FMU, by component and column.
+    `warned` are the numbers of steps that FMUs have answered with Warning, with the times [s] of
+    the first and the last; `messages` what they have logged, `stability` the looks for growth,
+    `ranges` the outputs that have left the range of their FMU, by component and column.
     """
 
     warned: dict[str, tuple[int, float, float]]
@@ -77,14 +76,13 @@ class Saved:
 
 @dataclass(frozen=True)
 class Exchanged:
-    """Exchanged values at a communication point, to be compared: `Network`'s arrays.
+    """Exchanged outputs at a communication point, to be compared.
 
-    `values` and `inputs` are in the variables' units, `cells` are codes of values that are not
-    Real.
+    `values` (n_outputs,) are Real, in the outputs' units; `cells` (n_discrete,) are codes of all
+    others.
     """
 
     values: np.ndarray
-    inputs: np.ndarray
     cells: np.ndarray
 
 
@@ -94,7 +92,8 @@ class Head:
 
     `identity` is what must be the same in a run that goes on; `steps` macro steps lead to `time`
     [s]. `rows` are in the results by then, the last at `last` [s], with the checksum `digest`.
-    `texts` are those that stand in cells, in their order.
+    `texts` are those that stand in cells, in their order. The run is `watched` if observers may
+    read all outputs.
     `without` says why there is no state, where there is none: the run is then made again up to
     here.
     """
@@ -105,6 +104,7 @@ class Head:
     rows: int
     last: float
     digest: str
+    watched: bool
     texts: tuple[bytes, ...]
     exchanged: Exchanged
     without: str

@@ -214,7 +214,7 @@ class StepDoublingEstimator:
             self._roughness.forget()
         stretch.go_on(steps, size)
         if within:
-            stretch.kinks.append(np.array([stretch.steps - 1]))
+            stretch.kinks.append(stretch.steps + np.array([-1, 0]))  # it may show after the step
             stretch.within.append(stretch.last)
         if jumped:
             stretch.jumps.append(stretch.last)
@@ -240,6 +240,7 @@ class StepDoublingEstimator:
         if stretch is None or not stretch.steps:
             return
         kinks = np.concatenate([np.zeros(0, dtype=np.intp), *stretch.kinks])
+        kinks = kinks[kinks < stretch.steps]
         rough = self._is_rough(self._roughness.largest)
         if rough and len(kinks) and state.crowded:  # they may be of another kind
             state.crowded, state.met = False, 0

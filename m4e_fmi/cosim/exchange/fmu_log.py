@@ -120,8 +120,9 @@ class Journal:
             for component, kinds in self._kinds.items()
         }
 
-    def restore(self, kinds: Kinds) -> None:
-        """Go on after these kinds, which have been told of."""
+    def restore(self, kinds: Kinds, warn: Warn | None) -> None:
+        """Go on after these kinds, which have been told of; `warn` is called with new ones."""
+        self._warn = warn
         self._kinds = {component: dict(known) for component, known in kinds.items()}
 
     def _tell(self, line: str) -> None:

@@ -211,8 +211,8 @@ class LoopEquations:
                 f"{failure.iterations} iterations: {port} still differs from its source by "
                 f"{failure.size:.3g} of its value",
                 "check the start values and the signs of the connections: it may have no solution; "
-                "or write ', delayed' behind one of these connections, or what the outputs depend "
-                "on under `dependencies` of the component, if there are fewer",
+                "or write ', delayed' behind one of these connections, or list under "
+                "`dependencies` the inputs on which the outputs really depend, if they are fewer",
             ) from failure
 
     def _residual(self, x: np.ndarray) -> np.ndarray:

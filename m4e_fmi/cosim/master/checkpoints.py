@@ -109,6 +109,7 @@ class Checkpoints:
             rows=mark.rows,
             last=mark.last,
             digest=results.last_row(),
+            watched=master.watched,
             texts=network.discrete.texts.content(),
             exchanged=exchanged(network),
             without=self._without,
@@ -173,4 +174,5 @@ def checkpoints(
 
 def exchanged(network: Network) -> Exchanged:
     """The exchanged values at the present point."""
-    return Exchanged(network.values.copy(), network.inputs.copy(), network.discrete.cells.copy())
+    values = network.values[network.now : network.now + len(network.outputs)]
+    return Exchanged(values.copy(), network.discrete.values.copy())

@@ -70,7 +70,7 @@ class Master:
         simulation = prepared.system.simulation
         self._certify, self._changeable = certify, changeable
         self._journal = Journal(warn, lambda: simulation.start_time)
-        self._recorded, self._watched = recorded, watched or changeable
+        self._recorded, self.watched = recorded, watched or changeable
         if recorded is not None:
             self._recorded = {
                 c: {*recorded.get(c, ()), NEXT_EVENT_TIME} for c in prepared.descriptions
@@ -112,7 +112,7 @@ class Master:
             stack,
             journal,
             recorded=self._recorded,
-            watched=self._watched,
+            watched=self.watched,
             suffix=suffix,
         )
 
@@ -126,9 +126,8 @@ class Master:
         if isinstance(self._algorithm, Undoing) and self._shortens:
             for instance in self.network.instances.values():
                 instance.stop_at_events()
-        self._energy = EnergyBalance(
-            self.network, self._prepared.wiring.bonds, self._algorithm.followed
-        )
+        bonds = self.network.scenario.untouched(self._prepared.wiring.bonds)
+        self._energy = EnergyBalance(self.network, bonds, self._algorithm.followed)
         self._estimator: ErrorEstimator | None = None
         self._unwatched = ""
         self._second_look = SecondLook(self.network)
@@ -216,7 +215,21 @@ class Master:
         """Components' own steps, what the algorithm does without, and events; one line each."""
         own = [f"{name} {rate}" for name, rate in self._prepared.rates.items()]
         seen = network_notes(self.network, self._time_loop.switches)
+        seen += self._unbalanced()
         return (*own, *self._algorithm.notes, *seen, *([self.ended] if self.ended else []))
+
+    def _unbalanced(self) -> list[str]:
+        """The bonds whose energies are not summed; no line if there are none."""
+        bonds = self._prepared.wiring.bonds
+        kept = self.network.scenario.untouched(bonds)
+        names = [bond.name for bond in bonds if bond not in kept]
+        told = f"the scenario changes signals of {' and '.join(names)}: no energy balance there"
+        return [told] if names else []
+
+    @property
+    def scenario(self) -> tuple[str, ...]:
+        """When the actions of the scenario began and ended up to the present point, a line each."""
+        return self.network.scenario.told()
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -401,9 +414,9 @@ class Master:
         """All that the run remembers beside its `State`."""
         return memory(self.network, self._journal, self._stability, self._results)
 
-    def remember(self, kept: Memory) -> None:
-        """Go on with the memory of the same run in another process."""
-        remember(kept, self.network, self._journal, self._stability, self._results)
+    def remember(self, kept: Memory, warn: Warn | None) -> None:
+        """Go on with the memory of the same run in another process; `warn` hears FMUs then."""
+        remember(kept, self.network, self._journal, self._stability, self._results, warn)
 
     def _observe(self, observers: Sequence[Observer]) -> None:
         for observer in observers:

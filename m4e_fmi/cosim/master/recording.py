@@ -52,11 +52,13 @@ def place_of(results: str | Path) -> Generator[Path]:
 def closing_attributes(master: Master, prepared: Prepared, *, certify: bool) -> dict[str, str]:
     """Attributes of the results that are known at the end of the run.
 
-    These are the warnings and errors of FMUs, a line each, how large the coupling errors are, and
-    the notes, with warnings of the run.
+    These are the warnings and errors of FMUs, a line each, the same of actions of a scenario, how
+    large the coupling errors are, and the notes, with warnings of the run.
     """
     lines = "\n".join(map(str, master.messages))
     found = {"messages": lines} if lines else {}
+    if master.scenario:
+        found["scenario"] = "\n".join(master.scenario)
     if certify:
         warnings = (f"warning: {line}" for line in master.warnings)
         found["notes"] = "\n".join((*prepared.notes, *warnings))

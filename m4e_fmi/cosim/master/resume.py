@@ -15,6 +15,7 @@ from m4e_fmi.cosim.checkpoint.fmu_states import deserialize
 from m4e_fmi.cosim.checkpoint.identity import check_identity
 from m4e_fmi.cosim.checkpoint.state import Head, Saved
 from m4e_fmi.cosim.error_estimate.report import Spans
+from m4e_fmi.cosim.exchange.fmu_log import Warn
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.master.checkpoints import HEAD, SAVED, exchanged
 from m4e_fmi.cosim.results.writer import Begun
@@ -29,22 +30,34 @@ class Resumed:
     """A checkpoint at `path` at which a run begins; it is read only.
 
     Where the run is `replayed`, it makes all steps up to there once more, for the reason given.
+    `warn` hears what FMUs log; from there on, if it is not replayed.
     """
 
     path: Path
     head: Head
     replayed: str
+    warn: Warn | None
     _parts: Parts
 
     @classmethod
-    def at(cls, path: Path, *, replay: str = "") -> Resumed:
-        """The checkpoint at `path`; `replay` is a reason to make its steps once more.
+    def at(cls, path: Path, *, check: bool, watched: bool, warn: Warn | None) -> Resumed:
+        """The checkpoint at `path`; a run with a `check`, or `watched`, may need all of its steps.
 
         InputError if there is none, or if it is damaged.
         """
         parts = read_checkpoint(path)
         head = parts.part(HEAD, Head)
-        return cls(path, head, head.without or replay, parts)
+        why = head.without
+        if watched and not head.watched:
+            why = why or "observers may read outputs that the checkpoint does not have"
+        if check:
+            why = why or "the check at half the step compares all points"
+        return cls(path, head, why, warn, parts)
+
+    @property
+    def at_once(self) -> Warn | None:
+        """The one that hears what FMUs log when they are made: nobody, if that is known."""
+        return self.warn if self.replayed else None
 
     @property
     def rows(self) -> Begun:
@@ -85,7 +98,7 @@ class Resumed:
         try:
             deserialize(master.network, saved)
             master.restore(saved.state)
-            master.remember(saved.memory)
+            master.remember(saved.memory, self.warn)
         except (ValueError, TypeError, KeyError, IndexError, AssertionError) as error:
             message = f"is damaged: {type(error).__name__}: {error}"
             raise InputError.single(message, "run again from the start", str(self.path)) from error
@@ -102,16 +115,14 @@ class Resumed:
         if master.network.time != self.head.time:
             raise self._different("times of the steps")
         found, kept = exchanged(master.network), self.head.exchanged
-        outputs = master.network.outputs
-        for name in ("values", "inputs", "cells"):
-            one, other = getattr(found, name), getattr(kept, name)
+        outputs = (*master.network.outputs, *master.network.discrete.outputs)
+        for one, other in ((found.values, kept.values), (found.cells, kept.cells)):
             if one.shape != other.shape:
-                raise self._different(name)
+                raise self._different("other outputs")
             places = np.flatnonzero(one.view(np.int64) != other.view(np.int64))
-            if len(places) and name == "values" and outputs:
-                raise self._different(str(outputs[places[0] % len(outputs)]))
             if len(places):
-                raise self._different(name)
+                first = places[0] + (0 if one is found.values else len(found.values))
+                raise self._different(str(outputs[first]))
 
     def _different(self, what: str) -> RunError:
         return RunError(

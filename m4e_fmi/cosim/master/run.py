@@ -81,7 +81,7 @@ def run(
     the checkpoint is missing, damaged, or of another run; RunError if a run that is made again
     comes to other values.
     """
-    resumed = _checkpoint(results, resume, check=check)
+    resumed = _checkpoint(results, resume, check=check, watched=bool(observers), warn=warn)
     if not isinstance(system, Prepared):
         system = prepare(system, build_directory=build_directory, tell=tell)
     if results is not None:
@@ -229,8 +229,8 @@ def _begun(
                 certify=certify,
                 changeable=changeable,
                 recorded=recorded,
-                watched=watched,
-                warn=warn,
+                watched=watched or (resumed is not None and resumed.head.watched),
+                warn=resumed.at_once if resumed else warn,
             )
         )
         if resumed:
@@ -287,7 +287,12 @@ def _begun(
 
 
 def _checkpoint(
-    results: str | Path | None, resume: bool | str | Path, *, check: bool
+    results: str | Path | None,
+    resume: bool | str | Path,
+    *,
+    check: bool,
+    watched: bool,
+    warn: Warn | None,
 ) -> Resumed | None:
     """The checkpoint at which a run is to begin, if so; InputError if there is none."""
     if resume is False:
@@ -296,8 +301,7 @@ def _checkpoint(
         message = "a run that goes on from a checkpoint needs a file of results"
         raise InputError.single(message, "give `results`")
     path = checkpoint_of(stream_of(results)) if resume is True else Path(resume)
-    replay = "the check at half the step compares all points" if check else ""
-    return Resumed.at(path.absolute(), replay=replay)
+    return Resumed.at(path.absolute(), check=check, watched=watched, warn=warn)
 
 
 def _tell(warn: Warn | None, lines: Sequence[str]) -> None:
@@ -321,6 +325,7 @@ def _outcome(begun: _Begun, wall_time: float, given: Path, *, certify: bool) -> 
         rejected=master.rejected,
         certificate=master.certificate() if certify else "",
         messages=master.messages,
+        scenario=master.scenario,
     )
 
 

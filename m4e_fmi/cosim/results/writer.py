@@ -20,7 +20,7 @@ import numpy as np
 from m4e_fmi.cosim.connections.recorded_variables import chosen
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.exchange.step_loop import Schedule
-from m4e_fmi.cosim.results.blocks import blocks
+from m4e_fmi.cosim.results.blocks import Block, ScenarioBlock, blocks
 from m4e_fmi.cosim.results.declared_ranges import RangeWatch
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.files.locks import ROWS, claimed
@@ -97,9 +97,11 @@ class ResultsWriter:
         names = chosen(descriptions, variables, network.sources)
         columns = 1 + sum(map(len, names.values()))
         self._block = max(LEAST_ROWS, min(MOST_ROWS, MOST_VALUES // columns))
-        self._groups = [
+        self._groups: list[Block | ScenarioBlock] = [
             block for name in instances for block in blocks(network, name, names[name], self._block)
         ]
+        if network.scenario:
+            self._groups.append(ScenarioBlock(network, self._block))
         watches = [(RangeWatch(g.section.component, g.reals), g) for g in self._groups]
         self._watches = [(watch, group) for watch, group in watches if watch]
         self._times = np.zeros((self._block, 1))
