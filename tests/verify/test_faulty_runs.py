@@ -24,7 +24,7 @@ from support.faults.trial import Place, differences, finished
 
 pytestmark = pytest.mark.verify
 SEED = int(os.environ.get("SEED", "20261123"))
-COUNT = int(os.environ.get("COUNT", 2 * len(PAIRS)))
+COUNT = int(os.environ.get("COUNT", len(PAIRS)))
 
 
 @pytest.fixture(scope="module")
@@ -65,7 +65,7 @@ def check_left(campaign: Campaign, setting: Setting, place: Place) -> None:
     campaign.check_resumed(place, setting)
 
 
-@pytest.mark.parametrize("number", range(30))
+@pytest.mark.parametrize("number", range(20))
 def test_a_master_killed(number: int, campaign: Campaign, slow: Callable[[Setting], Place]) -> None:
     """By kill -9, at any time: its workers end, and another process goes on."""
     chance, setting = chance_of(number)
@@ -79,7 +79,7 @@ def test_a_master_killed(number: int, campaign: Campaign, slow: Callable[[Settin
     check_left(campaign, setting, place)
 
 
-@pytest.mark.parametrize("number", range(30))
+@pytest.mark.parametrize("number", range(20))
 def test_a_master_killed_inside_a_write(number: int, campaign: Campaign, tmp_path: Path) -> None:
     """A part of the rows, or of a checkpoint, is on the disk."""
     chance, setting = chance_of(number)
@@ -92,7 +92,7 @@ def test_a_master_killed_inside_a_write(number: int, campaign: Campaign, tmp_pat
     check_left(campaign, setting, place)
 
 
-@pytest.mark.parametrize("number", range(15))
+@pytest.mark.parametrize("number", range(12))
 def test_signals(number: int, campaign: Campaign, slow: Callable[[Setting], Place]) -> None:
     """SIGTERM, SIGHUP and Ctrl-C end a run at once, in a call that does not return too."""
     chance, setting = chance_of(number)
@@ -109,7 +109,7 @@ def test_signals(number: int, campaign: Campaign, slow: Callable[[Setting], Plac
     check_left(campaign, setting, place)
 
 
-@pytest.mark.parametrize("number", range(20))
+@pytest.mark.parametrize("number", range(12))
 def test_a_worker_that_is_attacked(
     number: int, campaign: Campaign, slow: Callable[[Setting], Place]
 ) -> None:
@@ -128,7 +128,7 @@ def test_a_worker_that_is_attacked(
     check_left(campaign, setting, place)
 
 
-@pytest.mark.parametrize("number", range(15))
+@pytest.mark.parametrize("number", range(10))
 def test_a_full_disk(number: int, campaign: Campaign, tmp_path: Path) -> None:
     """The run goes on without checkpoints, or ends and says why; with more room it is resumed."""
     chance, setting = chance_of(number)
@@ -145,32 +145,33 @@ def test_a_full_disk(number: int, campaign: Campaign, tmp_path: Path) -> None:
         check_left(campaign, setting, place)
 
 
-@pytest.mark.parametrize("number", range(20))
+@pytest.mark.parametrize("number", range(4))
 def test_a_damaged_checkpoint(number: int, campaign: Campaign, tmp_path: Path) -> None:
     """It is refused, whatever byte is lost or altered; the rows stay."""
     chance, setting = chance_of(number)
     place = campaign.place(setting, tmp_path)
     place.arm(Fault("arm", "step", Kind("error", "fails"), 1.5))
     assert place.run().code == 1
-    checkpoint = tmp_path / "r.nc.checkpoint"
-    content = checkpoint.read_bytes()
-    at = chance.randrange(len(content))
-    altered = bytes([content[at] ^ (1 << chance.randrange(8))])
-    damaged = chance.choice([content[:at], content[:at] + altered + content[at + 1 :]])
-    checkpoint.write_bytes(damaged)
     place.arm(None)
-    before = (tmp_path / "r.nc").read_bytes()
-    done = place.run("--resume")
-    assert done.code == 2, done.err
-    assert "r.nc.checkpoint" in done.err
-    assert "Traceback" not in done.err
-    assert (tmp_path / "r.nc").read_bytes() == before
-    assert place.left_behind(done) == []
-    checkpoint.write_bytes(content)
+    checkpoint, results = tmp_path / "r.nc.checkpoint", tmp_path / "r.nc"
+    whole, rows = checkpoint.read_bytes(), results.read_bytes()
+    for _ in range(8):
+        at = chance.randrange(len(whole))
+        altered = bytes([whole[at] ^ (1 << chance.randrange(8))])
+        damaged = chance.choice([whole[:at], whole[:at] + altered + whole[at + 1 :]])
+        checkpoint.write_bytes(damaged)
+        done = place.run("--resume")
+        assert done.code == 2, done.err
+        assert "r.nc.checkpoint" in done.err
+        assert "Traceback" not in done.err
+        assert results.read_bytes() == rows
+        assert checkpoint.read_bytes() == damaged
+        assert place.left_behind(done) == []
+    checkpoint.write_bytes(whole)
     check_left(campaign, setting, place)
 
 
-@pytest.mark.parametrize("number", range(8))
+@pytest.mark.parametrize("number", range(6))
 def test_locked_results(number: int, campaign: Campaign, slow: Callable[[Setting], Place]) -> None:
     """A second run of the same files is refused, resumed or not; the first comes to its end."""
     chance, setting = chance_of(number)

@@ -102,7 +102,7 @@ class Limits:
 
 @dataclass(frozen=True)
 class Processes:
-    """What holds for all FMUs in processes of their own: `limits`, and what they `keep`.
+    """Conditions for all FMUs in processes of their own: `limits`, and what they `keep`.
 
     `keep` are the names of variables of the environment that they get.
     """

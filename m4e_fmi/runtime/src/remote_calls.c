@@ -3,14 +3,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "remote.h"
+#include "remote_client.h"
 
-enum { WARNING = 1, SURE = 2 /* steps after which it is known what is read */ };
-#define COUNT(array) (int)(sizeof(array) / sizeof *(array))
-#define ASK(function, given, wanted)                                                               \
-    m4e_remote_ask(r, function, given, COUNT(given), wanted, COUNT(wanted))
-
-typedef uint32_t vr;
 typedef struct {
     void (*functions[4])(void); /* logger, allocateMemory, freeMemory, stepFinished */
 } callbacks_1;
@@ -112,143 +106,43 @@ M4E_API void *m4e_remote_fmi3InstantiateCoSimulation(
 
 /* ---- values ---- */
 
-/* From now on, these values are expected to be read after steps. */
-static void learn(m4e_ahead *a, uint32_t function, const vr *references, size_t count, size_t values,
-                  size_t size) {
-    vr *copy = size <= M4E_ROOM ? malloc(count * sizeof *copy + 1) : NULL;
-    void *room = copy ? malloc(size + 1) : NULL;
-    free(a->references);
-    free(a->values);
-    a->references = room ? copy : NULL;
-    a->values = room;
-    if (!room) {
-        free(copy);
-        a->seen = 0;
-        return;
-    }
-    memcpy(copy, references, count * sizeof *copy);
-    a->function = function;
-    a->counts[0] = count;
-    a->counts[1] = values;
-    a->size = size;
-}
-
-/* Values that have come along with the last step; 0 if these have not. */
-static int was_ahead(m4e_remote *r, uint32_t function, const vr *references, size_t count,
-                     size_t values, void *to, size_t size) {
-    m4e_ahead *a = &r->ahead;
-    const int same = a->function == function && a->counts[0] == count && a->size == size &&
-                     a->references && !memcmp(a->references, references, count * sizeof(vr));
-    if (!r->has_stepped) return 0;
-    r->has_stepped = 0;
-    a->seen = same ? a->seen + (a->seen < SURE) : 1;
-    if (same && a->ready) {
-        a->ready = 0;
-        memcpy(to, a->values, size);
-        return 1;
-    }
-    if (!same) learn(a, function, references, count, values, size);
-    return 0;
-}
-
-static int get_now(m4e_remote *r, uint32_t function, const vr *references, size_t count,
-                   size_t values, void *to, size_t size) {
-    m4e_channel *c = m4e_remote_begin(r);
-    const m4e_given given[] = {{references, count * sizeof *references}};
-    const m4e_wanted wanted[] = {{to, values * size}};
-    c->number[0] = count;
-    c->number[1] = values;
-    return ASK(function, given, wanted);
-}
-
-static int get(m4e_remote *r, uint32_t function, const vr *references, size_t count, size_t values,
-               void *to, size_t size) {
-    if (was_ahead(r, function, references, count, values, to, values * size))
-        return r->ahead.status;
-    return get_now(r, function, references, count, values, to, size);
-}
-
-static int set(m4e_remote *r, uint32_t function, const vr *references, size_t count, size_t values,
-               const void *from, size_t size) {
-    m4e_channel *c = m4e_remote_begin(r);
-    const m4e_given given[] = {{references, count * sizeof *references}, {from, values * size}};
-    if (!m4e_remote_set_late(r, function, given, COUNT(given), count, values)) return 0;
-    c->number[0] = count;
-    c->number[1] = values;
-    return m4e_remote_ask(r, function, given, COUNT(given), NULL, 0);
-}
-
 #define GET(f, type)                                                                               \
     M4E_API int m4e_remote_##f(void *r, const vr *references, size_t count, type *values) {        \
-        return get(r, M4E_##f, references, count, count, values, sizeof(type));                    \
+        return m4e_remote_get(r, M4E_##f, references, count, count, values, sizeof(type));         \
     }
 #define SET(f, type)                                                                               \
     M4E_API int m4e_remote_##f(void *r, const vr *references, size_t count, const type *values) {  \
-        return set(r, M4E_##f, references, count, count, values, sizeof(type));                    \
+        return m4e_remote_set(r, M4E_##f, references, count, count, values, sizeof(type));         \
     }
 #define GET_SIZED(f, type)                                                                         \
     M4E_API int m4e_remote_##f(void *r, const vr *references, size_t count, type *values,          \
                                size_t size) {                                                      \
-        return get(r, M4E_##f, references, count, size, values, sizeof(type));                     \
+        return m4e_remote_get(r, M4E_##f, references, count, size, values, sizeof(type));          \
     }
 #define SET_SIZED(f, type)                                                                         \
     M4E_API int m4e_remote_##f(void *r, const vr *references, size_t count, const type *values,    \
                                size_t size) {                                                      \
-        return set(r, M4E_##f, references, count, size, values, sizeof(type));                     \
+        return m4e_remote_set(r, M4E_##f, references, count, size, values, sizeof(type));          \
     }
-
-/* Texts of an answer, one after the other, stay where they are up to the next call. */
-static int get_texts(m4e_remote *r, uint32_t function, const vr *references, size_t count,
-                     const char **values, size_t size) {
-    const int status = get_now(r, function, references, count, size, NULL, 0);
-    const char *at = status >= M4E_LOST ? NULL : m4e_remote_answer(r);
-    if (!at) return status < M4E_LOST ? M4E_LOST : status;
-    const char *end = at + r->channel->taken;
-    for (size_t k = 0; k < size && at < end; ++k) {
-        values[k] = at;
-        at += strlen(at) + 1;
-    }
-    return status;
-}
-
-static int set_texts(m4e_remote *r, uint32_t function, const vr *references, size_t count,
-                     const char *const *values, size_t size) {
-    m4e_channel *c = m4e_remote_begin(r);
-    size_t total = 0;
-    for (size_t k = 0; k < size; ++k) total += text(values[k]).size;
-    char *whole = malloc(total + 1), *at = whole;
-    if (!whole) return M4E_LOST;
-    for (size_t k = 0; k < size; ++k) {
-        const m4e_given one = text(values[k]);
-        memcpy(at, one.at, one.size);
-        at += one.size;
-    }
-    const m4e_given given[] = {{references, count * sizeof *references}, {whole, total}};
-    c->number[0] = count;
-    c->number[1] = size;
-    const int status = m4e_remote_ask(r, function, given, COUNT(given), NULL, 0);
-    free(whole);
-    return status;
-}
 
 #define GET_TEXTS(f, type)                                                                         \
     M4E_API int m4e_remote_##f(void *r, const vr *references, size_t count, const type **values) { \
-        return get_texts(r, M4E_##f, references, count, values, count);                            \
+        return m4e_remote_get_texts(r, M4E_##f, references, count, values, count);                 \
     }
 #define SET_TEXTS(f, type)                                                                         \
     M4E_API int m4e_remote_##f(void *r, const vr *references, size_t count,                        \
                                const type *const *values) {                                        \
-        return set_texts(r, M4E_##f, references, count, values, count);                            \
+        return m4e_remote_set_texts(r, M4E_##f, references, count, values, count);                 \
     }
 #define GET_TEXTS_SIZED(f, type)                                                                   \
     M4E_API int m4e_remote_##f(void *r, const vr *references, size_t count, const type **values,   \
                                size_t size) {                                                      \
-        return get_texts(r, M4E_##f, references, count, values, size);                             \
+        return m4e_remote_get_texts(r, M4E_##f, references, count, values, size);                  \
     }
 #define SET_TEXTS_SIZED(f, type)                                                                   \
     M4E_API int m4e_remote_##f(void *r, const vr *references, size_t count,                        \
                                const type *const *values, size_t size) {                           \
-        return set_texts(r, M4E_##f, references, count, values, size);                             \
+        return m4e_remote_set_texts(r, M4E_##f, references, count, values, size);                  \
     }
 
 /* The answer: sizes (8 bytes each), then one content after the other. */
@@ -256,7 +150,7 @@ static int set_texts(m4e_remote *r, uint32_t function, const vr *references, siz
     M4E_API int m4e_remote_##f(void *remote, const vr *references, size_t count, size_t *sizes,    \
                                const type **values, size_t size) {                                 \
         m4e_remote *r = remote;                                                                    \
-        const int status = get_now(r, M4E_##f, references, count, size, NULL, 0);                  \
+        const int status = m4e_remote_get_now(r, M4E_##f, references, count, size, NULL, 0);       \
         const char *at = status >= M4E_LOST ? NULL : m4e_remote_answer(r);                         \
         if (!at) return status < M4E_LOST ? M4E_LOST : status;                                     \
         if (r->channel->taken < 8 * size) return M4E_LOST;                                         \
@@ -296,119 +190,45 @@ static int set_texts(m4e_remote *r, uint32_t function, const vr *references, siz
 
 /* ---- derivatives ---- */
 
-static int with_orders(m4e_remote *r, uint32_t function, const vr *references, size_t count,
-                       const int32_t *orders, const double *given_values, double *values,
-                       size_t size) {
-    m4e_channel *c = m4e_remote_begin(r);
-    const m4e_given given[] = {{references, count * sizeof *references},
-                               {orders, count * sizeof *orders},
-                               {given_values, given_values ? size * sizeof *values : 0}};
-    if (given_values && !m4e_remote_set_late(r, function, given, COUNT(given), count, size))
-        return 0;
-    const m4e_wanted wanted[] = {{values, values ? size * sizeof *values : 0}};
-    c->number[0] = count;
-    c->number[1] = size;
-    return ASK(function, given, wanted);
-}
-
 #define SET_ORDERS(f, type)                                                                        \
     M4E_API int m4e_remote_##f(void *r, const vr *references, size_t count, const int32_t *orders, \
                                const type *values) {                                               \
-        return with_orders(r, M4E_##f, references, count, orders, values, NULL, count);            \
+        return m4e_remote_with_orders(r, M4E_##f, references, count, orders, values, NULL, count); \
     }
 #define GET_ORDERS(f, type)                                                                        \
     M4E_API int m4e_remote_##f(void *r, const vr *references, size_t count, const int32_t *orders, \
                                type *values) {                                                     \
-        return with_orders(r, M4E_##f, references, count, orders, NULL, values, count);            \
+        return m4e_remote_with_orders(r, M4E_##f, references, count, orders, NULL, values, count); \
     }
 #define GET_ORDERS_SIZED(f, type)                                                                  \
     M4E_API int m4e_remote_##f(void *r, const vr *references, size_t count, const int32_t *orders, \
                                type *values, size_t size) {                                        \
-        return with_orders(r, M4E_##f, references, count, orders, NULL, values, size);             \
+        return m4e_remote_with_orders(r, M4E_##f, references, count, orders, NULL, values, size);  \
     }
-
-static int derivative(m4e_remote *r, uint32_t function, const vr *unknowns, size_t unknown_count,
-                      const vr *knowns, size_t known_count, const double *seed, size_t seeds,
-                      double *found, size_t size) {
-    m4e_channel *c = m4e_remote_begin(r);
-    const m4e_given given[] = {{unknowns, unknown_count * sizeof *unknowns},
-                               {knowns, known_count * sizeof *knowns},
-                               {seed, seeds * sizeof *seed}};
-    const m4e_wanted wanted[] = {{found, size * sizeof *found}};
-    c->number[0] = unknown_count;
-    c->number[1] = known_count;
-    c->number[2] = seeds;
-    c->number[3] = size;
-    return ASK(function, given, wanted);
-}
 
 #define DERIVATIVE(f, type)                                                                        \
     M4E_API int m4e_remote_##f(void *r, const vr *unknowns, size_t n, const vr *knowns, size_t m,  \
                                const type *seed, type *found) {                                    \
-        return derivative(r, M4E_##f, unknowns, n, knowns, m, seed, m, found, n);                  \
+        return m4e_remote_derivative(r, M4E_##f, unknowns, n, knowns, m, seed, m, found, n);       \
     }
 #define DERIVATIVE_SIZED(f, type)                                                                  \
     M4E_API int m4e_remote_##f(void *r, const vr *unknowns, size_t n, const vr *knowns, size_t m,  \
                                const type *seed, size_t seeds, type *found, size_t size) {         \
-        return derivative(r, M4E_##f, unknowns, n, knowns, m, seed, seeds, found, size);           \
+        return m4e_remote_derivative(r, M4E_##f, unknowns, n, knowns, m, seed, seeds, found, size);\
     }
 
 /* ---- steps ---- */
 
-static int post_step(m4e_remote *r, uint32_t function, double t, double h, int no_return) {
-    m4e_channel *c = m4e_remote_begin(r);
-    c->real[0] = t;
-    c->real[1] = h;
-    c->number[0] = (uint64_t)(no_return != 0);
-    const m4e_ahead *a = &r->ahead;
-    if (a->seen < SURE) {
-        c->ahead = M4E_LOAD;
-        return m4e_remote_post(r, function, NULL, 0);
-    }
-    const m4e_given given[] = {{a->references, a->counts[0] * sizeof(vr)}};
-    c->ahead = a->function;
-    c->ahead_counts[0] = a->counts[0];
-    c->ahead_counts[1] = a->counts[1];
-    return m4e_remote_post(r, function, given, COUNT(given));
-}
-
-static int is_begun(const m4e_remote *r, double t, double h, int no_return) {
-    return r->stepping && r->t == t && r->h == h && r->no_return == (no_return != 0);
-}
-
-void m4e_remote_begin_step(void *remote, double t, double h, int no_return, uint32_t function) {
-    m4e_remote *r = remote;
-    if (is_begun(r, t, h, no_return)) return;
-    r->late_answer = post_step(r, function, t, h, no_return);
-    r->stepping = 1;
-    r->t = t;
-    r->h = h;
-    r->no_return = no_return != 0;
-}
-
-static int step(m4e_remote *r, uint32_t function, double t, double h, int no_return) {
-    m4e_remote_begin_step(r, t, h, no_return, function);
-    const m4e_channel *c = r->channel;
-    const int status = m4e_remote_await(r);
-    m4e_ahead *a = &r->ahead;
-    r->has_stepped = 1;
-    a->ready = status <= WARNING && c->ahead != M4E_LOAD && c->ahead_status >= 0;
-    if (!a->ready) return status;
-    a->status = c->ahead_status;
-    memcpy(a->values, c->answer, a->size);
-    return status;
-}
-
 #define STEP(f, type)                                                                              \
     M4E_API int m4e_remote_##f(void *r, double t, double h, int no_return) {                       \
-        return step(r, M4E_##f, t, h, no_return);                                                  \
+        return m4e_remote_step(r, M4E_##f, t, h, no_return);                                       \
     }
 #define STEP_3(f, type)                                                                            \
     M4E_API int m4e_remote_##f(void *remote, double t, double h, bool no_return, bool *event,      \
                                bool *end, bool *early, double *reached) {                          \
         m4e_remote *r = remote;                                                                    \
         const m4e_channel *c = r->channel;                                                         \
-        const int status = step(r, M4E_##f, t, h, no_return);                                      \
+        const int status = m4e_remote_step(r, M4E_##f, t, h, no_return);                           \
         if (status >= M4E_LOST) return status;                                                     \
         *event = c->number[1] & 1;                                                                 \
         *end = c->number[1] >> 1 & 1;                                                              \
@@ -436,7 +256,7 @@ static int step(m4e_remote *r, uint32_t function, double t, double h, int no_ret
         c->number[0] = (uint64_t)kind;                                                             \
         c->real[0] = (double)*value;                                                               \
         const int status = m4e_remote_ask(r, M4E_##f, NULL, 0, NULL, 0);                           \
-        if (status < M4E_LOST) *value = (type)c->real[0];                                         \
+        if (status < M4E_LOST) *value = (type)c->real[0];                                          \
         return status;                                                                             \
     }
 
@@ -447,7 +267,7 @@ static int step(m4e_remote *r, uint32_t function, double t, double h, int no_ret
         m4e_channel *c = m4e_remote_begin(r);                                                      \
         c->number[0] = (uint64_t)(uintptr_t)*state;                                                \
         const int status = m4e_remote_ask(r, M4E_##f, NULL, 0, NULL, 0);                           \
-        if (status < M4E_LOST) *state = (void *)(uintptr_t)c->number[0];                          \
+        if (status < M4E_LOST) *state = (void *)(uintptr_t)c->number[0];                           \
         return status;                                                                             \
     }
 #define SET_STATE(f, type)                                                                         \
@@ -460,7 +280,7 @@ static int step(m4e_remote *r, uint32_t function, double t, double h, int no_ret
         m4e_channel *c = m4e_remote_begin(r);                                                      \
         c->number[0] = (uint64_t)(uintptr_t)state;                                                 \
         const int status = m4e_remote_ask(r, M4E_##f, NULL, 0, NULL, 0);                           \
-        if (status < M4E_LOST) *size = (size_t)c->number[1];                                      \
+        if (status < M4E_LOST) *size = (size_t)c->number[1];                                       \
         return status;                                                                             \
     }
 #define SERIALIZE(f, type)                                                                         \
@@ -478,7 +298,7 @@ static int step(m4e_remote *r, uint32_t function, double t, double h, int no_ret
         c->number[0] = (uint64_t)(uintptr_t)*state;                                                \
         c->number[1] = size;                                                                       \
         const int status = m4e_remote_ask(r, M4E_##f, given, COUNT(given), NULL, 0);               \
-        if (status < M4E_LOST) *state = (void *)(uintptr_t)c->number[0];                          \
+        if (status < M4E_LOST) *state = (void *)(uintptr_t)c->number[0];                           \
         return status;                                                                             \
     }
 

@@ -126,7 +126,7 @@ static const struct {
     {"slow", be_slow},
 };
 
-enum { FLOOD = 5000 };
+enum { FLOOD = 1000 };
 
 static void write_floods(void) {
     for (int i = 0; i < FLOOD; i++) {

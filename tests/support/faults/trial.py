@@ -27,6 +27,8 @@ from m4e_fmi.results.results_file import Results, load
 COMPONENTS = {"buoy": "mass", "arm": "middle", "line": "spring"}
 """A chain of two masses and a spring, each component an FMU of its own."""
 STOP, STEP = 2.0, 0.01  # s
+LIMIT, MEMORY = 1.0, "400 MB"
+"""Seconds that a call of an FMU may take, and address space of its process."""
 CHECKPOINTS = 0.13
 """Simulated seconds between checkpoints."""
 FAULTS = "M4E_TEST_FAULTS"
@@ -194,6 +196,8 @@ def write_system(
         "components": components | {"buoy": {**components["buoy"], "start": {"body.m.x": 1.0}}},
         "connections": ["buoy.body.m <-> arm.end", "arm.body.m <-> line.end"],
         "simulation": simulation,
+        "limits": {"call": LIMIT, "end": LIMIT, "memory": MEMORY},
+        "environment": {"keep": [FAULTS]},
     }
     place.system.write_text(json.dumps(content))
 

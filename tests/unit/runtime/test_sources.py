@@ -25,7 +25,8 @@ FUZZ = Path(__file__).parents[2] / "fuzz" / "fuzz_program.c"
 
 @pytest.mark.parametrize("more", [[], ["-DM4E_NO_COMPUTED_GOTO"]], ids=["goto", "switch"])
 def test_sources_compile_without_a_warning(tmp_path: Path, more: list[str]) -> None:
-    command = [*(compiler() or ["cc"]), *FLAGS, *STRICT, *more, "-o", str(tmp_path / "library")]
+    command = [*(compiler() or ["cc"]), *FLAGS, *STRICT, *more, "-fPIC"]
+    command += ["-o", str(tmp_path / "library")]
     run = subprocess.run([*command, *map(str, C_FILES), "-lm"], capture_output=True, text=True)
     assert run.returncode == 0, run.stderr
 

@@ -23,13 +23,13 @@ from contextlib import ExitStack, closing
 from copy import copy
 from functools import cache, cached_property
 from pathlib import Path
-from typing import Any
 
 import fmpy
 from fmpy import fmi1, fmi2, fmi3
 
 from m4e_fmi.cosim.exchange.loading.static_data import keeps_nothing
 from m4e_fmi.errors import RunError
+from m4e_fmi.fmu.importer.calls.standard import FmpyInstance
 from m4e_fmi.fmu.importer.reading import Description
 from m4e_fmi.fmu.importer.unpack import Unpacked
 from m4e_fmi.fmu.importer.worker import Host, Worker
@@ -118,7 +118,7 @@ class Binary:
             os.chdir(here)  # loading leaves the process elsewhere when it fails
 
     @property
-    def functions(self) -> Any:
+    def functions(self) -> FmpyInstance:
         """FMPy's object."""
         return self._functions
 
@@ -161,7 +161,7 @@ class Hosted(Binary):
         self._waits = True
 
     @property
-    def functions(self) -> Any:
+    def functions(self) -> FmpyInstance:
         """FMPy's object, once the library is loaded."""
         assert self.worker
         if self._waits:
@@ -185,7 +185,7 @@ def _not_loaded(description: Description, files: Files, origin: str, why: str) -
     return RunError(f"{origin}: its binary cannot be loaded: {text}", remedy)
 
 
-def _loaded(description: Description, files: Files, library: Path) -> Any:
+def _loaded(description: Description, files: Files, library: Path) -> FmpyInstance:
     """FMPy's object for a library, with the signatures of all functions."""
     kind = CLASSES[description.version]
     _keep_signatures(kind)
@@ -200,7 +200,7 @@ def _loaded(description: Description, files: Files, library: Path) -> Any:
     )
 
 
-def _again(like: Binary, library: Path) -> Any:
+def _again(like: Binary, library: Path) -> FmpyInstance:
     """The same for a copy of the library: finding out all signatures takes most of the time."""
     found = copy(like.functions)
     os.chdir(library.parent)  # where some find the libraries that they need

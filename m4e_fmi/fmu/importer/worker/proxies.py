@@ -7,19 +7,22 @@ import functools
 import inspect
 import types
 import typing
-from collections.abc import Callable
-from typing import Any
 
+from m4e_fmi.fmu.importer.calls.standard import FmpyInstance
 from m4e_fmi.fmu.importer.worker.channel import PREFIX, function_names, remote_library
 from m4e_fmi.fmu.importer.worker.process import Worker
 
 _INSTANTIATES = ("fmiInstantiateSlave", "fmi2Instantiate", "fmi3InstantiateCoSimulation")
 
 
+Signature = tuple[str, list[str], list[object], object]
+"""A function's name in C, names and types of its arguments, type of its result."""
+
+
 @functools.cache
-def _signatures(kind: type) -> dict[str, tuple[str, list[str], list[Any], Any]]:
-    """FMPy's name of a function → its name in C, names and types of arguments, type of result."""
-    found: dict[str, tuple[str, list[str], list[Any], Any]] = {}
+def _signatures(kind: type) -> dict[str, Signature]:
+    """The signatures of all functions, by FMPy's names."""
+    found: dict[str, Signature] = {}
     for name, function in inspect.getmembers(kind, inspect.isfunction):
         if not name.startswith("fmi"):
             continue
@@ -35,7 +38,7 @@ def _signatures(kind: type) -> dict[str, tuple[str, list[str], list[Any], Any]]:
     return found
 
 
-def _first(annotation: Any) -> Any:
+def _first(annotation: object) -> object:
     return typing.get_args(annotation)[0] if isinstance(annotation, types.UnionType) else annotation
 
 
@@ -55,7 +58,7 @@ def callable_names(identifier: str, version: str) -> list[str]:
     ]
 
 
-def proxies(kind: type, worker: Worker, *, identifier: str, guid: str, folder: str) -> Any:
+def proxies(kind: type, worker: Worker, *, identifier: str, guid: str, folder: str) -> FmpyInstance:
     """FMPy's object of class `kind` for an FMU whose functions are called in `worker`."""
     library = remote_library()
     assert library is not None
@@ -69,10 +72,10 @@ def proxies(kind: type, worker: Worker, *, identifier: str, guid: str, folder: s
     for name, (c_name, names, arguments, result) in _signatures(kind).items():
         if c_name not in function_names():
             continue
-        function: Any = library[PREFIX + c_name]  # a new object each time
+        function: FmpyInstance = library[PREFIX + c_name]  # a new object each time
         function.argnames, function.argtypes, function.restype = names, arguments, result
         if c_name in _INSTANTIATES:
-            function = _instantiating(function, worker)
+            function = _Instantiating(function, worker)
         setattr(found.dll, prefix + c_name, function)
         found._functions[name] = function
     return found
@@ -81,7 +84,7 @@ def proxies(kind: type, worker: Worker, *, identifier: str, guid: str, folder: s
 class _Instantiating:
     """A function that makes an instance, in a worker; with the attributes that FMPy looks for."""
 
-    def __init__(self, function: Any, worker: Worker) -> None:
+    def __init__(self, function: FmpyInstance, worker: Worker) -> None:
         self._function, self._worker = function, worker
         self.argnames, self.argtypes, self.restype = (
             function.argnames,
@@ -92,7 +95,3 @@ class _Instantiating:
     def __call__(self, *arguments: object) -> int | None:
         self._worker.next_instance()
         return self._function(*arguments)
-
-
-def _instantiating(function: Any, worker: Worker) -> Callable[..., int | None]:
-    return _Instantiating(function, worker)
