@@ -2,45 +2,28 @@
 
 from __future__ import annotations
 
-import time as clock
 from collections.abc import Callable, Generator, Sequence
-from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, replace
-from functools import partial
+from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 from m4e_fmi.cosim.checkpoint.container import checkpoint_of
-from m4e_fmi.cosim.checkpoint.identity import identity
 from m4e_fmi.cosim.connections.prepared import Prepared
-from m4e_fmi.cosim.connections.recorded_variables import chosen
 from m4e_fmi.cosim.error_estimate.report import Trace, compared
 from m4e_fmi.cosim.exchange.fmu_log import Warn
-from m4e_fmi.cosim.master.checkpoints import Checkpoints, checkpoints, resumable
-from m4e_fmi.cosim.master.master import Master, Observer
-from m4e_fmi.cosim.master.outcome import ExportError, Outcome
-from m4e_fmi.cosim.master.real_time import NO_ESTIMATE, RealTime
-from m4e_fmi.cosim.master.recording import (
-    attributes_of,
-    closing_attributes,
-    export_whole,
-    kept,
-    place_of,
-    thinned,
-    whole,
-)
+from m4e_fmi.cosim.master.begun import Options, begun_run
+from m4e_fmi.cosim.master.master import Observer
+from m4e_fmi.cosim.master.outcome import Outcome
+from m4e_fmi.cosim.master.real_time import RealTime
+from m4e_fmi.cosim.master.recording import thinned
 from m4e_fmi.cosim.master.resume import Resumed
 from m4e_fmi.cosim.master.second_run import finer, second_run
 from m4e_fmi.cosim.master.stepwise import Execution
 from m4e_fmi.cosim.master.ticking import Progress
-from m4e_fmi.cosim.monitoring.flotation import start_warnings
 from m4e_fmi.cosim.preparation.prepare import prepare
-from m4e_fmi.cosim.preparation.surroundings import model_gravity
-from m4e_fmi.cosim.results.writer import AT_STOP, ResultsWriter
-from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
 from m4e_fmi.cosim.system.system import System
-from m4e_fmi.errors import InputError, RunError
-from m4e_fmi.results.results_file import as_given, stream_of
-from m4e_fmi.signals import Terminated, ending_cleanly, held, let_through
+from m4e_fmi.errors import InputError
+from m4e_fmi.results.results_file import stream_of
 
 
 def run(
@@ -91,26 +74,24 @@ def run(
         system = prepare(system, build_directory=build_directory, tell=tell)
     if results is not None:
         system = thinned(system, variables, tell)
-    _tell(warn, system.warnings)
-    first = partial(
-        _once,
-        system,
+    options = Options(
         results=results,
-        progress=progress,
         variables=variables,
+        watched=bool(observers),
         warn=warn,
+        tell=tell,
         beside=beside,
         resumed=resumed,
-        tell=tell,
         paced=None if real_time is None else RealTime(real_time),
     )
+    options.warn_of(system.warnings)
     if not check:
-        return first(observers=observers)
+        return _once(system, options, observers, progress)
     again = finer(system)
     trace, finer_trace = Trace(), Trace()
-    outcome = first(observers=[*observers, trace])
+    outcome = _once(system, replace(options, watched=True), [*observers, trace], progress)
     with second_run(outcome.path):
-        _once(again, observers=[finer_trace], progress=progress, certify=False)
+        _once(again, Options(watched=True, certify=False), [finer_trace], progress)
     found = compared(trace, finer_trace, system.system.connections, outcome.order)
     return replace(outcome, checked=found)
 
@@ -134,7 +115,8 @@ def start(
         system = prepare(system, build_directory=build_directory, tell=tell)
     if results is not None:
         system = thinned(system, variables, tell)
-    with _begun(system, results=results, variables=variables, changeable=True, warn=warn) as begun:
+    options = Options(results=results, variables=variables, changeable=True, warn=warn)
+    with begun_run(system, options) as begun:
         master, writer = begun.master, begun.results
         execution = Execution(master, system.descriptions, system.wiring)
         master.begin(writer, singly=True)
@@ -148,156 +130,19 @@ def start(
 
 
 def _once(
-    system: Prepared,
-    *,
-    results: str | Path | None = None,
-    observers: Sequence[Observer],
-    progress: Progress | None,
-    variables: Sequence[str] = (),
-    warn: Warn | None = None,
-    beside: Sequence[Path] = (),
-    certify: bool = True,
-    resumed: Resumed | None = None,
-    tell: Callable[[str], None] | None = None,
-    paced: RealTime | None = None,
+    system: Prepared, options: Options, observers: Sequence[Observer], progress: Progress | None
 ) -> Outcome:
-    waits = [paced] if paced else []
-    with _begun(
-        system,
-        results=results,
-        variables=variables,
-        certify=certify,
-        watched=bool(observers),
-        warn=warn,
-        beside=beside,
-        resumed=resumed,
-        tell=tell,
-        paced=paced,
-    ) as begun:
+    waits = [options.paced] if options.paced else []
+    with begun_run(system, options) as begun:
         begun.master.run(
             results=begun.results,
             observers=[*waits, *observers],
             progress=progress,
             checkpoints=begun.checkpoints,
-            resumed=resumed,
+            resumed=options.resumed,
         )
     assert begun.outcome
     return begun.outcome
-
-
-@dataclass
-class _Begun:
-    """A run of a system with its results file, if there is one.
-
-    It has the `outcome` once both have ended, unless the run has `failed`.
-    """
-
-    master: Master
-    system: Prepared
-    results: ResultsWriter | None = None
-    checkpoints: Checkpoints | None = None
-    outcome: Outcome | None = None
-    failed: bool = False
-
-
-@contextmanager
-def _begun(
-    system: Prepared,
-    *,
-    results: str | Path | None,
-    variables: Sequence[str],
-    certify: bool = True,
-    changeable: bool = False,
-    watched: bool = False,
-    warn: Warn | None = None,
-    beside: Sequence[Path] = (),
-    resumed: Resumed | None = None,
-    tell: Callable[[str], None] | None = None,
-    paced: RealTime | None = None,
-) -> Generator[_Begun]:
-    """A run that the block makes; its outcome and its export follow the block."""
-    start_time = clock.perf_counter()
-    missing = () if changeable else system.warnings  # inputs may be set between the steps
-    system = _at_home(system)
-    recorded: dict[str, list[str]] = {}
-    if results is not None:
-        members = chosen(system.descriptions, variables, system.wiring.sources)
-        recorded = {name: [v.name for v in members] for name, members in members.items()}
-    with ExitStack() as stack:
-        complete = stack.enter_context(_told_if_complete())
-        stack.enter_context(ending_cleanly())
-        place = stack.enter_context(place_of(results)) if results is not None else None
-        same = identity(system, recorded, certify=certify)
-        if resumed:
-            resumed.check(same, system.system.simulation.stop_time)
-            resumed.tell(tell)
-        given = Path(results or "")
-        file = given.absolute()
-        master = stack.enter_context(
-            Master(
-                system,
-                certify=certify and paced is None,
-                changeable=changeable,
-                recorded=recorded,
-                watched=watched or (resumed is not None and resumed.head.watched),
-                warn=resumed.at_once if resumed else warn,
-            )
-        )
-        if resumed:
-            resumed.bring_texts(master.network)
-        begun = _Begun(master, system)
-        gravity = partial(model_gravity, system.system, system.descriptions)
-        floats = start_warnings(master.network, system.wiring, gravity)
-        _tell(warn, floats)
-        writer = None
-        if place is None:
-            with _timed(begun):
-                yield begun
-            complete[:] = [_reached(begun)]
-        else:
-            own = checkpoint_of(place)
-            writer = begun.results = ResultsWriter(
-                place,
-                master.network,
-                attributes_of(system),
-                variables=variables,
-                closing=lambda: {
-                    **closing_attributes(master, system, certify=certify and not begun.failed),
-                    **({"real_time": str(paced.lateness)} if paced else {}),
-                },
-                beside=[path.absolute() for path in (file, *beside) if path.resolve() != place],
-                earlier=[] if resumed and resumed.path == own else [own],
-                begun=resumed.rows if resumed else None,
-            )
-            if system.system.simulation.has_checkpoints and not changeable:
-                begun.checkpoints = checkpoints(system, place, same, tell=tell, warn=warn)
-                if resumed:
-                    begun.checkpoints.go_on(resumed.path, resumed.head.time)
-            with (
-                resumable(begun.checkpoints),
-                kept(file, given, writer),
-                _timed(begun),
-                held(),
-                writer,
-            ):
-                with _recorded(begun), let_through():
-                    yield begun
-                if master.ended:
-                    writer.close(master.ended)
-            complete[:] = [_reached(begun), whole(file, given, writer)]
-        late = (*master.warnings, *(writer.warnings if writer else ()))
-        _tell(warn, late)
-        outcome = _outcome(begun, clock.perf_counter() - start_time, given, certify=certify)
-        if paced:
-            certificate = outcome.certificate or NO_ESTIMATE
-            outcome = replace(outcome, certificate=certificate, real_time=paced.lateness)
-        begun.outcome = replace(outcome, warnings=(*missing, *floats, *late))
-        if writer:
-            try:
-                export_whole(file, given, writer)
-            except RunError as error:
-                raise ExportError(error, begun.outcome) from error
-            complete[1:] = [whole(file, given, writer, exported=True)]
 
 
 def _checkpoint(
@@ -316,82 +161,3 @@ def _checkpoint(
         raise InputError.single(message, "give `results`")
     path = checkpoint_of(stream_of(results)) if resume is True else Path(resume)
     return Resumed.at(path.absolute(), check=check, watched=watched, warn=warn)
-
-
-def _tell(warn: Warn | None, lines: Sequence[str]) -> None:
-    """Call `warn` with each of some warnings."""
-    if warn:
-        for line in lines:
-            warn(f"warning: {line}")
-
-
-def _outcome(begun: _Begun, wall_time: float, given: Path, *, certify: bool) -> Outcome:
-    """The outcome of a run that has ended, without its warnings; `given` is the results file."""
-    master, writer = begun.master, begun.results
-    return Outcome(
-        prepared=begun.system,
-        path=as_given(stream_of(given), writer.path) if writer else None,
-        steps=master.steps,
-        wall_time=wall_time,
-        energy=master.energy,
-        notes=(*begun.system.notes, *master.notes, *(writer.notes if writer else ())),
-        order=master.order,
-        rejected=master.rejected,
-        certificate=master.certificate() if certify else "",
-        messages=master.messages,
-        scenario=master.scenario,
-    )
-
-
-def _at_home(system: Prepared) -> Prepared:
-    """The same, with files that are found from any folder: FMUs may change that of the process."""
-    found = {n: replace(d, path=d.path.absolute()) for n, d in system.descriptions.items()}
-    return replace(system, descriptions=found)
-
-
-@contextmanager
-def _recorded(begun: _Begun) -> Generator[None]:
-    """Results of a run that has made all its steps are complete, however it ends."""
-    try:
-        yield
-    except BaseException as error:
-        begun.failed = True
-        asked = isinstance(error, KeyboardInterrupt | Terminated)
-        if asked and begun.results and _is_at_stop(begun):
-            begun.results.close(AT_STOP)
-        raise
-
-
-@contextmanager
-def _timed(begun: _Begun) -> Generator[None]:
-    """Ctrl-C and signals get a note of the time reached."""
-    try:
-        yield
-    except (KeyboardInterrupt, Terminated) as error:
-        error.add_note(_reached(begun))
-        raise
-
-
-@contextmanager
-def _told_if_complete() -> Generator[list[str]]:
-    """Ctrl-C and signals that have no notes get those of this list, which is for a complete run."""
-    notes: list[str] = []
-    try:
-        yield notes
-    except (KeyboardInterrupt, Terminated) as error:
-        for note in () if getattr(error, "__notes__", ()) else notes:
-            error.add_note(note)
-        raise
-
-
-def _is_at_stop(begun: _Begun) -> bool:
-    stop_time = begun.system.system.simulation.stop_time
-    return round(begun.master.network.time * NS_PER_SECOND) >= round(stop_time * NS_PER_SECOND)
-
-
-def _reached(begun: _Begun) -> str:
-    """The present time of a run, as a note."""
-    stop = f"{begun.system.system.simulation.stop_time:.9g} s"
-    if _is_at_stop(begun):
-        return f"at the stop time, t = {stop}"
-    return f"at t = {begun.master.network.time:.9g} s of {stop}"
