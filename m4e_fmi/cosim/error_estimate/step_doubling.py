@@ -41,8 +41,6 @@ holds if the errors of the followed run are less than a third of those of window
 where none is followed, if the errors of smooth motions and kinks together fall by the order of the
 algorithm. Where kinks matter more, they may change all that follows, and the run is followed to its
 end. Where rougher ones come later, it is followed and decided anew.
-
-Going back to a saved state also discards all estimates made since then.
 """
 
 from __future__ import annotations
@@ -182,7 +180,7 @@ class StepDoublingEstimator:
         return StepDoublingSnapshot(self._state.copy(), self._roughness.snapshot())
 
     def restore(self, snapshot: StepDoublingSnapshot) -> None:
-        """Continue as from where the snapshot was taken."""
+        """Continue as from where the snapshot was taken, without estimates made since then."""
         self._state = snapshot.state.copy()
         self._roughness.restore(snapshot.roughness)
 
