@@ -171,8 +171,8 @@ class EnergyBalance:
     def add(self, held: np.ndarray, size: float, left: np.ndarray | None = None) -> None:
         """Account for a step of `size` [s] to the present point.
 
-        The inputs `held` (n_inputs,) are in their sources' units. If there was a jump at the present
-        point, `left` (n,) are all values before it, in their units.
+        The inputs `held` (n_inputs,) are in their sources' units. If there was a jump at the
+        present point, `left` (n,) are all values before it, in their units.
         """
         if not self._bonds:
             return
