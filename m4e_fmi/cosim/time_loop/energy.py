@@ -164,6 +164,8 @@ class EnergyBalance:
 
     def restore(self, snapshot: EnergySnapshot) -> None:
         """Continue as from where the snapshot was taken; operations keep their addresses."""
+        if not 0 <= snapshot.steps < BLOCK:
+            raise ValueError(f"{snapshot.steps} steps are noted, of {BLOCK}")
         self._sums, self._steps = snapshot.sums, snapshot.steps
         self._points[:], self._held[:] = snapshot.points, snapshot.held
         self._sizes[:] = snapshot.sizes
