@@ -109,6 +109,10 @@ class Journal:
         kinds[key] = kind = _Kind(FmuMessage(component, word, told, 1, now, now), 1, now)
         self._tell(str(kind.first))
 
+    def notice(self, line: str) -> None:
+        """Tell of a call that takes long."""
+        self._tell(line)
+
     def _tell(self, line: str) -> None:
         """Call `warn`; what it raises waits for `check`, as the caller is an FMU."""
         try:
