@@ -15,6 +15,10 @@ from typing import TypeVar
 
 Value = TypeVar("Value")
 YAML_SUFFIXES = (".yaml", ".yml")
+_LONGEST_WORD, _MOST_COMPARED = 100, 5000
+"""Characters and number of names that are compared by likeness, which takes long for more."""
+_LONGEST_NAME, _LONGEST_PATH = 255, 4000
+"""Bytes of the name of a file or folder, and of a path."""
 CLOSE = 0.8
 """Likeness (difflib's) of a word that is one letter off."""
 
@@ -117,12 +121,20 @@ def unknown_names(
     names: Iterable[str], known: Iterable[str], complaint: str, noun: str = ""
 ) -> list[Problem]:
     """A problem for each of `names` that is not `known`: `complaint`, the name, the nearest one."""
-    there = list(known)
+    there = dict.fromkeys(known)
     return [
         Problem(f"{complaint} {name!r}", suggestion(name, there, noun))
         for name in names
         if name not in there
     ]
+
+
+def is_file(path: Path) -> bool:
+    """True if there is a file; False also for a name that no file system takes."""
+    try:
+        return path.is_file()
+    except OSError:
+        return False
 
 
 def missing_file(path: Path, what: str = "file") -> tuple[str, str]:
@@ -131,6 +143,9 @@ def missing_file(path: Path, what: str = "file") -> tuple[str, str]:
     `what` is the kind of file, as "mesh file".
     """
     folder = path.parent
+    text = str(path).encode(errors="replace")
+    if len(text) > _LONGEST_PATH or max(map(len, text.split(b"/"))) > _LONGEST_NAME:
+        return f"no such {what}: the name has {len(text)} bytes", "no file system takes it"
     if path.is_dir():
         return f"is a folder: {path}", f"name a {what}"
     if not folder.is_dir():
@@ -149,7 +164,9 @@ def suggestion(word: str, known: Iterable[str], noun: str = "") -> str:
     names: Sequence[str] = sorted(known)
     same = [name for name in names if name.lower() == word.lower()]
     whole = [name for name in names if word and word in re.split(r"[._]", name)]
-    near = difflib.get_close_matches(word, names, n=3, cutoff=0.6)
+    compared = [] if len(word) > _LONGEST_WORD else names[:_MOST_COMPARED]
+    compared = [name for name in compared if len(name) <= _LONGEST_WORD]
+    near = difflib.get_close_matches(word, compared, n=3, cutoff=0.6)
     likeness = [difflib.SequenceMatcher(None, name, word).ratio() for name in near]
     likely = same or (whole if len(whole) <= 3 and max(likeness, default=0) < CLOSE else [])
     if likely:
@@ -159,5 +176,7 @@ def suggestion(word: str, known: Iterable[str], noun: str = "") -> str:
         return f"did you mean {' or '.join(map(repr, nearest))}?"
     if not names:
         return f"there are no {noun} yet" if noun else ""
-    shown = ", ".join(names[:12]) + (", …" if len(names) > 12 else "")
+    shown = ", ".join(name[:_LONGEST_WORD] for name in names[:12]) + (
+        ", …" if len(names) > 12 else ""
+    )
     return f"known {noun}: {shown}" if noun else f"known: {shown}"

@@ -22,6 +22,12 @@ _SPELLINGS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻·*\u03bc\u2126", "012
 _FACTOR = re.compile(r"([A-Za-zµ°%Ω]+)\^?(-?\d+)?$")
 
 
+LONGEST_UNIT = 100
+"""Characters of a unit's text; those of physics have up to 20."""
+LARGEST_EXPONENT = 20
+"""Size of an exponent in a unit's text; those of physics are up to 6."""
+
+
 @dataclass(frozen=True)
 class Unit:
     """A unit: SI value = `factor` × value in this unit. Exponents follow BASE_UNITS."""
@@ -130,6 +136,8 @@ def number_in(unit: str, given: float | str) -> float:
 @cache
 def parse_unit(text: str) -> Unit:
     """The unit that `text` names; ValueError with the part that is not understood."""
+    if len(text) > LONGEST_UNIT:
+        raise ValueError(f"unit {text[:LONGEST_UNIT]!r}…: units have up to {LONGEST_UNIT} letters")
     exponents = [0] * len(BASE_UNITS)
     factor = 1.0
     upper, *lower = text.translate(_SPELLINGS).split("/")
@@ -142,11 +150,15 @@ def parse_unit(text: str) -> Unit:
             powers, scale = _factor(piece.strip(), text)
             factor *= scale**direction
             exponents = [e + direction * p for e, p in zip(exponents, powers, strict=True)]
+    if not 0.0 < factor < math.inf:
+        raise ValueError(f"unit {text!r}: its factor is out of all scale")
     return Unit(text, tuple(exponents), factor)
 
 
 def near_unit(text: str) -> str:
     """A unit that is spelled nearly like `text`, such as N.m for Nm; "" if there is none."""
+    if len(text) > LONGEST_UNIT:
+        return ""
     parts = re.sub(r"\s+", ".", text.strip())
     tries = [parts, *(f"{parts[:k]}.{parts[k:]}" for k in range(1, len(parts)))]
     tries += [re.sub(r"\.?([A-Za-z]+)\^?-(\d)", r"/\1\2", parts).replace("1", "")]
@@ -163,7 +175,10 @@ def _factor(piece: str, text: str) -> tuple[tuple[int, ...], float]:
     match = _FACTOR.match(piece)
     if not match:
         raise ValueError(f"unit {text!r}: {piece!r} is not a unit")
-    symbol, power = match[1], int(match[2] or 1)
+    symbol, digits = match[1], match[2] or "1"
+    power = int(digits) if len(digits) < 5 else LARGEST_EXPONENT + 1
+    if abs(power) > LARGEST_EXPONENT:
+        raise ValueError(f"unit {text!r}: exponents are up to {LARGEST_EXPONENT}")
     scale = 1.0
     if symbol not in _NAMED:
         length = 2 if symbol.startswith("da") else 1

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 from collections.abc import Iterable, Iterator
 from fnmatch import fnmatchcase
@@ -37,10 +38,21 @@ def add(commands: argparse._SubParsersAction) -> None:
         ("--stop-time", "end of the run"),
         ("--step-size", "time between communication points"),
         ("--output-interval", "time between rows of the results"),
+        ("--checkpoint-interval", "simulated time between checkpoints"),
+        ("--checkpoint-wall-interval", "wall time between checkpoints"),
     ):
         command.add_argument(flag, type=_time, metavar="S", help=f"{text}; default: as in the file")
     command.add_argument(
         "--algorithm", help=f"{listed(algorithm_names())}; default: as in the file"
+    )
+    command.add_argument(
+        "--resume",
+        nargs="?",
+        const=True,
+        default=False,
+        type=Path,
+        metavar="CHECKPOINT",
+        help="go on from a checkpoint; default: the one beside the results",
     )
     command.add_argument(
         "--check",
@@ -61,6 +73,14 @@ def add(commands: argparse._SubParsersAction) -> None:
         metavar="FILE",
         help="a parameter set: start values in a file (YAML, or SSP's .ssv)",
     )
+    command.add_argument(
+        "--real-time",
+        type=_factor,
+        nargs="?",
+        const=1.0,
+        metavar="FACTOR",
+        help="pass no point before its wall time; FACTOR: simulated over wall time, default 1",
+    )
     add_native(command, "build native FMUs of models and other programs (default), or Python ones")
     add_start_values(command, "COMPONENT.VARIABLE")
     add_output_file(command)
@@ -78,6 +98,18 @@ def _time(text: str) -> float:
         raise argparse.ArgumentTypeError(f"{text!r} is not a valid duration: {TIMES}") from None
 
 
+def _factor(text: str) -> float:
+    """A positive number, of a text."""
+    try:
+        factor = float(text)
+    except ValueError:
+        factor = math.nan
+    if not (math.isfinite(factor) and factor > 0.0):
+        remedy = "write a number above 0, or the system's file before --real-time"
+        raise argparse.ArgumentTypeError(f"{text!r} is not a factor: {remedy}")
+    return factor
+
+
 def _run(options: argparse.Namespace) -> None:
     from m4e_fmi.files.locks import claimed
     from m4e_fmi.results.results_file import stream_of
@@ -92,6 +124,7 @@ def _system(options: argparse.Namespace) -> System:
     """The system with what the command line changes; InputError with all problems of both."""
     from m4e_fmi.cosim import read_parameters
     from m4e_fmi.cosim.input_checks.inputs import checked_inputs
+    from m4e_fmi.cosim.system.simulation import CHECKPOINTS
 
     with Gathered() as gathered:
         gathered.of(output_file, options, "system")
@@ -104,7 +137,7 @@ def _system(options: argparse.Namespace) -> System:
         gathered.problems += _unknown_variables(system, options.variables)
         for start, origin in given:
             system = _with_start(system, start, origin, gathered)
-        times = ("stop_time", "step_size", "output_interval", "algorithm")
+        times = ("stop_time", "step_size", "output_interval", "algorithm", *CHECKPOINTS)
         settings = {key: getattr(options, key) for key in times}
         system = gathered.of(system.changed, origin="command line", **settings) or system
         if gathered.problems:
@@ -165,6 +198,8 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
                 tell=say,
                 warn=warn,
                 beside=[picture],
+                resume=options.resume,
+                real_time=options.real_time,
             )
     except ExportError as error:
         print(run_summary(error.outcome, told))

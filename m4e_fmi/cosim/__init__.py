@@ -7,6 +7,7 @@ Start reading at `system/` (what is coupled), then `connections/` (what follows 
 runs it all. See docs/architecture.md.
 """
 
+from m4e_fmi.cosim.checkpoint.state import State
 from m4e_fmi.cosim.connections.links import Bond, Link, Port, Wiring
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.connections.timing import Timing
@@ -16,12 +17,12 @@ from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.load import load_system
 from m4e_fmi.cosim.master.outcome import ExportError, Outcome
 from m4e_fmi.cosim.master.run import run, start
-from m4e_fmi.cosim.master.state import State
 from m4e_fmi.cosim.master.stepwise import CommunicationPoint, Execution
 from m4e_fmi.cosim.preparation.components import fmu_files
 from m4e_fmi.cosim.preparation.prepare import prepare
 from m4e_fmi.cosim.save import save_system
 from m4e_fmi.cosim.system.component import Component, FmuFile, Kind, ModelFile
+from m4e_fmi.cosim.system.scenario_section import Action
 from m4e_fmi.cosim.system.simulation import Simulation
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.cosim.system_file import read_parameters
@@ -29,6 +30,7 @@ from m4e_fmi.cosim.time_loop.energy import BondEnergy
 from m4e_fmi.results.results_file import Results, Series, load
 
 __all__ = [
+    "Action",
     "Bond",
     "BondEnergy",
     "CommunicationPoint",

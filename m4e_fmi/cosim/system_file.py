@@ -28,6 +28,7 @@ from m4e_fmi.cosim.system.processes import (
     Processes,
     ProcessSection,
 )
+from m4e_fmi.cosim.system.scenario_section import Action
 from m4e_fmi.cosim.system.simulation import (
     LONGEST,
     NS_PER_SECOND,
@@ -37,7 +38,7 @@ from m4e_fmi.cosim.system.simulation import (
     simulation_problems,
 )
 from m4e_fmi.cosim.system.system import System
-from m4e_fmi.errors import InputError, Problem, missing_file, suggestion
+from m4e_fmi.errors import InputError, Problem, is_file, missing_file, suggestion
 from m4e_fmi.files.document import Document, Location, Section, SectionType
 from m4e_fmi.files.file_kinds import SYSTEM, check_keys
 
@@ -55,11 +56,15 @@ class _PortsSection(Section):
     buses: dict[BusName, dict[SignalName, str]] = Field(default_factory=dict)
 
 
+ActionName = Annotated[str, StringConstraints(pattern=_NAME.pattern)]
+
+
 class _SystemSection(_PortsSection):
     name: str
     description: str = ""
     components: dict[str, dict[str, Any]]
     connections: tuple[str, ...] = ()
+    scenario: dict[ActionName, Action] = Field(default_factory=dict)
     simulation: SimulationSection
     limits: LimitsSection = LimitsSection()
     environment: EnvironmentSection = EnvironmentSection()
@@ -106,6 +111,7 @@ def read_system(document: Document) -> System:
     if simulation is not None:
         found = step_problems(components, simulation)
         problems += [document.problem(p.keys, p.message, p.remedy) for p in found]
+    scenario = _read_scenario(document, section.scenario if section else {}, problems)
     if problems or section is None or simulation is None:
         problems += _further_problems(document, components, wrong)
         raise InputError(dict.fromkeys(problems))
@@ -118,10 +124,43 @@ def read_system(document: Document) -> System:
         inputs=section.inputs,
         outputs=section.outputs,
         buses=section.buses,
+        scenario=scenario,
         folder=document.path.parent,
         processes=Processes(Limits.of(section.limits), section.environment.keep),
         document=document,
     )
+
+
+def _read_scenario(
+    document: Document, actions: Mapping[str, Action], problems: list[Problem]
+) -> dict[str, Action]:
+    """The actions, with the values of parameter sets in place of their files' names."""
+    found = dict(actions)
+    for name, action in actions.items():
+        if action.parameters is None:
+            continue
+        path = document.path.parent / action.parameters
+        try:
+            values = read_parameters(path)
+        except InputError as error:
+            problems += error.problems
+            continue
+        found[name] = action.model_copy(update={"set": dict(values), "parameters": None})
+    return found
+
+
+def _right_actions(document: Document) -> dict[str, Action]:
+    """The actions without problems of their own; no values of parameter sets."""
+    found: dict[str, Action] = {}
+    for name, keys in _mapping(document, "scenario").items():
+        if isinstance(keys, dict):
+            try:
+                action = document.validate(Action, at=("scenario", name))
+            except InputError:
+                continue
+            if action.parameters is None:
+                found[str(name)] = action
+    return found
 
 
 def _further_problems(
@@ -144,6 +183,7 @@ def _further_problems(
         inputs=section.inputs,
         outputs=section.outputs,
         buses=section.buses,
+        scenario=_right_actions(document),
         folder=document.path.parent,
         document=document,
     )
@@ -238,25 +278,26 @@ def _read_components(
     """The components that are right; the others by name, with their valid parts."""
     components: list[Component] = []
     wrong: dict[str, Component | None] = {}
-    for name, keys in _mapping(document, "components").items():
+    for key, keys in _mapping(document, "components").items():
+        name = str(key)  # YAML takes `true` and `1` for other things than texts
         if not isinstance(keys, dict):
-            wrong[str(name)] = None
+            wrong[name] = None
             continue
         found: list[Problem] = []
-        component = _read_component(document, str(name), keys, found)
+        component = _read_component(document, ("components", key), keys, found)
         if found:
             problems += found
-            wrong[str(name)] = component
+            wrong[name] = component
         elif component is not None:
             components.append(component)
     return components, wrong
 
 
 def _read_component(
-    document: Document, name: str, keys: dict[str, object], problems: list[Problem]
+    document: Document, at: Location, keys: dict[str, object], problems: list[Problem]
 ) -> Component | None:
-    """The component with its valid parts; adds to `problems`."""
-    at: Location = ("components", name)
+    """The component at `at` with its valid parts; adds to `problems`."""
+    name = str(at[-1])
     if not _NAME.match(name):
         remedy = "use letters, digits and _, not starting with a digit"
         problems.append(document.problem(at, f"component name {name!r}", remedy))
@@ -276,7 +317,7 @@ def _read_component(
     if not isinstance(written, str):
         return None
     path = document.path.parent / written
-    if not path.is_file():
+    if not is_file(path):
         problems.append(document.problem((*at, given[0]), *missing_file(path)))
         return None
     source = ModelFile(path) if given[0] == "model" else FmuFile(path)

@@ -7,17 +7,20 @@ import io
 import math
 import re
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from m4e_fmi.errors import InputError, Problem, suggestion
+from m4e_fmi.errors import InputError, Problem, is_file, suggestion
+from m4e_fmi.files.file_kinds import check_named
 from m4e_fmi.files.files_read import TooLongError, read_text
+from m4e_fmi.files.limits import LARGEST_TABLE
 from m4e_fmi.units import parse_unit
 
-LARGEST_FILE = 20_000_000
-"""Bytes that are read of one file."""
 _NO_TEXT = re.compile("[\x00-\x08\x0e-\x1f]")
 _IN_BRACKETS = re.compile(r"\[([^\[\]]*)\]\s*$")
+SUFFIXES = (".csv", ".txt", ".dat", ".tsv")
+"""Of names of tables."""
 COMMAS = "separate columns by commas, and write decimal points"
 _LONGEST_SHOWN = 40
 """Characters of an entry that a message shows."""
@@ -105,12 +108,15 @@ def shortened(problems: Sequence[Problem]) -> list[Problem]:
 
 
 def _text(path: Path) -> str:
-    if not path.is_file():
-        here = path.parent if path.parent.is_dir() else Path()
-        names = [other.name for other in here.glob("*.csv")]
+    if not is_file(path):
+        names = list[str]()
+        with suppress(OSError):  # of a name that no file system takes
+            here = path.parent if path.parent.is_dir() else Path()
+            names = [other.name for other in here.glob("*.csv")]
         raise InputError.single("no such file", suggestion(path.name, names), str(path))
+    check_named(path, SUFFIXES, "table")
     try:
-        text = read_text(path, encoding="utf-8-sig", largest=LARGEST_FILE)
+        text = read_text(path, encoding="utf-8-sig", largest=LARGEST_TABLE)
     except TooLongError as error:
         raise InputError.single(str(error), "leave out rows, or columns", str(path)) from None
     except (OSError, UnicodeDecodeError) as error:

@@ -15,16 +15,15 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from m4e_fmi.errors import YAML_SUFFIXES, InputError, Problem, suggestion
-from m4e_fmi.files.file_kinds import YAML_FILE, as_path, check_suffix
+from m4e_fmi.files.file_kinds import YAML_FILE, as_path, check_named, check_suffix
 from m4e_fmi.files.files_read import TooLongError, read_text
+from m4e_fmi.files.limits import LARGEST_YAML
 from m4e_fmi.files.section_errors import complaints, found_at
 from m4e_fmi.files.sections import Location, Section, SectionType, rejected
 from m4e_fmi.files.yaml_tree import Place, Places, problem_at, read_yaml
 
 __all__ = ["Document", "Location", "Section", "SectionType", "rejected"]
 
-LARGEST_FILE = 10_000_000
-"""Bytes that are read of one file."""
 _MOST_PRUNINGS = 20
 
 
@@ -42,8 +41,9 @@ class Document:
         """Read a YAML 1.2 file; InputError if it is missing, unreadable or not a YAML mapping."""
         path = as_path(path)
         check_suffix(path, YAML_FILE)
+        check_named(path, (*YAML_SUFFIXES, ".json"), "YAML file")
         try:
-            text = read_text(path, encoding="utf-8-sig", largest=LARGEST_FILE)
+            text = read_text(path, encoding="utf-8-sig", largest=LARGEST_YAML)
         except TooLongError as error:
             reason, remedy = str(error), "put long tables into files of their own"
         except FileNotFoundError:

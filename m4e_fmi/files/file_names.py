@@ -29,6 +29,11 @@ def file_stem(name: str) -> str:
     return _marked(plain, name)
 
 
+def is_device(name: str) -> bool:
+    """True for a name that Windows takes for a device, whatever its suffix."""
+    return bool(_RESERVED.match(name))
+
+
 def file_stems(names: Iterable[str]) -> dict[str, str]:
     """The `file_stem` of each name; no two agree, nor differ in capitals only."""
     found: dict[str, str] = {}

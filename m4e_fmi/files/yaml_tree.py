@@ -3,18 +3,26 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
+from ruamel.yaml.composer import Composer, MaxDepthExceededError
 from ruamel.yaml.constructor import DuplicateKeyError
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
+from ruamel.yaml.events import ScalarEvent
 
 from m4e_fmi.errors import InputError, Problem
+from m4e_fmi.files.limits import (
+    DEEPEST_YAML,
+    LARGEST_BITS,
+    LONGEST_SCALAR,
+    MOST_VALUES,
+    MOST_WRITTEN,
+)
 from m4e_fmi.files.sections import Location
+from m4e_fmi.shown import cleaned
 
-MOST_VALUES = 200_000
-"""Keys and values of one file, each alias counted as often as it stands for something."""
 _LONGEST_SOURCE = 200
 """Characters of a line that are shown with a problem."""
 
@@ -41,11 +49,10 @@ def read_yaml(text: str, path: Path) -> tuple[dict[str | int, object], Places]:
         return _mapping(_tree(text, path), (), places), places
     except RecursionError:
         raise InputError.single("nested too deeply", "", str(path)) from None
-    except _TooManyError as error:
-        remedy = "aliases (*) stand for all that is behind them: write fewer"
-        message = f"stands for more than {MOST_VALUES} values"
+    except _BeyondError as error:
         place = Place(error.line, 1, 1)
-        raise InputError([problem_at(path, text.splitlines(), place, message, remedy)]) from None
+        problem = problem_at(path, text.splitlines(), place, error.message, error.remedy)
+        raise InputError([problem]) from None
 
 
 def problem_at(path: Path, lines: list[str], place: Place, message: str, remedy: str) -> Problem:
@@ -60,11 +67,16 @@ def problem_at(path: Path, lines: list[str], place: Place, message: str, remedy:
 def _tree(text: str, path: Path) -> CommentedMap:
     """The parser's tree; its errors become InputError, RecursionError stays."""
     try:
-        tree = YAML(typ="rt", pure=True).load(text)
+        yaml = YAML(typ="rt", pure=True)
+        yaml.max_depth, yaml.Composer = DEEPEST_YAML, _CountingComposer
+        tree = yaml.load(text)
     except DuplicateKeyError as error:
         detail = (error.problem or "").partition(" with value")[0]
         message, remedy = f"a key is given twice: {detail}", "rename or remove one of the two"
         raise _marked_error(path, text, error, message, remedy) from None
+    except MaxDepthExceededError as error:
+        message = f"nested too deeply: more than {DEEPEST_YAML} levels"
+        raise _marked_error(path, text, error, message, "") from None
     except MarkedYAMLError as error:
         remedy = "check the indentation and the colons on this line and the one above"
         raise _marked_error(path, text, error, f"not valid YAML: {error.problem}", remedy) from None
@@ -95,29 +107,60 @@ def _marked_error(
     return InputError([problem_at(path, text.splitlines(), place, message, remedy)])
 
 
-class _TooManyError(Exception):
-    """The document stands for more values than are read; `line` of one, from 1."""
+class _BeyondError(Exception):
+    """The document is beyond a limit at a line, from 1."""
 
-    def __init__(self, line: int) -> None:
-        self.line = line
+    def __init__(self, line: int, message: str, remedy: str = "") -> None:
+        self.line, self.message, self.remedy = line, message, remedy
+
+
+class _CountingComposer(Composer):
+    """Stops at the first value beyond the limits, before what follows takes time or memory."""
+
+    _count = 0
+
+    def compose_node(self, parent: Any, index: Any) -> Any:
+        """The node that the parser is at."""
+        event = self.parser.peek_event()
+        line = event.start_mark.line + 1
+        self._count += 1
+        if self._count > MOST_WRITTEN:
+            remedy = "put long tables into files of their own"
+            raise _BeyondError(line, f"has more than {MOST_WRITTEN} keys and values", remedy)
+        if isinstance(event, ScalarEvent) and len(event.value) > LONGEST_SCALAR:
+            message = f"a key or value of {len(event.value)} characters"
+            raise _BeyondError(line, message, f"{LONGEST_SCALAR} are taken at most")
+        return super().compose_node(parent, index)
 
 
 def _plain(node: object, location: Location, places: Places) -> object:
     """Plain Python data of a YAML tree; notes the place of every key and value."""
     if isinstance(node, CommentedMap | CommentedSeq):
         if len(places) > MOST_VALUES:
-            raise _TooManyError(node.lc.line + 1)
+            remedy = "aliases (*) stand for all that is behind them: write fewer"
+            message = f"stands for more than {MOST_VALUES} values"
+            raise _BeyondError(node.lc.line + 1, message, remedy)
         here = _mapping if isinstance(node, CommentedMap) else _sequence
         return here(node, location, places)
-    for kind in (bool, int, float, str):
+    if isinstance(node, str):
+        return cleaned(node)  # so that it does no harm wherever it is shown
+    for kind in (bool, int, float):
         if isinstance(node, kind):
             return kind(node)
     return None if node is None else str(node)
 
 
+def _check_size(values: tuple[object, ...], node: CommentedMap | CommentedSeq) -> None:
+    """_BeyondError for a whole number among `values` that no float holds."""
+    for value in values:
+        if isinstance(value, int) and value.bit_length() > LARGEST_BITS:
+            raise _BeyondError(node.lc.line + 1, "has a number that is too large", "")
+
+
 def _mapping(node: CommentedMap, location: Location, places: Places) -> dict[str | int, object]:
     result: dict[str | int, object] = {}
     for key, value in node.items():
+        _check_size((key, value), node)
         name = key if isinstance(key, int) else str(key)
         here = (*location, name)
         marks = (node.lc.data or {}).get(key)
@@ -136,6 +179,7 @@ def _mapping(node: CommentedMap, location: Location, places: Places) -> dict[str
 def _sequence(node: CommentedSeq, location: Location, places: Places) -> list[object]:
     items: list[object] = []
     for index, value in enumerate(node):
+        _check_size((value,), node)
         line, column = node.lc.item(index) or (node.lc.line, node.lc.col)  # none after a tag
         width = 1 if isinstance(value, CommentedMap | CommentedSeq) else len(str(value))
         places[(*location, index)] = Place(line + 1, column + 1, width)

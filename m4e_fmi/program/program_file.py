@@ -6,7 +6,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from m4e_fmi.errors import InputError
-from m4e_fmi.files.files_read import read_bytes
+from m4e_fmi.files.files_read import TooLongError, read_bytes
+from m4e_fmi.files.limits import LARGEST_PROGRAM
 from m4e_fmi.files.writing import written
 from m4e_fmi.program.binary_form import decode, encode
 from m4e_fmi.program.program import Program
@@ -25,7 +26,9 @@ def save_program(program: Program, path: str | Path) -> None:
 def load_program(path: str | Path) -> Program:
     """The program in a file; InputError if there is none, or if it is damaged or foreign."""
     try:
-        data = read_bytes(path)
+        data = read_bytes(path, largest=LARGEST_PROGRAM)
+    except TooLongError as error:
+        raise InputError.single(f"is no program: it {error}", "", str(path)) from error
     except OSError as error:
         raise InputError.single(f"{path}: cannot be read: {error.strerror}") from error
     try:

@@ -24,6 +24,8 @@ from numpy.typing import ArrayLike
 TRUTH = {"false": 0, "true": 1}
 TEXT = "str"
 """The kind of texts, in place of a type of NumPy."""
+KINDS = (TEXT, *(f"{sign}{size}" for sign in "iu" for size in (1, 2, 4, 8)), "f4", "f8")
+"""All kinds of recorded variables."""
 
 
 @dataclass(frozen=True)

@@ -99,17 +99,24 @@ def load(path: str | Path) -> Results:
         raise InputError.single(what, "", str(path))
     if not path.stat().st_size:
         raise InputError.single("is empty: it has no results", "run again", str(path))
+    with path.open("rb") as file:
+        head = file.read(_LOOKED_AT)
+    rows = is_row_file(path)
+    if not (rows or head.startswith((_HDF5, MAGIC))):  # others are not given to the netCDF library
+        message = f"is not a file of results (netCDF), but {_kind(head)}"
+        raise InputError.single(message, _instead(path), str(path))
+    said = ""
     try:
-        return _of_rows(path) if is_row_file(path) else _of_netcdf(path)
+        if rows:
+            return _of_rows(path)
+        if head.startswith(_HDF5):
+            return _of_netcdf(path)
     except (OSError, RuntimeError) as error:
-        with path.open("rb") as file:
-            head = file.read(_LOOKED_AT)
-        if head.startswith((_HDF5, MAGIC)):
-            message, remedy = f"is cut off or damaged: {error}", "copy it again, or run again"
-        else:
-            message = f"is not a file of results (netCDF), but {_kind(head)}"
-            remedy = _instead(path)
-        raise InputError.single(message, remedy, str(path)) from error
+        said = f": {error}"
+    except (ValueError, LookupError, TypeError, AttributeError) as error:
+        said = f": {error}" if type(error) is ValueError else ""
+    message, remedy = f"is cut off or damaged{said}", "copy it again, or run again"
+    raise InputError.single(message, remedy, str(path))
 
 
 def _kind(head: bytes) -> str:

@@ -13,6 +13,7 @@ from __future__ import annotations
 import json
 import os
 import shutil
+import unicodedata
 import uuid
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, suppress
@@ -214,6 +215,30 @@ def read_rows(path: Path) -> tuple[dict[str, str | int], list[tuple[Column, np.n
         for column, cells in zip(columns, values, strict=True)
     ]
     return attributes, found
+
+
+def leading_rows(path: Path, sections: Sequence[Section], count: int) -> Iterator[list[np.ndarray]]:
+    """Blocks of leading rows: an array (n_rows, n_columns) for each section, in variables' units.
+
+    They are the first `count` of a file of a RowFile. `sections` are all of the file, TIME first.
+    ValueError if it has others, or fewer rows.
+    """
+    with path.open("rb", buffering=0) as file:
+        begin = int.from_bytes(_read(file, BEGIN_AT + len(BEGIN_NAME) + 12, 8), "big")
+        _check_length(path, file, begin)
+        there, _, columns, kinds = Header(bytes(_read(file, 0, begin))).content()
+        wanted = [
+            (unicodedata.normalize("NFC", f"{s.component}.{c.name}".removeprefix(".")), s.kind)
+            for s in sections
+            for c in s.columns
+        ]
+        if wanted != [(c.name, kind) for c, kind in zip(columns, kinds, strict=True)]:
+            raise ValueError("it has other variables")
+        if there < count:
+            raise ValueError(f"{count} rows, and it has {there}")
+        row = _row(sections)
+        _check_length(path, file, begin + count * row.itemsize)
+        yield from _blocks(file, row, begin, count)
 
 
 def _check_length(path: Path, file: FileIO, length: int) -> None:

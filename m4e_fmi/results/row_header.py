@@ -10,7 +10,7 @@ from typing import Protocol
 
 import numpy as np
 
-from m4e_fmi.results.recorded import REAL, Recorded
+from m4e_fmi.results.recorded import KINDS, REAL, Recorded
 
 ROWS_BEGIN, CLOSING, TEXTS, ENDED = "rows_begin", "closing", "texts", "ended"
 """The first and the last attributes: where rows begin, others that are known at the end (JSON),
@@ -144,7 +144,9 @@ def _column(name: str, told: Mapping[str, str | int]) -> Column:
     recorded = REAL
     if "type" in told:
         items = json.loads(str(told["items"]))
-        recorded = Recorded(str(told["type"]), str(told["kind"]), items)
+        recorded = Recorded(str(told["type"]), str(told["kind"]), dict(items))
+        if recorded.kind not in KINDS:
+            raise ValueError("its header names an unknown type")
     return Column(name, str(told["units"]), str(told["long_name"]), recorded)
 
 
@@ -162,13 +164,19 @@ BEGIN_AT = len(MAGIC) + 8 + len(_list(_DIMENSIONS, [_name("time") + _big(0)])) +
 
 
 class Header:
-    """Reads what `header` writes, from its beginning to its end."""
+    """Reads what `header` writes, from its beginning to its end; ValueError where it is damaged."""
 
     def __init__(self, data: bytes) -> None:
         self._data, self._place = data, len(MAGIC)
 
     def content(self) -> tuple[int, dict[str, str | int], list[Column], list[str]]:
         """Number of rows, attributes, the variables and their kinds."""
+        try:
+            return self._content()
+        except (KeyError, TypeError, AttributeError, RecursionError) as error:
+            raise ValueError("its header is damaged") from error
+
+    def _content(self) -> tuple[int, dict[str, str | int], list[Column], list[str]]:
         count = self._number()
         for _ in self._list():
             self._text()
@@ -187,6 +195,8 @@ class Header:
             kinds.append(_KINDS[self._number(4)])
             self._number()
             self._number()
+        if not columns:
+            raise ValueError("its header names no variables")
         return count, attributes, columns, kinds
 
     def _attributes(self) -> dict[str, str | int]:
@@ -205,11 +215,16 @@ class Header:
         return range(self._number())
 
     def _number(self, size: int = 8) -> int:
-        self._place += size
+        self._advance(size)
         return int.from_bytes(self._data[self._place - size : self._place], "big")
 
     def _text(self) -> str:
         length = self._number()
         data = self._data[self._place : self._place + length]
-        self._place += length + -length % 4
+        self._advance(length + -length % 4)
         return data.decode()
+
+    def _advance(self, size: int) -> None:
+        self._place += size
+        if self._place > len(self._data):
+            raise ValueError("its header ends early")

@@ -110,7 +110,7 @@ def simulate(
     tolerance: float = 1e-8,
     method: str = RUNTIME_METHODS[0],
     step_size: float | None = None,
-    events: Sequence[Watch] = (),
+    events: Sequence[Watch | str] = (),
     needed: Sequence[str] = (),
     progress: Progress | None = None,
 ) -> Simulation:
@@ -126,10 +126,10 @@ def simulate(
     rk4 has no error control and no tolerance: from one output time to the next it takes the fewest
     equal steps that are not longer than `step_size` [s]; one step by default.
 
-    `events` name outputs or states whose changes of sign are found, such as `load.<stop>.gap`; a
-    terminal one ends the simulation, with a last row at its time. `needed` names variables that the
-    caller will look at. Raises InputError, before the simulation, for unknown names and bad times,
-    RunError if the integration fails, naming time and cause.
+    `events` are outputs or states whose changes of sign are found, such as `load.<stop>.gap`, by
+    name for both directions; a terminal `Watch` ends the simulation, with a last row at its time.
+    `needed` names variables that the caller will look at. Raises InputError, before the simulation,
+    for unknown names and bad times, RunError if the integration fails, naming time and cause.
     """
     method, solver = _solver(method, step_size)
     if not isinstance(system, Program):
@@ -139,7 +139,8 @@ def simulate(
     program = started(program, given, lacking=system.lacking if isinstance(system, Model) else {})
     began = time.perf_counter()
     audited, works = with_works(program)
-    watched, watches = _watched(audited, events)
+    wanted = [Watch(event) if isinstance(event, str) else event for event in events]
+    watched, watches = _watched(audited, wanted)
     variables = {v.name: v for v in (*audited.states, *audited.outputs)}
     if unknown := unknown_names(needed, variables, "there is no variable", "variables"):
         raise InputError(unknown)
@@ -169,7 +170,7 @@ def simulate(
         evaluations=solved.evaluations,
         wall_time=time.perf_counter() - began,
         events=tuple(
-            Event(events[k].name, t, states[: len(program.states)], events[k].terminal)
+            Event(wanted[k].name, t, states[: len(program.states)], wanted[k].terminal)
             for t, k, states in solved.events
         ),
         start_values=given,

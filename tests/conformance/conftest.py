@@ -12,6 +12,7 @@ from support.driven import driven
 from support.fmu3_instance import Instance3
 from support.fmu_instance import Instance
 from support.native_programs import NATIVE_PROGRAMS, NATIVE_PROGRAMS_3
+from support.plane import plane
 from support.python_programs import PYTHON_PROGRAMS
 
 from m4e_fmi.fmu import build_fmu
@@ -88,3 +89,11 @@ def load_native_3(
     yield loaded
     for instance in opened:
         instance.fmu.freeInstance()
+
+
+@pytest.fixture
+def older(tmp_path: Path) -> Iterator[Instance]:
+    """`plane` in FMI 2.0."""
+    path = build_fmu(plane(), tmp_path / "older.fmu", native=True)
+    with Instance(path, tmp_path / "older") as instance:
+        yield instance

@@ -33,37 +33,27 @@ LARGEST = 300_000
 Load = Callable[..., Instance]
 
 
-@pytest.fixture
-def fmus(native_fmus: dict[str, Path]) -> dict[str, Path]:
-    return native_fmus
-
-
-@pytest.fixture
-def load(load_native: Load) -> Load:
-    return load_native
-
-
 class TestDescription:
     @pytest.mark.parametrize("name", PROGRAMS)
-    def test_no_finding(self, fmus: dict[str, Path], name: str) -> None:
-        assert validate_fmu(str(fmus[name])) == []
-        assert fmus[name].stat().st_size < LARGEST
+    def test_no_finding(self, native_fmus: dict[str, Path], name: str) -> None:
+        assert validate_fmu(str(native_fmus[name])) == []
+        assert native_fmus[name].stat().st_size < LARGEST
 
-    def test_same_variables_as_the_python_fmu(self, fmus: dict[str, Path]) -> None:
+    def test_same_variables_as_the_python_fmu(self, native_fmus: dict[str, Path]) -> None:
         def listed(name: str) -> list[str]:
-            with zipfile.ZipFile(fmus[name]) as archive:
+            with zipfile.ZipFile(native_fmus[name]) as archive:
                 root = ElementTree.fromstring(archive.read("modelDescription.xml"))
             tags = ("ModelVariables", "UnitDefinitions")
             return [ElementTree.tostring(root.find(tag) or root).decode() for tag in tags]
 
         assert listed("driven") == listed("python")
 
-    def test_same_bytes_every_time(self, fmus: dict[str, Path], tmp_path: Path) -> None:
+    def test_same_bytes_every_time(self, native_fmus: dict[str, Path], tmp_path: Path) -> None:
         again = build_fmu(driven(), tmp_path / "again.fmu", native=True)
-        assert again.read_bytes() == fmus["driven"].read_bytes()
+        assert again.read_bytes() == native_fmus["driven"].read_bytes()
 
-    def test_dependencies_and_their_kinds(self, fmus: dict[str, Path]) -> None:
-        description: Any = fmpy.read_model_description(str(fmus["driven"]))
+    def test_dependencies_and_their_kinds(self, native_fmus: dict[str, Path]) -> None:
+        description: Any = fmpy.read_model_description(str(native_fmus["driven"]))
 
         def kinds(unknowns: list[Any]) -> dict[str, dict[str, str]]:
             return {
@@ -91,15 +81,15 @@ class TestDescription:
         assert first["pull"] == {"x": "dependent", "stiffness": "dependent"}
 
     @pytest.mark.parametrize("appended", [" ", " 1"])
-    def test_a_longer_guid_is_refused(self, load: Load, appended: str) -> None:
+    def test_a_longer_guid_is_refused(self, load_native: Load, appended: str) -> None:
         """Also by what follows the GUID in the FMU's own file."""
-        fmu = load().fmu
+        fmu = load_native().fmu
         fmu.guid += appended
         with pytest.raises(Exception, match="nstantiate"):
             fmu.instantiate()
 
-    def test_another_guid_is_refused(self, load: Load) -> None:
-        fmu = load().fmu
+    def test_another_guid_is_refused(self, load_native: Load) -> None:
+        fmu = load_native().fmu
         fmu.guid = "{00000000-0000-0000-0000-000000000000}"
         with pytest.raises(Exception, match="nstantiate"):
             fmu.instantiate()
@@ -129,7 +119,7 @@ class TestDescription:
 
 
 class TestResults:
-    def test_as_simulate(self, fmus: dict[str, Path]) -> None:
+    def test_as_simulate(self, native_fmus: dict[str, Path]) -> None:
         """Co-simulation and CVODE, to the tolerances of both over 2 s of a regular motion."""
         names = ["body.lower.theta", "energy.total"]
         expected = simulate(pendulum(), stop_time=2.0, output_interval=0.1, tolerance=1e-10)
@@ -138,7 +128,7 @@ class TestResults:
             ("ModelExchange", 1e-10, 1e-6),
         ):
             found = fmpy.simulate_fmu(
-                str(fmus["pendulum"]),
+                str(native_fmus["pendulum"]),
                 fmi_type=kind,
                 stop_time=2.0,
                 output_interval=0.1,
@@ -149,9 +139,9 @@ class TestResults:
                 scale = np.abs(expected[name]).max()
                 np.testing.assert_allclose(found[name], expected[name], atol=error * scale, rtol=0)
 
-    def test_as_the_python_fmu(self, load: Load) -> None:
+    def test_as_the_python_fmu(self, load_native: Load) -> None:
         """The same library runs both: the same bits, also with a tolerance and after a restart."""
-        both = [load("driven"), load("python")]
+        both = [load_native("driven"), load_native("python")]
         for instance in both:
             instance.initialise({"stiffness": 80.0}, tolerance=1e-6)
         names = both[0].reals()
@@ -171,9 +161,9 @@ class TestResults:
             instance.step(1.0, 0.4)
         assert both[0].get(names) == both[1].get(names)
 
-    def test_parts_of_a_step(self, load: Load) -> None:
+    def test_parts_of_a_step(self, load_native: Load) -> None:
         """x' = v, v' = −15 x − 0.2 v + 1/2 has an exact solution; steps of any size follow it."""
-        instance = load().initialise()
+        instance = load_native().initialise()
         t = 0.0
         for h in (0.3, 0.001, 0.7, 1e-6, 0.998999):
             instance.step(t, h)
@@ -184,8 +174,8 @@ class TestResults:
         x = rest + math.exp(-decay * t) * (c * math.cos(speed * t) + s * math.sin(speed * t))
         assert instance["x"] == pytest.approx(x, abs=1e-7)
 
-    def test_tunable_parameters(self, load: Load) -> None:
-        instance = load().initialise()
+    def test_tunable_parameters(self, load_native: Load) -> None:
+        instance = load_native().initialise()
         instance.step(0.0, 0.1)
         instance.set({"stiffness": 60.0})
         assert instance["frequency"] == math.sqrt(30.0)
@@ -223,11 +213,11 @@ class TestResults:
                 instance.step(0.1 * k, 0.1 * (k + 1) - 0.1 * k)
             assert instance["x"] == expected["x"][-1]
 
-    def test_in_the_master(self, fmus: dict[str, Path], tmp_path: Path) -> None:
+    def test_in_the_master(self, native_fmus: dict[str, Path], tmp_path: Path) -> None:
         """Two coupled oscillators with held inputs, native or in Python: the same bits."""
         found = []
         for name in ("driven", "python"):
-            parts = tuple(Component(c, FmuFile(fmus[name]), {}) for c in ("first", "second"))
+            parts = tuple(Component(c, FmuFile(native_fmus[name]), {}) for c in ("first", "second"))
             links = ("first.x -> second.lift", "second.swing -> first.lift")
             results = tmp_path / f"{name}.nc"
             run(
@@ -243,18 +233,20 @@ class TestResults:
                     series.values, second.components[component][name].values
                 )
 
-    def test_reset(self, load: Load) -> None:
-        instance = load().initialise({"stiffness": 50.0})
+    def test_reset(self, load_native: Load) -> None:
+        instance = load_native().initialise({"stiffness": 50.0})
         instance.step(0.0, 0.5)
         instance.fmu.reset()
         instance.initialise()
         instance.step(0.0, 0.5)
-        again = load().initialise()
+        again = load_native().initialise()
         again.step(0.0, 0.5)
         assert instance["x"] == again["x"]
 
-    def test_a_hundred_instances_in_threads(self, fmus: dict[str, Path], tmp_path: Path) -> None:
-        with Instance(fmus["pendulum"], tmp_path / "one") as alone:
+    def test_a_hundred_instances_in_threads(
+        self, native_fmus: dict[str, Path], tmp_path: Path
+    ) -> None:
+        with Instance(native_fmus["pendulum"], tmp_path / "one") as alone:
             library, guid = alone.fmu.dll, alone.description.guid.encode()
             resources = (alone.folder / "resources").as_uri().encode()
             reference = (ctypes.c_uint * 1)(alone.references["body.lower.theta"])
@@ -285,8 +277,8 @@ class TestResults:
 
 
 class TestDerivatives:
-    def test_directional_derivatives_are_exact(self, load: Load) -> None:
-        instance = load().initialise({"x": 0.2, "v": -0.3, "lift": 0.5})
+    def test_directional_derivatives_are_exact(self, load_native: Load) -> None:
+        instance = load_native().initialise({"x": 0.2, "v": -0.3, "lift": 0.5})
         r = instance.references
 
         def slope(unknown: str, known: str, seed: float = 1.0) -> float:
@@ -306,11 +298,11 @@ class TestDerivatives:
             answers(ERROR, lambda u=unknown, k=known: slope(u, k))
 
     def test_derivatives_of_a_pendulum_as_differences(
-        self, fmus: dict[str, Path], tmp_path: Path
+        self, native_fmus: dict[str, Path], tmp_path: Path
     ) -> None:
-        model, r = exchange(fmus["pendulum"], tmp_path / "pendulum")
+        model, r = exchange(native_fmus["pendulum"], tmp_path / "pendulum")
         model.enterContinuousTimeMode()
-        description: Any = fmpy.read_model_description(str(fmus["pendulum"]))
+        description: Any = fmpy.read_model_description(str(native_fmus["pendulum"]))
         states = [r[d.variable.derivative.name] for d in description.derivatives]
         rates = [d.variable.valueReference for d in description.derivatives]
         n = len(states)
@@ -353,9 +345,9 @@ class TestDerivatives:
             instance.step(0.0, 2.0)
             assert instance["x"] == pytest.approx((2.0 + 8.0 / 3.0 + 4.0) / 2.0, rel=1e-14)
 
-    def test_inputs_follow_their_derivatives(self, load: Load) -> None:
+    def test_inputs_follow_their_derivatives(self, load_native: Load) -> None:
         """Without spring and damper x'' = force/2: a force of 1 + 2 t + 3 t² gives a polynomial."""
-        instance = load().initialise({"stiffness": 0.0, "damping": 0.0, "x": 0.0})
+        instance = load_native().initialise({"stiffness": 0.0, "damping": 0.0, "x": 0.0})
         r = instance.references["force"]
         instance.set({"force": 1.0})
         instance.fmu.setRealInputDerivatives([r, r], [1, 2], [2.0, 6.0])
@@ -373,8 +365,8 @@ class TestDerivatives:
                 lambda o=order, v=value: instance.fmu.setRealInputDerivatives([r], [o], [v]),
             )
 
-    def test_output_derivatives(self, load: Load) -> None:
-        instance = load().initialise({"lift": 0.5, "x": 0.2, "v": 0.3})
+    def test_output_derivatives(self, load_native: Load) -> None:
+        instance = load_native().initialise({"lift": 0.5, "x": 0.2, "v": 0.3})
         names = ["x", "v", "energy", "swing"]
         references = [instance.references[name] for name in names]
         found = instance.fmu.getRealOutputDerivatives(references, [1] * len(names))

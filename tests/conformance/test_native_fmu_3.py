@@ -5,7 +5,7 @@ from __future__ import annotations
 import ctypes
 import math
 import zipfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -41,32 +41,14 @@ ELEMENTS = {
 Load = Callable[..., Instance3]
 
 
-@pytest.fixture
-def fmus(native_fmus_3: dict[str, Path]) -> dict[str, Path]:
-    return native_fmus_3
-
-
-@pytest.fixture
-def load(load_native_3: Load) -> Load:
-    return load_native_3
-
-
-@pytest.fixture
-def older(tmp_path: Path) -> Iterator[Instance]:
-    """`plane` in FMI 2.0."""
-    path = build_fmu(plane(), tmp_path / "older.fmu", native=True)
-    with Instance(path, tmp_path / "older") as instance:
-        yield instance
-
-
 class TestDescription:
     @pytest.mark.parametrize("name", PROGRAMS)
-    def test_no_finding(self, fmus: dict[str, Path], name: str) -> None:
-        assert validate_fmu(str(fmus[name])) == []
-        assert fmus[name].stat().st_size < LARGEST
+    def test_no_finding(self, native_fmus_3: dict[str, Path], name: str) -> None:
+        assert validate_fmu(str(native_fmus_3[name])) == []
+        assert native_fmus_3[name].stat().st_size < LARGEST
 
-    def test_arrays(self, load: Load) -> None:
-        variables = load().variables
+    def test_arrays(self, load_native_3: Load) -> None:
+        variables = load_native_3().variables
         shapes = {name: v.shape for name, v in variables.items() if v.shape}
         assert shapes == {name: (2, 2) if name == "gain" else (2,) for name in ELEMENTS}
         assert variables["body.ball.position"].unit == "m"
@@ -80,18 +62,18 @@ class TestDescription:
         assert variables["time"].unit == "s"
 
     def test_every_scalar_is_an_element_of_one_variable(
-        self, fmus: dict[str, Path], tmp_path: Path
+        self, native_fmus_3: dict[str, Path], tmp_path: Path
     ) -> None:
         for name, make in PROGRAMS.items():
             path = build_fmu(make(), tmp_path / f"{name}.fmu", native=True)
             scalars: Any = fmpy.read_model_description(str(path)).modelVariables
-            variables: Any = fmpy.read_model_description(str(fmus[name])).modelVariables
+            variables: Any = fmpy.read_model_description(str(native_fmus_3[name])).modelVariables
             sizes = [math.prod(v.shape) for v in variables]
             assert sum(sizes) == len(scalars) + 1  # time
             assert len({v.valueReference for v in variables}) == len(variables)
 
-    def test_structure(self, load: Load) -> None:
-        description = load().description
+    def test_structure(self, load_native_3: Load) -> None:
+        description = load_native_3().description
 
         def kinds(unknowns: list[Any]) -> dict[str, dict[str, str]]:
             return {
@@ -117,11 +99,11 @@ class TestDescription:
             *("time", "mass", "stiffness", "gain", "body.ball.force", "body.ball.position")
         }
 
-    def test_terminals(self, fmus: dict[str, Path]) -> None:
+    def test_terminals(self, native_fmus_3: dict[str, Path]) -> None:
         """Bodies, points and joints with what goes in and out; valid by the standard's schema."""
         schema = Path(fmpy.__file__).parent / "schema/fmi3/fmi3TerminalsAndIcons.xsd"
         found = {}
-        for name, path in fmus.items():
+        for name, path in native_fmus_3.items():
             with zipfile.ZipFile(path) as archive:
                 if TERMINALS not in archive.namelist():
                     continue
@@ -137,9 +119,9 @@ class TestDescription:
         }
         assert set(found) == {"plane", "pendulum", "buoy"}
 
-    def test_same_bytes_every_time(self, fmus: dict[str, Path], tmp_path: Path) -> None:
+    def test_same_bytes_every_time(self, native_fmus_3: dict[str, Path], tmp_path: Path) -> None:
         again = build_fmu(plane(), tmp_path / "again.fmu", native=True, fmi="3")
-        assert again.read_bytes() == fmus["plane"].read_bytes()
+        assert again.read_bytes() == native_fmus_3["plane"].read_bytes()
 
     def test_native_only(self, tmp_path: Path) -> None:
         with pytest.raises(InputError, match="native"):
@@ -154,10 +136,10 @@ class TestResults:
         # co-simulation: tolerance 1e-10 in some tens of steps; CVODE: the same, of lower order
         [("CoSimulation", 1e-8), ("ModelExchange", 1e-6)],
     )
-    def test_as_simulate(self, fmus: dict[str, Path], kind: str, error: float) -> None:
+    def test_as_simulate(self, native_fmus_3: dict[str, Path], kind: str, error: float) -> None:
         expected = simulate(pendulum(), stop_time=2.0, output_interval=0.1, tolerance=1e-10)
         found = fmpy.simulate_fmu(
-            str(fmus["pendulum"]),
+            str(native_fmus_3["pendulum"]),
             fmi_type=kind,
             stop_time=2.0,
             output_interval=0.1,
@@ -174,13 +156,15 @@ class TestResults:
             np.testing.assert_allclose(values, expected[name], atol=error * scale, rtol=0)
 
     @pytest.mark.parametrize(("kind", "error"), [("CoSimulation", 1e-8), ("ModelExchange", 1e-6)])
-    def test_arrays_from_outside(self, fmus: dict[str, Path], kind: str, error: float) -> None:
+    def test_arrays_from_outside(
+        self, native_fmus_3: dict[str, Path], kind: str, error: float
+    ) -> None:
         """FMPy sets a matrix and an input signal of two columns; limits as above."""
         columns = [("time", float), *((n, float, (2,)) for n in ["body.ball.force"])]
         signal = np.array([(t, (0.7, -1.0)) for t in (0.0, 2.0)], dtype=columns)
         gain = dict(zip(ELEMENTS["gain"], (1.0, 0.5, -0.25, 2.0), strict=True))
         found = fmpy.simulate_fmu(
-            str(fmus["plane"]),
+            str(native_fmus_3["plane"]),
             fmi_type=kind,
             stop_time=2.0,
             output_interval=0.1,
@@ -201,8 +185,8 @@ class TestResults:
             values = found["body.ball.position"][:, k]
             np.testing.assert_allclose(values, expected[name], atol=error, rtol=0)
 
-    def test_the_bits_of_fmi_2(self, load: Load, older: Instance) -> None:
-        newer = load().initialise({"stiffness": 8.0}, tolerance=1e-6)
+    def test_the_bits_of_fmi_2(self, load_native_3: Load, older: Instance) -> None:
+        newer = load_native_3().initialise({"stiffness": 8.0}, tolerance=1e-6)
         older.initialise({"stiffness": 8.0}, tolerance=1e-6)
         for k in range(20):
             force = (math.sin(k), 0.1 * k)
@@ -232,21 +216,23 @@ class TestResults:
                 instance.step(0.0, 1.0)
                 assert instance["body.lower.theta"] == expected["body.lower.theta"][-1]
 
-    def test_reset(self, load: Load) -> None:
-        instance = load().initialise({"body.ball.position": (2.0, 1.0)})
+    def test_reset(self, load_native_3: Load) -> None:
+        instance = load_native_3().initialise({"body.ball.position": (2.0, 1.0)})
         instance.step(0.0, 0.5)
         instance.fmu.reset()
         instance.initialise()
         instance.step(0.0, 0.5)
-        again = load().initialise()
+        again = load_native_3().initialise()
         again.step(0.0, 0.5)
         assert instance.all("body.ball.position") == again.all("body.ball.position")
 
 
 class TestModelExchange:
-    def test_states_are_those_of_the_arrays(self, load: Load) -> None:
+    def test_states_are_those_of_the_arrays(self, load_native_3: Load) -> None:
         """Order: position x, z, then velocity x, z; not the program's x, vx, z, vz."""
-        instance = load(kind="ModelExchange").initialise({"body.ball.velocity": (5.0, 7.0)})
+        instance = load_native_3(kind="ModelExchange").initialise(
+            {"body.ball.velocity": (5.0, 7.0)}
+        )
         model = instance.fmu
         model.updateDiscreteStates()
         model.enterContinuousTimeMode()
@@ -270,16 +256,16 @@ class TestModelExchange:
         assert model.completedIntegratorStep() == (False, False)
         model.terminate()
 
-    def test_without_states(self, load: Load) -> None:
-        instance = load("algebraic", kind="ModelExchange").initialise()
+    def test_without_states(self, load_native_3: Load) -> None:
+        instance = load_native_3("algebraic", kind="ModelExchange").initialise()
         instance.fmu.enterContinuousTimeMode()
         instance.set({"u": 5.0})
         assert instance["y"] == 15.0
 
 
 class TestDerivatives:
-    def test_directional_as_in_fmi_2(self, load: Load, older: Instance) -> None:
-        newer = load().initialise({"body.ball.velocity": (0.5, -0.7)})
+    def test_directional_as_in_fmi_2(self, load_native_3: Load, older: Instance) -> None:
+        newer = load_native_3().initialise({"body.ball.velocity": (0.5, -0.7)})
         older.initialise({"body.ball.vx": 0.5, "body.ball.vz": -0.7})
         unknown, known = "body.ball.acceleration", ("body.ball.position", "body.ball.force")
         seed = [0.3, -0.2, 1.0, 2.0]
@@ -294,15 +280,15 @@ class TestDerivatives:
         )
         assert found == expected
 
-    def test_by_time(self, load: Load) -> None:
-        instance = load().initialise()
+    def test_by_time(self, load_native_3: Load) -> None:
+        instance = load_native_3().initialise()
         r = instance.references
         get = instance.fmu.getDirectionalDerivative
         assert get([r["body.ball.acceleration"]], [r["time"]], [3.0], 2) == [0.0, 3.0]
 
-    def test_adjoint_is_the_transpose(self, load: Load) -> None:
+    def test_adjoint_is_the_transpose(self, load_native_3: Load) -> None:
         """w·(J s) = (Jᵀ w)·s to rounding, over all unknowns and knowns."""
-        instance = load().initialise({"body.ball.velocity": (0.5, -0.7)})
+        instance = load_native_3().initialise({"body.ball.velocity": (0.5, -0.7)})
         r = instance.references
         unknowns = ["body.ball.acceleration", "power", "joint.post.reaction", "weight"]
         knowns = ["body.ball.force", "body.ball.velocity", "mass", "gain", "time"]
@@ -315,8 +301,8 @@ class TestDerivatives:
         backward = np.array(instance.fmu.getAdjointDerivative(*lists, list(w), columns))
         assert w @ forward == pytest.approx(backward @ s, rel=1e-13)
 
-    def test_as_differences(self, load: Load) -> None:
-        instance = load("pendulum", kind="ModelExchange").initialise()
+    def test_as_differences(self, load_native_3: Load) -> None:
+        instance = load_native_3("pendulum", kind="ModelExchange").initialise()
         model, r = instance.fmu, instance.references
         model.enterContinuousTimeMode()
         rates = [d.variable.valueReference for d in instance.description.derivatives]
@@ -336,8 +322,8 @@ class TestDerivatives:
             found = model.getDirectionalDerivative(rates, [states[k]], [1.0])
             np.testing.assert_allclose(found, expected, atol=1e-7)
 
-    def test_of_outputs_by_time(self, load: Load) -> None:
-        instance = load().initialise({"body.ball.velocity": (0.5, -0.7)})
+    def test_of_outputs_by_time(self, load_native_3: Load) -> None:
+        instance = load_native_3().initialise({"body.ball.velocity": (0.5, -0.7)})
         names = ["body.ball.position", "body.ball.velocity", "power"]
         instance.set({"body.ball.force": (1.0, 2.0)})
         r = [instance.references[name] for name in names]
@@ -351,9 +337,9 @@ class TestDerivatives:
         orders[0] = 2
         assert instance.call("GetOutputDerivatives", *arguments, ctypes.c_size_t(5)) == ERROR
 
-    def test_dependencies_of_elements(self, load: Load) -> None:
+    def test_dependencies_of_elements(self, load_native_3: Load) -> None:
         """Each is declared, and no derivative is without: by all knowns, of all unknowns."""
-        instance = load().initialise({"body.ball.velocity": (0.5, -0.7)})
+        instance = load_native_3().initialise({"body.ball.velocity": (0.5, -0.7)})
         instance.set({"body.ball.force": (1.0, 2.0)})
         instance.step(0.0, 0.1)
         r = instance.references

@@ -6,7 +6,7 @@ import ctypes
 import math
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -14,30 +14,9 @@ import pytest
 from fmpy import fmi3
 from support.fmu3_instance import Instance3
 from support.fmu_answers import ERROR, answers
-from support.fmu_instance import DISCARD, Instance
-from support.plane import plane
-
-from m4e_fmi.fmu import build_fmu
+from support.fmu_instance import DISCARD
 
 Load = Callable[..., Instance3]
-
-
-@pytest.fixture
-def fmus(native_fmus_3: dict[str, Path]) -> dict[str, Path]:
-    return native_fmus_3
-
-
-@pytest.fixture
-def load(load_native_3: Load) -> Load:
-    return load_native_3
-
-
-@pytest.fixture
-def older(tmp_path: Path) -> Iterator[Instance]:
-    """`plane` in FMI 2.0."""
-    path = build_fmu(plane(), tmp_path / "older.fmu", native=True)
-    with Instance(path, tmp_path / "older") as instance:
-        yield instance
 
 
 class Watch:
@@ -66,10 +45,10 @@ class Watch:
 
 
 class TestWithinSteps:
-    def test_each_step_of_the_integrator_is_shown(self, load: Load) -> None:
+    def test_each_step_of_the_integrator_is_shown(self, load_native_3: Load) -> None:
         """x = 1/(1 − t): intermediate values are on the solution, as near as those at the end."""
         watch, found = Watch(), []
-        instance = load("fragile", intermediateUpdate=watch).initialise()
+        instance = load_native_3("fragile", intermediateUpdate=watch).initialise()
         watch.act = lambda t: found.append((t, instance["x"], instance["time"]))
         assert instance.step(0.0, 0.9) == (False, False, False, 0.9)
         times = [t for t, *_ in watch.seen]
@@ -83,16 +62,16 @@ class TestWithinSteps:
             assert x == pytest.approx(1.0 / (1.0 - t), rel=1e-8 * len(times) / (1.0 - t))
 
     @pytest.mark.parametrize("beyond", [0.0, 0.01, 5.0])
-    def test_early_return(self, load: Load, beyond: float) -> None:
+    def test_early_return(self, load_native_3: Load, beyond: float) -> None:
         """At once, or at a time still to come: the state is that of a step to there."""
         watch = Watch(lambda t: t + beyond if t > 0.2 else None)
-        instance = load(earlyReturnAllowed=True, intermediateUpdate=watch).initialise()
+        instance = load_native_3(earlyReturnAllowed=True, intermediateUpdate=watch).initialise()
         *_, early, reached = instance.step(0.0, 3.0)
         assert early == (beyond < 3.0)
         assert reached == instance["time"]
         first = next(t for t, *_ in watch.seen if t > 0.2)
         assert reached == pytest.approx(min(first + beyond, 3.0), abs=1e-12)
-        plain = load().initialise()
+        plain = load_native_3().initialise()
         plain.step(0.0, reached)
         for name in ("body.ball.position", "body.ball.velocity"):
             # other steps, of a local error of 1e-8 each, on a motion that does not amplify them
@@ -100,16 +79,16 @@ class TestWithinSteps:
         watch.act = lambda _: None
         assert instance.step(reached, 3.5 - reached)[2:] == (False, 3.5)
 
-    def test_no_early_return_where_it_is_not_allowed(self, load: Load) -> None:
+    def test_no_early_return_where_it_is_not_allowed(self, load_native_3: Load) -> None:
         watch = Watch(lambda t: t)
-        instance = load(intermediateUpdate=watch).initialise()
+        instance = load_native_3(intermediateUpdate=watch).initialise()
         assert instance.step(0.0, 3.0) == (False, False, False, 3.0)
         assert not any(may_return for *_, may_return in watch.seen)
 
-    def test_inputs_set_within_a_step(self, load: Load) -> None:
+    def test_inputs_set_within_a_step(self, load_native_3: Load) -> None:
         """As a step that ends where the input is set."""
         watch = Watch()
-        instance = load(intermediateUpdate=watch).initialise()
+        instance = load_native_3(intermediateUpdate=watch).initialise()
 
         def act(_: float) -> None:
             if len(watch.seen) == 2:
@@ -118,7 +97,7 @@ class TestWithinSteps:
         watch.act = act
         instance.step(0.0, 2.0)
         turn = watch.seen[1][0]
-        plain = load().initialise()
+        plain = load_native_3().initialise()
         plain.step(0.0, turn)
         plain.set({"body.ball.force": (4.0, -1.0)})
         plain.step(turn, 2.0 - turn)
@@ -128,9 +107,9 @@ class TestWithinSteps:
         assert instance.all("body.ball.force") == [4.0, -1.0]
         answers(ERROR, lambda: instance.set({"mass": 3.0}))
 
-    def test_what_is_refused_within_a_step(self, load: Load) -> None:
+    def test_what_is_refused_within_a_step(self, load_native_3: Load) -> None:
         watch, statuses = Watch(), {}
-        instance = load(intermediateUpdate=watch).initialise()
+        instance = load_native_3(intermediateUpdate=watch).initialise()
         state = instance.fmu.getFMUState()
 
         def act(_: float) -> None:
@@ -150,10 +129,10 @@ class TestWithinSteps:
         assert any("within a step" in text for _, text in instance.messages)
         instance.fmu.freeFMUState(state)
 
-    def test_a_step_that_cannot_be_finished(self, load: Load) -> None:
+    def test_a_step_that_cannot_be_finished(self, load_native_3: Load) -> None:
         """fmi3Discard: all is as before, and a shorter step from there is a step like others."""
         for update in (None, Watch()):
-            instance = load("fragile", intermediateUpdate=update).initialise()
+            instance = load_native_3("fragile", intermediateUpdate=update).initialise()
             instance.step(0.0, 0.5)
             x = instance["x"]
             answers(DISCARD, lambda i=instance: i.step(0.5, 1.0))
@@ -181,8 +160,8 @@ with Instance3(Path({fmu!r}), Path({folder!r})) as instance:
 
 
 class TestStates:
-    def test_rollback(self, load: Load) -> None:
-        instance = load().initialise()
+    def test_rollback(self, load_native_3: Load) -> None:
+        instance = load_native_3().initialise()
         instance.step(0.0, 0.1)
         state = instance.fmu.getFMUState()
         runs = []
@@ -196,9 +175,9 @@ class TestStates:
         assert runs[0] == runs[1] == runs[2]
 
     def test_into_another_instance_and_process(
-        self, load: Load, fmus: dict[str, Path], tmp_path: Path
+        self, load_native_3: Load, native_fmus_3: dict[str, Path], tmp_path: Path
     ) -> None:
-        first, second = load().initialise({"gain": (1.0, 2.0, 3.0, 4.0)}), load()
+        first, second = load_native_3().initialise({"gain": (1.0, 2.0, 3.0, 4.0)}), load_native_3()
         first.set({"body.ball.force": (0.5, 0.25)})
         for k in range(5):
             first.step(0.1 * k, 0.1)
@@ -212,7 +191,7 @@ class TestStates:
         assert second.all("body.ball.position") == expected
         script = CONTINUED.format(
             path=sys.path,
-            fmu=str(fmus["plane"]),
+            fmu=str(native_fmus_3["plane"]),
             folder=str(tmp_path / "other"),
             bytes=str(tmp_path / "state"),
         )
@@ -221,8 +200,8 @@ class TestStates:
         )
         assert run.stdout.split()[-2:] == [x.hex() for x in expected]
 
-    def test_foreign_and_damaged_states_are_refused(self, load: Load) -> None:
-        instance, other = load().initialise(), load("fragile").initialise()
+    def test_foreign_and_damaged_states_are_refused(self, load_native_3: Load) -> None:
+        instance, other = load_native_3().initialise(), load_native_3("fragile").initialise()
         instance.step(0.0, 0.1)
         state, before = instance.fmu.getFMUState(), instance.all("body.ball.position")
         answers(ERROR, lambda: other.fmu.setFMUState(state))
@@ -236,7 +215,7 @@ class TestStates:
 
 
 class TestRefusals:
-    def test_instances_that_cannot_be(self, fmus: dict[str, Path], tmp_path: Path) -> None:
+    def test_instances_that_cannot_be(self, native_fmus_3: dict[str, Path], tmp_path: Path) -> None:
         """No event mode, no scheduled execution, no other token, no variable that is none."""
         impossible: tuple[dict[str, Any], ...] = (
             {"eventModeUsed": True},
@@ -244,8 +223,8 @@ class TestRefusals:
         )
         for number, arguments in enumerate(impossible):
             with pytest.raises(Exception, match="instantiate"):
-                Instance3(fmus["plane"], tmp_path / str(number), **arguments)
-        with Instance3(fmus["plane"], tmp_path / "plane") as instance:
+                Instance3(native_fmus_3["plane"], tmp_path / str(number), **arguments)
+        with Instance3(native_fmus_3["plane"], tmp_path / "plane") as instance:
             instance.fmu.guid = "{00000000-0000-0000-0000-000000000000}"
             component = instance.fmu.component
             with pytest.raises(Exception, match="instantiate"):
@@ -258,8 +237,8 @@ class TestRefusals:
             assert "no scheduled execution" in instance.messages[-1][1]
             instance.fmu.component = component
 
-    def test_numbers_that_do_not_fit(self, load: Load) -> None:
-        instance = load().initialise()
+    def test_numbers_that_do_not_fit(self, load_native_3: Load) -> None:
+        instance = load_native_3().initialise()
         r = instance.references["body.ball.force"]
         for call in (
             lambda: instance.fmu.getFloat64([r], nValues=1),
@@ -278,9 +257,9 @@ class TestRefusals:
             answers(ERROR, call)
         assert instance.all("body.ball.force") == [0.0, 0.0]
 
-    def test_silence(self, load: Load) -> None:
+    def test_silence(self, load_native_3: Load) -> None:
         """Without logging nothing is logged, until it is asked for."""
-        instance = load(loggingOn=False)
+        instance = load_native_3(loggingOn=False)
         answers(ERROR, instance.fmu.exitInitializationMode)
         assert instance.messages == []
         instance.fmu.setDebugLogging(True, ["logStatusError"])
@@ -288,9 +267,11 @@ class TestRefusals:
         assert len(instance.messages) == 1
         answers(ERROR, lambda: instance.fmu.setDebugLogging(True, ["nonsense"]))
 
-    def test_files_that_are_not_of_the_fmu(self, fmus: dict[str, Path], tmp_path: Path) -> None:
+    def test_files_that_are_not_of_the_fmu(
+        self, native_fmus_3: dict[str, Path], tmp_path: Path
+    ) -> None:
         """Damaged lists of variables and dependencies: an error, never a crash."""
-        with Instance3(fmus["plane"], tmp_path / "x") as instance:
+        with Instance3(native_fmus_3["plane"], tmp_path / "x") as instance:
             resources = instance.folder / "resources"
             variables = (resources / "variables.txt").read_text()
             component = instance.fmu.component

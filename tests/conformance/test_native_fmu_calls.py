@@ -21,16 +21,6 @@ from support.model_exchange import exchange
 Load = Callable[..., Instance]
 
 
-@pytest.fixture
-def fmus(native_fmus: dict[str, Path]) -> dict[str, Path]:
-    return native_fmus
-
-
-@pytest.fixture
-def load(load_native: Load) -> Load:
-    return load_native
-
-
 CONTINUED = """
 import sys
 from pathlib import Path
@@ -48,8 +38,8 @@ with Instance(Path({fmu!r}), Path({folder!r})) as instance:
 
 
 class TestStates:
-    def test_rollback(self, load: Load) -> None:
-        instance = load().initialise()
+    def test_rollback(self, load_native: Load) -> None:
+        instance = load_native().initialise()
         instance.step(0.0, 0.1)
         state = instance.fmu.getFMUstate()
         runs = []
@@ -63,9 +53,9 @@ class TestStates:
         assert runs[0] == runs[1] == runs[2]
 
     def test_into_another_instance_and_process(
-        self, load: Load, fmus: dict[str, Path], tmp_path: Path
+        self, load_native: Load, native_fmus: dict[str, Path], tmp_path: Path
     ) -> None:
-        first, second = load().initialise({"stiffness": 41.0}), load()
+        first, second = load_native().initialise({"stiffness": 41.0}), load_native()
         for k in range(5):
             first.step(0.1 * k, 0.1)
         r = first.references["force"]
@@ -81,7 +71,7 @@ class TestStates:
         assert (first["x"], first["v"]) == (second["x"], second["v"])
         script = CONTINUED.format(
             path=sys.path,
-            fmu=str(fmus["driven"]),
+            fmu=str(native_fmus["driven"]),
             folder=str(tmp_path / "other"),
             bytes=str(tmp_path / "state"),
         )
@@ -90,8 +80,8 @@ class TestStates:
         )
         assert run.stdout.split()[-2:] == [first["x"].hex(), first["v"].hex()]
 
-    def test_foreign_and_damaged_states_are_refused(self, load: Load) -> None:
-        instance, other = load().initialise(), load("fragile").initialise()
+    def test_foreign_and_damaged_states_are_refused(self, load_native: Load) -> None:
+        instance, other = load_native().initialise(), load_native("fragile").initialise()
         instance.step(0.0, 0.1)
         state, before = instance.fmu.getFMUstate(), (instance["x"], instance["v"])
         answers(ERROR, lambda: other.fmu.setFMUstate(state))
@@ -106,7 +96,7 @@ class TestStates:
 
 
 class TestRefusals:
-    def test_a_call_in_the_wrong_state(self, load: Load) -> None:
+    def test_a_call_in_the_wrong_state(self, load_native: Load) -> None:
         """In each phase every call that the standard does not allow there is an error."""
         phases = "instantiated", "initializing", "stepping", "terminated"
         allowed = {
@@ -127,7 +117,7 @@ class TestRefusals:
             "completedIntegratorStep": (),
             "setTime": (),
         }
-        instance = load()
+        instance = load_native()
         fmu, r = instance.fmu, instance.references
 
         def calls() -> dict[str, Callable[[], Any]]:
@@ -190,9 +180,9 @@ class TestRefusals:
             fmu.freeFMUstate(state)
 
     def test_model_exchange_has_states_of_its_own(
-        self, fmus: dict[str, Path], tmp_path: Path
+        self, native_fmus: dict[str, Path], tmp_path: Path
     ) -> None:
-        model, r = exchange(fmus["driven"], tmp_path / "driven")
+        model, r = exchange(native_fmus["driven"], tmp_path / "driven")
         two = (ctypes.c_double * 2)(0.0, 0.0)
         answers(ERROR, lambda: model.setContinuousStates(two, 2))
         answers(ERROR, lambda: model.completedIntegratorStep())
@@ -218,8 +208,8 @@ class TestRefusals:
         model.terminate()
         model.freeInstance()
 
-    def test_nan_and_infinity(self, load: Load) -> None:
-        instance = load().initialise()
+    def test_nan_and_infinity(self, load_native: Load) -> None:
+        instance = load_native().initialise()
         for value in (math.nan, math.inf, -math.inf):
             for name in ("force", "stiffness"):
                 answers(ERROR, lambda n=name, v=value: instance.set({n: v}))
@@ -229,8 +219,8 @@ class TestRefusals:
         instance.step(0.0, 0.1)  # nothing was changed
         assert instance["force"] == 1.0
 
-    def test_steps_that_do_not_follow(self, load: Load) -> None:
-        instance = load()
+    def test_steps_that_do_not_follow(self, load_native: Load) -> None:
+        instance = load_native()
         instance.initialise(stopTime=1.0)
         for t, h in ((0.5, 0.1), (0.0, 0.0), (0.0, -0.1), (0.0, 1.1)):
             answers(ERROR, lambda t=t, h=h: instance.step(t, h))
@@ -238,8 +228,8 @@ class TestRefusals:
         instance.step(0.0, 1.0)
         assert instance["x"] != 0.1
 
-    def test_what_is_no_variable(self, load: Load) -> None:
-        instance = load().initialise()
+    def test_what_is_no_variable(self, load_native: Load) -> None:
+        instance = load_native().initialise()
         fmu = instance.fmu
         for call in (
             lambda: fmu.getReal([999]),
@@ -256,9 +246,9 @@ class TestRefusals:
         ):
             answers(ERROR, call)
 
-    def test_a_step_that_cannot_be_finished(self, load: Load) -> None:
+    def test_a_step_that_cannot_be_finished(self, load_native: Load) -> None:
         """x = 1/(1 − t): the solver comes close to t = 1 and says how close."""
-        instance = load("fragile").initialise()
+        instance = load_native("fragile").initialise()
         instance.step(0.0, 0.5)
         kept = instance.fmu.getFMUstate()
         answers(DISCARD, lambda: instance.step(0.5, 1.0))
@@ -275,15 +265,15 @@ class TestRefusals:
         instance.step(0.5, 1.0)
         assert instance["x"] == pytest.approx(2.0, rel=1e-7)
 
-    def test_rates_and_outputs_that_are_not_finite(self, load: Load) -> None:
-        instance = load("fragile").initialise({"rate": -1.0})
+    def test_rates_and_outputs_that_are_not_finite(self, load_native: Load) -> None:
+        instance = load_native("fragile").initialise({"rate": -1.0})
         answers(DISCARD, lambda: instance["inverse"])
         assert "inverse is inf at t = 0 s" in instance.last_error
         answers(DISCARD, lambda: instance.step(0.0, 0.1))
         assert instance.last_error == "a state or its rate is not finite at t = 0 s: x"
 
-    def test_log_categories(self, load: Load) -> None:
-        instance = load()
+    def test_log_categories(self, load_native: Load) -> None:
+        instance = load_native()
         fmu = instance.fmu
         answers(ERROR, lambda: fmu.setDebugLogging(True, ["nonsense"]))
         for categories, heard in ((["logStatusDiscard"], 0), (["logStatusError"], 1), ([], 1)):
@@ -298,28 +288,28 @@ class TestRefusals:
 
 
 def test_fmpy_logs_when_other_instances_are_gone(
-    fmus: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    native_fmus: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """FMPy has one logger for the whole process: that of tests/support outlives its instances."""
-    with Instance(fmus["driven"], tmp_path / "gone") as instance:
+    with Instance(native_fmus["driven"], tmp_path / "gone") as instance:
         instance.initialise()
     del instance
     gc.collect()
-    model, _ = exchange(fmus["driven"], tmp_path / "driven")
+    model, _ = exchange(native_fmus["driven"], tmp_path / "driven")
     model.setDebugLogging(True, [])
     answers(ERROR, lambda: model.setContinuousStates((ctypes.c_double * 2)(), 2))
     assert "in event mode" in capsys.readouterr().out
 
 
-def test_folders_of_any_name(fmus: dict[str, Path], tmp_path: Path) -> None:
+def test_folders_of_any_name(native_fmus: dict[str, Path], tmp_path: Path) -> None:
     folder = tmp_path / "a b é # % [x] &+,;=' 100%25"
-    with Instance(fmus["driven"], folder) as instance:
+    with Instance(native_fmus["driven"], folder) as instance:
         instance.initialise().step(0.0, 0.1)
         assert instance.last_error == ""
 
 
-def test_missing_files_are_named(fmus: dict[str, Path], tmp_path: Path) -> None:
-    with Instance(fmus["driven"], tmp_path / "x") as instance:
+def test_missing_files_are_named(native_fmus: dict[str, Path], tmp_path: Path) -> None:
+    with Instance(native_fmus["driven"], tmp_path / "x") as instance:
         (instance.folder / "resources" / "tangent.m4e").unlink()
         instance.initialise()
         r = instance.references

@@ -37,31 +37,23 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 Load = Callable[..., Instance]
 
 
-@pytest.fixture
-def fmus(python_fmus: dict[str, Path]) -> dict[str, Path]:
-    return python_fmus
-
-
-@pytest.fixture
-def load(load_python: Load) -> Load:
-    return load_python
-
-
 class TestArchive:
     @pytest.mark.parametrize("name", PROGRAMS)
-    def test_no_findings(self, fmus: dict[str, Path], name: str) -> None:
-        assert validate_fmu(str(fmus[name])) == []
+    def test_no_findings(self, python_fmus: dict[str, Path], name: str) -> None:
+        assert validate_fmu(str(python_fmus[name])) == []
 
     @pytest.mark.parametrize("name", PROGRAMS)
     def test_built_twice_the_bytes_are_the_same(
-        self, fmus: dict[str, Path], tmp_path: Path, name: str
+        self, python_fmus: dict[str, Path], tmp_path: Path, name: str
     ) -> None:
         again = build_fmu(PROGRAMS[name](), tmp_path / "elsewhere" / "again.fmu")
-        assert again.read_bytes() == fmus[name].read_bytes()
+        assert again.read_bytes() == python_fmus[name].read_bytes()
         with zipfile.ZipFile(again) as archive:  # not in the order of some file system
             assert archive.namelist() == sorted(archive.namelist())
 
-    def test_built_in_another_process_the_bytes_are_the_same(self, fmus: dict[str, Path]) -> None:
+    def test_built_in_another_process_the_bytes_are_the_same(
+        self, python_fmus: dict[str, Path]
+    ) -> None:
         """Whatever the hash seed: nothing depends on the order of a set."""
         script = (
             "import sys, hashlib, pathlib\n"
@@ -71,7 +63,7 @@ class TestArchive:
             "print(hashlib.sha256(path.read_bytes()).hexdigest())\n"
         )
         model = EXAMPLES / "double_pendulum" / "double_pendulum.model.yaml"
-        target = fmus["double_pendulum"].with_name("other_process.fmu")
+        target = python_fmus["double_pendulum"].with_name("other_process.fmu")
         digest = subprocess.run(
             [sys.executable, "-c", script, str(model), str(target)],
             env={**os.environ, "PYTHONHASHSEED": "17"},
@@ -79,7 +71,7 @@ class TestArchive:
             text=True,
             check=True,
         ).stdout.strip()
-        expected = hashlib.sha256(fmus["double_pendulum"].read_bytes()).hexdigest()
+        expected = hashlib.sha256(python_fmus["double_pendulum"].read_bytes()).hexdigest()
         assert digest == expected
 
     def test_another_program_has_another_guid(self, tmp_path: Path) -> None:
@@ -105,11 +97,11 @@ class TestArchive:
         "name", ["lambda", "ProgramSlave", "M4eSlave", "None", "a b-c", "json"]
     )
     def test_any_name_that_starts_with_a_letter(
-        self, load: Load, tmp_path: Path, name: str
+        self, load_python: Load, tmp_path: Path, name: str
     ) -> None:
         path = build_fmu(tunable(name), tmp_path / "named.fmu")
         assert validate_fmu(str(path)) == []
-        instance = load(path).initialise()
+        instance = load_python(path).initialise()
         instance.step(0.0, 1.0)
         assert instance["x"] == pytest.approx(1 - math.exp(-2.0), abs=1e-7)
 
@@ -133,8 +125,8 @@ class TestArchive:
 
 
 class TestDescription:
-    def test_variables(self, fmus: dict[str, Path]) -> None:
-        description: Any = fmpy.read_model_description(str(fmus["tunable"]))
+    def test_variables(self, python_fmus: dict[str, Path]) -> None:
+        description: Any = fmpy.read_model_description(str(python_fmus["tunable"]))
         found = {
             v.name: (v.causality, v.variability, v.initial, v.start, v.unit)
             for v in description.modelVariables
@@ -152,8 +144,8 @@ class TestDescription:
             "last_error": ("local", "discrete", "calculated", None, None),
         }
 
-    def test_texts_arrive_as_they_were_written(self, fmus: dict[str, Path]) -> None:
-        description: Any = fmpy.read_model_description(str(fmus["tunable"]))
+    def test_texts_arrive_as_they_were_written(self, python_fmus: dict[str, Path]) -> None:
+        description: Any = fmpy.read_model_description(str(python_fmus["tunable"]))
         written = [v for v in description.modelVariables if v.causality != "local"]
         texts = {v.description for v in written}
         assert texts == {ODD}
@@ -165,8 +157,8 @@ class TestDescription:
         description: Any = fmpy.read_model_description(str(path))
         assert description.description == "a\ufffdb\ufffdc\ufffd"
 
-    def test_units(self, fmus: dict[str, Path]) -> None:
-        description: Any = fmpy.read_model_description(str(fmus["tunable"]))
+    def test_units(self, python_fmus: dict[str, Path]) -> None:
+        description: Any = fmpy.read_model_description(str(python_fmus["tunable"]))
         units = {unit.name: unit for unit in description.unitDefinitions}
         assert set(units) == {"1", "1/s", "kN", "s"}
         force = units["kN"].baseUnit
@@ -189,8 +181,8 @@ class TestDescription:
         kilogram = next(unit for unit in description.unitDefinitions if unit.name == "kg")
         assert [(d.name, d.factor) for d in kilogram.displayUnits] == [("t", 0.001)]
 
-    def test_derivatives(self, fmus: dict[str, Path]) -> None:
-        description: Any = fmpy.read_model_description(str(fmus["double_pendulum"]))
+    def test_derivatives(self, python_fmus: dict[str, Path]) -> None:
+        description: Any = fmpy.read_model_description(str(python_fmus["double_pendulum"]))
         found = {v.name: v.derivative.name for v in description.modelVariables if v.derivative}
         assert found["joint.elbow.u"] == "joint.elbow.q"
         assert found["body.upper.alpha"] == "body.upper.omega"
@@ -199,10 +191,10 @@ class TestDescription:
         rates = [name for name in found if name.endswith("_rate")]
         assert len(found) == 2 + 2 * 6 + 4 + 4 + len(rates)
 
-    def test_default_experiment(self, fmus: dict[str, Path], tmp_path: Path) -> None:
+    def test_default_experiment(self, python_fmus: dict[str, Path], tmp_path: Path) -> None:
         program = autonomous()
         source = python_slave(program, describe(program, stop_time=3.5, step_size=0.25), "rk4")
-        paths = (fmus["autonomous"], build_fmu(source, tmp_path / "long.fmu"))
+        paths = (python_fmus["autonomous"], build_fmu(source, tmp_path / "long.fmu"))
         found = []
         for path in paths:
             description: Any = fmpy.read_model_description(str(path))
@@ -210,8 +202,8 @@ class TestDescription:
             found.append((experiment.startTime, experiment.stopTime, experiment.stepSize))
         assert found == [("0.0", "10.0", "0.01"), ("0.0", "3.5", "0.25")]
 
-    def test_capabilities(self, fmus: dict[str, Path]) -> None:
-        description: Any = fmpy.read_model_description(str(fmus["autonomous"]))
+    def test_capabilities(self, python_fmus: dict[str, Path]) -> None:
+        description: Any = fmpy.read_model_description(str(python_fmus["autonomous"]))
         cosimulation = description.coSimulation
         assert cosimulation.canGetAndSetFMUstate
         assert cosimulation.canSerializeFMUstate
@@ -220,9 +212,9 @@ class TestDescription:
         assert not cosimulation.canBeInstantiatedOnlyOncePerProcess
 
     @pytest.mark.parametrize("name", ["double_pendulum", "floating_body", "algebraic", "tunable"])
-    def test_declared_dependencies_are_those_measured(self, load: Load, name: str) -> None:
+    def test_declared_dependencies_are_those_measured(self, load_python: Load, name: str) -> None:
         """At a general state, an output moves with an input exactly if it says so."""
-        instance = load(name)
+        instance = load_python(name)
         states = {v: 0.3 + 0.1 * k for k, v in enumerate(instance.reals("output", "local"))}
         inputs = {v: 0.7 + 0.2 * k for k, v in enumerate(instance.reals("input"))}
         instance.initialise({**states, **inputs})
@@ -245,8 +237,10 @@ class TestDescription:
         assert instance.get(outputs) == before
 
     @pytest.mark.parametrize("name", ["double_pendulum", "floating_body", "algebraic", "tunable"])
-    def test_declared_initial_dependencies_are_those_measured(self, load: Load, name: str) -> None:
-        instance = load(name)
+    def test_declared_initial_dependencies_are_those_measured(
+        self, load_python: Load, name: str
+    ) -> None:
+        instance = load_python(name)
         known = {
             v.name: float(v.start) + 0.05 * (k + 1)
             for k, v in enumerate(instance.description.modelVariables)

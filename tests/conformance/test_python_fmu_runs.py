@@ -30,19 +30,11 @@ from m4e_fmi.runtime.integrator import Integrator
 Load = Callable[..., Instance]
 
 
-@pytest.fixture
-def fmus(python_fmus: dict[str, Path]) -> dict[str, Path]:
-    return python_fmus
-
-
-@pytest.fixture
-def load(load_python: Load) -> Load:
-    return load_python
-
-
 class TestRuns:
     @pytest.mark.parametrize("name", PROGRAMS)
-    def test_bits_are_those_of_the_integration_in_process(self, load: Load, name: str) -> None:
+    def test_bits_are_those_of_the_integration_in_process(
+        self, load_python: Load, name: str
+    ) -> None:
         """Held inputs, one call per communication step, outputs and feed-through included."""
         program = PROGRAMS[name]().with_start({"b": 2.0} if name == "fragile" else {})
         engine = Engine(program)
@@ -56,7 +48,7 @@ class TestRuns:
             engine.set_inputs(u)
             return engine.outputs(t, x).tolist()
 
-        instance = load(name)
+        instance = load_python(name)
         self.compare(instance, program, advance, outputs)
         calculated = [v.name for v in program.calculated]
         assert list(instance.get(calculated).values()) == engine.calculated().tolist()
@@ -112,9 +104,12 @@ class TestRuns:
             assert list(instance.get(named[0]).values()) == x
             assert list(instance.get(named[1]).values()) == outputs(t + h, x, u)
 
-    def test_simulate_fmu(self, fmus: dict[str, Path]) -> None:
+    def test_simulate_fmu(self, python_fmus: dict[str, Path]) -> None:
         result: Any = fmpy.simulate_fmu(
-            str(fmus["autonomous"]), stop_time=2.0, output_interval=0.1, output=["x", "v", "energy"]
+            str(python_fmus["autonomous"]),
+            stop_time=2.0,
+            output_interval=0.1,
+            output=["x", "v", "energy"],
         )
         t = result["time"]
         assert list(t) == pytest.approx([0.1 * k for k in range(21)])
@@ -126,33 +121,33 @@ class TestRuns:
             energy = (result["v"][k] ** 2 + 4 * result["x"][k] ** 2) / 2
             assert result["energy"][k] == pytest.approx(energy, rel=1e-14)
 
-    def test_start_time_is_honoured(self, load: Load) -> None:
-        instance = load("algebraic").initialise(startTime=5.0)
+    def test_start_time_is_honoured(self, load_python: Load) -> None:
+        instance = load_python("algebraic").initialise(startTime=5.0)
         assert instance["clock"] == 5.0
         instance.step(5.0, 0.5)
         assert instance["clock"] == 5.5
 
-    def test_tolerance_is_honoured(self, load: Load) -> None:
+    def test_tolerance_is_honoured(self, load_python: Load) -> None:
         errors = []
         for tolerance in (1e-4, 1e-12):
-            instance = load("autonomous").initialise(tolerance=tolerance)
+            instance = load_python("autonomous").initialise(tolerance=tolerance)
             instance.step(0.0, 2.0)
             x = math.cos(4) + 0.3 * math.sin(4) - 0.2 * math.sin(6)
             errors.append(abs(instance["x"] - x))
         assert errors[0] > 1e-8
         assert errors[1] < 1e-10
 
-    def test_start_values_of_states_and_parameters(self, load: Load) -> None:
-        instance = load("tunable").initialise({"x": 0.25, "k": 0.5, "scale": 3.0, "u": 0.0})
+    def test_start_values_of_states_and_parameters(self, load_python: Load) -> None:
+        instance = load_python("tunable").initialise({"x": 0.25, "k": 0.5, "scale": 3.0, "u": 0.0})
         assert instance["x"] == 0.25
         assert instance["y"] == 0.75
         assert instance["time_constant"] == 2.0
         instance.step(0.0, 1.0)
         assert instance["x"] == pytest.approx(0.25 * math.exp(-0.5), abs=1e-7)
 
-    def test_start_values_may_be_set_after_outputs_were_read(self, load: Load) -> None:
+    def test_start_values_may_be_set_after_outputs_were_read(self, load_python: Load) -> None:
         """Initialization mode: read, set, read again, in any order."""
-        instance = load("tunable")
+        instance = load_python("tunable")
         instance.fmu.setupExperiment(startTime=0.0)
         instance.fmu.enterInitializationMode()
         assert instance["time_constant"] == 0.5
@@ -162,16 +157,18 @@ class TestRuns:
         instance.fmu.exitInitializationMode()
         assert instance["y"] == 2.0
 
-    def test_added_mass_set_at_initialisation_counts(self, load: Load) -> None:
+    def test_added_mass_set_at_initialisation_counts(self, load_python: Load) -> None:
         accelerations = []
         for added in (0.0, 5.0):
             uncoupled = {f"added_mass[{k}]": 0.0 for k in ("1,2", "2,1", "2,3", "3,2")}
-            instance = load("floating_body").initialise({**uncoupled, "added_mass[2,2]": added})
+            instance = load_python("floating_body").initialise(
+                {**uncoupled, "added_mass[2,2]": added}
+            )
             accelerations.append(instance["body.hull.az"])
         assert accelerations == pytest.approx([-9.81, -9.81 * 5 / (5 + 5)], rel=1e-14)
 
-    def test_a_tunable_parameter_may_change_between_steps(self, load: Load) -> None:
-        instance = load("tunable").initialise()
+    def test_a_tunable_parameter_may_change_between_steps(self, load_python: Load) -> None:
+        instance = load_python("tunable").initialise()
         instance.step(0.0, 0.5)
         x = instance["x"]
         instance.set({"k": 10.0})
@@ -179,8 +176,10 @@ class TestRuns:
         instance.step(0.5, 0.1)
         assert instance["x"] == pytest.approx(1 - (1 - x) * math.exp(-1.0), abs=1e-7)
 
-    def test_inputs_set_after_a_step_change_outputs_with_feedthrough_only(self, load: Load) -> None:
-        instance = load("double_pendulum").initialise()
+    def test_inputs_set_after_a_step_change_outputs_with_feedthrough_only(
+        self, load_python: Load
+    ) -> None:
+        instance = load_python("double_pendulum").initialise()
         instance.step(0.0, 0.01)
         names = ["body.lower.ax", "body.lower.x", "body.lower.vx"]
         before = instance.get(names)
@@ -189,8 +188,8 @@ class TestRuns:
         assert before.pop("body.lower.ax") != after.pop("body.lower.ax")
         assert before == after
 
-    def test_reset(self, load: Load) -> None:
-        instance = load("tunable").initialise({"k": 1.0})
+    def test_reset(self, load_python: Load) -> None:
+        instance = load_python("tunable").initialise({"k": 1.0})
         instance.step(0.0, 1.0)
         instance.fmu.reset()
         assert instance["k"] == 2.0
@@ -199,11 +198,13 @@ class TestRuns:
         instance.step(0.0, 1.0)
         assert instance["x"] == pytest.approx(1 - math.exp(-2.0), abs=1e-7)
 
-    def test_unpacked_into_a_path_with_a_space(self, fmus: dict[str, Path], tmp_path: Path) -> None:
-        with Instance(fmus["algebraic"], tmp_path / "my fmus" / "of today") as instance:
+    def test_unpacked_into_a_path_with_a_space(
+        self, python_fmus: dict[str, Path], tmp_path: Path
+    ) -> None:
+        with Instance(python_fmus["algebraic"], tmp_path / "my fmus" / "of today") as instance:
             assert instance.initialise()["norm"] == 6.0
 
-    def test_in_a_fresh_process(self, fmus: dict[str, Path]) -> None:
+    def test_in_a_fresh_process(self, python_fmus: dict[str, Path]) -> None:
         script = (
             "import sys, json, fmpy\n"
             "r = fmpy.simulate_fmu(sys.argv[1], stop_time=1.0, output=['x'])\n"
@@ -211,7 +212,7 @@ class TestRuns:
             "print(json.dumps([*end, 'm4e_fmi' in sys.modules]))\n"
         )
         answer = subprocess.run(
-            [sys.executable, "-c", script, str(fmus["tunable"])],
+            [sys.executable, "-c", script, str(python_fmus["tunable"])],
             capture_output=True,
             text=True,
             check=True,
@@ -224,51 +225,60 @@ class TestRuns:
 
 class TestOneProcess:
     def test_twice_with_the_folder_deleted_in_between(
-        self, fmus: dict[str, Path], tmp_path: Path
+        self, python_fmus: dict[str, Path], tmp_path: Path
     ) -> None:
         results = []
         for k in range(2):
-            with Instance(fmus["tunable"], tmp_path / f"run_{k}") as instance:
+            with Instance(python_fmus["tunable"], tmp_path / f"run_{k}") as instance:
                 instance.initialise().step(0.0, 1.0)
                 results.append(instance["x"])
             assert not (tmp_path / f"run_{k}").exists()
         assert results[0] == results[1]
 
-    def test_two_instances_at_a_time_do_not_share_state(self, load: Load) -> None:
-        one = load("tunable").initialise({"k": 1.0})
-        other = load("tunable").initialise({"k": 3.0})
+    def test_two_instances_at_a_time_do_not_share_state(self, load_python: Load) -> None:
+        one = load_python("tunable").initialise({"k": 1.0})
+        other = load_python("tunable").initialise({"k": 3.0})
         one.step(0.0, 1.0)
         other.step(0.0, 1.0)
         assert one["x"] == pytest.approx(1 - math.exp(-1.0), abs=1e-7)
         assert other["x"] == pytest.approx(1 - math.exp(-3.0), abs=1e-7)
 
-    def test_different_fmus(self, load: Load) -> None:
-        instances = [load(name) for name in ("autonomous", "algebraic", "tunable", "autonomous")]
+    def test_different_fmus(self, load_python: Load) -> None:
+        instances = [
+            load_python(name) for name in ("autonomous", "algebraic", "tunable", "autonomous")
+        ]
         for instance in instances:
             instance.initialise()
         assert instances[0]["energy"] == instances[3]["energy"] == 2.0
         assert instances[1]["norm"] == 6.0
         assert instances[2]["time_constant"] == 0.5
 
-    def test_two_versions_of_an_fmu_of_the_same_name(self, load: Load, tmp_path: Path) -> None:
+    def test_two_versions_of_an_fmu_of_the_same_name(
+        self, load_python: Load, tmp_path: Path
+    ) -> None:
         r = Recorder("tunable", "another program under the same name")
         r.output(Variable("x", "1", "constant"), 42.0)
         r.parameter(Variable("k", "1", "first", start=7.0))
-        old, new = load("tunable"), load(build_fmu(r.program(), tmp_path / "tunable.fmu"))
+        old, new = (
+            load_python("tunable"),
+            load_python(build_fmu(r.program(), tmp_path / "tunable.fmu")),
+        )
         assert new.initialise()["x"] == 42.0
         assert old.initialise()["x"] == 0.0
         assert (old["k"], new["k"]) == (2.0, 7.0)
 
-    def test_versions_that_differ_in_a_start_value_only(self, load: Load, tmp_path: Path) -> None:
+    def test_versions_that_differ_in_a_start_value_only(
+        self, load_python: Load, tmp_path: Path
+    ) -> None:
         paths = [build_fmu(tunable(rate=k), tmp_path / f"{k}.fmu") for k in (1.0, 3.0)]
-        instances = [load(path).initialise() for path in paths]
+        instances = [load_python(path).initialise() for path in paths]
         assert [instance["time_constant"] for instance in instances] == [1.0, 1 / 3]
 
     def test_fifty_instantiations_leave_nothing_behind(
-        self, fmus: dict[str, Path], tmp_path: Path
+        self, python_fmus: dict[str, Path], tmp_path: Path
     ) -> None:
         def run(k: int) -> None:
-            with Instance(fmus["tunable"], tmp_path / f"run_{k}") as instance:
+            with Instance(python_fmus["tunable"], tmp_path / f"run_{k}") as instance:
                 instance.initialise().step(0.0, 0.1)
 
         run(0)

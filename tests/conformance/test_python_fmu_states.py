@@ -17,11 +17,6 @@ from m4e_fmi.fmu import build_fmu
 Load = Callable[..., Instance]
 
 
-@pytest.fixture
-def load(load_python: Load) -> Load:
-    return load_python
-
-
 class TestState:
     STEP = 0.05
 
@@ -36,8 +31,8 @@ class TestState:
         return rows
 
     @pytest.mark.parametrize("name", ["double_pendulum", "floating_body", "tunable", "algebraic"])
-    def test_replay_is_exact_to_the_bit(self, load: Load, name: str) -> None:
-        instance = load(name).initialise()
+    def test_replay_is_exact_to_the_bit(self, load_python: Load, name: str) -> None:
+        instance = load_python(name).initialise()
         self.run(instance, 0, 5)
         state = instance.fmu.getFMUstate()
         saved = instance.fmu.serializeFMUstate(state)
@@ -53,20 +48,20 @@ class TestState:
         instance.fmu.freeFMUstate(restored)
 
     @pytest.mark.parametrize("name", ["double_pendulum", "tunable"])
-    def test_replay_in_another_instance(self, load: Load, name: str) -> None:
+    def test_replay_in_another_instance(self, load_python: Load, name: str) -> None:
         """Also if the other was given other parameters and another tolerance."""
-        first = load(name).initialise(tolerance=1e-5)
+        first = load_python(name).initialise(tolerance=1e-5)
         self.run(first, 0, 5)
         saved = first.fmu.serializeFMUstate(first.fmu.getFMUstate())
         expected = self.run(first, 5, 10)
         parameter = first.reals("parameter")[0]
-        second = load(name).initialise({parameter: 5.0})
+        second = load_python(name).initialise({parameter: 5.0})
         self.run(second, 0, 2)
         second.fmu.setFMUstate(second.fmu.deSerializeFMUstate(saved))
         assert self.run(second, 5, 10) == expected
 
-    def test_a_state_taken_before_the_outputs_were_read(self, load: Load) -> None:
-        instance = load("tunable").initialise()
+    def test_a_state_taken_before_the_outputs_were_read(self, load_python: Load) -> None:
+        instance = load_python("tunable").initialise()
         instance.step(0.0, 0.5)
         state = instance.fmu.getFMUstate()
         expected = instance["y"]
@@ -74,8 +69,8 @@ class TestState:
         instance.fmu.setFMUstate(state)
         assert instance["y"] == expected
 
-    def test_a_state_from_before_an_error_mends_it(self, load: Load) -> None:
-        instance = load("fragile").initialise({"b": 1.0})
+    def test_a_state_from_before_an_error_mends_it(self, load_python: Load) -> None:
+        instance = load_python("fragile").initialise({"b": 1.0})
         state = instance.fmu.getFMUstate()
         instance.set({"a": -1.0})
         discarded(lambda: instance.step(0.0, 0.1))
@@ -94,9 +89,9 @@ class TestState:
         instance.fmu.setFMUstate(own)
         assert instance.last_error == ""
 
-    def test_damaged_states_are_refused(self, load: Load) -> None:
+    def test_damaged_states_are_refused(self, load_python: Load) -> None:
         """Every change of one bit, and JSON of another form."""
-        instance = load("tunable").initialise()
+        instance = load_python("tunable").initialise()
         content = instance.fmu.serializeFMUstate(instance.fmu.getFMUstate())
         damaged = [bytearray(content) for _ in content]
         for place, text in enumerate(damaged):
@@ -107,11 +102,11 @@ class TestState:
         instance.step(0.0, 0.1)
         assert not math.isnan(instance["y"])
 
-    def test_states_of_other_fmus_are_refused(self, load: Load, tmp_path: Path) -> None:
+    def test_states_of_other_fmus_are_refused(self, load_python: Load, tmp_path: Path) -> None:
         """Also of one that has the same variables and another default tolerance."""
         other = build_fmu(PROGRAMS["tunable"](), tmp_path / "other.fmu", tolerance=1e-5)
-        instance = load("tunable").initialise()
-        for donor in (load("autonomous").initialise(), load(other).initialise()):
+        instance = load_python("tunable").initialise()
+        for donor in (load_python("autonomous").initialise(), load_python(other).initialise()):
             state = donor.fmu.getFMUstate()
             self.refuses(instance, state)
             saved = donor.fmu.serializeFMUstate(state)
@@ -124,15 +119,15 @@ class TestErrors:
     """A failure is discard, a log message and a text; never fatal, never a crash."""
 
     @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
-    def test_an_input_that_is_no_number(self, load: Load, value: float) -> None:
-        instance = load("tunable").initialise()
+    def test_an_input_that_is_no_number(self, load_python: Load, value: float) -> None:
+        instance = load_python("tunable").initialise()
         instance.set({"u": value})
         discarded(lambda: instance.step(0.0, 0.1))
         assert instance.last_error == f"u was set to {value} (t = 0 s)"
         assert math.isnan(instance["y"])
 
-    def test_a_step_that_fails(self, load: Load) -> None:
-        instance = load("fragile").initialise({"b": 1.0})
+    def test_a_step_that_fails(self, load_python: Load) -> None:
+        instance = load_python("fragile").initialise({"b": 1.0})
         instance.step(0.0, 0.5)
         instance.set({"a": -4.0})
         for _ in range(3):
@@ -146,37 +141,37 @@ class TestErrors:
         assert "Traceback" not in errors[0]
         assert any("Traceback" in text for status, text in instance.messages if status == 0)
 
-    def test_overflow(self, load: Load) -> None:
-        instance = load("fragile").initialise({"b": 1.0, "x": 1600.0})
+    def test_overflow(self, load_python: Load) -> None:
+        instance = load_python("fragile").initialise({"b": 1.0, "x": 1600.0})
         discarded(lambda: instance.step(0.0, 0.1))
         assert "der(x) is inf (t = 0 s)" in instance.last_error
 
-    def test_a_solution_that_ends(self, load: Load) -> None:
+    def test_a_solution_that_ends(self, load_python: Load) -> None:
         """ẋ ≈ exp(x − 800) has a pole."""
-        instance = load("fragile").initialise({"b": 1.0, "x": 790.0})
+        instance = load_python("fragile").initialise({"b": 1.0, "x": 790.0})
         discarded(lambda: instance.step(0.0, 1e5))
         assert "too small to go on" in instance.last_error
 
-    def test_outputs_that_fail(self, load: Load) -> None:
+    def test_outputs_that_fail(self, load_python: Load) -> None:
         """1/b for b = 0 is nan at once, and stops the next step."""
-        instance = load("fragile").initialise({"b": 1.0})
+        instance = load_python("fragile").initialise({"b": 1.0})
         instance.step(0.0, 0.5)
         instance.set({"b": 0.0})
         assert math.isnan(instance["y"])
         assert instance.last_error == "ArithmeticError: y is inf (t = 0.5 s)"
         discarded(lambda: instance.step(0.5, 0.5))
 
-    def test_the_first_error_is_kept(self, load: Load) -> None:
+    def test_the_first_error_is_kept(self, load_python: Load) -> None:
         """The nan that an error makes comes back through other components."""
-        instance = load("fragile").initialise({"b": 1.0, "a": -1.0})
+        instance = load_python("fragile").initialise({"b": 1.0, "a": -1.0})
         discarded(lambda: instance.step(0.0, 0.5))
         first = instance.last_error
         instance.set({"b": math.nan})
         assert instance.last_error == first
 
-    def test_outputs_read_too_early_are_no_error(self, load: Load) -> None:
+    def test_outputs_read_too_early_are_no_error(self, load_python: Load) -> None:
         """In initialization mode the inputs that make them possible may follow."""
-        instance = load("fragile")
+        instance = load_python("fragile")
         instance.fmu.setupExperiment(startTime=0.0)
         instance.fmu.enterInitializationMode()
         assert math.isnan(instance["y"])
@@ -187,14 +182,14 @@ class TestErrors:
         instance.step(0.0, 0.1)
         assert instance.last_error == ""
 
-    def test_an_error_that_stays_during_initialization_stays(self, load: Load) -> None:
-        instance = load("fragile").initialise()  # b = 0
+    def test_an_error_that_stays_during_initialization_stays(self, load_python: Load) -> None:
+        instance = load_python("fragile").initialise()  # b = 0
         assert "y is nan" in instance.last_error
         instance.set({"b": 1.0})
         discarded(lambda: instance.step(0.0, 0.1))
 
-    def test_reset_after_an_error(self, load: Load) -> None:
-        instance = load("fragile").initialise()
+    def test_reset_after_an_error(self, load_python: Load) -> None:
+        instance = load_python("fragile").initialise()
         assert instance.last_error
         instance.fmu.reset()
         instance.initialise({"b": 1.0}).step(0.0, 1.0)
@@ -214,9 +209,9 @@ class TestErrors:
         ],
     )
     def test_wrong_value_references_are_an_error_and_no_crash(
-        self, load: Load, call: Callable[[Any], Any]
+        self, load_python: Load, call: Callable[[Any], Any]
     ) -> None:
-        instance = load("tunable").initialise()
+        instance = load_python("tunable").initialise()
         call(instance.fmu)
         assert "value reference" in instance.last_error
         discarded(lambda: instance.step(0.0, 0.1))

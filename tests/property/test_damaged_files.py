@@ -1,17 +1,17 @@
 """Input files with random damage, a sample: a message or a result, in time, nothing outside.
 
-`tests/verify/test_damaged_files_campaign.py` tries thousands.
+`tests/verify/test_fuzz_campaign.py` tries a hundred times as many.
 """
 
 from __future__ import annotations
 
-import random
 from pathlib import Path
 
 import pytest
-from support.odd_files import Seed, codes, outcome, seeds
+from support.fuzz.cases import codes, run_case
+from support.fuzz.families import Family, families
 
-CASES = 3
+SHARE = 0.01
 SEED = 2024
 
 
@@ -20,10 +20,20 @@ SEED = 2024
     analytic="rules for exit codes and files",
     tolerance="identical",
 )
-@pytest.mark.parametrize("seed", seeds(), ids=lambda seed: seed.name)
-def test_damaged_files_are_dealt_with(seed: Seed, tmp_path: Path) -> None:
-    if seed.name.endswith(("tables", "fmus", "fmi 2", "fmi 3", "ssp", "flap", "lists")):
-        (tmp_path / "sound").mkdir()
-        assert not any(codes(seed, tmp_path / "sound"))
-    for k in range(CASES):
-        assert not outcome(seed, random.Random(f"{seed.name} {SEED + k}"), tmp_path / str(k))
+@pytest.mark.parametrize("family", families().values(), ids=families())
+def test_damaged_files_are_dealt_with(family: Family, tmp_path: Path) -> None:
+    cases = round(SHARE * family.cases)
+    found = [run_case(family, k, SEED, tmp_path / str(k)) for k in range(cases)]
+    assert [one.wrong for one in found if one.wrong] == []
+    assert sum(one.past for one in found) >= cases / 3
+
+
+SOUND = ("tables", "fmus", "fmi 2", "fmi 3", "flap", "lists", "parameters", "ssv")
+
+
+@pytest.mark.parametrize("family", families().values(), ids=families())
+def test_files_without_damage_are_read(family: Family, tmp_path: Path) -> None:
+    for seed in family.seeds:
+        if family.name not in ("yaml", "fmu") or seed.name.endswith(SOUND):
+            (tmp_path / seed.name).mkdir()
+            assert not any(codes(seed, tmp_path / seed.name)), seed.name

@@ -21,13 +21,13 @@ PACKAGES = {
 MOST_MODULES = 15
 LAYERS = {
     "m4e_fmi": (
-        "signals units errors files shown coupling_algorithms program space joints model multibody "
-        "results runtime simulate fmu analysis code_hash doctor report cosim cli"
+        "signals units errors shown files coupling_algorithms program space joints model multibody "
+        "results runtime simulate fmu analysis code_hash doctor report cosim cli __main__"
     ),
     "m4e_fmi.fmu": "importer export validation",
     "m4e_fmi.cosim": (
-        "system connections input_checks ssp system_file load exchange preparation results "
-        "stepping algorithms time_loop error_estimate monitoring master save"
+        "system connections scenario input_checks ssp system_file load exchange preparation "
+        "results stepping algorithms time_loop error_estimate monitoring checkpoint master save"
     ),
 }
 """Parts of each package: a part imports those before it only."""

@@ -115,7 +115,7 @@ def test_second_order_against_the_exact_equation(tmp_path):
 
 
 @pytest.mark.verifies(
-    "its course over 10 s by default, in steps of 20 ms",
+    "its motion over 10 s by default, in steps of 20 ms",
     analytic="exact nonlinear equation",
     tolerance="1.5e-4 m",
 )

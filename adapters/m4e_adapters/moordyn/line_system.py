@@ -56,6 +56,9 @@ class LineSystem:
         Name, x and z [m] of the fairleads in a file that somebody else wrote, in its order.
     notes
         Warnings of every start.
+    parting
+        Ends of lines that may part from a fairlead: number of the line, end (0 for A, 1 for B), and
+        number of the fairlead.
     place
         The folder for MoorDyn's files; the system's temporary one if it is None or cannot be
         used.
@@ -85,6 +88,7 @@ class LineSystem:
         bed=None,
         drawn=(),
         notes=(),
+        parting=(),
         place=None,
     ):
         self._text = text
@@ -99,6 +103,8 @@ class LineSystem:
         self._at_rest = at_rest
         self._drawn = drawn
         self._notes = list(notes)
+        self._parting = list(parting)
+        self._pulls = []  # (F_x, F_z) [N] of the ends that may part
         self._motion: dict = {}
         self.force = []
         self.fairlead_tension = []
@@ -187,6 +193,20 @@ class LineSystem:
             self._motion |= {"velocity": velocity, "age": 0.0, "given": velocity}
             self._evaluate(velocity)
 
+    def without(self, parted):
+        """Forces, fairlead tensions and anchor tensions with some lines parted.
+
+        `parted` has the share by which a line has parted, by its number: 1 is all of it.
+        """
+        force, tensions = list(self.force), (self.fairlead_tension, self.anchor_tension)
+        for (line, _, fairlead), pull in zip(self._parting, self._pulls, strict=True):
+            if line in parted:
+                force[fairlead] = tuple(
+                    f - parted[line] * p for f, p in zip(force[fairlead], pull, strict=True)
+                )
+        left = [1 - parted.get(line, 0.0) for line in range(len(self._names))]
+        return force, *([a * x for a, x in zip(left, one, strict=True)] for one in tensions)
+
     def save(self):
         """All that later results depend on, as JSON values and bytes."""
         return {
@@ -195,6 +215,7 @@ class LineSystem:
             "force": _copied(self.force),
             "fairlead_tension": list(self.fairlead_tension),
             "anchor_tension": list(self.anchor_tension),
+            "pulls": _copied(self._pulls),
         }
 
     def restore(self, saved):
@@ -211,6 +232,7 @@ class LineSystem:
         self.force = _copied(saved["force"])
         self.fairlead_tension = list(saved["fairlead_tension"])
         self.anchor_tension = list(saved["anchor_tension"])
+        self._pulls = _copied(saved["pulls"])
 
     def close(self):
         """Free MoorDyn's memory and files; the object can be started again."""
@@ -223,6 +245,7 @@ class LineSystem:
         force = self._moordyn.step(begins, velocity, t - h, h)
         self.force = [(force[k], force[k + 2]) for k in range(0, len(force), 3)]
         self.anchor_tension, self.fairlead_tension = self._moordyn.end_tensions()
+        self._pulls = [self._moordyn.end_force(line, end) for line, end, _ in self._parting]
 
     def _unrest(self, net):
         """A text for each line that does not start at rest; `net` is its equilibrium, if known."""
@@ -271,9 +294,14 @@ class LineSystem:
         self._surfaced = set(found)
         return texts
 
-    def overstretched(self, remedy="check its length and stiffness, and the forces on the body"):
-        """A text for each line that is stretched far beyond its length since the last call."""
+    def overstretched(self, parted=()):
+        """A text for each line that is stretched far beyond its length since the last call.
+
+        Lines whose numbers are among `parted` are left out.
+        """
+        remedy = "check its length and stiffness, and the forces on the body"
         found = self._beyond(LARGE_STRAIN, remedy)
+        found = {k: text for k, text in found.items() if k not in parted}
         texts = [text for k, text in found.items() if k not in self._stretched]
         self._stretched = set(found)
         return texts

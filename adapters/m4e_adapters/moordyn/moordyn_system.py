@@ -149,6 +149,11 @@ class MoorDynSystem:
         found = [(_node_force(line, 0), _node_force(line, last)) for line, last in ends]
         return [a for a, _ in found], [b for _, b in found]
 
+    def end_force(self, line, end):
+        """(F_x, F_z) [N] of end A (0) or B (1) of a line, counted from 0, on what holds it."""
+        x, _, z = moordyn.GetLineNodeForce(self._lines[line], end * self.segments[line])
+        return x, z
+
     def inner_forces(self):
         """The largest force [N] on an inner node of each line; 0 if it has none."""
         return [

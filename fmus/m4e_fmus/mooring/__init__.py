@@ -51,6 +51,7 @@ def make(
         "at_rest": mooring.at_rest,
         "bed": mooring.bed,
         "notes": list(mooring.notes),
+        "parting": _parting(mooring),
     }
     return PythonSource(
         description=ModelDescription(
@@ -70,7 +71,41 @@ def _variables(mooring: Mooring) -> tuple[FmuVariable, ...]:
     names = tuple(v.name for v in inputs)
     outputs = [v for fairlead in mooring.fairleads for v in _force(fairlead, names)]
     tensions = [v for line in mooring.lines for v in _tensions(line, names)]
-    return (*inputs, *outputs, *tensions)
+    parting = dict.fromkeys(mooring.lines[line] for line, _, _ in _parting(mooring))
+    return (*inputs, *outputs, *tensions, *map(_parted, parting))
+
+
+def _parting(mooring: Mooring) -> list[tuple[int, int, int]]:
+    """Ends that part from a fairlead with their line: numbers of line, end (0, 1) and fairlead.
+
+    Only lines between fairleads and anchors part: of others, more than a force on a body would go.
+    """
+    if mooring.net is None:
+        return []
+    fairlead_of = {point: k for k, point in enumerate(mooring.net["fairleads"])}
+    held = {k for k, point in enumerate(mooring.net["points"]) if point["force"] is None}
+    return [
+        (number, end, fairlead_of[point])
+        for number, line in enumerate(mooring.net["lines"])
+        if held.issuperset(line["ends"])
+        for end, point in enumerate(line["ends"])
+        if point in fairlead_of
+    ]
+
+
+def _parted(line: str) -> FmuVariable:
+    text = f"1 once {line} has parted from what it holds: it exerts no force any more"
+    return FmuVariable(
+        f"{line}.parted",
+        "1",
+        text,
+        causality="parameter",
+        variability="tunable",
+        initial="exact",
+        start=0.0,
+        minimum=0.0,
+        maximum=1.0,
+    )
 
 
 def _motion(fairlead: Fairlead) -> Iterator[FmuVariable]:

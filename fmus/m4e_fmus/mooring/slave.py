@@ -17,6 +17,7 @@ class MooringSlave(M4eSlave):
         system = json.loads((self.resources / "mooring.json").read_text(encoding="utf-8"))
         self._fairleads, self._line_names = system["names"], system["lines"]
         self._lines = LineSystem(text, place=self.resources, **system)
+        self._parting = {line: self._line_names[line] for line, _, _ in system["parting"]}
         self._started_with = None
 
     def _pairs(self, first, second):
@@ -45,12 +46,15 @@ class MooringSlave(M4eSlave):
     def update(self):
         """Set the outputs for the present inputs."""
         self._lines.settle(self._pairs("vx", "vz"))
-        self._warn(self._lines.overstretched() + self._lines.surfaced())
-        for name, (x, z) in zip(self._fairleads, self._lines.force, strict=True):
+        shares = {k: self.values[self.index[f"{name}.parted"]] for k, name in self._parting.items()}
+        parted = {line: share for line, share in shares.items() if share}
+        self._warn(self._lines.overstretched(parted) + self._lines.surfaced())
+        force, *tensions = self._lines.without(parted)
+        for name, (x, z) in zip(self._fairleads, force, strict=True):
             self.values[self.index[f"{name}.force_x"]] = x
             self.values[self.index[f"{name}.force_z"]] = z
-        for end in ("fairlead_tension", "anchor_tension"):
-            for name, tension in zip(self._line_names, getattr(self._lines, end), strict=True):
+        for end, values in zip(("fairlead_tension", "anchor_tension"), tensions, strict=True):
+            for name, tension in zip(self._line_names, values, strict=True):
                 self.values[self.index[f"{name}.{end}"]] = tension
 
     def save(self):

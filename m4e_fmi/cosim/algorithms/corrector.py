@@ -20,8 +20,8 @@ What it does without:
 - algebraic loops. They are solved at communication points, but not within a step: two passes make
   an error larger by the square of what a loop multiplies it by. There `gauss_seidel` is used, too.
 - inputs that are followed (`canInterpolateInputs`). An FMU that holds its inputs gets values that
-  act like the course, and needs more steps for it; an FMU that moves one input along another stays
-  at second order.
+  act like that parabola, and needs more steps for it; an FMU that moves one input along another
+  stays at second order.
 
 `change` is the difference that the last pass made to the outputs at the end of the step: an
 estimate of the error of the pass before, and larger than that of the result.

@@ -2,9 +2,9 @@
 
 Components step one after the other from t to t + H, those first whose outputs cannot be predicted
 (forces), so that the others (bodies) know those outputs at both ends of the step. An FMU holds its
-inputs during a step; a held value acts to second order like the true course of the input if it is
-the *mean* of that course. With y the source of an input, at `now` (y₀), one step `before` (y₋) and,
-once its component has stepped, `stepped` (y₁):
+inputs during a step; a held value acts to second order like the true trajectory of the input if
+it is the *mean* of that trajectory. With y the source of an input, at `now` (y₀), one step `before`
+(y₋) and, once its component has stepped, `stepped` (y₁):
 
 ===========  ==========================================  =====================================
 source       mean over the step                          value at the end of the step

@@ -4,8 +4,8 @@ Unknown are the values of all connected inputs in the middle and at the end of t
 values all components return to the start and make their step (see `step_values`); what their
 outputs then differ by from the inputs they feed is the residual, which a quasi-Newton iteration
 (`newton`) brings to zero. Its Jacobian begins with what outputs depend on at once: directional
-derivatives, of FMUs that provide them. What inputs do in the course of a step is learnt as the
-iteration goes on. Of other FMUs, and where that does not converge, it comes from differences: one
+derivatives, of FMUs that provide them. What inputs do during a step is learnt as the iteration
+goes on. Of other FMUs, and where that does not converge, it comes from differences: one
 more step of one component for each unknown.
 
 So strong coupling costs no stability: a stiff spring between two components, or added mass that is

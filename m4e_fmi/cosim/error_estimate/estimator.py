@@ -110,5 +110,5 @@ def _lengths(prepared: Prepared) -> list[float] | str:
 def _coarse(prepared: Prepared) -> str:
     """The reason why there are no steps of a small part of the length; empty if there are."""
     steps = ((n, d.internal_step) for n, d in prepared.descriptions.items() if d.internal_step)
-    own = [f"{name} has internal steps of {step:g} s inside" for name, step in steps]
+    own = [f"{name} has internal steps of {step:g} s" for name, step in steps]
     return "; ".join([f"{n} {r}" for n, r in prepared.rates.items() if not r.shortens] or own)

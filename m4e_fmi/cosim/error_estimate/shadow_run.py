@@ -104,8 +104,6 @@ class ShadowRun:
     the range of each source.
     """
 
-    room = FAR
-
     def __init__(
         self,
         network: Network,
@@ -144,6 +142,11 @@ class ShadowRun:
     def operations(self) -> tuple[Operation, ...]:
         """Note a step of the run in a row of a block."""
         return self._run.operations
+
+    @property
+    def room(self) -> int:
+        """Steps of the run up to where the second set is to follow."""
+        return FAR if self.failure else max(1, BLOCK - self._run.count)
 
     def before(self) -> None:
         """Before a step of the run."""
@@ -191,6 +194,7 @@ class ShadowRun:
         try:
             while not loop.over and (now - loop.now >= self._size or loop.now < now == self._rest):
                 self._network.pause()
+                loop.prepare()
                 loop.advance(max(1, (now - loop.now) // self._size))
         except RunError as error:
             name = "twice" if self._twice else "half"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -14,6 +14,8 @@ from m4e_fmi.cosim.error_estimate.report import over
 from m4e_fmi.cosim.error_estimate.roughness import RoughnessSnapshot
 from m4e_fmi.cosim.error_estimate.stretch import Followed, Stretch
 from m4e_fmi.cosim.error_estimate.windows import Told, throughout
+from m4e_fmi.cosim.exchange.layout import NetworkSnapshot
+from m4e_fmi.files.encoding import LIVE
 
 LITTLE = 1 / 3
 """Kinks do not matter where their error over that of smooth steps is so small."""
@@ -36,7 +38,7 @@ class StepDoublingState:
     the last step. `failure` says why nothing is known, if so. Arrays are replaced, never changed.
     """
 
-    spans_of: Callable[[np.ndarray], np.ndarray]
+    spans_of: Callable[[np.ndarray], np.ndarray] = field(metadata=LIVE)
     lengths: tuple[float, ...]
     coverage: Coverage
     bounds: np.ndarray
@@ -120,3 +122,10 @@ class StepDoublingSnapshot:
 
     state: StepDoublingState
     roughness: RoughnessSnapshot
+
+    @property
+    def points(self) -> tuple[NetworkSnapshot, ...]:
+        """The points that the estimate returns to."""
+        stretch, followed = self.state.stretch, self.state.followed
+        found = (stretch and stretch.start, followed and followed.point)
+        return tuple(point for point in found if point)

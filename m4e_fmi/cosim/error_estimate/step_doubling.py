@@ -76,6 +76,7 @@ from m4e_fmi.cosim.stepping.algorithm import Algorithm
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
 from m4e_fmi.cosim.time_loop.energy import BLOCK
 from m4e_fmi.errors import RunError
+from m4e_fmi.signals import Terminated
 
 FIRST, SHARE = 2048, 16
 """Steps of the first window; octaves over windows after it."""
@@ -139,7 +140,8 @@ class StepDoublingEstimator:
         return round(self._network.time * NS_PER_SECOND)
 
     def before(self) -> None:
-        """Before a step of the run: keeps the point where a stretch begins."""
+        """Before a step of the run: ends a stretch, and keeps the point where the next begins."""
+        self._close_whole()
         state = self._state
         if state.stretch is not None or state.failure:
             return
@@ -160,6 +162,7 @@ class StepDoublingEstimator:
 
     def changed(self, changes: Sequence[Change]) -> None:
         """Account for values that were set at the present point, and exchanged."""
+        self._close_whole()
         self._roughness.forget()
         state = self._state
         if state.stretch:
@@ -211,14 +214,24 @@ class StepDoublingEstimator:
             self._roughness.forget()
         stretch.go_on(steps, size)
         if within:
-            stretch.kinks.append(np.array([stretch.steps - 1]))
+            stretch.kinks.append(stretch.steps + np.array([-1, 0]))  # it may show after the step
             stretch.within.append(stretch.last)
         if jumped:
             stretch.jumps.append(stretch.last)
         if stretch.recorded:
             stretch.values.append(self._values[row : row + steps].copy())
-        if state.steps == stretch.end:
+
+    def _close_whole(self) -> None:
+        """Close a stretch that has all its steps; one that a signal interrupts stays open."""
+        stretch = self._state.stretch
+        if stretch is None or self._state.steps < stretch.end:
+            return
+        kept = self.snapshot()
+        try:
             self._close()
+        except (KeyboardInterrupt, Terminated):
+            self.restore(kept)
+            raise
 
     def _close(self) -> None:
         """Repeat the open stretch in steps of other lengths, as far as its errors are wanted."""
@@ -227,6 +240,7 @@ class StepDoublingEstimator:
         if stretch is None or not stretch.steps:
             return
         kinks = np.concatenate([np.zeros(0, dtype=np.intp), *stretch.kinks])
+        kinks = kinks[kinks < stretch.steps]
         rough = self._is_rough(self._roughness.largest)
         if rough and len(kinks) and state.crowded:  # they may be of another kind
             state.crowded, state.met = False, 0
@@ -248,10 +262,7 @@ class StepDoublingEstimator:
         return bool((largest > limit).any())
 
     def _smooth(self, stretch: Stretch, run: Recorded, kinks: np.ndarray) -> np.ndarray:
-        """The largest fourth difference of each output away from some `kinks` (k,) and from jumps.
-
-        0 of outputs that are not monitored, if there are any.
-        """
+        """Largest fourth differences away from `kinks` (k,) and jumps; 0 of what is unmonitored."""
         if not len(kinks) and not stretch.jumps and len(stretch.runs) == 1:
             return self._roughness.largest
         largest = np.zeros_like(self._roughness.largest)
@@ -378,10 +389,7 @@ class StepDoublingEstimator:
             state.failure = "all steps end at jumps" if state.steps > 1 else few
 
     def errors(self, *, halved: bool = False) -> np.ndarray:
-        """Largest known errors (n,) of the sources, in their units, or those at half the step.
-
-        To be called without a `failure`.
-        """
+        """Largest known errors (n,) of the sources, in their units, or those at half the step."""
         return self._state.errors(self._now, halved=halved)
 
     def coverage(self) -> Coverage:

@@ -9,6 +9,7 @@ nothing of the step after it.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -172,6 +173,7 @@ class Discrete:
         return found
 
 
+@dataclass
 class Switches:
     """Steps of a run at whose end values had changed, within the step: `count`, the `first`.
 
@@ -179,10 +181,9 @@ class Switches:
     its events, does not count: it changes at that very time.
     """
 
-    def __init__(self) -> None:
-        self.count = 0
-        self.first = ""
-        self.late = 0.0
+    count: int = 0
+    first: str = ""
+    late: float = 0.0
 
     def note(self, changed: Sequence[Port], time: float, size: float) -> None:
         """Account for these changes at the end of a step of `size` [s], at `time` [s]."""

@@ -62,13 +62,17 @@ class FmuMessage:
 
 
 @dataclass
-class _Kind:
+class Kind:
     """The first message of a kind, how many there were, and the time [s] of the last."""
 
     first: FmuMessage
     count: int
     last: float
     steps: int = 1
+
+
+Kinds = dict[str, dict[tuple[int, str], Kind]]
+"""By component, all kinds by their status and text, in which numbers do not count."""
 
 
 class Journal:
@@ -80,7 +84,7 @@ class Journal:
     def __init__(self, warn: Warn | None, clock: Callable[[], float]) -> None:
         self._warn = warn
         self.clock = clock
-        self._kinds: dict[str, dict[tuple[int, str], _Kind]] = {}
+        self._kinds: Kinds = {}
         self._failure: BaseException | None = None
 
     def listener(self, component: str) -> Listener:
@@ -106,12 +110,24 @@ class Journal:
             known.count, known.last = known.count + 1, now
             return
         word = STATUS.get(status, "pending").lower()
-        kinds[key] = kind = _Kind(FmuMessage(component, word, told, 1, now, now), 1, now)
+        kinds[key] = kind = Kind(FmuMessage(component, word, told, 1, now, now), 1, now)
         self._tell(str(kind.first))
 
     def notice(self, line: str) -> None:
         """Tell of a call that takes long."""
         self._tell(line)
+
+    def snapshot(self) -> Kinds:
+        """All kinds so far, as they are now."""
+        return {
+            component: {key: replace(kind) for key, kind in kinds.items()}
+            for component, kinds in self._kinds.items()
+        }
+
+    def restore(self, kinds: Kinds, warn: Warn | None) -> None:
+        """Go on after these kinds, which have been told of; `warn` is called with new ones."""
+        self._warn = warn
+        self._kinds = {component: dict(known) for component, known in kinds.items()}
 
     def _tell(self, line: str) -> None:
         """Call `warn`; what it raises waits for `check`, as the caller is an FMU."""

@@ -50,7 +50,7 @@ from m4e_fmi.fmu.importer.calls import (
     value_in,
 )
 from m4e_fmi.fmu.importer.calls.classic import Classic
-from m4e_fmi.fmu.importer.calls.scaled import scaled_getter, scaled_setter
+from m4e_fmi.fmu.importer.calls.scaled import InputScales, scaled_getter, scaled_setter
 from m4e_fmi.fmu.importer.messages import Listener, Messages
 from m4e_fmi.fmu.importer.reading import Description
 from m4e_fmi.fmu.importer.type_rules import REAL
@@ -62,7 +62,9 @@ class Instance:
     """An instance of a loaded FMU for the component `name`; `close` it, or use it in a with block.
 
     The FMU hears the name with a `suffix`, of instances beside that of the run; nobody else does.
-    `scales` are factor and offset of the inputs that are set otherwise than by their own values.
+    `scales` are factor and offset of inputs: calls that set or read one carry v where the FMU has
+    factor·v + offset, so that the master's values are in the unit of its source; `read` tells the
+    FMU's own.
     A `listener` hears what the FMU logs with another status than OK; `warned` counts the steps that
     it has answered with Warning.
 
@@ -87,7 +89,7 @@ class Instance:
         self.time = self._start = 0.0
         self._broken = False
         self._initialised = False
-        self.scales: dict[str, tuple[float, float]] = {}
+        self.scales = InputScales()
         self._states: dict[int, ctypes.c_void_p] = {}
         self._places: dict[int, tuple[Call, Call]] = {}
         self._readers: dict[str, tuple[Call, np.ndarray]] = {}
@@ -173,7 +175,8 @@ class Instance:
         return self._fmu
 
     @property
-    def _rollback(self) -> Rollback:
+    def rollback(self) -> Rollback:
+        """The FMU's saved states; only where it declares them."""
         assert isinstance(self._fmu, Rollback)  # FMI 1.0 declares nothing of that kind
         return self._fmu
 
@@ -210,30 +213,16 @@ class Instance:
         """From now on, a step ends at an event within it, with EventWithinError."""
         self._fmu.events.goes_on = False
 
-    def scale_input(self, name: str, factor: float, offset: float) -> None:
-        """From now on, calls that set or read `name` carry v where the FMU has factor·v + offset.
-
-        So the master's values are in the unit of the input's source. `read` tells the FMU's own.
-        """
-        self.scales[name] = factor, offset
-
-    def scales_of(self, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray] | None:
-        """Factors and offsets (n_names,), in FMU units over the sources'; None if all are plain."""
-        if not any(name in self.scales for name in names):
-            return None
-        factor, offset = np.array([self.scales.get(name, (1.0, 0.0)) for name in names]).T
-        return factor, offset
-
     def getter(self, names: Sequence[str], view: np.ndarray) -> Call:
         """A call that reads the Reals `names` into `view` (n_names,), in their sources' units."""
-        scales = self.scales_of(names)
+        scales = self.scales.of(names)
         if scales is None:
             return self.own_getter(names, view)
         return scaled_getter(partial(self.own_getter, names), view, *scales)
 
     def setter(self, names: Sequence[str], view: np.ndarray) -> Call:
         """A call that sets the Reals `names` from `view` (n_names,), in their sources' units."""
-        scales = self.scales_of(names)
+        scales = self.scales.of(names)
         if scales is None:
             return self.own_setter(names, view)
         return scaled_setter(partial(self.own_setter, names), view, *scales)
@@ -284,14 +273,14 @@ class Instance:
     def slot(self, place: int = 0) -> ctypes.c_void_p:
         """Where the FMU's state is that is kept in a place."""
         if place not in self._states:
-            self._states[place] = self._rollback.slot()
+            self._states[place] = self.rollback.slot()
         return self._states[place]
 
     def state_calls(self, place: int = 0) -> tuple[Call, Call]:
         """Calls that keep the FMU's state in a place, and bring it back if no step has failed."""
         if place not in self._places:
             slot = self.slot(place)
-            self._places[place] = self._rollback.saver(slot), self._rollback.restorer(slot)
+            self._places[place] = self.rollback.saver(slot), self.rollback.restorer(slot)
         return self._places[place]
 
     def save_state(self, place: int = 0) -> None:
@@ -325,8 +314,8 @@ class Instance:
         """∂output/∂known of two Real variables at the present instant; `known` may be scaled."""
         self._check_usable()
         of = self.description.variables
-        value = self._rollback.directional_derivative(of[output], of[known])
-        return value * self.scales.get(known, (1.0, 0.0))[0]
+        value = self.rollback.directional_derivative(of[output], of[known])
+        return value * self.scales.factor(known)
 
     @not_lost()
     def value(self, name: str) -> Value:
@@ -420,7 +409,7 @@ class Instance:
         status = fmu.terminate() if self._initialised and not self._broken else 0
         for state in states:
             if not self._broken:
-                self._rollback.free_state(state)
+                self.rollback.free_state(state)
         if status < FATAL or status == LATE:
             fmu.free()
             self._binary.in_use -= 1

@@ -28,6 +28,10 @@ from m4e_fmi.cosim.connections.structure import (
 )
 from m4e_fmi.cosim.exchange.discrete import Kept
 from m4e_fmi.cosim.exchange.newton import LoopSnapshot
+from m4e_fmi.cosim.exchange.operations import Due
+from m4e_fmi.cosim.scenario.scenario import ScenarioSnapshot
+from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
+from m4e_fmi.errors import UnknownNameError
 from m4e_fmi.fmu.importer.reading import Description
 
 BLOCKS = 5
@@ -38,7 +42,8 @@ class NetworkSnapshot:
     """A communication point to which a network can return; the FMUs keep their states in `place`.
 
     `values`, `inputs` and those that are not Real (`discrete`) are copies of the network's, `loops`
-    the starting points of its algebraic loops, `roughness` how well they were solved.
+    the starting points of its algebraic loops, `roughness` how well they were solved; `scenario` is
+    what its actions know.
     """
 
     place: int
@@ -49,6 +54,7 @@ class NetworkSnapshot:
     discrete: Kept
     loops: tuple[LoopSnapshot, ...]
     roughness: float
+    scenario: ScenarioSnapshot
 
 
 class ExchangedVariables:
@@ -58,7 +64,8 @@ class ExchangedVariables:
     consecutive (`output_slice`, `input_slice`); `links[k]` leads to `targets[k]`. `now`, `before`,
     `stepped`, `middle` and `earlier` are the starts of the blocks.
     `execution_order` is the order in which a Gauss–Seidel algorithm steps the components;
-    `has_loops` is True if algebraic loops are solved at each communication point.
+    `has_loops` is True if algebraic loops are solved at each communication point. `rates` are the
+    steps of the components that have their own.
     `monitored_outputs` are those by which the coupling error is measured, each with the index of a
     connection: the sources of all links, and the outputs of components without connected outputs.
     """
@@ -76,9 +83,27 @@ class ExchangedVariables:
         self.now, self.before, self.stepped, self.middle, self.earlier = (
             k * len(self.outputs) for k in range(BLOCKS)
         )
+        self.rates = prepared.rates
+        self._origin = round(prepared.system.simulation.start_time * NS_PER_SECOND)
         self._index = {port: k for k, port in enumerate(self.outputs)}
         self._place = {port: k for k, port in enumerate(self.targets)}
         self._output_ranges, self._input_ranges = _ranges(self.outputs), _ranges(self.targets)
+
+    def port(self, name: str) -> Port:
+        """The port ``component.variable``; UnknownNameError if there is none of this name."""
+        port = Port.named(name)
+        description = self._descriptions.get(port.component)
+        if description is None or port.variable not in description.variables:
+            known = [f"{c}.{v}" for c, d in self._descriptions.items() for v in d.variables]
+            raise UnknownNameError.of("no variable is called", [name], known)
+        return port
+
+    def due(self, component: str) -> Due | None:
+        """The times of the component's points; None if it has one at every communication point."""
+        rate = self.rates.get(component)
+        if rate is None or not rate.is_sampled:
+            return None
+        return Due(self._origin, round(rate.step * NS_PER_SECOND))
 
     @property
     def sources(self) -> tuple[Port, ...]:

@@ -31,7 +31,6 @@ from m4e_fmi.cosim.exchange.layout import BLOCKS, ExchangedVariables, NetworkSna
 from m4e_fmi.cosim.exchange.operations import (
     Combine,
     DoStep,
-    Due,
     Gather,
     Get,
     GetTyped,
@@ -43,10 +42,9 @@ from m4e_fmi.cosim.exchange.operations import (
 )
 from m4e_fmi.cosim.exchange.solved_loop import SolvedLoop
 from m4e_fmi.cosim.exchange.step_loop import Schedule
+from m4e_fmi.cosim.scenario.scenario import Scenario
 from m4e_fmi.cosim.system.component_step import ComponentStep
-from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
 from m4e_fmi.cosim.system.start_values import Value
-from m4e_fmi.errors import UnknownNameError
 from m4e_fmi.fmu.importer.calls import Texts
 from m4e_fmi.shown import listing
 
@@ -64,9 +62,8 @@ class Network(ExchangedVariables):
 
     `time` is the present communication point [s]. `last` is the size [s] of the step that led there
     from the one before, 0 where nothing before it counts (at the start, after a jump); `size` that
-    of the step being made, set by algorithms. `rates` are the steps of the components that have
-    their own; `coarse` is the length of the steps being made over the simulation's step, which an
-    algorithm must know when it is made.
+    of the step being made, set by algorithms. `coarse` is the length of the steps being made over
+    the simulation's step, which an algorithm must know when it is made.
     `values` (five blocks of outputs, and further outputs) are in the units of the FMUs; `inputs[k]`
     is the value of the connected input `targets[k]` at the present point, in the unit of its
     source. All these are Real; other values are in `discrete`. `roughness` is the largest share of
@@ -89,18 +86,18 @@ class Network(ExchangedVariables):
         for link in prepared.wiring.all_links:
             if link.is_real and not link.is_plain:
                 instance = self.instances[link.target.component]
-                instance.scale_input(link.target.variable, link.factor, link.offset)
+                instance.scales.set(link.target.variable, link.factor, link.offset)
+        self.scenario = Scenario(prepared, self)
         self._free: list[int] = []
         self._places = count(OWN_PLACES)
-        self.rates = prepared.rates
         self.time = prepared.system.simulation.start_time
-        self._origin = round(self.time * NS_PER_SECOND)
         self.coarse = 1.0
         self.pause: Callable[[], None] = lambda: None
         self.last = self.size = 0.0
         self.roughness = 0.0
         self.inputs = np.zeros(len(self.targets))
         exchange = prepared.structure.exchange
+        recorded = self.scenario.with_watched(recorded)
         self._arrivals = Arrivals(self._descriptions, exchange, recorded, watched=watched)
         by_target = {link.target: link for link in prepared.wiring.links}
         self.discrete = Discrete(self.instances, exchange, by_target, Texts(), self._arrivals)
@@ -126,19 +123,14 @@ class Network(ExchangedVariables):
 
         UnknownNameError, a KeyError, if there is none of this name.
         """
-        component, _, variable = name.partition(".")
-        description = self._descriptions.get(component)
-        if description is None or variable not in description.variables:
-            known = [f"{c}.{v}" for c, d in self._descriptions.items() for v in d.variables]
-            raise UnknownNameError.of("no variable is called", [name], known)
-        port = Port(component, variable)
+        port = self.port(name)
         place = self.known(port)
         if place is not None:
             return float(self.values[place])
         cell = self.discrete.known(port)
         if cell is not None:
             return self.discrete.value(port, cell)
-        return self.instances[component].value(variable)
+        return self.instances[port.component].value(port.variable)
 
     def known(self, port: Port) -> int | None:
         """Place in `values` of the present value of an output; None if only its FMU has it.
@@ -181,13 +173,6 @@ class Network(ExchangedVariables):
         view = self.values[start : start + len(names)]
         return Get(self.instances[component], names, view, due=self.due(component))
 
-    def due(self, component: str) -> Due | None:
-        """The times of the component's points; None if it has one at every communication point."""
-        rate = self.rates.get(component)
-        if rate is None or not rate.is_sampled:
-            return None
-        return Due(self._origin, round(rate.step * NS_PER_SECOND))
-
     def steps(self, component: str) -> list[DoStep]:
         """The operations that make a component's macro step."""
         instance, rate = self.instances[component], self.rates.get(component)
@@ -209,19 +194,37 @@ class Network(ExchangedVariables):
     def advance(self, time: float) -> tuple[Port, ...]:
         """Make `time` [s], which all instances have reached by a step, the present point.
 
-        Returns the outputs that are not Real and have changed there.
+        Returns the outputs that are not Real and have changed there, actions of the scenario among
+        them.
         """
         self.time, self.last = time, self.size
         self._shift.run(time)
         self._run_exchange()
-        return self.settle()
+        acted = self._act()
+        return (*self.settle(), *acted)
+
+    def _act(self) -> tuple[Port, ...]:
+        """Let the scenario act at the present point; the actions that have begun or ended."""
+        if not self.scenario:
+            return ()
+        acted = self.scenario.act(self.time)
+        for component, names in acted.changes.items():
+            self._read_again(component, names)
+        if acted.again:
+            self._run_exchange()
+        if acted.ports:
+            self.last = 0.0
+        return acted.ports
 
     def within_step(self, ports: Iterable[Port]) -> list[Port]:
         """The outputs among `ports` that may change anywhere within a step, not only at its end."""
-        return [
+        own = [port for port in ports if port in self.scenario.late]
+        return own + [
             port
             for port in ports
-            if not self._descriptions[port.component].has_events and not self.due(port.component)
+            if port.component in self.instances
+            and not self._descriptions[port.component].has_events
+            and not self.due(port.component)
         ]
 
     def settle(self) -> tuple[Port, ...]:
@@ -280,9 +283,9 @@ class Network(ExchangedVariables):
 
     @property
     def operations(self) -> tuple[Operation, ...] | None:
-        """The operations of `advance`; None where algebraic loops are solved."""
+        """The operations of `advance`; None with a scenario, or where loops are solved."""
         parts = [part for part in self._exchange if isinstance(part, Schedule)]
-        if len(parts) < len(self._exchange):
+        if self.scenario or len(parts) < len(self._exchange):
             return None
         return tuple(o for part in (self._shift, *parts) for o in part.operations)
 
@@ -292,7 +295,8 @@ class Network(ExchangedVariables):
             instance.save_state(place)
         loops = tuple(part.snapshot() for part in self._loops)
         copies = self.values.copy(), self.inputs.copy(), self.discrete.kept()
-        return NetworkSnapshot(place, self.time, self.last, *copies, loops, self.roughness)
+        rest = self.roughness, self.scenario.snapshot()
+        return NetworkSnapshot(place, self.time, self.last, *copies, loops, *rest)
 
     def keep(self) -> NetworkSnapshot:
         """The present point, in a place of its own, which is free again when nothing holds it."""
@@ -300,6 +304,13 @@ class Network(ExchangedVariables):
         point = self.snapshot(place)
         finalize(point, self._free.append, place)
         return point
+
+    def adopt(self, point: NetworkSnapshot) -> None:
+        """Hold the place of a point of another process, in which the FMUs have its states."""
+        while point.place not in self._free:
+            self._free.append(next(self._places))
+        self._free.remove(point.place)
+        finalize(point, self._free.append, point.place)
 
     def restore(self, point: NetworkSnapshot) -> None:
         """Return to a point; an FMU that answered Fatal meanwhile cannot, which is a RunError."""
@@ -310,6 +321,7 @@ class Network(ExchangedVariables):
         self.inputs[:] = point.inputs
         self.discrete.bring(point.discrete)
         self.roughness = point.roughness
+        self.scenario.restore(point.scenario)
         for loop, kept in zip(self._loops, point.loops, strict=True):
             loop.restore(kept)
 
@@ -341,6 +353,7 @@ class Network(ExchangedVariables):
             self.values[self.before + self.index(link.source)] = start.found[link.source]
         self.discrete.begin(start.discrete)
         self._run_exchange()
+        self._act()
         self.settle()
         self.values[self.before : self.stepped] = self.values[self.now : self.before]
         self.flush()

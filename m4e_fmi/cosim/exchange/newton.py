@@ -58,6 +58,7 @@ class NotConvergedError(Exception):
         self.worst, self.size, self.iterations = worst, size, iterations
 
 
+@dataclass(eq=False)
 class QuasiNewton:
     """Solves f(x) = x again and again, with a Jacobian that it keeps; `forget` drops it.
 
@@ -65,9 +66,8 @@ class QuasiNewton:
     iteration came no further; 0 if all have converged.
     """
 
-    def __init__(self) -> None:
-        self._matrix: np.ndarray | None = None
-        self.roughness = 0.0
+    _matrix: np.ndarray | None = None
+    roughness: float = 0.0
 
     def forget(self) -> None:
         """Drop the Jacobian."""
@@ -211,8 +211,8 @@ class LoopEquations:
                 f"{failure.iterations} iterations: {port} still differs from its source by "
                 f"{failure.size:.3g} of its value",
                 "check the start values and the signs of the connections: it may have no solution; "
-                "or write ', delayed' behind one of these connections, or what the outputs depend "
-                "on under `dependencies` of the component, if there are fewer",
+                "or write ', delayed' behind one of these connections, or list under "
+                "`dependencies` the inputs on which the outputs really depend, if they are fewer",
             ) from failure
 
     def _residual(self, x: np.ndarray) -> np.ndarray:

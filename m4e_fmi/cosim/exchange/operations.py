@@ -214,13 +214,13 @@ def setting(
     instance: Instance, names: Sequence[str], values: np.ndarray
 ) -> tuple[Combine | Set, ...]:
     """Sets `names` from `values` (n_names,), in their sources' units, as `Instance.setter` does."""
-    scales = instance.scales_of(names)
+    scales = instance.scales.of(names)
     if scales is None:
         return (Set(instance, tuple(names), values),)
     factor, offset = scales
     own = np.zeros(len(names))
     index = np.arange(len(names), dtype=np.uint32)[None, :]
-    scaled = Combine(own, values, index, factor[None, :].copy(), offset.copy())
+    scaled = Combine(own, values, index, factor[None, :], offset)
     return scaled, Set(instance, tuple(names), own)
 
 
@@ -228,10 +228,10 @@ def setting_derivatives(
     instance: Instance, names: Sequence[str], values: np.ndarray
 ) -> tuple[Operation, ...]:
     """Gives inputs the derivatives `values` (2*n_names,), in their sources' units per s and s²."""
-    scales = instance.scales_of(names)
-    if scales is None:
+    factor = instance.scales.of_derivatives(names)
+    if factor is None:
         return (SetDerivatives(instance, tuple(names), values),)
     own = np.zeros(2 * len(names))
     index = np.arange(2 * len(names), dtype=np.uint32)[None, :]
-    scaled = Combine(own, values, index, np.repeat(scales[0], 2)[None, :])
+    scaled = Combine(own, values, index, factor[None, :])
     return scaled, SetDerivatives(instance, tuple(names), own)

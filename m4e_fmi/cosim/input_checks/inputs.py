@@ -13,8 +13,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from m4e_fmi.cosim.connections.connect import connection_problems
+from m4e_fmi.cosim.connections.connect import connect, connection_problems
 from m4e_fmi.cosim.input_checks.drafts import Draft, drafted, takes_long
+from m4e_fmi.cosim.scenario.plan import scenario_problems
 from m4e_fmi.cosim.system.component import Component, FmuFile, Kind, kind_module
 from m4e_fmi.cosim.system.component_units import with_units
 from m4e_fmi.cosim.system.system import System
@@ -37,6 +38,8 @@ def checked_inputs(
     none), further problems are found.
     """
     problems: list[Problem] = []
+    if not system.components and not wrong:
+        problems.append(_no_component(system))
     drafts: dict[str, Draft] = {}
     descriptions: dict[str, Description] = {}
     for component in system.components:
@@ -52,8 +55,18 @@ def checked_inputs(
     for component in filter(None, (wrong or {}).values()):
         problems += _further_problems(system, component)
     known = tuple(_without_memory(c, descriptions) for c in system.components)
-    problems += connection_problems(replace(system, components=known), descriptions, wrong or ())
+    system = replace(system, components=known)
+    problems += connection_problems(system, descriptions, wrong or ())
+    if system.scenario and not problems and len(descriptions) == len(system.components):
+        problems += scenario_problems(system, descriptions, connect(system, descriptions))
     return list(dict.fromkeys(problems)), drafts
+
+
+def _no_component(system: System) -> Problem:
+    message, remedy = "the system has no component", "name an FMU, a model or a kind"
+    if system.document is None:
+        return Problem(message, remedy)
+    return system.document.problem(("components",), message, remedy)
 
 
 def _further_problems(system: System, component: Component) -> list[Problem]:

@@ -2,25 +2,29 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Collection, Generator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from types import TracebackType
 from typing import cast
 
+from m4e_fmi.cosim.checkpoint.memory import memory, remember
+from m4e_fmi.cosim.checkpoint.state import Memory, State
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.error_estimate.estimator import ErrorEstimator, error_estimator, without_rollback
-from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport, certificate
-from m4e_fmi.cosim.error_estimate.shadow_run import ShadowRun
+from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport
 from m4e_fmi.cosim.error_estimate.step_doubling import StepDoublingEstimator
-from m4e_fmi.cosim.exchange.events import ended, ended_at_once, event_notes
+from m4e_fmi.cosim.exchange.events import ended, ended_at_once
 from m4e_fmi.cosim.exchange.fmu_log import FmuMessage, Journal, Warn
 from m4e_fmi.cosim.exchange.interruption import closing_down, same_folder, setting_up, stepping
 from m4e_fmi.cosim.exchange.loading.binary import Binary, binaries
 from m4e_fmi.cosim.exchange.network import Change, Network
 from m4e_fmi.cosim.master import ticking
+from m4e_fmi.cosim.master.checkpoints import Checkpoints, saving
 from m4e_fmi.cosim.master.discarded import at_every_length
 from m4e_fmi.cosim.master.instances import initialised
-from m4e_fmi.cosim.master.state import State
+from m4e_fmi.cosim.master.resume import Resumed
+from m4e_fmi.cosim.master.told import certified, network_notes
 from m4e_fmi.cosim.monitoring.instability import Stability
 from m4e_fmi.cosim.monitoring.late_dependence import SecondLook
 from m4e_fmi.cosim.results.writer import ResultsWriter
@@ -66,12 +70,14 @@ class Master:
         simulation = prepared.system.simulation
         self._certify, self._changeable = certify, changeable
         self._journal = Journal(warn, lambda: simulation.start_time)
-        self._recorded, self._watched = recorded, watched or changeable
+        self._recorded, self.watched = recorded, watched or changeable
         if recorded is not None:
             self._recorded = {
                 c: {*recorded.get(c, ()), NEXT_EVENT_TIME} for c in prepared.descriptions
             }
         self._changes: list[Change] = []
+        self.is_stepping = False
+        """True while steps are made, and where they were left unfinished."""
         self._open = ExitStack()
         self._stop = round(simulation.stop_time * NS_PER_SECOND)
 
@@ -106,7 +112,7 @@ class Master:
             stack,
             journal,
             recorded=self._recorded,
-            watched=self._watched,
+            watched=self.watched,
             suffix=suffix,
         )
 
@@ -120,9 +126,8 @@ class Master:
         if isinstance(self._algorithm, Undoing) and self._shortens:
             for instance in self.network.instances.values():
                 instance.stop_at_events()
-        self._energy = EnergyBalance(
-            self.network, self._prepared.wiring.bonds, self._algorithm.followed
-        )
+        bonds = self.network.scenario.untouched(self._prepared.wiring.bonds)
+        self._energy = EnergyBalance(self.network, bonds, self._algorithm.followed)
         self._estimator: ErrorEstimator | None = None
         self._unwatched = ""
         self._second_look = SecondLook(self.network)
@@ -164,27 +169,14 @@ class Master:
 
     def certificate(self) -> CouplingErrorReport | str:
         """The coupling errors of the run that has ended, or why they are not known."""
-        estimator, network = self._estimator, self.network
-        if not network.links and not network.discrete:
-            return CouplingErrorReport(())
-        if not network.links:
-            return "no Real is exchanged"
-        if estimator is None:
-            return self._unwatched
         with same_folder(), not_lost():
-            estimator.finish()
-        if estimator.failure:
-            return estimator.failure
-        if isinstance(estimator, ShadowRun) and self._time_loop.switches.count:
-            estimator.switched = True  # the two sets switch at different times
-        return certificate(
-            network,
-            self._prepared.system.connections,
-            errors=estimator.errors(),
-            halved=estimator.errors(halved=True),
-            ranges=estimator.ranges(),
-            coverage=estimator.coverage(),
-        )
+            return certified(
+                self._estimator,
+                self.network,
+                self._prepared.system.connections,
+                unwatched=self._unwatched,
+                switched=bool(self._time_loop.switches.count),
+            )
 
     def _stated(self) -> float | None:
         """The largest coupling error up to the present point, over the range, if it is known."""
@@ -222,14 +214,22 @@ class Master:
     def notes(self) -> tuple[str, ...]:
         """Components' own steps, what the algorithm does without, and events; one line each."""
         own = [f"{name} {rate}" for name, rate in self._prepared.rates.items()]
-        seen = [*event_notes(self.network.instances.values())]
-        seen += self._time_loop.switches.notes
-        if rough := self.network.roughness:
-            seen.append(
-                f"inputs are solved only to {rough:.1e} of their size: the FMUs' outputs for "
-                "nearly the same inputs jump by that much"
-            )
+        seen = network_notes(self.network, self._time_loop.switches)
+        seen += self._unbalanced()
         return (*own, *self._algorithm.notes, *seen, *([self.ended] if self.ended else []))
+
+    def _unbalanced(self) -> list[str]:
+        """The bonds whose energies are not summed; no line if there are none."""
+        bonds = self._prepared.wiring.bonds
+        kept = self.network.scenario.untouched(bonds)
+        names = [bond.name for bond in bonds if bond not in kept]
+        told = f"the scenario changes signals of {' and '.join(names)}: no energy balance there"
+        return [told] if names else []
+
+    @property
+    def scenario(self) -> tuple[str, ...]:
+        """When the actions of the scenario began and ended up to the present point, a line each."""
+        return self.network.scenario.told()
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -260,16 +260,31 @@ class Master:
         results: ResultsWriter | None = None,
         observers: Sequence[Observer] = (),
         progress: ticking.Progress | None = None,
+        checkpoints: Checkpoints | None = None,
+        resumed: Resumed | None = None,
     ) -> None:
-        """Step to the stop time; KeyboardInterrupt and Terminated stop at a communication point."""
+        """Step to the stop time; KeyboardInterrupt and Terminated stop at a communication point.
+
+        `checkpoints` are taken on the way, at the stop time, and where a signal stops the run. It
+        begins where it is `resumed`.
+        """
         self.begin(results, singly=bool(observers))
-        tell = ticking.ticker(progress)
+        if resumed:
+            resumed.bring(self)
+        tell, limits = ticking.ticker(progress), [one for one in (resumed, checkpoints) if one]
         self._observe(observers)
-        with stepping(self._time_loop.halt, self._where) as check, self._pausing(check):
+        with (
+            stepping(self._time_loop.halt, self._where) as check,
+            self._pausing(check),
+            saving(checkpoints, self, results) as save,
+        ):
             while not self.done:
-                self._advance()
+                self._advance(min((one.rest(self) for one in limits), default=math.inf))
+                if resumed:
+                    resumed.compare(self)
                 self._observe(observers)
                 tell(self._time_loop.now / NS_PER_SECOND)
+                save()
                 check()
 
     def _where(self) -> str:
@@ -304,13 +319,16 @@ class Master:
         )
         self._stability = Stability(self.network, self._prepared.system.simulation, self._stated)
         self._journal.clock = lambda: self._time_loop.time
-        if results is not None:
+        if results is not None and not results.taken_over:
             results.record(self.network.time)
 
-    def _advance(self) -> None:
-        """Make as many steps as can be made at once, and look at what has come of them."""
+    def _advance(self, most: float = math.inf) -> None:
+        """Make as many steps as can be made at once, `most` at most, and look at what has come."""
         try:
-            self._time_loop.advance(self._second_look.room(self.steps) or ENERGY_BLOCK)
+            self._time_loop.prepare()
+            self.is_stepping = True
+            room = self._second_look.room(self.steps) or ENERGY_BLOCK
+            self._time_loop.advance(int(min(room, most)))
             self.network.flush()
         except RunError as failure:
             step_size = self._prepared.system.simulation.step_size
@@ -324,6 +342,7 @@ class Master:
         self._stability.look(self.steps)
         if self._second_look.wanted:
             self._second_look.look(self.steps, last=self.done)
+        self.is_stepping = False
 
     def step(self) -> None:
         """Make one step; KeyboardInterrupt and Terminated come after it."""
@@ -390,6 +409,14 @@ class Master:
         if isinstance(self._estimator, StepDoublingEstimator) and state.seen:
             self._estimator.restore(state.seen)
         self._changes = []
+
+    def memory(self) -> Memory:
+        """All that the run remembers beside its `State`."""
+        return memory(self.network, self._journal, self._stability, self._results)
+
+    def remember(self, kept: Memory, warn: Warn | None) -> None:
+        """Go on with the memory of the same run in another process; `warn` hears FMUs then."""
+        remember(kept, self.network, self._journal, self._stability, self._results, warn)
 
     def _observe(self, observers: Sequence[Observer]) -> None:
         for observer in observers:

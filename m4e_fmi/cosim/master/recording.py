@@ -13,6 +13,7 @@ from m4e_fmi.cosim.connections.result_size import thinned as thinned_settings
 from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport
 from m4e_fmi.cosim.master.master import Master
 from m4e_fmi.cosim.results.writer import ResultsWriter
+from m4e_fmi.cosim.system.simulation import CHECKPOINTS
 from m4e_fmi.errors import RunError
 from m4e_fmi.files.locks import claimed
 from m4e_fmi.results.results_file import as_given, check_export, export, stream_of
@@ -51,11 +52,13 @@ def place_of(results: str | Path) -> Generator[Path]:
 def closing_attributes(master: Master, prepared: Prepared, *, certify: bool) -> dict[str, str]:
     """Attributes of the results that are known at the end of the run.
 
-    These are the warnings and errors of FMUs, a line each, how large the coupling errors are, and
-    the notes, with warnings of the run.
+    These are the warnings and errors of FMUs, a line each, the same of actions of a scenario, how
+    large the coupling errors are, and the notes, with warnings of the run.
     """
     lines = "\n".join(map(str, master.messages))
     found = {"messages": lines} if lines else {}
+    if master.scenario:
+        found["scenario"] = "\n".join(master.scenario)
     if certify:
         warnings = (f"warning: {line}" for line in master.warnings)
         found["notes"] = "\n".join((*prepared.notes, *warnings))
@@ -81,7 +84,7 @@ def attributes_of(prepared: Prepared) -> dict[str, str]:
         "changed": "\n".join(
             f"{name} = {starts.get(name, origin.value)} ({origin.name})"
             for name, origin in system.origins.items()
-            if name in starts or origin.value is not None
+            if (name in starts or origin.value is not None) and name not in CHECKPOINTS
         ),
         "notes": "\n".join(prepared.notes),
     }

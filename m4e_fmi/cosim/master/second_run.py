@@ -51,6 +51,8 @@ def finer(prepared: Prepared) -> Prepared:
         step_size=settings.step_size / 2,
         output_interval=settings.output_interval or settings.step_size,
         coupling_tolerance=None if tolerance is None else tolerance / 8,
+        checkpoint_interval=None,
+        checkpoint_wall_interval=None,
     )
     finer = replace(system, components=tuple(parts), simulation=simulation)
     rates = pace(finer, prepared.descriptions)

@@ -6,9 +6,9 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
+from m4e_fmi.cosim.checkpoint.state import State
 from m4e_fmi.cosim.connections.connect import Port, Wiring
 from m4e_fmi.cosim.master.master import Master
-from m4e_fmi.cosim.master.state import State
 from m4e_fmi.cosim.system.start_values import Value, value_of
 from m4e_fmi.errors import InputError, RunError, UnknownNameError, suggestion
 from m4e_fmi.fmu.importer.reading import Description, Variable

@@ -10,6 +10,7 @@ steps are not the cause, and the remedy is none of theirs.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -42,6 +43,15 @@ SMALL = 0.03
 OWN = "look at the signs of its feedback, stiffness and damping, or give it damping"
 
 
+@dataclass(frozen=True)
+class StabilitySnapshot:
+    """The looks so far, at times [s], at values (n_outputs,) in their units, and the next step."""
+
+    times: list[float]
+    looks: list[np.ndarray]
+    next: int
+
+
 class Stability:
     """Looks at the exchanged outputs of `network`, which runs by `simulation`.
 
@@ -62,6 +72,15 @@ class Stability:
         self._looks: list[np.ndarray] = []
         self._next = 0
         self.look(0)
+
+    def snapshot(self) -> StabilitySnapshot:
+        """The looks so far."""
+        return StabilitySnapshot(self._times.copy(), self._looks.copy(), self._next)
+
+    def restore(self, snapshot: StabilitySnapshot) -> None:
+        """Continue as from where the snapshot was taken."""
+        self._times, self._looks = snapshot.times.copy(), snapshot.looks.copy()
+        self._next = snapshot.next
 
     def look(self, steps: int) -> None:
         """Look at the present values after so many steps, at times; RunError if one is huge."""

@@ -26,8 +26,6 @@ from m4e_fmi.fmu.importer.calls import WARNING
 
 RARER = 2
 """After n steps, the next look is n over this many steps later."""
-EARLY = 64
-"""Steps of a run among which looks come when they are due; later where others stop it."""
 NOISE = 1e-9
 """Share of an output by which rounding and iterations may change one that follows no input."""
 
@@ -52,10 +50,14 @@ class _Part:
 
 @dataclass(frozen=True)
 class SecondLookSnapshot:
-    """The step of the next look, and a note for each output that follows its inputs."""
+    """The step of the next look, and a note for each output that follows its inputs.
+
+    `spoilt` are outputs that inputs change without being followed.
+    """
 
     next: int
     seen: Mapping[Port, str]
+    spoilt: frozenset[Port]
 
 
 class SecondLook:
@@ -74,11 +76,12 @@ class SecondLook:
 
     def snapshot(self) -> SecondLookSnapshot:
         """The next look, and the notes so far."""
-        return SecondLookSnapshot(self._next, self._seen)
+        return SecondLookSnapshot(self._next, self._seen, frozenset(self._spoilt))
 
     def restore(self, snapshot: SecondLookSnapshot) -> None:
         """Continue as from where the snapshot was taken."""
         self._next, self._seen = snapshot.next, snapshot.seen
+        self._spoilt = set(snapshot.spoilt)
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -91,8 +94,8 @@ class SecondLook:
         return bool(self._parts)
 
     def room(self, steps: int) -> int | None:
-        """Steps up to the next look, after so many steps of the run; None if it may come later."""
-        return max(1, self._next - steps) if self._parts and steps < EARLY else None
+        """Steps up to the next look, after so many steps of the run; None if there is none."""
+        return max(1, self._next - steps) if self._parts else None
 
     def look(self, steps: int, *, last: bool) -> None:
         """At the present point, after so many steps of the run, if it is time or the `last` one."""

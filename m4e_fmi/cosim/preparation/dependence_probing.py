@@ -234,7 +234,7 @@ def _late(new: Instances, outputs: Sequence[str], inputs: Sequence[str]) -> set[
     Nor before the next step, when it is back: what follows it at once is not late.
     """
 
-    def course(share: float) -> tuple[list[Value], ...]:
+    def trajectory(share: float) -> tuple[list[Value], ...]:
         """Outputs after a step with the inputs moved, with the inputs back, and a step later."""
         with new.instance() as instance:
             subject = Subject(instance, outputs, inputs)
@@ -246,7 +246,7 @@ def _late(new: Instances, outputs: Sequence[str], inputs: Sequence[str]) -> set[
             subject.step(new.short_step)
             return first, still, subject.read()
 
-    moved, unmoved = course(SHARES[0]), course(0.0)
+    moved, unmoved = trajectory(SHARES[0]), trajectory(0.0)
     found = set()
     for name, *values in zip(outputs, *moved, *unmoved, strict=True):
         first, still, second = (

@@ -25,6 +25,7 @@ from m4e_fmi.cosim.preparation.doubtful_values import (
 from m4e_fmi.cosim.preparation.hosts import hosts, without_library
 from m4e_fmi.cosim.preparation.state_trials import without_forgetful
 from m4e_fmi.cosim.preparation.surroundings import differing
+from m4e_fmi.cosim.scenario.plan import scenario_problems
 from m4e_fmi.cosim.system.component_steps import ComponentSteps, pace, refined, rounded
 from m4e_fmi.cosim.system.component_units import with_units
 from m4e_fmi.cosim.system.system import System
@@ -112,6 +113,8 @@ def _connected(
         raise InputError([*problems, *error.problems]) from None
     if wiring is None:
         raise InputError(problems)
+    if found := scenario_problems(paced, descriptions, wiring):
+        raise InputError(found)
     return wiring, paced, rates, [note] if note else []
 
 

@@ -33,7 +33,7 @@ BEFORE, AGAIN = 2, 4
 SAME, ROUNDING = 1e-3, 1e-9
 """Shares of what an output does there, and of its size, by which repetitions may differ."""
 GROSS, TOLERANCE = 0.2, 1e-3
-"""The same where one of the courses has gone on, and the other begins anew."""
+"""The same where one of the trajectories has gone on, and the other begins anew."""
 OWN_KINDS = "m4e_fmus.", "m4e_adapters."
 """Packages of the kinds that come with this one."""
 
@@ -93,11 +93,11 @@ def _fault(new: Instances, description: Description, inputs: Sequence[str]) -> s
     outputs = [v.name for v in description.of_causality("output") if v.type in TYPES]
     for moves in (True, False):
         try:
-            courses = _courses(new, outputs, inputs, moves=moves)
-            different = _different(outputs, *courses)
+            trajectories = _trajectories(new, outputs, inputs, moves=moves)
+            different = _different(outputs, *trajectories)
             if different:  # but for clocks and the like, which no other instance repeats either
-                first, *_ = _courses(new, outputs, inputs, moves=moves)
-                different -= _apart(outputs, courses[0], first, SAME, ROUNDING)
+                first, *_ = _trajectories(new, outputs, inputs, moves=moves)
+                different -= _apart(outputs, trajectories[0], first, SAME, ROUNDING)
         except _FaultError as fault:
             return str(fault)
         except RunError:
@@ -106,7 +106,7 @@ def _fault(new: Instances, description: Description, inputs: Sequence[str]) -> s
     return ""
 
 
-def _courses(
+def _trajectories(
     new: Instances, outputs: Sequence[str], inputs: Sequence[str], *, moves: bool
 ) -> list[list[list[Value]]]:
     """The outputs along the same steps three times: going on, and after two returns.
@@ -124,17 +124,17 @@ def _courses(
             instance.save_state()
         except RunError as error:
             raise _FaultError(f"its state cannot be saved ({error.message})") from error
-        found = [list(_course(subject, new.step))]
+        found = [list(_trajectory(subject, new.step))]
         try:
             for _ in range(2):
                 instance.restore_state(time)
-                found.append(list(_course(subject, new.step)))
+                found.append(list(_trajectory(subject, new.step)))
         except RunError as error:
             raise _FaultError(f"it fails after rollback ({error.message})") from error
     return found
 
 
-def _course(subject: Subject, size: float) -> Iterator[list[Value]]:
+def _trajectory(subject: Subject, size: float) -> Iterator[list[Value]]:
     """The outputs after each of some steps of `size` [s]."""
     for _ in range(AGAIN):
         subject.step(size)
@@ -149,8 +149,8 @@ def _different(
 ) -> set[str]:
     """The outputs that a return does not bring back.
 
-    After both returns solvers begin anew, and do the same; beside the course that went on, where
-    they did not, they may be off by their tolerance.
+    After both returns solvers begin anew, and do the same; beside the trajectory that went on,
+    where they did not, they may be off by their tolerance.
     """
     return _apart(outputs, second, third, SAME, ROUNDING) | _apart(
         outputs, first, second, GROSS, TOLERANCE

@@ -13,6 +13,7 @@ import numpy as np
 from m4e_fmi.cosim.connections.links import Port
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.exchange.operations import Copy, Get, GetTyped, Operation, gather
+from m4e_fmi.cosim.scenario.plan import COMPONENT
 from m4e_fmi.fmu.importer.reading import Variable
 from m4e_fmi.results.recorded import TEXT, Recorded
 from m4e_fmi.results.row_header import CELLS, Column, Section
@@ -58,6 +59,25 @@ class Block:
         if not self._asked.size:
             return self._known[rows]
         return np.concatenate((self._known[rows], self._asked[rows]), axis=1)[:, self._order]
+
+
+class ScenarioBlock:
+    """Room for `rows` of the actions of a network's scenario: true while they are active."""
+
+    reals: tuple[Variable, ...] = ()
+
+    def __init__(self, network: Network, rows: int) -> None:
+        names, cells = network.scenario.names, network.scenario.cells
+        truth = Recorded("Boolean", "i1")
+        columns = tuple(Column(n, "", f"true while the action {n} is active", truth) for n in names)
+        self.section = Section(COMPONENT, columns, CELLS)
+        self._rows = np.zeros((rows, len(names)), dtype=np.int64)
+        places = np.arange(len(names), dtype=np.uint32)
+        self.operations: list[Operation] = [Copy(cells, places, self._rows)]
+
+    def filled(self, rows: slice) -> np.ndarray:
+        """Some of the rows (n_rows, n_actions) [1], 1 for true."""
+        return self._rows[rows]
 
 
 def blocks(

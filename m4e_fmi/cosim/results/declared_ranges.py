@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -21,6 +21,14 @@ class RangeWatch:
     component: str
     variables: Sequence[Variable]
     _seen: dict[int, str] = field(default_factory=dict)
+
+    def snapshot(self) -> dict[int, str]:
+        """The warnings so far, by column."""
+        return dict(self._seen)
+
+    def restore(self, seen: Mapping[int, str]) -> None:
+        """Go on after these warnings."""
+        self._seen = dict(seen)
 
     def __post_init__(self) -> None:
         limits = [

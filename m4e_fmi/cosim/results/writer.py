@@ -20,14 +20,15 @@ import numpy as np
 from m4e_fmi.cosim.connections.recorded_variables import chosen
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.exchange.step_loop import Schedule
-from m4e_fmi.cosim.results.blocks import blocks
+from m4e_fmi.cosim.results.blocks import Block, ScenarioBlock, blocks
 from m4e_fmi.cosim.results.declared_ranges import RangeWatch
-from m4e_fmi.errors import RunError
+from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.files.locks import ROWS, claimed
 from m4e_fmi.files.writing import cannot_write
 from m4e_fmi.results.results_file import FORMAT, FORMAT_NUMBER, write_netcdf
 from m4e_fmi.results.row_file import RowFile
 from m4e_fmi.results.row_header import Section
+from m4e_fmi.results.rows_again import digest_of, rows_again
 from m4e_fmi.signals import Terminated, held, let_through
 
 LEAST_ROWS, MOST_ROWS, MOST_VALUES = 64, 65536, 2**22
@@ -46,6 +47,21 @@ class Mark:
     rows: int
     last: float
     backs: int
+
+
+@dataclass(frozen=True)
+class Begun:
+    """Results that a run goes on with: the first `rows` in the file `path`.
+
+    The last of them is at `last` [s], and has the checksum `digest`. A run that is `replayed` makes
+    all rows again, from the first, and writes those behind these.
+    """
+
+    path: Path
+    rows: int
+    last: float
+    digest: str
+    replayed: bool
 
 
 class ResultsWriter:
@@ -68,16 +84,24 @@ class ResultsWriter:
         variables: Sequence[str] = (),
         closing: Callable[[], Mapping[str, str]] = dict,
         beside: Sequence[Path] = (),
+        earlier: Sequence[Path] = (),
+        begun: Begun | None = None,
     ) -> None:
-        self._beside = beside
+        """With `begun`, the file has its rows from the beginning.
+
+        The files `earlier` belong to earlier results, and go when these are replaced.
+        """
+        self._beside, self._earlier = beside, earlier
         self.path, instances = Path(path), network.instances
         descriptions = {name: i.description for name, i in instances.items()}
         names = chosen(descriptions, variables, network.sources)
         columns = 1 + sum(map(len, names.values()))
         self._block = max(LEAST_ROWS, min(MOST_ROWS, MOST_VALUES // columns))
-        self._groups = [
+        self._groups: list[Block | ScenarioBlock] = [
             block for name in instances for block in blocks(network, name, names[name], self._block)
         ]
+        if network.scenario:
+            self._groups.append(ScenarioBlock(network, self._block))
         watches = [(RangeWatch(g.section.component, g.reals), g) for g in self._groups]
         self._watches = [(watch, group) for watch, group in watches if watch]
         self._times = np.zeros((self._block, 1))
@@ -88,6 +112,7 @@ class ResultsWriter:
         self._closing = closing
         self._before = self._rows = 0  # rows of the run before those of the block, and these
         self._backs: list[int] = []
+        self._taken: Begun | None = None
         self._last = network.time
         self._saved: tuple[int, float] | None = None
         self.notes: tuple[str, ...] = ()
@@ -96,6 +121,8 @@ class ResultsWriter:
             self._place = stack.enter_context(claimed(self.path))
             self._file = self._created()
             stack.callback(self._file.close)
+            if begun:
+                self._take_over(begun)
             self._open = stack.pop_all()
         self._interval = FLUSH / 8
         self._due = clock.monotonic() + self._interval
@@ -104,6 +131,23 @@ class ResultsWriter:
         hidden = self._place.with_name(f".{self._place.name}{ROWS}")
         with self._errors():
             return RowFile(hidden, self._sections, {FORMAT: FORMAT_NUMBER, **self._attributes})
+
+    def _take_over(self, begun: Begun) -> None:
+        """Put the rows with which the run has begun into the file, and this where it belongs."""
+        block: list[np.ndarray] = []
+        with self._errors():
+            for block in rows_again(begun.path, self._sections, begun.rows, self._texts.place):
+                self._file.append(self._file.count, block)
+            if not block or digest_of([part[-1:] for part in block]) != begun.digest:
+                message = f"row {begun.rows} is not the one that the checkpoint was taken after"
+                raise InputError.single(message, "run again from the start", str(begun.path))
+            self._file.keep_texts(self._texts)
+            self._file.move(self._place)
+        self._remove((*self._earlier, *self._beside))
+        if not begun.replayed:
+            self._before, self._last = begun.rows, begun.last
+            self._taken = begun
+        self._saved = (begun.rows, begun.last)
 
     def __enter__(self) -> ResultsWriter:
         return self
@@ -114,6 +158,22 @@ class ResultsWriter:
     def mark(self) -> Mark:
         """The present end of the rows."""
         return Mark(self._before + self._rows, self._last, len(self._backs))
+
+    def last_row(self) -> str:
+        """The checksum of the last row."""
+        if self._taken and self._taken.rows == self._before + self._rows:
+            return self._taken.digest
+        last = self._rows or self._block
+        return digest_of(self._parts(slice(last - 1, last)))
+
+    def snapshot(self) -> tuple[dict[int, str], ...]:
+        """The outputs that have been outside the range of their FMU, by component."""
+        return tuple(watch.snapshot() for watch, _ in self._watches)
+
+    def restore(self, ranges: Sequence[Mapping[int, str]]) -> None:
+        """Go on after the outputs of a `snapshot` have been outside."""
+        for (watch, _), seen in zip(self._watches, ranges, strict=True):
+            watch.restore(seen)
 
     def back(self, mark: Mark) -> None:
         """Go on after the rows that there were at `mark`; RunError if they were given up since."""
@@ -211,12 +271,12 @@ class ResultsWriter:
         count = self._file.count
         if self._file.path != self._place and (count > 1 or not self._place.exists()):
             self._file.move(self._place)
-            self._remove_beside()
-        if count > self._before and self._file.path == self._place:
+            self._remove((*self._earlier, *self._beside))
+        if self._before < count <= self._before + self._rows and self._file.path == self._place:
             self._saved = (count, float(self._times[count - self._before - 1, 0]))
 
-    def _remove_beside(self) -> None:
-        for path in self._beside:
+    def _remove(self, files: Sequence[Path]) -> None:
+        for path in files:
             with suppress(OSError):  # open elsewhere, on Windows
                 path.unlink(missing_ok=True)
 
@@ -235,7 +295,7 @@ class ResultsWriter:
             with open_:
                 if self._file.closed:
                     return
-                count = self._before + self._rows
+                count = self._count
                 own = self._file.path == self._place or not self._place.exists()
                 if count > 1 or (count and (own or not failed)):
                     self._finish(ended)
@@ -258,9 +318,10 @@ class ResultsWriter:
 
     def _write(self, attributes: Mapping[str, str]) -> None:
         """Write the netCDF-4 file, or tell why there is none."""
-        count, folder = self._before + self._rows, self._place.parent
+        count, folder = self._count, self._place.parent
         vanished = not folder.is_dir()
-        blocks = self._file.blocks() if self._before else [self._parts(slice(self._rows))]
+        in_memory = count == self._rows
+        blocks = self._file.blocks() if not in_memory else [self._parts(slice(self._rows))]
         if sys.platform == "win32":
             self._file.close()  # which replaces no open file
         try:
@@ -273,13 +334,29 @@ class ResultsWriter:
                 f"m4e_fmi.results.results_file.load reads as well: {error.message}",
             )
         else:
-            self._remove_beside()
-            self._saved = (count, self._last)
+            self._remove(self._beside)
+            if not self.replaying:
+                self._saved = (count, self._last)
         if vanished:
             self.notes = (
                 f"warning: {folder} was renamed or removed during the run, and was created again "
                 "for the results",
             )
+
+    @property
+    def taken_over(self) -> bool:
+        """True if the run goes on behind rows that it does not make again."""
+        return self._taken is not None
+
+    @property
+    def replaying(self) -> bool:
+        """True while rows are made that the file has had from the beginning."""
+        return self._file.count > self._before + self._rows
+
+    @property
+    def _count(self) -> int:
+        """Number of rows of the run; of the file, if it has more."""
+        return max(self._before + self._rows, self._file.count)
 
     @property
     def _sections(self) -> list[Section]:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import hashlib
-import lzma
 import os
 import zipfile
-import zlib
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path, PurePosixPath
 from typing import Any
@@ -15,17 +14,16 @@ from urllib.parse import unquote, urlsplit
 from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no types
 
 from m4e_fmi.cosim.ssp.names import SCHEMAS, SSD_FILE
-from m4e_fmi.errors import InputError, Problem, suggestion
+from m4e_fmi.errors import InputError, Problem, is_file, suggestion
+from m4e_fmi.files.archives import ERRORS, opened_archive
 from m4e_fmi.files.file_names import file_stem
+from m4e_fmi.files.files_read import file_hash
+from m4e_fmi.files.limits import MB
 from m4e_fmi.files.writing import written
-from m4e_fmi.fmu.importer.opening import check_entries, has_doctype
+from m4e_fmi.files.xml_text import Element, check_size, xml_root
 
 SUFFIX = ".ssp"
 """Suffix of an SSP package; any other file with a system is YAML."""
-Element = Any
-"""An lxml element."""
-MAX_XML = 50_000_000
-"""Bytes of an XML file that is read."""
 
 
 class Package:
@@ -38,17 +36,12 @@ class Package:
         self.path = Path(path)
         self.problems: list[Problem] = []
         self.notes: dict[str, None] = {}
-        if not self.path.is_file():
+        if not is_file(self.path):
             folder = self.path.parent
             near = [p.name for p in folder.glob("*.ssp")] if folder.is_dir() else []
             raise self._wrong("no such file", suggestion(self.path.name, near, "packages here"))
-        try:
-            with zipfile.ZipFile(self.path) as archive:
-                check_entries(self.path, archive)
-                self.names = set(archive.namelist())
-        except (zipfile.BadZipFile, OSError) as error:
-            remedy = "copy or export the file again: it is truncated, or was never an SSP package"
-            raise self._wrong(f"not a readable ZIP archive: {error}", remedy) from error
+        with opened_archive(self.path, "an SSP package", whole=False) as archive:
+            self.names = set(archive.namelist())
         if SSD_FILE not in self.names:
             message = f"not an SSP package: there is no {SSD_FILE} at the top of the archive"
             raise self._wrong(message, "pack the content of the folder, not the folder itself")
@@ -69,15 +62,13 @@ class Package:
         """Note what is left out or changed."""
         self.notes.setdefault(text)
 
-    def bytes(self, name: str) -> bytes:
-        """Content of a file in the archive."""
+    def pieces(self, name: str) -> Iterator[bytes]:
+        """Content of a file in the archive, piece by piece."""
         try:
-            with zipfile.ZipFile(self.path) as archive:
-                return archive.read(name)
-        except (
-            zipfile.BadZipFile, zlib.error, lzma.LZMAError, EOFError, OSError, RuntimeError,
-            ValueError,
-        ) as error:  # fmt: skip
+            with zipfile.ZipFile(self.path) as archive, archive.open(name) as member:
+                while piece := member.read(MB):
+                    yield piece
+        except ERRORS as error:
             raise self._wrong(f"{name} cannot be unpacked: {error}", "copy it again") from error
 
     def member(self, element: Element, source: str) -> str | None:
@@ -96,26 +87,15 @@ class Package:
 
     def xml(self, name: str, namespace: str) -> Element:
         """Root element of an XML file of the kind that `namespace` names; InputError if wrong."""
-        content = self.bytes(name)
-        if len(content) > MAX_XML:
-            raise self._wrong(f"{name} has {len(content) / 1e6:.0f} MB", "expected less than 50 MB")
-        return parse(content, f"{self.path}/{name}", namespace)
+        file = f"{self.path}/{name}"
+        with zipfile.ZipFile(self.path) as archive:
+            check_size(archive.getinfo(name).file_size, file)
+        return parse(b"".join(self.pieces(name)), file, namespace)
 
 
 def parse(content: bytes, file: str, namespace: str) -> Element:
     """Root element of XML text after its schema's check; InputError with all that is wrong."""
-    if has_doctype(content):
-        remedy = "do not use this file unless you know why it has one"
-        raise InputError.single("has a DOCTYPE, which SSP does not use", remedy, file)
-    parser = etree.XMLParser(
-        resolve_entities=False, no_network=True, load_dtd=False, remove_comments=True,
-        remove_pis=True, huge_tree=False,
-    )  # fmt: skip
-    try:
-        root = etree.fromstring(content, parser, base_url=file)
-    except etree.XMLSyntaxError as error:
-        problem = Problem(f"not well-formed XML: {error.msg}", "", file, error.lineno or 0)
-        raise InputError([problem]) from None
+    root = xml_root(content, file)
     check(root, file, namespace)
     return root
 
@@ -147,13 +127,14 @@ def unpack_member(package: Path, member: str, folder: Path) -> Path:
 
     So members of one name, of several packages or folders in them, never take each other's place.
     """
-    content = Package(package).bytes(member)
-    path = PurePosixPath(member)
-    target = (
-        folder / f"{file_stem(path.stem)}-{hashlib.sha256(content).hexdigest()[:12]}{path.suffix}"
-    )
-    if target.is_file() and target.read_bytes() == content:
+    archive, path, digest = Package(package), PurePosixPath(member), hashlib.sha256()
+    for piece in archive.pieces(member):
+        digest.update(piece)
+    content = digest.hexdigest()
+    target = folder / f"{file_stem(path.stem)}-{content[:12]}{path.suffix}"
+    if target.is_file() and file_hash(target) == content:
         return target
-    with written(target) as part:
-        part.write_bytes(content)
+    with written(target) as part, part.open("wb") as file:
+        for piece in archive.pieces(member):
+            file.write(piece)
     return target

@@ -133,7 +133,8 @@ def _flow(package: Package, into: dict[Signal, Edge], sink: Signal, units: UnitO
     factor, offset = 1.0, 0.0
     for edge in edges:
         if edge.offset:
-            scale = 1.0 if True in ignored else _scale(units(edge.end) or units(at), units(sink))
+            converted = not (True in ignored or edge.end == sink)  # it is in the sink's unit there
+            scale = _scale(units(edge.end) or units(at), units(sink)) if converted else 1.0
             if scale is None or (units(edge.end) is None and scale != 1.0):
                 message = f"an offset on the way to {_told(sink)}, where the unit is not known"
                 remedy = "give the connector at the end of this connection its unit"

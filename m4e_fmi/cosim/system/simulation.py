@@ -26,7 +26,9 @@ ODD = 1e-3
 """Nanoseconds by which a time may miss whole ones for being a number in floating point."""
 
 TOLERANCES = ("tolerance", "coupling_tolerance")
-NUMBERS = ("stop_time", "step_size", "output_interval", "start_time", *TOLERANCES)
+CHECKPOINTS = ("checkpoint_interval", "checkpoint_wall_interval")
+OPTIONAL = ("output_interval", *CHECKPOINTS, *TOLERANCES)
+NUMBERS = ("stop_time", "step_size", "start_time", *OPTIONAL)
 """Settings of a simulation that are numbers."""
 
 
@@ -38,7 +40,9 @@ class Simulation:
     points; `output_interval`, a multiple of it, the time between rows of the results (None: every
     point). `tolerance` (relative) is handed to the FMUs that integrate with error control; None
     leaves them their own. `coupling_tolerance` (relative) makes the steps adaptive, none larger
-    than `step_size`: None keeps them fixed. InputError with all problems of the settings.
+    than `step_size`: None keeps them fixed. Checkpoints are taken every `checkpoint_interval` of
+    simulated time, or `checkpoint_wall_interval` of wall time, whichever comes first; None: not by
+    that. InputError with all problems of the settings.
     """
 
     stop_time: float
@@ -48,6 +52,13 @@ class Simulation:
     start_time: float = 0.0
     tolerance: float | None = None
     coupling_tolerance: float | None = None
+    checkpoint_interval: float | None = None
+    checkpoint_wall_interval: float | None = None
+
+    @property
+    def has_checkpoints(self) -> bool:
+        """True if checkpoints are taken."""
+        return any(getattr(self, key) is not None for key in CHECKPOINTS)
 
     @property
     def step(self) -> Fraction:
@@ -74,7 +85,7 @@ def _number(key: str, given: object) -> float | None:
 
     It may be a number of any library, and a time a text as ``"10 ms"``.
     """
-    if given is None and key in ("output_interval", *TOLERANCES):
+    if given is None and key in OPTIONAL:
         return None
     if isinstance(given, str) and key not in TOLERANCES:
         try:
@@ -113,6 +124,8 @@ class SimulationSection(Section):
     start_time: Time = 0.0
     tolerance: float | None = None
     coupling_tolerance: float | None = None
+    checkpoint_interval: Time | None = None
+    checkpoint_wall_interval: Time | None = None
 
 
 def simulation_problems(simulation: Simulation | SimulationSection) -> list[Problem]:
@@ -167,7 +180,12 @@ def _interval_problems(simulation: Simulation | SimulationSection) -> Iterator[P
 
 
 def _other(simulation: Simulation | SimulationSection) -> Iterator[Problem]:
-    """Problems of the tolerances and the algorithm."""
+    """Problems of the tolerances, the checkpoints and the algorithm."""
+    for key in CHECKPOINTS:
+        interval = getattr(simulation, key)
+        if interval is not None and not 0 < interval <= LONGEST:
+            text = f"{key} {interval:g} s: expected a time above 0"
+            yield _problem(key, text, "leave it out for a run without checkpoints")
     for key in TOLERANCES:
         tolerance = getattr(simulation, key)
         if tolerance is not None and not 0 < tolerance < 1:

@@ -9,6 +9,7 @@ from pathlib import Path
 from m4e_fmi.cosim.system.component import Component, Start, step_problems
 from m4e_fmi.cosim.system.origins import Origin, ParameterSet
 from m4e_fmi.cosim.system.processes import Processes
+from m4e_fmi.cosim.system.scenario_section import Action
 from m4e_fmi.cosim.system.simulation import SETTINGS, Simulation
 from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.files.document import Document, Location
@@ -24,6 +25,7 @@ class System:
     and an offset. `inputs` and `outputs` are the system's own variables by name, and what they
     stand for: the inputs ``component.variable`` that take the value, the output that gives it.
     `buses` are names under which connections meet, with their signals and the units of these.
+    `scenario` are actions on it during a run, by name.
 
     `notes` say what reading the file has changed or left out. `folder` is the one that relative
     file names in the components' configurations start from; `processes` what holds for FMUs in
@@ -40,6 +42,7 @@ class System:
     inputs: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     outputs: Mapping[str, str] = field(default_factory=dict)
     buses: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    scenario: Mapping[str, Action] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     folder: Path = field(default_factory=Path)
     processes: Processes = field(default_factory=Processes)

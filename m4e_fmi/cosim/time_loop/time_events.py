@@ -48,10 +48,11 @@ def in_nanoseconds(time: float) -> int:
 
 
 class TimeEvents:
-    """The jumps ahead of the instances of a network."""
+    """The jumps ahead of the instances of a network, and of its scenario."""
 
     def __init__(self, network: Network) -> None:
         self._readers: list[Callable[[], float]] = []
+        self._scenario = network.scenario
         for name, instance in network.instances.items():
             place = network.known(Port(name, NEXT_EVENT_TIME))
             if announces(instance.description):
@@ -60,13 +61,14 @@ class TimeEvents:
                 self._readers.append(partial(_next_event, instance))
 
     def __bool__(self) -> bool:
-        """True if any FMU announces jumps, or may have events."""
-        return bool(self._readers)
+        """True if any FMU announces jumps or may have events, or a scenario has actions."""
+        return bool(self._readers) or bool(self._scenario)
 
     def next(self, now: int) -> int:
         """The time [ns] of the next jump after `now`, NEVER if none is known."""
         times = [read() for read in self._readers]
         ahead = [in_nanoseconds(time) for time in times if math.isfinite(time)]
+        ahead.append(self._scenario.next(now))
         return min((time for time in ahead if time > now), default=NEVER)
 
 

@@ -53,7 +53,10 @@ class Watcher(Protocol):
 
 @dataclass(frozen=True)
 class TimeLoopSnapshot:
-    """The place in the run: times in ns, numbers of steps, and switches so far."""
+    """The place in the run: times in ns, numbers of steps, and switches so far.
+
+    `most` is the number of steps that are made at once.
+    """
 
     now: int
     row: int
@@ -64,6 +67,7 @@ class TimeLoopSnapshot:
     discarded: int
     full: int
     cap: int
+    most: int
 
 
 class TimeLoop:
@@ -127,6 +131,7 @@ class TimeLoop:
             self.discarded,
             self._full,
             self._cap,
+            self._most,
         )
 
     def restore(self, snapshot: TimeLoopSnapshot) -> None:
@@ -134,6 +139,7 @@ class TimeLoop:
         self.now, self._row, self.steps = snapshot.now, snapshot.row, snapshot.steps
         self.shortened, self.discarded = snapshot.shortened, snapshot.discarded
         self._jump, self._full, self._cap = snapshot.jump, snapshot.full, snapshot.cap
+        self._most = snapshot.most
         self.switches = copy(snapshot.switches)
 
     @property
@@ -173,6 +179,11 @@ class TimeLoop:
         if self._watcher:
             self._watcher.halt()
 
+    def prepare(self) -> None:
+        """Do what the watcher does between steps; before each `advance`."""
+        if self._watcher:
+            self._watcher.before()
+
     def advance(self, most: int = ENERGY_BLOCK) -> None:
         """Make as many steps as can be made at once, `most` at most, or one; fewer at the end."""
         try:
@@ -199,8 +210,6 @@ class TimeLoop:
         self._record()
 
     def _advance(self, most: int) -> None:
-        if self._watcher:
-            self._watcher.before()
         if self._jump <= self.now:
             self._jump = NEVER
         if self._has_time_events:

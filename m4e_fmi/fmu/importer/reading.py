@@ -86,7 +86,8 @@ class Description:
     `step_size` is the default experiment's [s], `internal_step` that by which the FMU goes inside,
     if it tells one (fixedInternalStepSize, FMI 3.0), `tool` the one that made it.
 
-    What the FMU can do: `saves_state` (fmi2GetFMUstate, fmi2SetFMUstate), `interpolates_inputs`
+    What the FMU can do: `saves_state` (fmi2GetFMUstate, fmi2SetFMUstate), `serializes_state`
+    (fmi2SerializeFMUstate, fmi2DeSerializeFMUstate), `interpolates_inputs`
     (fmi2SetRealInputDerivatives), `directional_derivatives` (fmi2GetDirectionalDerivative),
     `has_events` (event mode, FMI 3.0). What it cannot: make steps of different sizes
     (`constant_step`), be instantiated more than once in a process (`once_per_process`).
@@ -107,6 +108,7 @@ class Description:
     internal_step: float | None = None
     constant_step: bool = False
     saves_state: bool = False
+    serializes_state: bool = False
     interpolates_inputs: bool = False
     directional_derivatives: bool = False
     has_events: bool = False
@@ -263,6 +265,7 @@ def _translated(path: Path, raw: FmpyDescription, types: Mapping[int, str]) -> D
         internal_step=_internal_step(raw.coSimulation),
         constant_step=not raw.coSimulation.canHandleVariableCommunicationStepSize,
         saves_state=bool(raw.coSimulation.canGetAndSetFMUstate),
+        serializes_state=bool(raw.coSimulation.canSerializeFMUstate),
         interpolates_inputs=bool(raw.coSimulation.canInterpolateInputs),
         directional_derivatives=bool(raw.coSimulation.providesDirectionalDerivative),
         has_events=bool(raw.coSimulation.hasEventMode),

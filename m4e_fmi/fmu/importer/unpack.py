@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import errno
-import lzma
 import re
 import tempfile
-import zipfile
-import zlib
 from pathlib import Path
 
 import fmpy
 import platformdirs
 
 from m4e_fmi.errors import M4eError, RunError
+from m4e_fmi.files.archives import ERRORS
 from m4e_fmi.files.temporary import TemporaryFolder
 from m4e_fmi.fmu.importer.opening import opened, refusal
 
@@ -40,10 +38,7 @@ class Unpacked:
         except RunError:
             self.remove()
             raise
-        except (
-            OSError, ValueError, RuntimeError, EOFError, zipfile.BadZipFile, zlib.error,
-            lzma.LZMAError,
-        ) as error:  # fmt: skip
+        except ERRORS as error:
             self.remove()
             raise _cannot_unpack(fmu, error) from error
 

@@ -160,6 +160,12 @@ fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *s) {
 }
 fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState s) { memcpy(c, s, sizeof(Model)); return OK; }
 fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *s) { free(*s); *s = NULL; return OK; }
+fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState s, size_t *n) { *n = sizeof(Model); return OK; }
+fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState s, fmi3Byte b[], size_t n) { memcpy(b, s, n); return OK; }
+fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte b[], size_t n, fmi3FMUState *s) {
+    *s = memcpy(malloc(n), b, n);
+    return OK;
+}
 #endif
 
 #else /* ---- FMI 1.0 and 2.0 ---- */
@@ -207,9 +213,6 @@ fmi2Status fmi2EnterInitializationMode(fmi2Component c) { return initialised(c);
 fmi2Status fmi2ExitInitializationMode(fmi2Component c) { return initialised(c); }
 fmi2Status fmi2Terminate(fmi2Component c) { return fmi2OK; }
 NONE(Reset, fmi2Component c)
-NONE(SerializedFMUstateSize, fmi2Component c, fmi2FMUstate s, size_t *n)
-NONE(SerializeFMUstate, fmi2Component c, fmi2FMUstate s, fmi2Byte b[], size_t n)
-NONE(DeSerializeFMUstate, fmi2Component c, const fmi2Byte b[], size_t n, fmi2FMUstate *s)
 NONE(GetDirectionalDerivative, fmi2Component c, const fmi2ValueReference z[], size_t nz, const fmi2ValueReference v[], size_t nv, const fmi2Real dv[], fmi2Real dz[])
 #ifdef STATE
 fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *s) {
@@ -219,7 +222,16 @@ fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *s) {
 }
 fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate s) { memcpy(c, s, sizeof(Model)); return fmi2OK; }
 fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *s) { free(*s); *s = NULL; return fmi2OK; }
+fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate s, size_t *n) { *n = sizeof(Model); return fmi2OK; }
+fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate s, fmi2Byte b[], size_t n) { memcpy(b, s, n); return fmi2OK; }
+fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte b[], size_t n, fmi2FMUstate *s) {
+    *s = memcpy(malloc(n), b, n);
+    return fmi2OK;
+}
 #else
+NONE(SerializedFMUstateSize, fmi2Component c, fmi2FMUstate s, size_t *n)
+NONE(SerializeFMUstate, fmi2Component c, fmi2FMUstate s, fmi2Byte b[], size_t n)
+NONE(DeSerializeFMUstate, fmi2Component c, const fmi2Byte b[], size_t n, fmi2FMUstate *s)
 NONE(GetFMUstate, fmi2Component c, fmi2FMUstate *s)
 NONE(SetFMUstate, fmi2Component c, fmi2FMUstate s)
 NONE(FreeFMUstate, fmi2Component c, fmi2FMUstate *s)

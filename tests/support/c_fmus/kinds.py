@@ -13,7 +13,13 @@ import fmpy
 HERE = Path(__file__).parent
 ITEMS = {"off": 1, "slow": 2, "fast": 3}
 WIDTHS = tuple(f"{sign}Int{bits}" for bits in (8, 16, 32, 64) for sign in ("", "U"))
-OPTIONS = {"through": "THROUGH", "clears": "CLEARS", "state": "STATE", "events": "EVENTS"}
+OPTIONS = {
+    "through": "THROUGH",
+    "clears": "CLEARS",
+    "state": "STATE",
+    "bytes": "BYTES",
+    "events": "EVENTS",
+}
 
 
 @dataclass(frozen=True)
@@ -159,6 +165,7 @@ def describe_2(name: str, options: Sequence[str]) -> str:
             initial += f'<Unknown index="{index[v.name]}" dependencies="{needs}"/>'
     initial += f'<Unknown index="{index["twice"]}" dependencies="{index["offset"]}"/>'
     state = 'canGetAndSetFMUstate="true"' if "state" in options else ""
+    state += ' canSerializeFMUstate="true"' if "bytes" in options else ""
     return (
         '<?xml version="1.0" encoding="UTF-8"?><fmiModelDescription fmiVersion="2.0" '
         f'modelName="{name}" guid="{name}"><CoSimulation modelIdentifier="{name}" '
@@ -196,6 +203,7 @@ def describe_3(name: str, options: Sequence[str]) -> str:
             initial += f'<InitialUnknown valueReference="{v.reference}" dependencies="{needs}"/>'
     initial += '<InitialUnknown valueReference="12" dependencies="11"/>'
     state = 'canGetAndSetFMUState="true"' if "state" in options else ""
+    state += ' canSerializeFMUState="true"' if "bytes" in options else ""
     events = 'hasEventMode="true"' if "events" in options else ""
     return (
         '<?xml version="1.0" encoding="UTF-8"?><fmiModelDescription fmiVersion="3.0" '

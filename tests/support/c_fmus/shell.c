@@ -4,7 +4,7 @@
  * values, `update` (outputs from states and inputs; in initialization mode too) and `advance` (one
  * step; returns a status). Everything else of FMI answers "not supported", but is there, because
  * FMPy resolves all functions. STATE, INPUTS and JACOBIAN add what some FMUs can do: save and restore
- * their state, follow inputs that are polynomials of time (`at`), tell directional derivatives.
+ * their state (turn it into BYTES, too), follow inputs that are polynomials of time (`at`), tell directional derivatives.
  * LAZY makes it compute outputs in steps only, PICKY refuse values beyond 0.5 once it is initialised.
  * CONSTANT and OWN_STEP make it refuse steps of another size than its first, or than OWN_STEP.
  * CLEARS makes it lose all that can be read when anything is set after initialization, up to the end
@@ -227,14 +227,33 @@ NOT_SUPPORTED(fmi2GetString, fmi2Component c, const fmi2ValueReference vr[], siz
 NOT_SUPPORTED(fmi2SetInteger, fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Integer v[])
 NOT_SUPPORTED(fmi2SetBoolean, fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Boolean v[])
 NOT_SUPPORTED(fmi2SetString, fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2String v[])
-NOT_SUPPORTED(fmi2SerializedFMUstateSize, fmi2Component c, fmi2FMUstate s, size_t *n)
-NOT_SUPPORTED(fmi2SerializeFMUstate, fmi2Component c, fmi2FMUstate s, fmi2Byte b[], size_t n)
-NOT_SUPPORTED(fmi2DeSerializeFMUstate, fmi2Component c, const fmi2Byte b[], size_t n, fmi2FMUstate *s)
 NOT_SUPPORTED(fmi2GetRealOutputDerivatives, fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Integer o[], fmi2Real v[])
 NOT_SUPPORTED(fmi2CancelStep, fmi2Component c)
 NOT_SUPPORTED(fmi2GetStatus, fmi2Component c, const fmi2StatusKind k, fmi2Status *v)
 NOT_SUPPORTED(fmi2GetIntegerStatus, fmi2Component c, const fmi2StatusKind k, fmi2Integer *v)
 NOT_SUPPORTED(fmi2GetStringStatus, fmi2Component c, const fmi2StatusKind k, fmi2String *v)
+
+#ifdef BYTES
+#define SIZE ((2 * N + 3) * sizeof(double))
+fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate s, size_t *n) {
+    *n = SIZE;
+    return fmi2OK;
+}
+fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate s, fmi2Byte b[], size_t n) {
+    memcpy(b, s, SIZE);
+    return fmi2OK;
+}
+fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte b[], size_t n, fmi2FMUstate *s) {
+    if (n != SIZE) return fmi2Error;
+    *s = malloc(SIZE);
+    memcpy(*s, b, SIZE);
+    return fmi2OK;
+}
+#else
+NOT_SUPPORTED(fmi2SerializedFMUstateSize, fmi2Component c, fmi2FMUstate s, size_t *n)
+NOT_SUPPORTED(fmi2SerializeFMUstate, fmi2Component c, fmi2FMUstate s, fmi2Byte b[], size_t n)
+NOT_SUPPORTED(fmi2DeSerializeFMUstate, fmi2Component c, const fmi2Byte b[], size_t n, fmi2FMUstate *s)
+#endif
 
 #ifdef STATE
 fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *s) {

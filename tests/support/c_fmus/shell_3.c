@@ -74,6 +74,11 @@ fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *s) { return STATUS_OF(f
 fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState s) { return STATUS_OF(fmi2SetFMUstate(c, s)); }
 fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *s) { return STATUS_OF(fmi2FreeFMUstate(c, s)); }
 #endif
+#ifdef BYTES
+fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState s, size_t *n) { return STATUS_OF(fmi2SerializedFMUstateSize(c, s, n)); }
+fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState s, fmi3Byte b[], size_t n) { return STATUS_OF(fmi2SerializeFMUstate(c, s, (fmi2Byte *)b, n)); }
+fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte b[], size_t n, fmi3FMUState *s) { return STATUS_OF(fmi2DeSerializeFMUstate(c, (const fmi2Byte *)b, n, s)); }
+#endif
 #ifdef JACOBIAN
 fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference z[], size_t nz, const fmi3ValueReference v[], size_t nv, const fmi3Float64 dv[], size_t n_dv, fmi3Float64 dz[], size_t n_dz) {
     if (n_dv != nv || n_dz != nz) return fmi3Error;

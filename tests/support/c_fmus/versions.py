@@ -20,6 +20,7 @@ OPTIONS_1 = {
 }
 OPTIONS_3 = {
     "state": 'canGetAndSetFMUState="true"',
+    "bytes": 'canSerializeFMUState="true"',
     "forgets": "",
     "jacobian": 'providesDirectionalDerivatives="true"',
     "lazy": "",

@@ -131,7 +131,9 @@ def test_a_file_of_another_kind_is_one_error_that_names_the_command(
 
 def test_files_that_are_no_text(here, capsys):
     (here / "p.png").write_bytes(b"\x89PNG")
-    assert "p.png: cannot be read: byte 1 is not valid UTF-8" in refused(capsys, "info", "p.png")
+    assert "p.png: is no YAML file by its name" in refused(capsys, "info", "p.png")
+    (here / "p.yaml").write_bytes(b"\x89PNG")
+    assert "p.yaml: cannot be read: byte 1 is not valid UTF-8" in refused(capsys, "info", "p.yaml")
 
 
 def test_a_model_as_a_component_that_is_a_system(here, capsys):
@@ -308,6 +310,7 @@ def test_mistakes_of_a_run_are_told_before_anything_is_built(here, capsys):
     text = refused(capsys, "run", "s.yaml", "--output-file", "x.txt")
     assert "x.txt" in text
     assert "simulation" in text
+    assert "s.yaml:2:1: the system has no component" in text
 
 
 def test_a_search_for_an_equilibrium_names_the_other_one(here, capsys):

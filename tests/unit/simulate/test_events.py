@@ -71,6 +71,12 @@ def test_events_are_the_same_with_progress_and_change_nothing() -> None:
     assert told[-1] == 2.0
 
 
+def test_a_name_alone_is_watched_in_both_directions() -> None:
+    named, watched = (simulate(ball(), stop_time=1.0, events=[e]) for e in (GAP, Watch(GAP)))
+    assert [event.time for event in named.events] == [event.time for event in watched.events]
+    assert len(named.events) == 2
+
+
 def test_events_that_cannot_be() -> None:
     with pytest.raises(InputError, match=r"did you mean 'load\.floor\.gap'"):
         simulate(ball(), stop_time=1.0, events=[Watch("load.flor.gap")])

@@ -10,7 +10,8 @@ import numpy as np
 
 from m4e_adapters.hydrodynamics.capytaine_setup import import_capytaine
 from m4e_adapters.hydrodynamics.geometry.panels import Panels
-from m4e_fmi.files.files_read import read_bytes
+from m4e_fmi.files.files_read import TooLongError, read_bytes
+from m4e_fmi.files.limits import LARGEST_MESH
 
 FORMATS = (
     "formats: gdf (WAMIT), nemoh, hst (Hydrostar), pnl (HAMS), stl; all of a mesh must be in one "
@@ -38,7 +39,11 @@ def read_mesh(path: Path) -> Panels:
     MeshFileError with the reason, where that is known: not in the words of a reader, which are
     of its arrays. OSError if the file cannot be read at all.
     """
-    content, kind = read_bytes(path), path.suffix.lower()
+    kind = path.suffix.lower()
+    try:
+        content = read_bytes(path, largest=LARGEST_MESH)
+    except TooLongError as error:
+        raise MeshFileError(f"it {error}") from None
     try:
         if kind == ".stl":
             return stl_panels(content)

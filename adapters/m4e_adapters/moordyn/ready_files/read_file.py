@@ -7,10 +7,12 @@ from pathlib import Path
 
 from m4e_adapters.moordyn.ready_files.sections import Row, number, tables
 from m4e_fmi.errors import InputError, Problem, missing_file
+from m4e_fmi.files.file_kinds import check_named
 from m4e_fmi.files.files_read import TooLongError, read_text
+from m4e_fmi.files.limits import LARGEST_LINE_FILE
 
 WORD = re.compile(r"\S+")
-LARGEST = 10_000_000  # bytes of a file
+SUFFIXES = (".dat", ".txt", ".inp", ".in", ".moordyn", ".md")  # of names of files
 FORCED_POINT = 12  # words of a point on which a force acts
 ALIASES = {
     "dt": "dtm",
@@ -91,8 +93,9 @@ def has_force(row: Row) -> bool:
 
 
 def _text(path: Path) -> str:
+    check_named(path, SUFFIXES, "MoorDyn file")
     try:
-        text = read_text(path, encoding="utf-8-sig", largest=LARGEST)
+        text = read_text(path, encoding="utf-8-sig", largest=LARGEST_LINE_FILE)
     except (FileNotFoundError, NotADirectoryError, IsADirectoryError):
         message, remedy = missing_file(path, "MoorDyn file")
         raise InputError.single(message, remedy, keys=("file",)) from None

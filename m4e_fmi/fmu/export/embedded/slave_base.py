@@ -283,12 +283,12 @@ class M4eSlave(Fmi2Slave):
             "time": self.time,
             "tolerance": self.tolerance,
             "error": self._error,
-            "stop": self._stop,
             "phase": [getattr(self, name) for name in _PHASE],
             "own": own,
         }
 
     def _set_fmu_state(self, state: Saved) -> None:
+        # the stop time stays that of this instance: a state may be one of a shorter run
         if state.get("identity") != IDENTITY:
             self._fail("a state was set that is damaged or not of this FMU")
             return
@@ -297,7 +297,6 @@ class M4eSlave(Fmi2Slave):
         self.time = state["time"]
         self.tolerance = state["tolerance"]
         self._error = state["error"]
-        self._stop = state["stop"]
         for name, value in zip(_PHASE, state["phase"], strict=True):
             setattr(self, name, value)
         self._guard(self.restore, copy.deepcopy(state["own"]))

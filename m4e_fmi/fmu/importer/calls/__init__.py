@@ -20,6 +20,7 @@ from m4e_fmi.fmu.importer.calls.standard import (
     Events,
     RawCall,
     Rollback,
+    SerializedState,
     Standard,
     Value,
 )
@@ -44,6 +45,7 @@ __all__ = [
     "Events",
     "RawCall",
     "Rollback",
+    "SerializedState",
     "Standard",
     "Status",
     "Taken",

@@ -14,7 +14,14 @@ from m4e_fmi.fmu.importer.calls.classic import Classic
 from m4e_fmi.fmu.importer.calls.functions import WARNING, Status
 from m4e_fmi.fmu.importer.calls.functions_2 import Functions2
 from m4e_fmi.fmu.importer.calls.parts import Layout
-from m4e_fmi.fmu.importer.calls.standard import Call, CFunction, Failed, FmpyInstance, Rollback
+from m4e_fmi.fmu.importer.calls.standard import (
+    Call,
+    CFunction,
+    Failed,
+    FmpyInstance,
+    Rollback,
+    SerializedState,
+)
 from m4e_fmi.fmu.importer.messages import Messages
 from m4e_fmi.fmu.importer.reading import Description, Variable
 
@@ -84,6 +91,15 @@ class Fmi2(Classic, Rollback):
     def free_state(self, slot: ctypes.c_void_p) -> None:
         if slot:
             self.call("FreeFMUstate", ctypes.byref(slot))
+
+    def serialized(self, slot: ctypes.c_void_p) -> SerializedState:
+        status, data = self._calls.state_bytes(slot)
+        self.check(status, "fmi2SerializeFMUstate")
+        return SerializedState(data, (self._ended.get(ctypes.addressof(slot), math.inf),))
+
+    def deserialize(self, slot: ctypes.c_void_p, state: SerializedState) -> None:
+        (self._ended[ctypes.addressof(slot)],) = state.events
+        self.check(self._calls.state_from(state.data, slot), "fmi2DeSerializeFMUstate")
 
     def directional_derivative(self, output: Variable, known: Variable) -> float:
         unknowns, knowns = (self._calls.arrays([v.value_reference], {}) for v in (output, known))

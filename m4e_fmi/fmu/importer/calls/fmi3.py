@@ -34,6 +34,7 @@ from m4e_fmi.fmu.importer.calls.standard import (
     FmpyInstance,
     RawCall,
     Rollback,
+    SerializedState,
     Standard,
     Value,
     check_view,
@@ -324,6 +325,20 @@ class Fmi3(Standard, Rollback):
         place = ctypes.c_void_p(_state(slot).state)
         if place:
             self.call("FreeFMUstate", ctypes.byref(place))
+
+    def serialized(self, slot: ctypes.c_void_p) -> SerializedState:
+        state = _state(slot)
+        status, data = self._calls.state_bytes(ctypes.c_void_p(state.state))
+        self.check(status, "fmi2SerializeFMUstate")
+        return SerializedState(data, tuple(float(getattr(state, name)) for name in EVENT_FIELDS))
+
+    def deserialize(self, slot: ctypes.c_void_p, state: SerializedState) -> None:
+        kept, place = _state(slot), ctypes.c_void_p()
+        *times, count = state.events
+        for name, value in zip(EVENT_FIELDS, (*times, int(count)), strict=True):
+            setattr(kept, name, value)
+        self.check(self._calls.state_from(state.data, place), "fmi2DeSerializeFMUstate")
+        kept.state = place.value
 
     def directional_derivative(self, output: Variable, known: Variable) -> float:
         z, v = (self._calls.arrays([x.value_reference], self._sizes) for x in (output, known))

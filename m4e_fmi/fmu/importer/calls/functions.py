@@ -121,6 +121,24 @@ class Functions(ABC):
     def output_derivatives(self, outputs: Arrays, order: int, found: np.ndarray) -> Status:
         """Time derivatives of an order of the outputs, into `found` (n_elements,), in SI."""
 
+    def state_bytes(self, state: ctypes.c_void_p) -> tuple[Status, bytes]:
+        """The FMU's bytes for a saved state, for another process; empty where that fails."""
+        size = ctypes.c_size_t()
+        status = self._call("SerializedFMUstateSize", state, ctypes.byref(size))
+        if status > WARNING:
+            return status, b""
+        room = (self.BYTE * size.value)()
+        note = f"{size.value} bytes"
+        status = self._call("SerializeFMUstate", state, room, size.value, note=note)
+        return status, bytes(room)
+
+    def state_from(self, data: bytes, state: ctypes.c_void_p) -> Status:
+        """Make a saved state at `state` from the FMU's bytes for it."""
+        room = (self.BYTE * len(data)).from_buffer_copy(data)
+        note = f"{len(data)} bytes"
+        arguments = room, len(data), ctypes.byref(state)
+        return self._call("DeSerializeFMUstate", *arguments, note=note)
+
     @abstractmethod
     def counted(self, count: int) -> tuple[int, ...]:
         """Arguments behind an array of `count` values: in FMI 3.0 their number."""

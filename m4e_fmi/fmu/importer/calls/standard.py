@@ -204,6 +204,18 @@ class Standard(ABC):
         return [self._description.variables[name] for name in names]
 
 
+@dataclass(frozen=True)
+class SerializedState:
+    """A state of an FMU for another process: the FMU's bytes, and the events told by then.
+
+    `events` are times [s], infinite where there is none, and a number of events: those that a saved
+    state has in this process.
+    """
+
+    data: bytes
+    events: tuple[float, ...]
+
+
 class Rollback(ABC):
     """Saved states and directional derivatives, of FMI 2.0 and 3.0.
 
@@ -225,6 +237,14 @@ class Rollback(ABC):
     @abstractmethod
     def free_state(self, slot: ctypes.c_void_p) -> None:
         """Free the state in a slot, if there is one."""
+
+    @abstractmethod
+    def serialized(self, slot: ctypes.c_void_p) -> SerializedState:
+        """The state in a slot, for another process."""
+
+    @abstractmethod
+    def deserialize(self, slot: ctypes.c_void_p, state: SerializedState) -> None:
+        """Put a state of another process into an empty slot."""
 
     @abstractmethod
     def directional_derivative(self, output: Variable, known: Variable) -> float:

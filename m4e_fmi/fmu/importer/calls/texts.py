@@ -60,6 +60,10 @@ class Texts:
             return self._library.m4e_text_at(self._raw, place)
         return ctypes.addressof(self._kept[place])
 
+    def content(self) -> tuple[bytes, ...]:
+        """All texts, by their places."""
+        return tuple(ctypes.string_at(self.pointer(place)) for place in range(len(self)))
+
     def __len__(self) -> int:
         return int(self._raw.count) if self._library is not None else len(self._kept)
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no types
-
+from m4e_fmi.errors import InputError
+from m4e_fmi.files.xml_text import check_size, xml_root
 from m4e_fmi.fmu.export.description.terminals import TERMINALS
 from m4e_fmi.fmu.importer.elements import array_name
 from m4e_fmi.fmu.validation.findings import Finding, some
@@ -20,11 +20,11 @@ def check_terminals(subject: FmuUnderTest) -> Iterator[Finding]:
     if not (subject.fmi_3 and path.is_file()):
         return
     try:
-        root = etree.fromstring(path.read_bytes())
-    except etree.XMLSyntaxError as error:
-        yield Finding(
-            "terminals.invalid", "error", f"{TERMINALS} is not valid XML: {error.msg}", BASIS
-        )
+        check_size(path.stat().st_size, TERMINALS)
+        root = xml_root(path.read_bytes(), TERMINALS)
+    except InputError as error:
+        message = f"{TERMINALS} {error.problems[0].message}"
+        yield Finding("terminals.invalid", "error", message, BASIS)
         return
     names = {v.name for v in subject.raw.modelVariables} | set(
         map(array_name, subject.raw.modelVariables)

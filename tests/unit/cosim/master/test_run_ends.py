@@ -176,9 +176,9 @@ NOT_YET = "the results are complete in r.nc (11 rows); r.csv is not written"
 ENDS = {  # what is called at the end of a run, and what is said if SIGTERM comes just before it
     "cosim.results.writer:ResultsWriter.close": KEPT,
     "cosim.results.writer:ResultsWriter._flush": KEPT,
-    "cosim.master.run:closing_attributes": KEPT,
+    "cosim.master.begun:closing_attributes": KEPT,
     "cosim.results.writer:write_netcdf": KEPT,
-    "cosim.master.run:Outcome": NOT_YET,
+    "cosim.master.begun:Outcome": NOT_YET,
     "cosim.master.recording:export": NOT_YET,
     "files.temporary:_leave": "the results are complete in r.csv (11 rows)",
 }

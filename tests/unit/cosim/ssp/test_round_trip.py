@@ -237,3 +237,15 @@ def test_prepare_copies_what_is_packed(pair: System, tmp_path: Path) -> None:
     paths = {d.path for d in prepared.descriptions.values()}
     assert {p.parent for p in paths} == {tmp_path / "build" / "Paar (2)"}
     assert {p.name.partition("-")[0] for p in paths} == {"a", "b", "c"}
+
+
+def test_an_offset_on_the_way_to_an_input_without_a_unit(c_fmu: Fmus, tmp_path: Path) -> None:
+    bare = tmp_path / "bare.fmu"
+    with zipfile.ZipFile(c_fmu("stage+state")) as known, zipfile.ZipFile(bare, "w") as made:
+        for name in known.namelist():
+            made.writestr(name, known.read(name).replace(b'unit="s"', b""))
+    parts = Component("a", FmuFile(c_fmu("mass+state"))), Component("b", FmuFile(bare))
+    connections = ("a.body.m.x * 2 + 1 -> b.u",)
+    system = System("offset", parts, connections, Simulation(1, 0.1, "jacobi"))
+    back = load_system(save_system(system, tmp_path / "s.ssp", build_directory=tmp_path))
+    assert back.connections == ("a.body.m.x * 2.0 + 1.0 -> b.u",)

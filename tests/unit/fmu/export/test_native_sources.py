@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from support.driven import driven
+from support.fuzz.shell import shell_fuzzer
 from support.plane import plane
 
 from m4e_fmi.fmu.export.from_program import describe, with_rates
@@ -74,3 +75,14 @@ def test_random_calls_under_sanitizers(tmp_path: Path, fmi: str, program: Progra
     )
     assert min(done, discarded, errors, *updates) > 50
     assert messages > errors / 2  # logging is off now and then
+
+
+def test_damaged_resources_under_sanitizers(tmp_path: Path) -> None:
+    fuzzer = shell_fuzzer(tmp_path)
+    if fuzzer is None:
+        pytest.skip("this compiler has no sanitizers")
+    run = fuzzer.run(0, 2000, 1)
+    assert run.returncode == 0, run.stderr
+    cases, instances = (int(word) for word in run.stdout.split() if word.isdigit())
+    assert cases == 2000
+    assert cases / 3 <= instances < cases

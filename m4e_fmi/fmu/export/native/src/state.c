@@ -43,12 +43,17 @@ answer keep_state(instance *c, void **state) {
     return FMI_OK;
 }
 
+/* The stop time stays that of this instance: a state may be one of a shorter run. */
 answer restore_state(instance *c, const void *state) {
     const kept *k = state;
     CHECK_SOUND(k);
     CHECK(k->now.type == c->now.type,
           "%s: a state of model exchange is none of co-simulation, nor the reverse", c->function);
+    const uint32_t stops = c->now.stops;
+    const double stop = c->now.stop;
     c->now = k->now;
+    c->now.stops = stops;
+    c->now.stop = stop;
     memcpy(c->values, k->values, c->count * sizeof *c->values);
     c->stale = c->stale_parameters = c->stale_tangent = 1;
     return FMI_OK;

@@ -1,0 +1,5 @@
+"""`python -m m4e_fmi` is the command `m4e-fmi`."""
+
+from m4e_fmi.cli import main
+
+main()

@@ -1,0 +1,74 @@
+"""Identity of a run: all that must be the same where it goes on from a checkpoint.
+
+The stop time may differ, and when checkpoints are taken. Everything else that the results follow
+from is told by name and value: the version of m4e_fmi, the FMUs by their SHA-256, start values,
+connections, actions of the scenario, settings, recorded variables.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import fields
+
+import m4e_fmi
+from m4e_fmi.cosim.connections.prepared import Prepared
+from m4e_fmi.errors import InputError, Problem
+
+FREE = ("stop_time", "checkpoint_interval", "checkpoint_wall_interval")
+"""Settings of a simulation that may differ."""
+_SHOWN = 60
+"""Characters of a value that a message shows."""
+
+
+def identity(
+    prepared: Prepared, recorded: Mapping[str, Collection[str]], *, certify: bool
+) -> dict[str, str]:
+    """All that the results of a run follow from, by name.
+
+    `recorded` are the variables of its results by component; with `certify` the error is estimated.
+    """
+    system = prepared.system
+    found = {"the version of m4e_fmi": m4e_fmi.__version__}
+    for component in system.components:
+        name, description = component.name, prepared.descriptions[component.name]
+        found[f"the FMU of {name}"] = f"{description.path.name} (SHA-256 {description.content})"
+        found |= {f"start value {name}.{v}": str(given) for v, given in component.start.items()}
+        found |= {f"unit of {name}.{v}": str(unit) for v, unit in component.units.items()}
+        found[f"step_size of {name}"] = str(component.step_size)
+        dependencies = {v: sorted(needs) for v, needs in component.dependencies.items()}
+        found[f"dependencies of {name}"] = str(dependencies)
+        found[f"rollback of {name}"] = str(description.saves_state)
+        found[f"recorded variables of {name}"] = ", ".join(recorded.get(name, ()))
+    found["the order of the components"] = ", ".join(c.name for c in system.components)
+    found["connections"] = "; ".join(system.connections)
+    found["inputs of the system"] = str({k: list(v) for k, v in system.inputs.items()})
+    found |= {f"action {name} of the scenario": str(a) for name, a in system.scenario.items()}
+    settings = system.simulation
+    found |= {
+        f.name: str(getattr(settings, f.name)) for f in fields(settings) if f.name not in FREE
+    }
+    found["the error estimate"] = "on" if certify else "off"
+    return found
+
+
+def check_identity(path: str, kept: Mapping[str, str], present: Mapping[str, str]) -> None:
+    """InputError that names all that differs between the checkpoint at `path` and the run."""
+    names = [n for n in {**kept, **present} if kept.get(n) != present.get(n)]
+    if not names:
+        return
+    remedy = "give it as it was, or run again from the start"
+    raise InputError(
+        Problem(
+            f"the checkpoint is of another run: {name} was {_shown(kept.get(name))}, "
+            f"and is {_shown(present.get(name))}",
+            remedy,
+            path,
+        )
+        for name in names
+    )
+
+
+def _shown(value: str | None) -> str:
+    if value is None:
+        return "not given"
+    return value if len(value) <= _SHOWN else f"{value[:_SHOWN]} …"

@@ -1,0 +1,57 @@
+"""The coupling errors that a run states, and its notes of what was seen in its network."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from m4e_fmi.cosim.error_estimate.estimator import ErrorEstimator
+from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport, certificate
+from m4e_fmi.cosim.error_estimate.shadow_run import ShadowRun
+from m4e_fmi.cosim.exchange.discrete import Switches
+from m4e_fmi.cosim.exchange.events import event_notes
+from m4e_fmi.cosim.exchange.network import Network
+
+
+def certified(
+    estimator: ErrorEstimator | None,
+    network: Network,
+    connections: Sequence[str],
+    *,
+    unwatched: str,
+    switched: bool,
+) -> CouplingErrorReport | str:
+    """The coupling errors up to the present point, or why they are not known.
+
+    Without an `estimator` that is `unwatched`. The run has `switched` if values that are not Real
+    have changed within steps.
+    """
+    if not network.links and not network.discrete:
+        return CouplingErrorReport(())
+    if not network.links:
+        return "no Real is exchanged"
+    if estimator is None:
+        return unwatched
+    estimator.finish()
+    if estimator.failure:
+        return estimator.failure
+    if isinstance(estimator, ShadowRun) and switched:
+        estimator.switched = True  # the two sets switch at different times
+    return certificate(
+        network,
+        connections,
+        errors=estimator.errors(),
+        halved=estimator.errors(halved=True),
+        ranges=estimator.ranges(),
+        coverage=estimator.coverage(),
+    )
+
+
+def network_notes(network: Network, switches: Switches) -> list[str]:
+    """Notes of events, of `switches` within steps, and of inputs solved badly; one line each."""
+    seen = [*event_notes(network.instances.values()), *switches.notes]
+    if rough := network.roughness:
+        seen.append(
+            f"inputs are solved only to {rough:.1e} of their size: the FMUs' outputs for "
+            "nearly the same inputs jump by that much"
+        )
+    return seen

@@ -1,0 +1,342 @@
+"""Actions as they are carried out: names, units and times of a scenario checked and converted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+
+import networkx as nx
+
+from m4e_fmi.cosim.connections.links import Link, Port, Wiring
+from m4e_fmi.cosim.connections.structure import exchange_graph
+from m4e_fmi.cosim.scenario.amounts import Amounts
+from m4e_fmi.cosim.scenario.effects import (
+    Delay,
+    Draws,
+    Dropout,
+    Effect,
+    Freeze,
+    Noise,
+    Offset,
+    Replace,
+)
+from m4e_fmi.cosim.system.condition_text import COMPARISONS, parse_condition
+from m4e_fmi.cosim.system.scenario_section import Action
+from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
+from m4e_fmi.cosim.system.start_values import Value, value_of
+from m4e_fmi.cosim.system.system import System
+from m4e_fmi.errors import InputError, Problem, suggestion
+from m4e_fmi.files.sections import Location
+from m4e_fmi.fmu.importer.reading import Description, Variable
+from m4e_fmi.fmu.importer.type_rules import REAL
+
+COMPONENT = "scenario"
+"""The name under which actions are in the results."""
+PARTED = "parted"
+"""The parameter of a line, 1 once it has parted."""
+
+
+@dataclass(frozen=True)
+class Condition:
+    """A comparison of a variable with a value in its own unit; `text` is as the user wrote it."""
+
+    port: Port
+    compare: Callable[[float, float], bool]
+    value: float
+    text: str
+
+    def holds(self, present: float) -> bool:
+        """True if the variable's `present` value, in its unit, meets it."""
+        return self.compare(present, self.value)
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A variable and the value that it gets, in its own unit, within so many ns (0: at once)."""
+
+    port: Port
+    value: Value
+    within: int = 0
+
+
+@dataclass(frozen=True)
+class Replacement:
+    """The output whose value a taker gets, times `factor`, plus `offset`."""
+
+    port: Port
+    factor: float
+    offset: float
+
+
+@dataclass(frozen=True)
+class SignalEffect:
+    """Change of the signal that `target` takes: an effect to be made, or a replacement."""
+
+    target: Port
+    what: Callable[[], Effect] | Replacement
+
+
+@dataclass(frozen=True)
+class PlannedAction:
+    """An action: the time `at` which it begins or its `condition`, its `duration`; its parts.
+
+    Times are in ns.
+    """
+
+    name: str
+    at: int | None
+    condition: Condition | None
+    duration: int | None
+    settings: tuple[Setting, ...] = ()
+    effects: tuple[SignalEffect, ...] = ()
+
+
+@dataclass
+class Planner:
+    """Makes planned actions of those of a system; `problems` are what is wrong with them."""
+
+    system: System
+    descriptions: Mapping[str, Description]
+    wiring: Wiring
+    problems: list[Problem] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self._links = {link.target: link for link in self.wiring.links}
+        self._every = round(self.system.simulation.step_size * NS_PER_SECOND)
+
+    def actions(self) -> tuple[PlannedAction, ...]:
+        """All actions that are right, in the order of the file."""
+        if self.system.scenario and COMPONENT in self.descriptions:
+            message = f"a component is called {COMPONENT!r}, the name of the scenario's variables"
+            self._problem((), message, "rename the component")
+        return tuple(self._action(name, action) for name, action in self.system.scenario.items())
+
+    def _problem(self, keys: Location, message: str, remedy: str = "") -> None:
+        self.problems.append(self.system.problem(("scenario", *keys), message, remedy))
+
+    def _action(self, name: str, action: Action) -> PlannedAction:
+        start = self.system.simulation.start_time
+        if action.at is not None and action.at < start:
+            message = f"{name!r} begins at {action.at:g} s, before the start time of {start:g} s"
+            self._problem((name, "at"), message, f"give a time from {start:g} s on")
+        kind = action.kind
+        settings, effects = [], []
+        if kind in ("set", "ramp", "broken_line"):
+            settings = list(self._settings(name, action))
+        else:
+            effects = list(self._effects(name, action))
+        condition = self._condition(name, action.when) if action.when is not None else None
+        at = None if action.at is None else round(action.at * NS_PER_SECOND)
+        duration = None if action.duration is None else round(action.duration * NS_PER_SECOND)
+        return PlannedAction(name, at, condition, duration, tuple(settings), tuple(effects))
+
+    def _condition(self, name: str, text: str) -> Condition | None:
+        at = (name, "when")
+        try:
+            written = parse_condition(text)
+        except InputError as error:
+            self._problem(at, error.problems[0].message, error.problems[0].remedy)
+            return None
+        found = self._variable(at, written.name)
+        if found is None:
+            return None
+        port, variable = found
+        given: object = written.value
+        if variable.type in ("String", "Binary"):
+            message = f"{port} is of type {variable.type}, which a condition cannot compare"
+            self._problem(at, message, "compare a number or a Boolean")
+            return None
+        if variable.type == "Boolean":
+            given = {"true": True, "false": False}.get(written.value.lower(), given)
+        elif variable.type != REAL:
+            with suppress(ValueError):
+                given = int(written.value)
+        elif written.sign in ("==", "!="):
+            message = f"{port} is a Real, which is hardly ever equal to a number"
+            self._problem(at, message, "compare by <, <=, > or >=")
+            return None
+        else:
+            with suppress(ValueError):
+                given = float(written.value)
+        try:
+            value = value_of(_without_limits(variable), given)
+        except ValueError as error:
+            self._problem(at, f"{written.value!r} is no value of {port}", str(error))
+            return None
+        return Condition(port, COMPARISONS[written.sign], float(value), text.strip())
+
+    def _variable(self, at: Location, name: str) -> tuple[Port, Variable] | None:
+        port = Port.named(name)
+        description = self.descriptions.get(port.component)
+        if description is None:
+            remedy = suggestion(port.component, self.descriptions, "components")
+            self._problem(at, f"{name!r}: there is no component {port.component!r}", remedy)
+        elif port.variable not in description.variables:
+            remedy = suggestion(port.variable, description.variables, "variables")
+            self._problem(at, f"{port.component!r} has no variable {port.variable!r}", remedy)
+        else:
+            return port, description.variables[port.variable]
+        return None
+
+    def _settings(self, name: str, action: Action) -> Iterator[Setting]:
+        """Values that are set in FMUs."""
+        within = round((action.within or 0.0) * NS_PER_SECOND)
+        given: Mapping[str, object] = (action.set if action.kind == "set" else action.ramp) or {}
+        for line in action.broken_line or ():
+            given = {**given, f"{line}.{PARTED}": 1.0}
+        for variable_name, value in given.items():
+            at = (name, action.kind, variable_name)
+            if action.broken_line and not self._is_line(at, variable_name):
+                continue
+            found = self._variable(at, variable_name)
+            if found is None or not self._is_settable(at, *found, ramp=within > 0):
+                continue
+            port, variable = found
+            try:
+                yield Setting(port, value_of(variable, value), within)
+            except ValueError as error:
+                told = repr(value) if isinstance(value, str) else str(value)
+                self._problem(at, f"value {told} of {port} is wrong", str(error))
+
+    def _is_line(self, at: Location, name: str) -> bool:
+        """True for the parameter of a line that can part; adds to the problems."""
+        lines = [
+            f"{component}.{variable.removesuffix(f'.{PARTED}')}"
+            for component, description in self.descriptions.items()
+            for variable in description.variables
+            if variable.endswith(f".{PARTED}")
+        ]
+        line = name.removesuffix(f".{PARTED}")
+        if line in lines:
+            return True
+        remedy = (
+            suggestion(line, lines, "lines") if lines else "lines are in components of moorings"
+        )
+        self._problem(at, f"there is no line {line!r} that can part", remedy)
+        return False
+
+    def _is_settable(self, at: Location, port: Port, variable: Variable, *, ramp: bool) -> bool:
+        why, remedy = why_fixed(variable), "set an unconnected input or a tunable parameter"
+        if port in self._links:
+            why = f"is connected to {self._links[port].source}"
+            remedy = "'replace' gives its taker another value"
+        elif not why and ramp and variable.type != REAL:
+            why, remedy = f"is of type {variable.type}", "a ramp needs a Real; use 'set'"
+        if why:
+            self._problem(at, f"{port} cannot be set during a run: it {why}", remedy)
+        return not why
+
+    def _effects(self, name: str, action: Action) -> Iterator[SignalEffect]:
+        """Changes of signals, one for each taker of each."""
+        given = getattr(action, action.kind)
+        amounts = given if isinstance(given, Mapping) else dict.fromkeys(given, 0.0)
+        for signal, amount in amounts.items():
+            at = (name, action.kind, signal)
+            links = self._takers(at, signal)
+            if not links:
+                continue
+            draws = Draws(action.seed or 0, signal, self._drawn_every(action))
+            for link in links:
+                variables = link.variables({n: d.variables for n, d in self.descriptions.items()})
+                amounts_of = Amounts(signal, link, variables)
+                try:
+                    yield self._effect(at, action, amount, amounts_of, draws)
+                except ValueError as error:
+                    self._problem(at, f"{str(amount)!r} for {signal} is wrong", str(error))
+                    break
+
+    def _drawn_every(self, action: Action) -> int:
+        return self._every if action.every is None else max(1, round(action.every * NS_PER_SECOND))
+
+    def _takers(self, at: Location, signal: str) -> list[Link]:
+        """The links that a signal names: one by its input, all by their output."""
+        found = self._variable(at, signal)
+        if found is None:
+            return []
+        port, variable = found
+        links = [link for link in self._links.values() if port in link.ends]
+        if not links:
+            why, remedy = "nobody takes it", "name a connected input or output"
+            if why_fixed(variable) == "":
+                why, remedy = "it is not connected", "use 'set' or 'ramp'"
+            self._problem(at, f"{signal} carries no signal: {why}", remedy)
+        elif not all(link.is_real and _of_reals(link, self.descriptions) for link in links):
+            message = f"{signal} is of type {variable.type}"
+            self._problem(at, message, "actions on signals are for Reals")
+            return []
+        return links
+
+    def _effect(
+        self, at: Location, action: Action, amount: object, amounts: Amounts, draws: Draws
+    ) -> SignalEffect:
+        """The effect on one taker; ValueError with a remedy for a wrong amount."""
+        target = amounts.link.target
+        if action.kind == "replace":
+            return self._replaced(at, amount, amounts)
+        if action.kind == "freeze":
+            return SignalEffect(target, Freeze)
+        if action.kind == "delay":
+            assert isinstance(amount, float)
+            if not 0.0 < amount < float("inf"):
+                raise ValueError("give a time above 0")
+            time = round(amount * NS_PER_SECOND)
+            return SignalEffect(target, lambda: Delay(time))
+        if action.kind == "dropout":
+            instead = amounts.value(0.0) if action.gives == "zero" else None
+            share = 1.0 if action.share is None else action.share
+            return SignalEffect(target, lambda: Dropout(share, draws, instead))
+        difference = amounts.difference(amount)
+        if action.kind == "offset":
+            return SignalEffect(target, lambda: Offset(difference))
+        if difference < 0.0:
+            raise ValueError("a standard deviation is not negative")
+        return SignalEffect(target, lambda: Noise(difference, draws))
+
+    def _replaced(self, at: Location, amount: object, amounts: Amounts) -> SignalEffect:
+        target = amounts.link.target
+        name = str(amount)
+        if not isinstance(amount, str) or Port.named(name).component not in self.descriptions:
+            constant = amounts.value(amount)
+            return SignalEffect(target, lambda: Replace(lambda: constant))
+        found = self._variable(at, name)
+        if found is None:
+            return SignalEffect(target, Freeze)
+        port, variable = found
+        if variable.type != REAL or variable.causality != "output":
+            raise ValueError("give a value, or the name of a Real output")
+        factor, offset = amounts.of_other(variable)
+        graph = exchange_graph(self.descriptions, self.wiring)
+        known = self.descriptions[port.component].dependencies.get(port.variable, frozenset())
+        inputs = [Port(port.component, name) for name in known]
+        if any(i in graph and target in graph and nx.has_path(graph, target, i) for i in inputs):
+            raise ValueError(f"{port} depends on {target} at once, which would be a loop")
+        return SignalEffect(target, Replacement(port, factor, offset))
+
+
+def _of_reals(link: Link, descriptions: Mapping[str, Description]) -> bool:
+    give, take = link.variables({name: d.variables for name, d in descriptions.items()})
+    return give.type == take.type == REAL
+
+
+def _without_limits(variable: Variable) -> Variable:
+    """The same, of any value: a condition may lie outside the range."""
+    return replace(variable, minimum=float("-inf"), maximum=float("inf"))
+
+
+def why_fixed(variable: Variable) -> str:
+    """Why an unconnected variable cannot be set during a run; empty if it can."""
+    if variable.causality == "input" or variable.variability == "tunable":
+        return "" if variable.causality in ("input", "parameter") else "is calculated"
+    if variable.causality == "parameter":
+        return f"is a {variable.variability} parameter, to be given under start"
+    return f"is of causality {variable.causality}"
+
+
+def scenario_problems(
+    system: System, descriptions: Mapping[str, Description], wiring: Wiring
+) -> list[Problem]:
+    """All problems of a system's scenario."""
+    planner = Planner(system, descriptions, wiring)
+    planner.actions()
+    return planner.problems

@@ -1,0 +1,309 @@
+"""A scenario in a run: its actions act at communication points, after the exchange there.
+
+First the actions begin and end that are due: their times, which steps of the master meet, have
+come, or their conditions hold. Then variables are set, and what takers of signals are given
+follows anew: by all active actions on a signal, in the order of the file. Where this changes
+anything, the network exchanges again, so that the point is consistent with it.
+
+All that an action knows of the past is in a snapshot; random numbers follow from the time. So steps
+may be taken back and repeated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+from m4e_fmi.cosim.connections.links import Bond, Link, Port
+from m4e_fmi.cosim.connections.prepared import Prepared
+from m4e_fmi.cosim.scenario.effects import Effect, Given, Memory, Replace
+from m4e_fmi.cosim.scenario.plan import (
+    COMPONENT,
+    PlannedAction,
+    Planner,
+    Replacement,
+    Setting,
+)
+from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
+from m4e_fmi.cosim.system.start_values import Value
+from m4e_fmi.fmu.importer.calls.scaled import PLAIN, InputScales
+
+NEVER = 2**62
+"""A time [ns] that no run reaches."""
+
+
+class ComponentInstance(Protocol):
+    """The part of a component that an action needs."""
+
+    @property
+    def scales(self) -> InputScales: ...
+    def set_values(self, values: Mapping[str, Value]) -> None: ...
+    def value(self, name: str) -> Any: ...
+
+
+class Host(Protocol):
+    """The part of a network that its scenario needs."""
+
+    @property
+    def values(self) -> np.ndarray:
+        """Values (n,) of all outputs, in their units."""
+        ...
+
+    @property
+    def instances(self) -> Mapping[str, ComponentInstance]: ...
+    def index(self, output: Port) -> int: ...
+    def held_place(self, link: Link) -> int | None: ...
+    def read(self, name: str) -> Any: ...
+
+
+@dataclass(frozen=True)
+class ScenarioSnapshot:
+    """When each action has begun and ended [ns], values before it, memories, and scales of inputs.
+
+    `memories` are those of all effects, signal by signal; `scales` are factor and offset by signal.
+    """
+
+    began: tuple[int | None, ...]
+    ended: tuple[int | None, ...]
+    former: tuple[tuple[Value, ...], ...]
+    memories: tuple[Memory, ...]
+    scales: tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True)
+class Acted:
+    """Changes that actions have made at a point.
+
+    `ports` are the variables of actions that have begun or ended, `changes` the variables set by
+    component, and `again` tells to exchange anew.
+    """
+
+    ports: tuple[Port, ...]
+    changes: Mapping[str, set[str]]
+    again: bool
+
+
+class _Running:
+    """An action in a run: when it `began` and `ended` [ns], and values `former` to its settings."""
+
+    def __init__(self, planned: PlannedAction) -> None:
+        self.planned = planned
+        self.began: int | None = None
+        self.ended: int | None = None
+        self.former: tuple[Value, ...] = ()
+        self.port = Port(COMPONENT, planned.name)
+
+    @property
+    def active(self) -> bool:
+        return self.began is not None and self.ended is None
+
+    @property
+    def next(self) -> int:
+        """The time [ns] of its beginning or end, as far as it is known; NEVER if it is not."""
+        if self.began is None:
+            return NEVER if self.planned.at is None else self.planned.at
+        duration = self.planned.duration
+        return NEVER if duration is None or self.ended is not None else self.began + duration
+
+    def value_of(self, setting: Setting, former: Value, now: int) -> Value | None:
+        """The value to set at the time `now`; None if it stays as it is."""
+        if self.ended is not None:
+            return former if self.ended == now else None
+        since = now - (self.began or 0)
+        if not setting.within:
+            return setting.value if since == 0 else None
+        passed = setting.within
+        if since < passed:
+            return float(former) + (float(setting.value) - float(former)) * (since / passed)
+        return setting.value
+
+    def __str__(self) -> str:
+        name, planned = self.planned.name, self.planned
+        if self.began is None:
+            why = f"when {planned.condition.text}" if planned.condition else ""
+            why = why or f"at {(planned.at or 0) / NS_PER_SECOND:.9g} s"
+            return f"{name}: never happened ({why})"
+        begin = f"{name}: from t = {self.began / NS_PER_SECOND:.9g} s"
+        return (
+            f"{begin} on"
+            if self.ended is None
+            else f"{begin} to {self.ended / NS_PER_SECOND:.9g} s"
+        )
+
+
+class _Signal:
+    """A taker of a signal on which actions act, with their effects in the order of the file."""
+
+    def __init__(self, link: Link, host: Host) -> None:
+        self.name = link.target.variable
+        self.scales = host.instances[link.target.component].scales
+        self.plain = PLAIN if link.is_plain else (link.factor, link.offset)
+        self.now = self.plain
+        self.effects: list[tuple[_Running, Effect]] = []
+        held = host.held_place(link)
+        self.place = host.index(link.source) if held is None else held
+        self.scales.follow(self.name)
+
+    def give(self, source: float, now: int) -> bool:
+        """Let the actions act on the `source`'s value; True if the taker is given anything else."""
+        given = Given(*self.plain, source)
+        for action, effect in self.effects:
+            effect.watch(now, given, active=action.active)
+            if action.active:
+                assert action.began is not None
+                given = effect.act(now, action.began, given)
+        return self.scale((given.factor, given.offset))
+
+    def scale(self, scale: tuple[float, float]) -> bool:
+        """Let the taker have this factor and offset; True if it had others."""
+        changed, self.now = scale != self.now, scale
+        if changed:
+            self.scales.set(self.name, *scale)
+        return changed
+
+
+class Scenario:
+    """The actions of a prepared system's scenario on its network; falsy if there are none.
+
+    `cells` (n_actions,), int64, are 1 for active actions, in the order of `names`. `late` are the
+    variables of those that may have been due anywhere in the last step.
+    """
+
+    def __init__(self, prepared: Prepared, host: Host) -> None:
+        planned = Planner(prepared.system, prepared.descriptions, prepared.wiring).actions()
+        self._actions = [_Running(action) for action in planned]
+        self._host = host
+        self.names = tuple(action.name for action in planned)
+        self.cells = np.zeros(len(planned), dtype=np.int64)
+        self._signals: dict[Port, _Signal] = {}
+        self.late: set[Port] = set()
+        links = {link.target: link for link in prepared.wiring.links}
+        for action in self._actions:
+            for effect in action.planned.effects:
+                target = effect.target
+                if target not in self._signals:
+                    self._signals[target] = _Signal(links[target], host)
+                what = effect.what
+                made = self._replacement(what) if isinstance(what, Replacement) else what()
+                self._signals[target].effects.append((action, made))
+
+    def _replacement(self, by: Replacement) -> Effect:
+        name = str(by.port)
+        return Replace(lambda: by.factor * self._host.read(name) + by.offset)
+
+    def __bool__(self) -> bool:
+        return bool(self._actions)
+
+    def with_watched(
+        self, recorded: Mapping[str, Collection[str]] | None
+    ) -> Mapping[str, Collection[str]] | None:
+        """`recorded` variables by component (None: all scalars), and those that actions read."""
+        if recorded is None:
+            return None
+        found = {component: set(names) for component, names in recorded.items()}
+        for port in self._watched():
+            found.setdefault(port.component, set()).add(port.variable)
+        return found
+
+    def _watched(self) -> Iterator[Port]:
+        """The variables that conditions and replacements read."""
+        for action in self._actions:
+            if action.planned.condition:
+                yield action.planned.condition.port
+            for effect in action.planned.effects:
+                if isinstance(effect.what, Replacement):
+                    yield effect.what.port
+
+    def next(self, now: int) -> int:
+        """The next time [ns] after `now` at which an action begins or ends; NEVER if unknown."""
+        return min((a.next for a in self._actions if a.next > now), default=NEVER)
+
+    def act(self, time: float) -> Acted:
+        """Act at the present point, at `time` [s]; inputs and variables of FMUs change."""
+        now = round(time * NS_PER_SECOND)
+        ports = tuple(action.port for action in self._turning(now))
+        changes: dict[str, set[str]] = {}
+        for action in self._actions:
+            for port, value in self._settings(action, now):
+                self._host.instances[port.component].set_values({port.variable: value})
+                changes.setdefault(port.component, set()).add(port.variable)
+        given = [s.give(float(self._host.values[s.place]), now) for s in self._signals.values()]
+        self._note()
+        return Acted(ports, changes, again=bool(changes) or any(given))
+
+    def _turning(self, now: int) -> list[_Running]:
+        """The actions that begin or end now; they are noted."""
+        turning: list[_Running] = []
+        self.late.clear()
+        for action in self._actions:
+            due = action.next
+            if action.active and due <= now:
+                action.ended = now
+            elif action.began is None and (due <= now or self._holds(action)):
+                action.began = now
+                settings = action.planned.settings
+                action.former = tuple(self._value(setting.port) for setting in settings)
+            else:
+                continue
+            if due != now:
+                self.late.add(action.port)
+            turning.append(action)
+        return turning
+
+    def _holds(self, action: _Running) -> bool:
+        condition = action.planned.condition
+        return condition is not None and condition.holds(self._host.read(str(condition.port)))
+
+    def _value(self, port: Port) -> Value:
+        return self._host.instances[port.component].value(port.variable)
+
+    def _settings(self, action: _Running, now: int) -> Iterator[tuple[Port, Value]]:
+        """Variables to be set now by an action, and their values."""
+        if action.began is None:
+            return
+        for setting, former in zip(action.planned.settings, action.former, strict=True):
+            value = action.value_of(setting, former, now)
+            if value is not None and value != self._value(setting.port):
+                yield setting.port, value
+
+    def _note(self) -> None:
+        self.cells[:] = [action.active for action in self._actions]
+
+    def untouched(self, bonds: Iterable[Bond]) -> tuple[Bond, ...]:
+        """The bonds none of whose signals is changed by an action: energy balances hold there."""
+
+        def is_touched(bond: Bond) -> bool:
+            links = [k for axis in bond.axes for k in (axis.force, axis.velocity, axis.position)]
+            return any(link is not None and link.target in self._signals for link in links)
+
+        return tuple(bond for bond in bonds if not is_touched(bond))
+
+    def told(self) -> tuple[str, ...]:
+        """When each action began and ended, one line each."""
+        return tuple(map(str, self._actions))
+
+    def snapshot(self) -> ScenarioSnapshot:
+        """All that later steps depend on, but for what FMUs know."""
+        signals = self._signals.values()
+        return ScenarioSnapshot(
+            tuple(action.began for action in self._actions),
+            tuple(action.ended for action in self._actions),
+            tuple(action.former for action in self._actions),
+            tuple(effect.kept() for signal in signals for _, effect in signal.effects),
+            tuple(signal.now for signal in signals),
+        )
+
+    def restore(self, snapshot: ScenarioSnapshot) -> None:
+        """Go on as from where the snapshot was taken."""
+        for k, action in enumerate(self._actions):
+            action.began, action.ended = snapshot.began[k], snapshot.ended[k]
+            action.former = snapshot.former[k]
+        memories = iter(snapshot.memories)
+        for signal, scale in zip(self._signals.values(), snapshot.scales, strict=True):
+            for _, effect in signal.effects:
+                effect.bring(next(memories))
+            signal.scale(scale)
+        self._note()

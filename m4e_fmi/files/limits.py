@@ -1,0 +1,85 @@
+"""Limits of input files: beyond them a file is refused by name, before it takes memory or time.
+
+Each is far beyond honest use, whose largest cases are named beside it, and low enough for a machine
+with a few GB of memory. The table in docs/safety.md is made of LIMITS.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from m4e_fmi.units import LARGEST_EXPONENT, LONGEST_UNIT
+
+MB = 1_000_000
+
+LARGEST_YAML = 10 * MB
+MOST_WRITTEN = 100_000
+MOST_VALUES = 200_000
+DEEPEST_YAML = 100
+LONGEST_SCALAR = 100_000
+
+LARGEST_XML = 50 * MB
+MOST_ELEMENTS = 2_000_000
+DEEPEST_XML = 100
+
+LARGEST_UNPACKED = 16_000 * MB
+SMALL = 10 * MB
+LARGEST_RATIO = 200
+MOST_ENTRIES = 100_000
+LONGEST_NAME = 255
+DEEPEST_FOLDER = 50
+
+LARGEST_TABLE = 20 * MB
+LARGEST_LINE_FILE = 10 * MB
+LARGEST_MESH = 300 * MB
+LARGEST_PROGRAM = 1_000 * MB
+
+LARGEST_BITS = 1023
+
+
+class Limit(NamedTuple):
+    """A row of the table: kind of file, what is limited, its size and unit, the reason."""
+
+    file: str
+    what: str
+    most: int
+    unit: str
+    reason: str
+
+
+LIMITS = (
+    Limit("YAML, JSON", "size", LARGEST_YAML, "bytes", "a model of 500 bodies has 0.3 MB"),
+    Limit("YAML, JSON", "keys and values as written", MOST_WRITTEN, "",
+          "a model of 500 bodies has 20,000; each takes 0.1 ms"),
+    Limit("YAML, JSON", "values with aliases written out", MOST_VALUES, "",
+          "twice as many as can be written: aliases of aliases grow without bound"),
+    Limit("YAML, JSON", "depth of nesting", DEEPEST_YAML, "levels", "no format here has over 10"),
+    Limit("YAML, JSON", "length of one key or value", LONGEST_SCALAR, "characters",
+          "a long description has 2,000"),
+    Limit("YAML, JSON", "size of a whole number", LARGEST_BITS, "bits",
+          "what a floating-point number holds"),
+    Limit("XML in FMUs and SSP packages", "size", LARGEST_XML, "bytes",
+          "200,000 variables with descriptions have 40 MB"),
+    Limit("XML in FMUs and SSP packages", "elements", MOST_ELEMENTS, "",
+          "200,000 variables of FMI 2.0 have 600,000"),
+    Limit("XML in FMUs and SSP packages", "depth of nesting", DEEPEST_XML, "levels",
+          "FMI has 6, SSP 3 for each level of systems"),
+    Limit("FMU, SSP package", "unpacked size", LARGEST_UNPACKED, "bytes",
+          "FMUs with 2 GB of resources exist"),
+    Limit("FMU, SSP package", f"unpacked over packed size, above {SMALL // MB} MB unpacked",
+          LARGEST_RATIO, "", "tables and texts are packed to a tenth, a bomb to a thousandth"),
+    Limit("FMU, SSP package", "entries", MOST_ENTRIES, "",
+          "an FMU with a Python installation has 20,000"),
+    Limit("FMU, SSP package", "length of a file's or folder's name", LONGEST_NAME, "bytes",
+          "no usual file system takes more"),
+    Limit("FMU, SSP package", "folders in folders", DEEPEST_FOLDER, "levels",
+          "a Python installation has 15"),
+    Limit("CSV table", "size", LARGEST_TABLE, "bytes",
+          "10,000 rows, as many as a table takes, of 100 columns"),
+    Limit("MoorDyn file", "size", LARGEST_LINE_FILE, "bytes", "100 lines have 20 kB"),
+    Limit("mesh", "size", LARGEST_MESH, "bytes", "a million triangles as ASCII STL have 270 MB"),
+    Limit("program", "size", LARGEST_PROGRAM, "bytes",
+          "the C library of an FMU reads 1,073 MB"),
+    Limit("units", "length", LONGEST_UNIT, "characters", "units of physics have up to 20"),
+    Limit("units", "exponent", LARGEST_EXPONENT, "", "units of physics have exponents up to 6"),
+)  # fmt: skip

@@ -1,0 +1,56 @@
+"""Runs that are interrupted, and comparison of the results files of two runs."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from netCDF4 import Dataset
+
+from m4e_fmi.cosim import Network
+from m4e_fmi.cosim.checkpoint.container import checkpoint_of
+
+OF_THE_RUN = {"created"}
+"""Attributes that tell when a run was made."""
+
+
+def content(path: Path) -> dict[str, object]:
+    """Everything in a results file but the time of its making: values by their bytes."""
+    found: dict[str, object] = {}
+    with Dataset(path) as file:
+        file.set_auto_mask(False)
+        for group in (file, *file.groups.values()):
+            name = group.path
+            names = [a for a in group.ncattrs() if a not in OF_THE_RUN]
+            found |= {f"{name}@{a}": str(group.getncattr(a)) for a in names}
+            for variable in group.variables.values():
+                values = np.asarray(variable[:])
+                plain = values.tolist() if values.dtype == object else values.tobytes()
+                told = {a: str(variable.getncattr(a)) for a in variable.ncattrs()}
+                found[f"{name}/{variable.name}"] = (str(values.dtype), len(values), plain, told)
+    return found
+
+
+def differences(one: Path, other: Path) -> list[str]:
+    """Names of what differs between two results files."""
+    a, b = content(one), content(other)
+    return sorted(name for name in {**a, **b} if a.get(name) != b.get(name))
+
+
+def copied_at(results: Path, times: list[float], into: Path) -> Callable[[float, Network], None]:
+    """An observer that copies the results and their checkpoint at each of some times [s].
+
+    So they are on the disk when the process is killed there: ``into/0/results.nc`` and so on.
+    """
+    left = list(enumerate(times))
+
+    def observe(time: float, _: Network) -> None:
+        while left and time >= left[0][1]:
+            folder = into / str(left.pop(0)[0])
+            folder.mkdir(parents=True)
+            for file in (results, checkpoint_of(results)):
+                shutil.copy(file, folder / file.name)
+
+    return observe

@@ -1,0 +1,199 @@
+"""Each action gives the bits of the same system with a component that does it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.saboteur import saboteur
+from support.small_systems import Fmus
+
+from m4e_fmi.cosim import Action, Component, FmuFile, Network, Simulation, System, run
+
+SIGNAL = "spring.end.vx"
+WATCHED = ("body.body.m.x", "body.body.m.vx", "spring.end.force_x")
+ALGORITHMS = ("jacobi", "gauss_seidel", "corrector", "implicit")
+LINKS = (
+    "body.body.m.x -> spring.end.x",
+    "body.body.m.vx -> spring.end.vx",
+    "spring.end.force_x -> body.body.m.force_x",
+)
+
+
+def system(
+    fmus: Fmus,
+    scenario: Mapping[str, Action] | None = None,
+    *,
+    algorithm: str = "jacobi",
+    options: str = "+state+inputs",
+    stop: float = 2.0,
+) -> System:
+    """A mass on a spring with a damper, released at x = 1 m."""
+    body = Component("body", FmuFile(fmus(f"mass{options}")), {"body.m.x": 1.0})
+    spring = Component("spring", FmuFile(fmus(f"spring{options}")), {"damping": 0.3})
+    simulation = Simulation(stop, 0.02, algorithm=algorithm)
+    return System("s", (body, spring), LINKS, simulation, scenario=scenario or {})
+
+
+def rows(given: System) -> np.ndarray:
+    """Times [s] and watched values (n, 4) at all points of a run."""
+    found: list[tuple[float, ...]] = []
+
+    def observe(time: float, network: Network) -> None:
+        found.append((time, *(network.read(name) for name in WATCHED)))
+
+    run(given, observers=[observe])
+    return np.array(found)
+
+
+ACTIONS = {
+    "freeze": (Action(freeze=(SIGNAL,), at=0.507, duration=0.8), {}),
+    "offset": (Action(offset={SIGNAL: "2 cm/s"}, at=0.507, duration=0.8), {"amount": 0.02}),
+    "replace": (Action(replace={SIGNAL: 0.25}, at=0.507, duration=0.8), {"amount": 0.25}),
+    "noise": (
+        Action(noise={SIGNAL: "5 mm/s"}, seed=7, at=0.507, duration=0.8),
+        {"amount": 0.005, "seed": 7, "every": 0.02},
+    ),
+    "delay": (Action(delay={SIGNAL: 0.113}, at=0.507, duration=0.8), {"amount": 0.113}),
+    "dropout": (
+        Action(dropout=(SIGNAL,), share=0.6, seed=3, every=0.03, at=0.507, duration=0.8),
+        {"amount": 0.6, "seed": 3, "every": 0.03},
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", ACTIONS)
+def test_an_action_on_a_signal_is_a_component_between(
+    c_fmu: Fmus, tmp_path: Path, kind: str
+) -> None:
+    action, given = ACTIONS[kind]
+    fmu = saboteur(tmp_path, kind, begin=0.507, end=1.307, signal=SIGNAL, **given)
+    plain = system(c_fmu)
+    between = replace(
+        plain,
+        components=(*plain.components, Component("between", FmuFile(fmu))),
+        connections=(LINKS[0], "body.body.m.vx -> between.u", f"between.y -> {SIGNAL}", LINKS[2]),
+    )
+    acted = rows(system(c_fmu, {"acted": action}))
+    assert np.array_equal(acted, rows(between))
+    assert not np.array_equal(acted[-1], rows(plain)[-1])
+
+
+def test_a_ramp_is_a_component_that_drives_the_parameter(c_fmu: Fmus, tmp_path: Path) -> None:
+    fmu = saboteur(tmp_path, "ramp", begin=0.507, end=1.307, amount=2.0, every=0.3, unit="N.s/m")
+    plain = system(c_fmu)
+    driver = Component("driver", FmuFile(fmu), {"u": 0.3})
+    driven = replace(
+        plain,
+        components=(*plain.components, driver),
+        connections=(*LINKS, "driver.y -> spring.damping"),
+    )
+    ramp = Action(ramp={"spring.damping": "2 N.s/m"}, within=0.3, at=0.507, duration=0.8)
+    assert np.array_equal(rows(system(c_fmu, {"ramp": ramp})), rows(driven))
+
+
+def test_setting_is_a_table_that_drives_the_parameter(c_fmu: Fmus, tmp_path: Path) -> None:
+    fmu = saboteur(tmp_path, "replace", begin=0.507, end=1.307, amount=2.0, unit="N.s/m")
+    plain = system(c_fmu)
+    driven = replace(
+        plain,
+        components=(*plain.components, Component("driver", FmuFile(fmu), {"u": 0.3})),
+        connections=(*LINKS, "driver.y -> spring.damping"),
+    )
+    setting = Action(set={"spring.damping": 2.0}, at=0.507, duration=0.8)
+    assert np.array_equal(rows(system(c_fmu, {"set": setting})), rows(driven))
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+def test_a_scenario_that_does_nothing_changes_no_bit(c_fmu: Fmus, algorithm: str) -> None:
+    idle = {
+        "later": Action(at=100, freeze=(SIGNAL, "body.body.m.x")),
+        "never": Action(when="body.body.m.x > 5 m", noise={"spring.end.force_x": 1.0}, seed=1),
+    }
+    plain = rows(system(c_fmu, algorithm=algorithm))
+    assert np.array_equal(rows(system(c_fmu, idle, algorithm=algorithm)), plain)
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+def test_an_offset_is_that_of_the_connection(c_fmu: Fmus, algorithm: str) -> None:
+    plain = system(c_fmu, algorithm=algorithm)
+    written = replace(plain, connections=("body.body.m.x + 0.02 -> spring.end.x", *LINKS[1:]))
+    acted = system(
+        c_fmu, {"drift": Action(at=0, offset={"spring.end.x": "2 cm"})}, algorithm=algorithm
+    )
+    assert np.array_equal(rows(acted), rows(written))
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+def test_a_replaced_signal_is_an_input_without_connection(c_fmu: Fmus, algorithm: str) -> None:
+    plain = system(c_fmu, algorithm=algorithm)
+    body, spring = plain.components
+    spring = replace(spring, start={**spring.start, "end.vx": 0.25})
+    free = replace(plain, components=(body, spring), connections=(LINKS[0], LINKS[2]))
+    acted = system(c_fmu, {"lost": Action(at=0, replace={SIGNAL: 0.25})}, algorithm=algorithm)
+    ours, theirs = rows(acted), rows(free)
+    assert np.abs(ours - theirs).max() < 1e-12  # other calls, other rounding of the algorithm
+    assert np.abs(ours - rows(plain)).max() > 0.01
+
+
+def test_an_output_is_changed_for_all_its_takers_and_an_input_for_one(c_fmu: Fmus) -> None:
+    plain = system(c_fmu)
+    second = replace(plain.components[1], name="second")
+    links = (*LINKS, "body.body.m.x -> second.end.x", "body.body.m.vx -> second.end.vx")
+    two = replace(plain, components=(*plain.components, second), connections=links)
+    forces: dict[str, tuple[float, float]] = {}
+    for signal in ("body.body.m.x", "spring.end.x"):
+
+        def observe(_: float, network: Network, signal: str = signal) -> None:
+            read = network.read("spring.end.force_x"), network.read("second.end.force_x")
+            forces[signal] = read
+
+        run(
+            replace(two, scenario={"drift": Action(at=1, offset={signal: "10 cm"})}),
+            observers=[observe],
+        )
+    both, one = forces.values()
+    assert both[0] == both[1]
+    assert one[1] - one[0] == pytest.approx(0.1, rel=1e-9)  # the stiffness is 1 N/m
+
+
+def test_units_of_an_output_are_converted_for_its_taker(c_fmu: Fmus) -> None:
+    plain = system(c_fmu)
+    body = replace(
+        plain.components[0],
+        source=FmuFile(c_fmu("mm_mass+state")),
+        start={"body.m.x": 1000.0, "mass": 0.001},
+    )
+    fine = replace(plain, components=(body, plain.components[1]))
+    drift = {"drift": Action(at=0, offset={"body.body.m.x": 20.0})}  # mm, as the output
+    taker = {"drift": Action(at=0, offset={"spring.end.x": 0.02})}
+    expected = rows(replace(fine, scenario=taker))
+    assert rows(replace(fine, scenario=drift)) == pytest.approx(expected, rel=1e-12)
+    assert expected[0, 3] == pytest.approx(-1.02)
+
+
+def test_actions_on_one_signal_act_in_the_order_of_the_file(c_fmu: Fmus) -> None:
+    shift = Action(at=1, offset={"spring.end.x": 0.5})
+    stuck = Action(at=0, replace={"spring.end.x": 1.0})
+    first = rows(system(c_fmu, {"shift": shift, "stuck": stuck}))
+    last = rows(system(c_fmu, {"stuck": stuck, "shift": shift}))
+    at_end = -0.3 * first[-1, 2]  # the damper
+    assert first[-1, 3] == pytest.approx(-1.0 + at_end)
+    assert last[-1, 3] == pytest.approx(-1.5 - 0.3 * last[-1, 2])
+
+
+def test_a_lost_signal_gives_zero_where_asked(c_fmu: Fmus) -> None:
+    found = rows(system(c_fmu, {"lost": Action(at=1, dropout=("spring.end.x",), gives="zero")}))
+    assert found[-1, 3] == pytest.approx(-0.3 * found[-1, 2])
+
+
+def test_a_signal_is_replaced_by_another_output(c_fmu: Fmus) -> None:
+    plain = system(c_fmu)
+    other = Component("other", FmuFile(c_fmu("mass+state")), {"body.m.vx": 3.0})
+    crossed = {"crossed": Action(at=1, replace={SIGNAL: "other.body.m.vx"})}
+    two = replace(plain, components=(*plain.components, other), scenario=crossed)
+    _, x, _, force = rows(two)[-1]
+    assert force == pytest.approx(-x - 0.3 * 3.0, rel=1e-12)

@@ -1,0 +1,97 @@
+"""Actions survive what takes steps back: saved states, correction, adaptive steps, estimates."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.small_systems import Fmus
+
+from m4e_fmi.cosim import (
+    Action,
+    Component,
+    CouplingErrorReport,
+    Execution,
+    FmuFile,
+    Simulation,
+    System,
+    run,
+    start,
+)
+
+WATCHED = ("body.body.m.x", "body.body.m.vx", "spring.end.force_x", "spring.damping")
+EVERYTHING: Mapping[str, Action] = {
+    "fading": Action(at=0.3, ramp={"spring.damping": 1.5}, within=1.0),
+    "rough": Action(at=0, noise={"spring.end.vx": "5 mm/s"}, seed=7, every=0.05),
+    "late": Action(at=0.1, delay={"spring.end.x": 0.03}),
+    "stuck": Action(when="body.body.m.x < 0.9 m", freeze=("spring.end.vx",), duration=0.4),
+    "gaps": Action(at=0.2, dropout=("spring.end.force_x",), share=0.3, seed=2, every=0.04),
+    "drag": Action(when="body.body.m.vx < -0.6", set={"body.damping": 0.4}, duration=0.33),
+}
+KINDS = ("jacobi", "gauss_seidel", "corrector", "implicit", "adaptive")
+
+
+def system(fmus: Fmus, kind: str, options: str = "+state+inputs") -> System:
+    """A damped oscillator to which nearly everything happens."""
+    body = Component("body", FmuFile(fmus(f"mass{options}")), {"body.m.x": 1.0})
+    spring = Component("spring", FmuFile(fmus(f"spring{options}")), {"damping": 0.3})
+    adaptive = kind == "adaptive"
+    simulation = Simulation(
+        1.2 if adaptive else 2.0,
+        0.02,
+        algorithm="corrector" if adaptive else kind,
+        coupling_tolerance=1e-3 if adaptive else None,
+    )
+    links = ("body.m <-> spring.end",)
+    calm = {name: action for name, action in EVERYTHING.items() if name not in ("rough", "gaps")}
+    scenario = calm if adaptive else EVERYTHING
+    return System("s", (body, spring), links, simulation, scenario=scenario)
+
+
+def rest(execution: Execution) -> np.ndarray:
+    """Times [s] and watched values (n, 5) from the present point to the end."""
+    found = [(execution.time, *(execution[name] for name in WATCHED))]
+    while not execution.done:
+        point = execution.step()
+        found.append((point.time, *(point[name] for name in WATCHED)))
+    return np.array(found)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_run_goes_on_from_a_saved_state_bit_for_bit(c_fmu: Fmus, kind: str) -> None:
+    with start(system(c_fmu, kind)) as execution:
+        states = [execution.save()]
+        while execution.time < 0.8:
+            execution.step()
+            if round(execution.time, 3) in (0.2, 0.5):
+                states.append(execution.save())
+        once = rest(execution)
+        for state in states:
+            execution.restore(state)
+            again = rest(execution)
+            assert len(again) >= len(once)
+            assert np.array_equal(again[-len(once) :], once)
+
+
+@pytest.mark.parametrize("kind", ["gauss_seidel", "corrector"])
+def test_the_error_estimate_changes_no_bit(c_fmu: Fmus, kind: str) -> None:
+    """Windows of the run are repeated in other steps; a run that takes single steps has others."""
+    given = system(c_fmu, kind)
+    seen: list[tuple[float, ...]] = []
+    outcome = run(given, observers=[lambda t, net: seen.append((t, *map(net.read, WATCHED)))])
+    assert isinstance(outcome.certificate, CouplingErrorReport)
+    assert "repeated" in str(outcome.certificate.coverage)
+    uncertified: list[tuple[float, ...]] = []
+    with_end = replace(given, simulation=replace(given.simulation, stop_time=2.5))
+    run(with_end, observers=[lambda t, net: uncertified.append((t, *map(net.read, WATCHED)))])
+    assert uncertified[: len(seen)] == seen
+
+
+def test_a_second_set_of_instances_has_the_same_scenario(c_fmu: Fmus) -> None:
+    """Without rollback the estimate has instances of its own."""
+    there = run(system(c_fmu, "gauss_seidel", options=""))
+    assert isinstance(there.certificate, CouplingErrorReport)
+    assert 0.0 < there.certificate.errors[0].error < 0.1
+    assert len(there.scenario) == len(EVERYTHING)
