@@ -113,6 +113,10 @@ class Journal:
         kinds[key] = kind = Kind(FmuMessage(component, word, told, 1, now, now), 1, now)
         self._tell(str(kind.first))
 
+    def notice(self, line: str) -> None:
+        """Tell of a call that takes long."""
+        self._tell(line)
+
     def snapshot(self) -> Kinds:
         """All kinds so far, as they are now."""
         return {
@@ -124,10 +128,6 @@ class Journal:
         """Go on after these kinds, which have been told of; `warn` is called with new ones."""
         self._warn = warn
         self._kinds = {component: dict(known) for component, known in kinds.items()}
-
-    def notice(self, line: str) -> None:
-        """Tell of a call that takes long."""
-        self._tell(line)
 
     def _tell(self, line: str) -> None:
         """Call `warn`; what it raises waits for `check`, as the caller is an FMU."""
