@@ -110,7 +110,7 @@ class Campaign:
         """A folder with the system of a setting; checkpoints are taken if it is to be disturbed."""
         place = Place(folder)
         fmus = self.fmus(setting.version, setting.options)
-        more = {"coupling_tolerance": 1e-5} if setting.adaptive else {}
+        more = {"coupling_tolerance": 1e-3} if setting.adaptive else {}
         if disturbed:
             more["checkpoint_interval"] = CHECKPOINTS
         write_system(place, fmus, algorithm=setting.algorithm, **more)
