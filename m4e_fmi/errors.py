@@ -17,6 +17,8 @@ Value = TypeVar("Value")
 YAML_SUFFIXES = (".yaml", ".yml")
 _LONGEST_WORD, _MOST_COMPARED = 100, 5000
 """Characters and number of names that are compared by likeness, which takes long for more."""
+_LONGEST_NAME, _LONGEST_PATH = 255, 4000
+"""Bytes of the name of a file or folder, and of a path."""
 CLOSE = 0.8
 """Likeness (difflib's) of a word that is one letter off."""
 
@@ -127,12 +129,23 @@ def unknown_names(
     ]
 
 
+def is_file(path: Path) -> bool:
+    """True if there is a file; False also for a name that no file system takes."""
+    try:
+        return path.is_file()
+    except OSError:
+        return False
+
+
 def missing_file(path: Path, what: str = "file") -> tuple[str, str]:
     """Message and remedy for a path without a file: it or its folder is missing, or it is a folder.
 
     `what` is the kind of file, as "mesh file".
     """
     folder = path.parent
+    text = str(path).encode(errors="replace")
+    if len(text) > _LONGEST_PATH or max(map(len, text.split(b"/"))) > _LONGEST_NAME:
+        return f"no such {what}: the name has {len(text)} bytes", "no file system takes it"
     if path.is_dir():
         return f"is a folder: {path}", f"name a {what}"
     if not folder.is_dir():

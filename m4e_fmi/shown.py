@@ -1,7 +1,11 @@
-"""Short texts of objects for `repr`: a few lines with the contents, never all of them."""
+"""Texts as they are shown: short ones of objects for `repr`, and none that acts on its reader.
+
+A `repr` is a few lines with the contents, never all of them.
+"""
 
 from __future__ import annotations
 
+import re
 import reprlib
 from collections.abc import Iterable, Sequence
 from dataclasses import fields
@@ -14,6 +18,16 @@ MOST_LINES = 20
 WIDTH = 100
 
 Kind = TypeVar("Kind")
+_ACTING = re.compile(
+    "[\x00-\x08\x0b-\x1f\x7f-\x9f"  # control characters but tab and line feed
+    "\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069"  # direction of writing
+    "\u2028\u2029\ufeff\ud800-\udfff\U000e0000-\U000e007f]"  # lines, marks, halves, tags
+)
+
+
+def cleaned(text: str) -> str:
+    """`text` with U+FFFD in place of each character that acts on a terminal or hides others."""
+    return _ACTING.sub("\ufffd", text)
 
 
 class _Short(reprlib.Repr):

@@ -22,6 +22,8 @@ _SPELLINGS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻·*\u03bc\u2126", "012
 _FACTOR = re.compile(r"([A-Za-zµ°%Ω]+)\^?(-?\d+)?$")
 
 
+LONGEST_UNIT = 100
+"""Characters of a unit's text; those of physics have up to 20."""
 LARGEST_EXPONENT = 20
 """Size of an exponent in a unit's text; those of physics are up to 6."""
 
@@ -134,6 +136,8 @@ def number_in(unit: str, given: float | str) -> float:
 @cache
 def parse_unit(text: str) -> Unit:
     """The unit that `text` names; ValueError with the part that is not understood."""
+    if len(text) > LONGEST_UNIT:
+        raise ValueError(f"unit {text[:LONGEST_UNIT]!r}…: units have up to {LONGEST_UNIT} letters")
     exponents = [0] * len(BASE_UNITS)
     factor = 1.0
     upper, *lower = text.translate(_SPELLINGS).split("/")
@@ -153,6 +157,8 @@ def parse_unit(text: str) -> Unit:
 
 def near_unit(text: str) -> str:
     """A unit that is spelled nearly like `text`, such as N.m for Nm; "" if there is none."""
+    if len(text) > LONGEST_UNIT:
+        return ""
     parts = re.sub(r"\s+", ".", text.strip())
     tries = [parts, *(f"{parts[:k]}.{parts[k:]}" for k in range(1, len(parts)))]
     tries += [re.sub(r"\.?([A-Za-z]+)\^?-(\d)", r"/\1\2", parts).replace("1", "")]

@@ -10,18 +10,10 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import TextIO
 
+from m4e_fmi.shown import cleaned
+
 _OWN = re.compile(r"\r(?:\x1b\[K)?")
 """Begins a line anew: of a counter or a progress bar, at the start of what is written."""
-_ACTING = re.compile(
-    "[\x00-\x08\x0b-\x1f\x7f-\x9f"  # control characters but tab and line feed
-    "\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069"  # direction of writing
-    "\u2028\u2029\ufeff\ud800-\udfff\U000e0000-\U000e007f]"  # lines, marks, halves, tags
-)
-
-
-def cleaned(text: str) -> str:
-    """`text` with U+FFFD in place of each character that acts on a terminal."""
-    return _ACTING.sub("\ufffd", text)
 
 
 class Clean:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 from collections.abc import Iterable, Iterator
 from fnmatch import fnmatchcase
@@ -72,6 +73,14 @@ def add(commands: argparse._SubParsersAction) -> None:
         metavar="FILE",
         help="a parameter set: start values in a file (YAML, or SSP's .ssv)",
     )
+    command.add_argument(
+        "--real-time",
+        type=_factor,
+        nargs="?",
+        const=1.0,
+        metavar="FACTOR",
+        help="pass no point before its wall time; FACTOR: simulated over wall time, default 1",
+    )
     add_native(command, "build native FMUs of models and other programs (default), or Python ones")
     add_start_values(command, "COMPONENT.VARIABLE")
     add_output_file(command)
@@ -87,6 +96,18 @@ def _time(text: str) -> float:
         return float(time_of(text))
     except ValueError:
         raise argparse.ArgumentTypeError(f"{text!r} is not a valid duration: {TIMES}") from None
+
+
+def _factor(text: str) -> float:
+    """A positive number, of a text."""
+    try:
+        factor = float(text)
+    except ValueError:
+        factor = math.nan
+    if not (math.isfinite(factor) and factor > 0.0):
+        remedy = "write a number above 0, or the system's file before --real-time"
+        raise argparse.ArgumentTypeError(f"{text!r} is not a factor: {remedy}")
+    return factor
 
 
 def _run(options: argparse.Namespace) -> None:
@@ -178,6 +199,7 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
                 warn=warn,
                 beside=[picture],
                 resume=options.resume,
+                real_time=options.real_time,
             )
     except ExportError as error:
         print(run_summary(error.outcome, told))

@@ -38,7 +38,7 @@ from m4e_fmi.cosim.system.simulation import (
     simulation_problems,
 )
 from m4e_fmi.cosim.system.system import System
-from m4e_fmi.errors import InputError, Problem, missing_file, suggestion
+from m4e_fmi.errors import InputError, Problem, is_file, missing_file, suggestion
 from m4e_fmi.files.document import Document, Location, Section, SectionType
 from m4e_fmi.files.file_kinds import SYSTEM, check_keys
 
@@ -317,7 +317,7 @@ def _read_component(
     if not isinstance(written, str):
         return None
     path = document.path.parent / written
-    if not path.is_file():
+    if not is_file(path):
         problems.append(document.problem((*at, given[0]), *missing_file(path)))
         return None
     source = ModelFile(path) if given[0] == "model" else FmuFile(path)

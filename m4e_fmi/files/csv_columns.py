@@ -7,10 +7,11 @@ import io
 import math
 import re
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from m4e_fmi.errors import InputError, Problem, suggestion
+from m4e_fmi.errors import InputError, Problem, is_file, suggestion
 from m4e_fmi.files.file_kinds import check_named
 from m4e_fmi.files.files_read import TooLongError, read_text
 from m4e_fmi.files.limits import LARGEST_TABLE
@@ -107,9 +108,11 @@ def shortened(problems: Sequence[Problem]) -> list[Problem]:
 
 
 def _text(path: Path) -> str:
-    if not path.is_file():
-        here = path.parent if path.parent.is_dir() else Path()
-        names = [other.name for other in here.glob("*.csv")]
+    if not is_file(path):
+        names = list[str]()
+        with suppress(OSError):  # of a name that no file system takes
+            here = path.parent if path.parent.is_dir() else Path()
+            names = [other.name for other in here.glob("*.csv")]
         raise InputError.single("no such file", suggestion(path.name, names), str(path))
     check_named(path, SUFFIXES, "table")
     try:

@@ -6,7 +6,7 @@ import os
 from collections.abc import Container
 from pathlib import Path
 
-from m4e_fmi.errors import InputError
+from m4e_fmi.errors import InputError, is_file
 
 MODEL, SYSTEM, FMU, YAML_FILE = "a model", "a system", "an FMU", "a YAML file"
 _PACKAGE, _RESULTS = "a package of a system", "a file of results"
@@ -33,7 +33,7 @@ def as_path(given: object) -> Path:
 
 def check_suffix(path: Path, expected: str) -> None:
     """InputError for an existing file whose suffix belongs to another kind than `expected`."""
-    if path.is_file():
+    if is_file(path):
         _check(path, _OF_SUFFIX.get(path.suffix.lower(), ""), expected)
 
 
@@ -43,7 +43,7 @@ def check_named(path: Path, suffixes: tuple[str, ...], kind: str) -> None:
     Messages quote files, and a file that another one names may be anything: only files that are of
     their kind by name are read.
     """
-    if path.is_file() and path.suffix.lower() not in suffixes:
+    if is_file(path) and path.suffix.lower() not in suffixes:
         message = f"is no {kind} by its name"
         remedy = f"names of such files end in {', '.join(suffixes[:-1])} or {suffixes[-1]}"
         raise InputError.single(message, remedy, str(path))

@@ -1,14 +1,14 @@
 """Limits of input files: beyond them a file is refused by name, before it takes memory or time.
 
 Each is far beyond honest use, whose largest cases are named beside it, and low enough for a machine
-with a few GB of memory. The table in docs/input.md is made of LIMITS.
+with a few GB of memory. The table in docs/safety.md is made of LIMITS.
 """
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
-from m4e_fmi.units import LARGEST_EXPONENT
+from m4e_fmi.units import LARGEST_EXPONENT, LONGEST_UNIT
 
 MB = 1_000_000
 
@@ -32,7 +32,7 @@ DEEPEST_FOLDER = 50
 LARGEST_TABLE = 20 * MB
 LARGEST_LINE_FILE = 10 * MB
 LARGEST_MESH = 300 * MB
-LARGEST_PROGRAM = 2**30
+LARGEST_PROGRAM = 1_000 * MB
 
 LARGEST_BITS = 1023
 
@@ -79,6 +79,7 @@ LIMITS = (
     Limit("MoorDyn file", "size", LARGEST_LINE_FILE, "bytes", "100 lines have 20 kB"),
     Limit("mesh", "size", LARGEST_MESH, "bytes", "a million triangles as ASCII STL have 270 MB"),
     Limit("program", "size", LARGEST_PROGRAM, "bytes",
-          "a ring of 1,000 bodies with derivatives has 20 MB"),
+          "the C library of an FMU reads 1,073 MB"),
+    Limit("units", "length", LONGEST_UNIT, "characters", "units of physics have up to 20"),
     Limit("units", "exponent", LARGEST_EXPONENT, "", "units of physics have exponents up to 6"),
 )  # fmt: skip

@@ -21,6 +21,7 @@ from m4e_fmi.files.limits import (
     MOST_WRITTEN,
 )
 from m4e_fmi.files.sections import Location
+from m4e_fmi.shown import cleaned
 
 _LONGEST_SOURCE = 200
 """Characters of a line that are shown with a problem."""
@@ -141,7 +142,9 @@ def _plain(node: object, location: Location, places: Places) -> object:
             raise _BeyondError(node.lc.line + 1, message, remedy)
         here = _mapping if isinstance(node, CommentedMap) else _sequence
         return here(node, location, places)
-    for kind in (bool, int, float, str):
+    if isinstance(node, str):
+        return cleaned(node)  # so that it does no harm wherever it is shown
+    for kind in (bool, int, float):
         if isinstance(node, kind):
             return kind(node)
     return None if node is None else str(node)

@@ -7,6 +7,7 @@ same program, and writing that gives the same bytes. Hoisting and registers are 
 
 from __future__ import annotations
 
+import re
 import struct
 import sys
 import zlib
@@ -132,15 +133,16 @@ def _variables(program: Program) -> list[Variable]:
 def encode(program: Program, jacobian: Iterable[Entry] = ()) -> bytes:
     """The binary form of `program`; `jacobian` as for `code_of`.
 
-    Raises InputError if a name, unit or description contains a zero byte.
+    Raises InputError if a name, unit or description contains a zero byte or half a character.
     """
     code = code_of(program, jacobian)
     variables = _variables(program)
     pieces = [program.name, program.description]
     for v in variables:
         pieces += [v.name, v.unit, v.display_unit or "", v.derivative_of or "", v.description]
-    if any("\0" in piece for piece in pieces):
-        raise InputError.single(f"{program.name}: a name or description contains a zero byte")
+    if any(re.search("[\0\ud800-\udfff]", piece) for piece in pieces):
+        message = "a name or description contains a zero byte, or half of a character"
+        raise InputError.single(f"{program.name}: {message}")
     text = "".join(piece + "\0" for piece in pieces).encode()
     starts = [v.start for g in ("parameters", "inputs", "states") for v in getattr(program, g)]
     body = b"".join(

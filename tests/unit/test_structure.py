@@ -21,7 +21,7 @@ PACKAGES = {
 MOST_MODULES = 15
 LAYERS = {
     "m4e_fmi": (
-        "signals units errors files shown coupling_algorithms program space joints model multibody "
+        "signals units errors shown files coupling_algorithms program space joints model multibody "
         "results runtime simulate fmu analysis code_hash doctor report cosim cli __main__"
     ),
     "m4e_fmi.fmu": "importer export validation",

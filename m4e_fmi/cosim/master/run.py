@@ -18,6 +18,7 @@ from m4e_fmi.cosim.exchange.fmu_log import Warn
 from m4e_fmi.cosim.master.checkpoints import Checkpoints, checkpoints, resumable
 from m4e_fmi.cosim.master.master import Master, Observer
 from m4e_fmi.cosim.master.outcome import ExportError, Outcome
+from m4e_fmi.cosim.master.real_time import NO_ESTIMATE, RealTime
 from m4e_fmi.cosim.master.recording import (
     attributes_of,
     closing_attributes,
@@ -55,6 +56,7 @@ def run(
     warn: Warn | None = None,
     beside: Sequence[Path] = (),
     resume: bool | str | Path = False,
+    real_time: float | None = None,
 ) -> Outcome:
     """Co-simulate `system`, or that in the file at a path, from its start to its stop time.
 
@@ -65,8 +67,11 @@ def run(
     ``progress(time)`` about ten times a second, `warn` with a line for each warning of the outcome,
     and for each kind of warning or error that an FMU logs, when it first does. With
     `check`, the system runs once more at half the step (and an eighth of the coupling tolerance),
-    and the outcome has `checked`. RunError names component, variable and time; the results up to
-    there are then on disk, as they are after KeyboardInterrupt, and after SIGTERM, which raises
+    and the outcome has `checked`. With `real_time`, simulated seconds per second, no communication
+    point is passed before its wall time, and the outcome has the lateness, but no certificate.
+
+    RunError names component, variable and time; the results up to there are then on disk, as they
+    are after KeyboardInterrupt, and after SIGTERM, which raises
     Terminated (a SystemExit). Results that would be huge if every step were a row have fewer rows,
     which `tell` receives and the notes tell. RunError before the first step if another run writes
     to the same file. The files `beside`, as pictures of an earlier run, are removed when its
@@ -97,6 +102,7 @@ def run(
         beside=beside,
         resumed=resumed,
         tell=tell,
+        paced=None if real_time is None else RealTime(real_time),
     )
     if not check:
         return first(observers=observers)
@@ -153,7 +159,9 @@ def _once(
     certify: bool = True,
     resumed: Resumed | None = None,
     tell: Callable[[str], None] | None = None,
+    paced: RealTime | None = None,
 ) -> Outcome:
+    waits = [paced] if paced else []
     with _begun(
         system,
         results=results,
@@ -164,10 +172,11 @@ def _once(
         beside=beside,
         resumed=resumed,
         tell=tell,
+        paced=paced,
     ) as begun:
         begun.master.run(
             results=begun.results,
-            observers=observers,
+            observers=[*waits, *observers],
             progress=progress,
             checkpoints=begun.checkpoints,
             resumed=resumed,
@@ -204,6 +213,7 @@ def _begun(
     beside: Sequence[Path] = (),
     resumed: Resumed | None = None,
     tell: Callable[[str], None] | None = None,
+    paced: RealTime | None = None,
 ) -> Generator[_Begun]:
     """A run that the block makes; its outcome and its export follow the block."""
     start_time = clock.perf_counter()
@@ -226,7 +236,7 @@ def _begun(
         master = stack.enter_context(
             Master(
                 system,
-                certify=certify,
+                certify=certify and paced is None,
                 changeable=changeable,
                 recorded=recorded,
                 watched=watched or (resumed is not None and resumed.head.watched),
@@ -251,9 +261,10 @@ def _begun(
                 master.network,
                 attributes_of(system),
                 variables=variables,
-                closing=lambda: closing_attributes(
-                    master, system, certify=certify and not begun.failed
-                ),
+                closing=lambda: {
+                    **closing_attributes(master, system, certify=certify and not begun.failed),
+                    **({"real_time": str(paced.lateness)} if paced else {}),
+                },
                 beside=[path.absolute() for path in (file, *beside) if path.resolve() != place],
                 earlier=[] if resumed and resumed.path == own else [own],
                 begun=resumed.rows if resumed else None,
@@ -277,6 +288,9 @@ def _begun(
         late = (*master.warnings, *(writer.warnings if writer else ()))
         _tell(warn, late)
         outcome = _outcome(begun, clock.perf_counter() - start_time, given, certify=certify)
+        if paced:
+            certificate = outcome.certificate or NO_ESTIMATE
+            outcome = replace(outcome, certificate=certificate, real_time=paced.lateness)
         begun.outcome = replace(outcome, warnings=(*missing, *floats, *late))
         if writer:
             try:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from m4e_fmi.errors import InputError, Problem, suggestion
+from m4e_fmi.errors import InputError, Problem, is_file, suggestion
 from m4e_fmi.files.document import Document, Location, SectionType
 from m4e_fmi.files.files_read import depends_on
 from m4e_fmi.model.chrono.bodies import SMALL, Mechanism
@@ -68,7 +68,7 @@ def _beside(document: Document) -> Document | None:
     if "simulation" in document.data or stem == document.path.name:
         return None
     depends_on(path)
-    return Document.load(path) if path.is_file() else None
+    return Document.load(path) if is_file(path) else None
 
 
 def _gravity(document: Document, places: Places) -> Quantity:

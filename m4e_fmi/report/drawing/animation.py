@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import html
 import json
+import re
 from collections.abc import Iterator
 from importlib.resources import files
 from pathlib import Path
@@ -72,13 +73,12 @@ def html_page(shown: Film) -> str:
         files("m4e_fmi.report.drawing").joinpath("animation.html").read_text(encoding="utf-8")
     )
     data = json.dumps(_data(shown), separators=(",", ":"), ensure_ascii=False)
-    for mark, text in (
-        ("@title@", html.escape(shown.scene.title)),
-        ("@description@", html.escape(shown.scene.description)),
-        ('"@data@"', data.replace("</", "<\\/")),
-    ):
-        template = template.replace(mark, text)
-    return template
+    texts = {
+        "@title@": html.escape(shown.scene.title),
+        "@description@": html.escape(shown.scene.description),
+        '"@data@"': data.replace("<", "\\u003c"),  # no text ends or begins a script
+    }
+    return re.sub('@title@|@description@|"@data@"', lambda mark: texts[mark[0]], template)
 
 
 def _data(shown: Film) -> dict[str, object]:

@@ -5,9 +5,11 @@
 
 from __future__ import annotations
 
+import re
 import stat
 import subprocess
 import sys
+import time
 import zipfile
 from pathlib import Path
 
@@ -18,7 +20,6 @@ from support.fuzz.cases import DEFECT
 from support.fuzz.families import FMI_3
 
 from m4e_fmi.cli import main
-from m4e_fmi.cli.output import cleaned
 from m4e_fmi.cosim import fmu_files, load_system
 from m4e_fmi.cosim.ssp import unpack_member
 from m4e_fmi.errors import InputError, RunError
@@ -28,14 +29,16 @@ from m4e_fmi.files.document import Document
 from m4e_fmi.files.file_names import LONGEST, file_stem, file_stems
 from m4e_fmi.files.limits import MOST_VALUES
 from m4e_fmi.files.xml_text import check_xml, xml_root
-from m4e_fmi.fmu import Options, validate_fmu
+from m4e_fmi.fmu import Options, build_fmu, validate_fmu
 from m4e_fmi.fmu.importer.opening import check_archive
 from m4e_fmi.fmu.importer.reading import read_description
 from m4e_fmi.fmu.importer.unpack import Unpacked
-from m4e_fmi.model import load_model, model_from_lists
+from m4e_fmi.model import Body, Joint, Model, load_model, model_from_lists
 from m4e_fmi.multibody import model_program
 from m4e_fmi.report import fmu_documentation
-from m4e_fmi.units import parse_unit
+from m4e_fmi.results.results_file import load
+from m4e_fmi.shown import cleaned
+from m4e_fmi.units import near_unit, parse_unit
 
 CENTRAL = b"PK\x01\x02"
 """Signature of an entry in the directory of an archive."""
@@ -97,7 +100,7 @@ def test_a_document_beyond_its_limits(text: str, message: str, monkeypatch: pyte
 @pytest.mark.parametrize("unit", ["m^999999999", "km^99999", "km-99999", "m" + "9" * 5000,
                                   "Tm20.TN20"])  # fmt: skip
 def test_a_unit_out_of_all_scale(unit: str):
-    with pytest.raises(ValueError, match=r"exponents are up to 20|out of all scale"):
+    with pytest.raises(ValueError, match=r"exponents are up to 20|out of all scale|up to 100 l"):
         parse_unit(unit)
 
 
@@ -149,6 +152,26 @@ def test_a_component_whose_name_yaml_takes_for_something_else(name: str, tmp_pat
     )
     with pytest.raises(InputError, match=r"use letters, digits and _"):
         load_system(path)
+
+
+@pytest.mark.parametrize("name", ["x" * 300, "y" * 300 + "/x", "a/" * 3000 + "x"])
+@pytest.mark.parametrize("part", ["{model: NAME}", "{fmu: NAME}",
+                                  "{kind: table, file: NAME, signals: {a: m}}"])  # fmt: skip
+def test_a_file_whose_name_is_too_long(name: str, part: str, tmp_path: Path):
+    path = tmp_path / "system.yaml"
+    path.write_text(
+        f"name: a\ncomponents: {{b: {part.replace('NAME', name)}}}\n"
+        "simulation: {stop_time: 1, step_size: 1, algorithm: jacobi}\n"
+    )
+    assert main(["run", str(path)]) == 2
+
+
+def test_a_long_unit_takes_no_time():
+    begin = time.process_time()
+    with pytest.raises(ValueError, match="units have up to 100 letters"):
+        parse_unit("x" * 100_000)
+    assert near_unit("x y " * 25_000) == ""
+    assert time.process_time() - begin < 1
 
 
 # ---- numbers ----
@@ -472,6 +495,43 @@ def test_control_characters_do_not_reach_the_terminal(
     printed = "".join(capsys.readouterr())
     assert not set("\x1b\u202e\x85\x07\r") & set(printed)
     assert "a\ufffd[2J\ufffdb\ufffdc\ufffdd" in printed
+
+
+def test_texts_do_no_harm_where_they_are_shown(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+):
+    monkeypatch.chdir(tmp_path)
+    text = '"\\e[2J\\u202e\\ud800</script><script>alert(1)</script> @title@ $x$ \\\\input{x} %"'
+    name = model(tmp_path, description=text).name
+    for command in (
+        ["build", name],
+        ["simulate", name, "--stop-time", "0.1", "--animate", "a.html", "--output-file", "a.nc"],
+        ["draw", name],
+        ["equations", name],
+    ):
+        assert main(command) == 0, capsys.readouterr().err
+    (built,) = Path().rglob("*.fmu")
+    with zipfile.ZipFile(built) as archive:
+        page = archive.read("documentation/index.html").decode()
+        assert "[2J" in archive.read("modelDescription.xml").decode()
+    for shown in (page, Path("a.html").read_text("utf-8"), *load("a.nc").attributes.values()):
+        assert not re.search("[\x1b\u202e\ud800]", shown)
+    for shown in (page, Path("a.html").read_text("utf-8")):
+        assert "&lt;script&gt;alert(1)" in shown
+        assert "<script>alert" not in shown
+        assert "@title@" in shown
+
+
+@pytest.mark.parametrize("text", ["a\ud800", "a\x00"])
+def test_texts_of_python_that_no_fmu_can_hold(text: str, tmp_path: Path):
+    model_ = Model(
+        name="a",
+        description=text,
+        bodies={"a": Body(mass=2, inertia=1)},
+        joints={"j": Joint("revolute", "a")},
+    )
+    with pytest.raises(InputError, match="zero byte, or half of a character"):
+        build_fmu(model_program(model_), tmp_path / "a.fmu", native=True)
 
 
 def test_plain_text_is_printed_as_it_is():

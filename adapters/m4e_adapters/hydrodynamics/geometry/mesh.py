@@ -26,7 +26,7 @@ from m4e_adapters.hydrodynamics.geometry.shapes import (
     sphere_hydrostatics,
     sphere_panels,
 )
-from m4e_fmi.errors import InputError, Problem, missing_file
+from m4e_fmi.errors import InputError, Problem, is_file, missing_file
 
 Keys = tuple[str | int, ...]
 """The way to a value in a HydrodynamicsConfig."""
@@ -184,7 +184,7 @@ def _shape_panels(name: str, shape: Shape, count: int, folder: Path) -> Panels:
 
 def _loaded(path: Path, name: str, keys: Keys = ()) -> Panels:
     """The panels of a mesh file as they are drawn."""
-    if not path.is_file():
+    if not is_file(path):
         message, remedy = missing_file(path, "mesh file")
         message = f"body {name!r}: {message}"
         remedy = "; ".join(

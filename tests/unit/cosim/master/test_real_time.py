@@ -1,0 +1,70 @@
+"""Runs in real time: points at their wall time, lateness, Ctrl-C in a wait."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import threading
+import time as clock
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.small_systems import Fmus, oscillator
+
+from m4e_fmi.cosim import Network, Simulation, load, run
+from m4e_fmi.errors import InputError
+from m4e_fmi.report.text.summaries import run_summary
+
+
+def test_no_point_comes_before_its_time(c_fmu: Fmus, tmp_path: Path) -> None:
+    seen: list[tuple[float, float]] = []
+    given = oscillator(c_fmu, Simulation(2.0, 0.01))
+    outcome = run(
+        given,
+        real_time=4.0,
+        results=tmp_path / "paced.nc",
+        observers=[lambda t, _: seen.append((t, clock.perf_counter()))],
+    )
+    times, walls = np.array(seen).T
+    assert (walls - walls[0] - times / 4.0 > -0.005).all()  # the first may be a little late itself
+    lateness = outcome.real_time
+    assert lateness is not None
+    assert (lateness.factor, lateness.points) == (4.0, 201)
+    assert 0.0 <= lateness.mean <= lateness.largest < 0.4
+    assert not lateness.is_slow
+    assert "a run in real time repeats no steps" in str(outcome.certificate)
+    assert "4 × real time" in run_summary(outcome)
+    found = load(tmp_path / "paced.nc")
+    assert found.attributes["real_time"] == str(lateness)
+    run(given, results=tmp_path / "free.nc")
+    free = load(tmp_path / "free.nc")
+    assert all(np.array_equal(found[n].values, free[n].values) for n in free.series)
+
+
+def test_a_run_that_is_too_slow_goes_on_and_says_so(c_fmu: Fmus) -> None:
+    def slow(_: float, __: Network) -> None:
+        clock.sleep(0.03)
+
+    outcome = run(oscillator(c_fmu, Simulation(0.1, 0.01)), real_time=1.0, observers=[slow])
+    lateness = outcome.real_time
+    assert lateness is not None
+    assert lateness.late == 10
+    assert 0.15 < lateness.last == lateness.largest < 2.0
+    assert "too slow" in str(lateness)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a process cannot send itself Ctrl-C there")
+def test_ctrl_c_ends_a_wait(c_fmu: Fmus) -> None:
+    began = clock.perf_counter()
+    threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+    with pytest.raises(KeyboardInterrupt):
+        run(oscillator(c_fmu, Simulation(1000.0, 100.0)), real_time=1.0)
+    assert clock.perf_counter() - began < 10.0
+
+
+@pytest.mark.parametrize("factor", [0.0, -1.0, float("nan"), float("inf")])
+def test_factors_that_are_none(c_fmu: Fmus, factor: float) -> None:
+    with pytest.raises(InputError, match="real time factor"):
+        run(oscillator(c_fmu, Simulation(1, 0.1)), real_time=factor)
