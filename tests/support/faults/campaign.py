@@ -55,7 +55,7 @@ class Case:
     fault: Fault
 
     def __str__(self) -> str:
-        return f"{self.setting} {self.fault.plan}"
+        return f"{self.setting}: {self.fault.plan.strip()}"
 
     @property
     def same_until(self) -> float:
@@ -77,7 +77,7 @@ def case(seed: int, number: int) -> Case:
     adaptive = version > 1 and chance.random() < 0.2
     setting = Setting(version, chance.choice(algorithms), serial, adaptive)
     component = chance.choice(list(COMPONENTS))
-    since, count = 0.0, chance.randint(1, 2)
+    since, count = 0.0, chance.choice([1, 1, 1, 2])
     if call in (*STATES, *BYTES):
         since, count = chance.uniform(0.0, 0.5 * STOP), 1
     elif call in RUNNING and chance.random() < 0.85:
