@@ -125,6 +125,10 @@ class Journal:
         self._warn = warn
         self._kinds = {component: dict(known) for component, known in kinds.items()}
 
+    def notice(self, line: str) -> None:
+        """Tell of a call that takes long."""
+        self._tell(line)
+
     def _tell(self, line: str) -> None:
         """Call `warn`; what it raises waits for `check`, as the caller is an FMU."""
         try:

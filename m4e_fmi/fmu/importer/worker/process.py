@@ -98,7 +98,8 @@ class Worker:
         """Have the process end; nothing waits for that."""
         if not (self.ending or self._leaving):
             self._leaving = True
-            self._runtime.m4e_remote_end(self.address)
+            if self._runtime.m4e_remote_end(self.address):
+                self.kill()
 
     def wait(self) -> None:
         """Wait until the process is gone, and kill it if it stays; then nothing may call it."""
