@@ -21,7 +21,7 @@ components:
   body: {{fmu: {body}, process: here, start: {{body.m.x: 1.0}}}}
   spring: {{fmu: {spring}, process: here}}
 connections: [body.m <-> spring.end]
-simulation: {{stop_time: 200, step_size: 0.01, checkpoint_wall_interval: 20 ms}}
+simulation: {{stop_time: 15, step_size: 0.01, algorithm: jacobi, checkpoint_interval: 0.1}}
 """
 
 
@@ -51,13 +51,12 @@ def killed(arguments: list[str], checkpoint: Path) -> None:
         run.kill()
 
 
-def test_a_run_that_is_killed_again_and_again_has_the_same_file(
+def test_a_run_that_is_killed_and_goes_on_has_the_same_file(
     system: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     plain, file = tmp_path / "plain.nc", tmp_path / "results.nc"
     assert main(command(system, plain)[3:]) == 0
     killed(command(system, file), checkpoint_of(file))
-    killed(command(system, file, "--resume"), checkpoint_of(file))
     capsys.readouterr()
     assert main(command(system, file, "--resume")[3:]) == 0
     assert re.search(r"the run goes on at t = [\d.]+ s", "".join(capsys.readouterr()))
