@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import subprocess
+import sys
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -38,6 +39,7 @@ HARM = {
     "fork_crash": "was ended by SIGABRT",
 }
 """By fault (trouble.h): how the process ends, as a pattern."""
+QUICK = ("segv", "exit", "pthread_exit", "stop", "fork_crash")
 CALLS = {
     "instantiate": "fmi2Instantiate",
     "initialise": "fmi2ExitInitializationMode",
@@ -104,7 +106,10 @@ def test_runs_undisturbed(armed: Fmus, c_fmu: Fmus, tmp_path: Path) -> None:
     assert children() == []
 
 
-@pytest.mark.parametrize("fault", HARM)
+@pytest.mark.parametrize(
+    "fault",
+    [f if f in QUICK else pytest.param(f, marks=pytest.mark.verify) for f in HARM],
+)
 def test_harm_in_a_step_ends_the_run(armed: Fmus, c_fmu: Fmus, tmp_path: Path, fault: str) -> None:
     mass = armed("mass+state+armed")
     prepared = masses(mass, c_fmu("spring+state"))
@@ -124,7 +129,9 @@ def test_harm_in_a_step_ends_the_run(armed: Fmus, c_fmu: Fmus, tmp_path: Path, f
     assert children() == []
 
 
-@pytest.mark.parametrize("fault", ["segv", "exit", "sleep"])
+@pytest.mark.parametrize(
+    "fault", ["segv", *(pytest.param(f, marks=pytest.mark.verify) for f in ("exit", "sleep"))]
+)
 @pytest.mark.parametrize("call", CALLS)
 def test_harm_in_every_call_ends_the_run(armed: Fmus, c_fmu: Fmus, call: str, fault: str) -> None:
     mass = armed("mass+state+armed")
@@ -137,7 +144,13 @@ def test_harm_in_every_call_ends_the_run(armed: Fmus, c_fmu: Fmus, call: str, fa
     assert children() == []
 
 
-@pytest.mark.parametrize("fault", ["thread", "fork", "print", "folder", "litter", "rounding"])
+@pytest.mark.parametrize(
+    "fault",
+    ["fork", "litter"]
+    + [
+        pytest.param(f, marks=pytest.mark.verify) for f in ("thread", "print", "folder", "rounding")
+    ],
+)
 def test_harm_to_the_process_alone_does_not_matter(
     armed: Fmus, c_fmu: Fmus, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fault: str
 ) -> None:
@@ -152,3 +165,58 @@ def test_harm_to_the_process_alone_does_not_matter(
         assert all((harmed[name] == whole[name]).all() for name in whole)
     assert not (tmp_path / "litter.txt").exists()
     assert children() == []
+
+
+def test_components_step_side_by_side(c_fmu: Fmus, armed: Fmus) -> None:
+    """Each step of both takes 5 ms: together as long as one."""
+    fmu, other = c_fmu("vandal"), armed("vandal+armed")
+    start = {"what": 3, "when": 0.0, "pause": 0.005}
+    components = (
+        Component("a", FmuFile(fmu), start, process="own"),
+        Component("b", FmuFile(other), start),
+    )
+    prepared = prepare(System("both", components, (), Simulation(1.0, 0.01, "jacobi")))
+    assert prepared.hosts.keys() == {"a", "b"}
+    apart = run(prepared)
+    one_after_the_other = run(replace(prepared, hosts={}))
+    assert one_after_the_other.wall_time > 1.0
+    assert apart.wall_time < 0.85 * one_after_the_other.wall_time
+
+
+def test_a_killed_master_leaves_nothing(armed: Fmus, tmp_path: Path) -> None:
+    mass, spring = armed("mass+state+armed"), armed("spring+state+armed")
+    trouble_file(mass).write_text("step stop 0.5")
+    (tmp_path / "system.yaml").write_text(
+        f"""name: killed
+components:
+  a: {{fmu: {mass}, start: {{body.m.x: 1}}}}
+  b: {{fmu: {spring}}}
+connections: [a.body.m <-> b.end]
+simulation: {{stop_time: 1, step_size: 0.01}}
+"""
+    )
+    folder = tmp_path / "temporary"
+    folder.mkdir()
+    command = [sys.executable, "-c", "from m4e_fmi.cli import main; main()", "run", "system.yaml"]
+    environment = {**os.environ, "TMPDIR": str(folder)}
+    master = subprocess.Popen(command, cwd=tmp_path, env=environment, start_new_session=True)
+    deadline = time.monotonic() + 60.0
+    while not (found := _stopped_below(master.pid)) and time.monotonic() < deadline:
+        time.sleep(0.1)
+    assert found
+    master.kill()
+    master.wait()
+    while any(Path(f"/proc/{process}").exists() for process in found) or list(folder.iterdir()):
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+
+
+def _stopped_below(master: int) -> list[str]:
+    """Numbers of the keeper and the workers of a master in which a worker is stopped, if one is."""
+    text = subprocess.run(
+        ["ps", "-eo", "pid=,ppid=,stat="], capture_output=True, text=True, check=True
+    ).stdout
+    rows = [line.split() for line in text.splitlines()]
+    keepers = [pid for pid, parent, _ in rows if parent == str(master)]
+    workers = [(pid, state) for pid, parent, state in rows if parent in keepers]
+    return [*keepers, *(p for p, _ in workers)] if any("T" in s for _, s in workers) else []

@@ -113,6 +113,10 @@ class Journal:
         kinds[key] = kind = Kind(FmuMessage(component, word, told, 1, now, now), 1, now)
         self._tell(str(kind.first))
 
+    def notice(self, line: str) -> None:
+        """Tell of a call that takes long."""
+        self._tell(line)
+
     def snapshot(self) -> Kinds:
         """All kinds so far, as they are now."""
         return {

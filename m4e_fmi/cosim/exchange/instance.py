@@ -257,6 +257,10 @@ class Instance:
         """The call ``(t, h, 1) -> status`` that steps from t to t + h [s], never to be undone."""
         return self._fmu.stepper()
 
+    def step_beginner(self) -> int | None:
+        """The C function that asks for a step, where the FMU is in another process; else None."""
+        return self._fmu.step_beginner() if self._binary.worker else None
+
     def own_derivative_setter(self, names: Sequence[str], view: np.ndarray) -> Call:
         """A call that gives inputs two time derivatives for the next step.
 

@@ -47,6 +47,9 @@ class RawOperation(ctypes.Structure):
         ("in_rows", c_int32),
         ("unchecked", c_int32),
         ("warned", c_void_p),
+        ("begin", c_void_p),
+        ("following", c_uint32),
+        ("at_once", c_uint32),
     ]
 
 
@@ -80,6 +83,7 @@ class NativeExecutor:
         self._kept = [(operation, *_translated(operation)) for operation in operations]
         self.count = len(operations)
         self.array = (RawOperation * self.count)(*(raw for _, raw, _ in self._kept))
+        _begin_early(operations, self.array)
         self._failed = c_uint64()
         self._perform = library.m4e_perform
         self._perform.argtypes = (
@@ -93,6 +97,27 @@ class NativeExecutor:
         failed = self._failed
         status = self._perform(self.array, self.count, time, size, row, failed)
         return (status, failed.value) if status else (0, 0)
+
+
+def _begin_early(operations: Sequence[Operation], raws: ctypes.Array[RawOperation]) -> None:
+    """Let steps in other processes begin as soon as all before them on their components is done.
+
+    So components step side by side as far as they do not wait for each other's values.
+    """
+    last: dict[int, int] = {}
+    at_once: list[int] = []
+    for k, operation in enumerate(operations):
+        instance = getattr(operation, "instance", None)
+        if instance is None:
+            continue
+        if isinstance(operation, op.DoStep) and raws[k].begin:
+            if id(instance) in last:
+                raws[last[id(instance)]].following = k + 1
+            else:
+                at_once.append(k + 1)
+        last[id(instance)] = k
+    for k, step in enumerate(at_once):
+        raws[k].at_once = step
 
 
 Translated = tuple[RawOperation, tuple[np.ndarray | RawCopied, ...]]
@@ -120,6 +145,7 @@ def _translation(operation: Operation) -> Translated:
             raw = _call(DO_STEP, instance.raw(operation.function))
             raw.start, raw.length, raw.own = start, length, own
             raw.warned = ctypes.addressof(instance.warned)
+            raw.begin = instance.step_beginner()
         case op.Save(instance) | op.Restore(instance):
             kind = SAVE if isinstance(operation, op.Save) else RESTORE
             raw = _call(kind, instance.raw(operation.function))

@@ -35,6 +35,8 @@ def initialised(
         name, description = component.name, prepared.descriptions[component.name]
         listener = journal.listener(name) if journal else None
         instance = Instance(name, description, loaded[name], listener, suffix=suffix)
+        if journal and (worker := loaded[name].worker):
+            worker.notice = journal.notice
         stack.enter_context(instance).setup(
             start=simulation.start_time,
             stop=simulation.stop_time,

@@ -7,6 +7,7 @@ for nothing.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from functools import cache
 from zipfile import ZipFile
@@ -40,13 +41,15 @@ def hosts(system: System, descriptions: Mapping[str, Description]) -> dict[str, 
 
 
 def without_library(hosts: Mapping[str, Host]) -> list[str]:
-    """A warning if there are `hosts`, but no library of C to call them by."""
-    if not hosts or remote_library() is not None:
+    """A warning if there are `hosts`, but no processes for them, or no library of C to call by."""
+    if not hosts or (remote_library() is not None and hasattr(os, "fork")):
         return []
-    return [
-        f"{', '.join(hosts)}: run in this process, where a fault of an FMU ends the run: other "
-        "processes need the C library (`m4e-fmi doctor`)"
-    ]
+    why = (
+        "other processes need the C library (`m4e-fmi doctor`)"
+        if hasattr(os, "fork")
+        else "this system has no fork, by which other processes are started"
+    )
+    return [f"{', '.join(hosts)}: run in this process, where a fault of an FMU ends all: {why}"]
 
 
 def _built_here(description: Description) -> bool:

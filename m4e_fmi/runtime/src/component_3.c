@@ -9,6 +9,7 @@ typedef int transfer(void *instance, const uint32_t *references, size_t referenc
                      void *values, size_t value_count);
 typedef int do_step(void *instance, double t, double h, bool no_return, bool *event, bool *end,
                     bool *early, double *reached);
+typedef int begin_step(void *instance, double t, double h, int no_return);
 typedef int update_discrete_states(void *instance, bool *again, bool *end, bool *nominals,
                                    bool *values, bool *next_defined, double *next);
 typedef int enter_mode(void *instance);
@@ -108,6 +109,18 @@ int m4e_set_3(void *access, const uint32_t *references, size_t count, const doub
     return status;
 }
 
+/* End of the first part of a step from `now` to `stop`: that, or an event before it. */
+static double first_end(const m4e_component_3 *c, double now, double stop) {
+    return c->has_events && c->next_event > now && c->next_event < stop ? c->next_event : stop;
+}
+
+int m4e_begin_step_3(void *component, double t, double h, int no_return) {
+    const m4e_component_3 *c = component;
+    const double stop = t + h, aim = first_end(c, t, stop);
+    if (c->ended < INFINITY) return 0;
+    return ((begin_step *)c->begin_step)(c->instance, t, aim == stop ? h : aim - t, no_return);
+}
+
 int m4e_do_step_3(void *component, double t, double h, int no_return) {
     m4e_component_3 *c = component;
     const double stop = t + h;
@@ -115,8 +128,7 @@ int m4e_do_step_3(void *component, double t, double h, int no_return) {
     if (c->ended < INFINITY) return 0;
     for (int still = 0; still < MOST_EVENTS;) {
         bool event = false, end = false, early = false;
-        const double aim = c->has_events && c->next_event > now && c->next_event < stop
-                               ? c->next_event : stop;
+        const double aim = first_end(c, now, stop);
         const double size = now == t && aim == stop ? h : aim - now;
         double last = aim;
         int status = ((do_step *)c->do_step)(c->instance, now, size, no_return, &event, &end,

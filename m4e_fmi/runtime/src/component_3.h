@@ -27,6 +27,8 @@ typedef struct {
                            steps after that do nothing */
     uint64_t interruptions; /* events within steps, after which it went on */
     uint64_t handled;       /* times in event mode */
+    void (*begin_step)(void); /* of an FMU in another process: asks for a step, which `do_step` then
+                                 awaits; else NULL */
 } m4e_component_3;
 
 /* The FMU's state, and what is known of its events then. */
@@ -56,6 +58,7 @@ typedef struct {
 M4E_API int m4e_get_3(void *access, const uint32_t *references, size_t count, double *values);
 M4E_API int m4e_set_3(void *access, const uint32_t *references, size_t count, const double *values);
 M4E_API int m4e_do_step_3(void *component, double t, double h, int no_return);
+M4E_API int m4e_begin_step_3(void *component, double t, double h, int no_return);
 M4E_API int m4e_save_3(void *component, void **state); /* *state is an m4e_state_3 already */
 M4E_API int m4e_restore_3(void *component, void *state);
 int m4e_enter_event_mode_3(m4e_component_3 *component);

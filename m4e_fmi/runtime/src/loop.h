@@ -47,6 +47,12 @@ typedef struct {
     int32_t in_rows;   /* performed only in steps that end at a row of results */
     int32_t unchecked; /* values that are got may be nan or infinite */
     m4e_warned *warned; /* of a step; NULL of all else */
+    void (*begin)(void); /* of a step in another process: asks for it, with the arguments of
+                            `function`, which then awaits it; NULL of all else */
+    uint32_t following;  /* the step (counted from 1) that can begin when this is done: its component
+                            has no operation in between; 0: none */
+    uint32_t at_once;    /* in the first operations of a list: steps (counted from 1) that can begin
+                            before all operations; 0: no more */
 } m4e_operation;
 
 /* How many of `count` values are rough at once. `past` has, for all of them one after the other: the

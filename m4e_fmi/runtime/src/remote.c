@@ -131,8 +131,8 @@ int m4e_remote_flush(m4e_remote *r) {
     return r->late_size ? m4e_remote_ask(r, M4E_SETS, NULL, 0, NULL, 0) : 0;
 }
 
-void m4e_remote_end(m4e_remote *r) {
-    if (!r->stepping) m4e_remote_post(r, M4E_END, NULL, 0);
+int m4e_remote_end(m4e_remote *r) {
+    return r->stepping || m4e_remote_post(r, M4E_END, NULL, 0);
 }
 
 void m4e_remote_give_up(m4e_channel *c) {

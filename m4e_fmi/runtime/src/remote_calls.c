@@ -219,6 +219,15 @@ M4E_API void *m4e_remote_fmi3InstantiateCoSimulation(
 
 /* ---- steps ---- */
 
+#define BEGIN(name, f)                                                                             \
+    M4E_API int m4e_remote_##name(void *r, double t, double h, int no_return) {                    \
+        m4e_remote_begin_step(r, t, h, no_return, M4E_##f);                                        \
+        return 0;                                                                                  \
+    }
+BEGIN(begin_1, fmiDoStep)
+BEGIN(begin_2, fmi2DoStep)
+BEGIN(begin_3, fmi3DoStep)
+
 #define STEP(f, type)                                                                              \
     M4E_API int m4e_remote_##f(void *r, double t, double h, int no_return) {                       \
         return m4e_remote_step(r, M4E_##f, t, h, no_return);                                       \

@@ -141,15 +141,19 @@ class Hosted(Binary):
         self.in_use = 0
         self.files, self._description, self._origin = files, description, origin
         kind, identifier = CLASSES[description.version], description.identifier
-        self.worker = Worker(
-            origin,
-            host,
-            files.working_folder(),
-            clear=str(files.folder.parent),
-            library=str(files.library_path),
-            needed=needed(kind, identifier),
-            functions=callable_names(identifier, description.version),
-        )
+        try:
+            self.worker = Worker(
+                origin,
+                host,
+                files.working_folder(),
+                clear=str(files.folder.parent),
+                library=str(files.library_path),
+                needed=needed(kind, identifier),
+                functions=callable_names(identifier, description.version),
+            )
+        except OSError as error:
+            message = f"{origin}: no process can be started for it: {error}"
+            raise RunError(message, "free disk space, or end other programs") from error
         files.workers.append(self.worker)
         self._functions = proxies(
             kind,

@@ -29,6 +29,7 @@ class RawComponent(ctypes.Structure):
         ("ended", c_double),
         ("interruptions", c_uint64),
         ("handled", c_uint64),
+        ("begin_step", c_void_p),
     ]
     next_event: float
     ended: float

@@ -221,6 +221,10 @@ class Fmi3(Standard, Rollback):
     def stepper(self) -> Callable[[float, float, int], Status]:
         return self._step
 
+    def step_beginner(self) -> int:
+        self._raw.begin_step = super().step_beginner()
+        return runtime_function("m4e_begin_step_3")
+
     def _step(self, time: float, size: float, final: int) -> Status:
         """The whole step, or up to an event in it; as m4e_do_step_3."""
         c, stop, now = self._raw, time + size, time

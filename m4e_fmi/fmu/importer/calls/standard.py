@@ -16,6 +16,7 @@ from m4e_fmi.fmu.importer.calls.functions import WARNING, Status
 from m4e_fmi.fmu.importer.calls.parts import Caller
 from m4e_fmi.fmu.importer.calls.texts import Texts
 from m4e_fmi.fmu.importer.calls.typed import Access, Taken
+from m4e_fmi.fmu.importer.calls.typed import function as runtime_function
 from m4e_fmi.fmu.importer.messages import Messages
 from m4e_fmi.fmu.importer.reading import Description, Variable
 
@@ -155,6 +156,10 @@ class Standard(ABC):
     @abstractmethod
     def stepper(self) -> Callable[[float, float, int], Status]:
         """The call ``(t, h, 1) -> status`` that steps from t to t + h [s], never to be undone."""
+
+    def step_beginner(self) -> int:
+        """The C function that asks for a step of an FMU in a worker, with `stepper`'s arguments."""
+        return runtime_function(f"m4e_remote_begin_{self._description.version[0]}")
 
     def wants_end(self) -> bool:
         """True if the FMU discarded the last step because it asks for the end of the simulation."""

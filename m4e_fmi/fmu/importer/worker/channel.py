@@ -46,7 +46,7 @@ def remote_library() -> ctypes.CDLL | None:
         ("use", None, c_void_p),
         ("await", c_int, c_void_p),
         ("flush", c_int, c_void_p),
-        ("end", None, c_void_p),
+        ("end", c_int, c_void_p),
         ("give_up", None, c_void_p),
         ("text", c_char_p, c_void_p),
         ("name", c_char_p, c_uint32),

@@ -1,8 +1,9 @@
 """The program that keeps the workers of one master: starts them, tells how they end, clears up.
 
-It runs no code of any FMU itself. Requests come as lines of JSON on the standard input: ``start``
-(what `_serve` needs) and ``kill``. What happens goes to the standard output in the same way: what a
-worker has ``said`` (on its standard output or error), and how it ``ended``. When its input ends, as
+It runs no code of any FMU itself. Requests to start a worker come as lines of JSON on the standard
+input (what `_serve` needs). What happens goes to the standard output in the same way: the number of
+a process that has ``started``, what a worker has ``said`` (on its standard output or error), and
+how it ``ended``. When its input ends, as
 it does when the master is gone, however that was, it kills all workers with their children and
 removes their folders. Standard library only, and run by its path: it starts in 40 ms.
 """
@@ -27,6 +28,10 @@ PATIENCE = 0.05
 """Seconds after which workers are looked at that keep their output open beyond their end."""
 
 
+_DEATH_SIGNAL = 1
+"""Of prctl: the signal that a process gets when its parent ends."""
+
+
 @dataclass
 class _Kept:
     """A worker: its number, its process, the end of the pipe where it speaks."""
@@ -44,31 +49,31 @@ class Keeper:
         self._folders: set[str] = set()
         self._selector = selectors.DefaultSelector()
         self._rest = b""
+        self._master, self._is_worker = os.getppid(), False
 
     def run(self) -> None:
         """Serve the master until it is gone."""
         requests = sys.stdin.fileno()
         self._selector.register(requests, selectors.EVENT_READ)
-        while True:
-            ready = self._selector.select(PATIENCE if self._workers else None)
-            for key, _ in ready:
-                if key.fd != requests:
-                    self._hear(key.data)
-                elif not self._obey(os.read(requests, CHUNK)):
-                    self._clear()
-                    return
-            for worker in list(self._workers.values()):
-                self._look(worker)
+        try:
+            while os.getppid() == self._master:  # others may hold the pipe open
+                for key, _ in self._selector.select(PATIENCE if self._workers else 1.0):
+                    if key.fd != requests:
+                        self._hear(key.data)
+                    elif not self._obey(os.read(requests, CHUNK)):
+                        return
+                for worker in list(self._workers.values()):
+                    self._look(worker)
+        finally:
+            if not self._is_worker:
+                self._clear()
 
     def _obey(self, text: bytes) -> bool:
         """Do what is asked for; False when the master is gone."""
         *lines, self._rest = (self._rest + text).split(b"\n")
         for line in lines:
             request = json.loads(line)
-            if "start" in request:
-                self._start(request["start"], request)
-            elif request["kill"] in self._workers:
-                _kill(self._workers[request["kill"]].process)
+            self._start(request["start"], request)
         return bool(text)
 
     def _start(self, number: int, request: dict[str, Any]) -> None:
@@ -80,10 +85,14 @@ class Keeper:
         os.close(inner)
         worker = self._workers[number] = _Kept(number, process, output)
         self._selector.register(output, selectors.EVENT_READ, worker)
+        _tell(started=number, process=process)
 
     def _be_worker(self, output: int, request: dict[str, Any]) -> NoReturn:
         """In the new process: nothing of the keeper's stays open but what FMUs may write to."""
+        self._is_worker = True
         os.setsid()
+        if sys.platform == "linux":
+            ctypes.CDLL(None).prctl(_DEATH_SIGNAL, signal.SIGKILL)  # when the keeper is gone
         self._selector.close()
         nothing = os.open(os.devnull, os.O_RDONLY)
         os.dup2(nothing, 0)
@@ -107,7 +116,7 @@ class Keeper:
         process, status = os.waitpid(worker.process, os.WNOHANG)
         if not process:
             return
-        _kill(worker.process)  # its children
+        kill(worker.process)  # its children
         os.set_blocking(worker.output, False)
         if worker.output in self._selector.get_map():
             with suppress(BlockingIOError):
@@ -121,16 +130,16 @@ class Keeper:
 
     def _clear(self) -> None:
         for worker in self._workers.values():
-            _kill(worker.process)
+            kill(worker.process)
         for worker in self._workers.values():
             os.waitpid(worker.process, 0)
-        for folder in self._folders if self._workers else ():
+        for folder in self._folders:
             shutil.rmtree(folder, ignore_errors=True)
             with suppress(OSError):
                 Path(f"{folder}.lock").unlink()
 
 
-def _kill(process: int) -> None:
+def kill(process: int) -> None:
     """End a worker and its children, which are in a group of their own."""
     with suppress(ProcessLookupError, PermissionError):
         os.killpg(process, signal.SIGKILL)

@@ -33,6 +33,8 @@ STILL = 60.0
 """Seconds of a call after which the user is told that it goes on."""
 LAST = 5.0
 """Seconds that a worker may take to end once its FMU is freed."""
+KILLED = 2.0
+"""Seconds that a worker may take to end once it is killed."""
 KEPT = 2000
 """Characters that are kept of what a worker has printed."""
 PASSED = (
@@ -62,7 +64,7 @@ class Worker:
         self.notice: Callable[[str], None] = lambda _: None
         self._runtime = runtime
         self._said, self._began, self._seen, self._told = "", time.monotonic(), 0, False
-        self._gone, self._leaving = threading.Event(), False
+        self._gone, self._leaving, self._process = threading.Event(), False, 0
         size = int(runtime.m4e_remote_size())
         memory = folder / "shared_memory"
         memory.write_bytes(bytes(size))  # a sparse file would crash on a full disk
@@ -79,8 +81,7 @@ class Worker:
             "environment": {name: os.environ[name] for name in host.keep if name in os.environ},
             "path": sys.path,
         }
-        self._keeper = _keeper()
-        self._keeper.start(self, request)
+        _keeper().start(self, request)
 
     def loaded(self) -> str:
         """Wait until the library is loaded; why it is not, empty if it is."""
@@ -97,19 +98,25 @@ class Worker:
         """Have the process end; nothing waits for that."""
         if not (self.ending or self._leaving):
             self._leaving = True
-            self._runtime.m4e_remote_end(self.address)
+            if self._runtime.m4e_remote_end(self.address):
+                self.kill()
 
     def wait(self) -> None:
         """Wait until the process is gone, and kill it if it stays; then nothing may call it."""
         if not self._gone.wait(LAST if self._leaving else 0.0):
-            self._keeper.kill(self)
-            self._gone.wait(LAST)
+            self.kill()
+            self._gone.wait(KILLED)
         self._runtime.m4e_remote_free(self.address)
 
     def end(self, why: str) -> None:
         """Kill the process; `why` is its ending."""
         self._lose(why)
-        self._keeper.kill(self)
+        self.kill()
+
+    def kill(self) -> None:
+        """Kill the process and its children, if it has been started."""
+        if self._process and not self._gone.is_set():
+            keeper_program.kill(self._process)
 
     def end_if_busy(self) -> None:
         """Kill the process if a call is going on."""
@@ -162,6 +169,12 @@ class Worker:
         with suppress(OSError):
             os.write(2, text.encode("utf-8", "replace"))
 
+    def has_started(self, process: int) -> None:
+        """Note the number of the process."""
+        self._process = process
+        if self.ending:
+            self.kill()
+
     def has_ended(self, code: int) -> None:
         """Note that the process has ended, with this exit code (negative: a signal)."""
         if code < 0:
@@ -203,18 +216,14 @@ class _Keeper:
         self._ask({"start": number, **request})
         self._some.set()
 
-    def kill(self, worker: Worker) -> None:
-        """End a worker's process, and its children, if it is still there."""
-        with suppress(OSError):
-            for number in [n for n, other in list(self.workers.items()) if other is worker]:
-                self._ask({"kill": number})
-
     def close(self) -> None:
         """Have the keeper end, and wait for that."""
         with suppress(OSError):
             self._requests.close()
-        with suppress(subprocess.TimeoutExpired):
+        try:
             self._process.wait(LAST)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
 
     def _ask(self, request: dict[str, Any]) -> None:
         line = json.dumps(request).encode("ascii") + b"\n"
@@ -225,7 +234,9 @@ class _Keeper:
     def _listen(self, answers: IO[bytes]) -> None:
         for line in answers:
             told = json.loads(line)
-            if "said" in told:
+            if "started" in told:
+                self.workers[told["started"]].has_started(told["process"])
+            elif "said" in told:
                 self.workers[told["said"]].hear(told["text"])
             else:
                 self.workers.pop(told["ended"]).has_ended(told["code"])
