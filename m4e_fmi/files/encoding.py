@@ -8,11 +8,12 @@ Fields with the metadata LIVE are not in the file: they belong to the running pr
 from __future__ import annotations
 
 import types
+import typing
 from collections import deque
 from collections.abc import Iterable, Mapping
 from dataclasses import Field, fields, is_dataclass
 from functools import cache
-from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
+from typing import TypeVar, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 
@@ -22,11 +23,11 @@ _AT, _TYPE, _SIZE, _SHAPE, _CLASS, _SAME = "at", "dtype", "size", "shape", "clas
 _KINDS = "biuf"
 """Kinds of NumPy's types that arrays may have."""
 _Made = TypeVar("_Made")
-Json = Any
+Json = typing.Any
 """Values that `json` reads and writes."""
-Hint = Any
+Hint = Json
 """A type hint: a class, or what `typing` makes of one."""
-Decoded = Any
+Decoded = Json
 """A value of the type that a hint asks for."""
 
 

@@ -7,15 +7,17 @@ connections, actions of the scenario, settings, recorded variables.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Mapping
 from dataclasses import fields
 
 import m4e_fmi
 from m4e_fmi.cosim.connections.prepared import Prepared
-from m4e_fmi.errors import InputError, Problem
+from m4e_fmi.errors import InputError
 
 FREE = ("stop_time", "checkpoint_interval", "checkpoint_wall_interval")
 """Settings of a simulation that may differ."""
+_SHA_256 = re.compile(r"\b([0-9a-f]{12})[0-9a-f]{52}\b")
 _SHOWN = 60
 """Characters of a value that a message shows."""
 
@@ -31,7 +33,8 @@ def identity(
     found = {"the version of m4e_fmi": m4e_fmi.__version__}
     for component in system.components:
         name, description = component.name, prepared.descriptions[component.name]
-        found[f"the FMU of {name}"] = f"{description.path.name} (SHA-256 {description.content})"
+        content = f"{description.path.name}, SHA-256 {description.content}"
+        found[f"the file of {name}'s FMU"] = content
         found |= {f"start value {name}.{v}": str(given) for v, given in component.start.items()}
         found |= {f"unit of {name}.{v}": str(unit) for v, unit in component.units.items()}
         found[f"step_size of {name}"] = str(component.step_size)
@@ -56,19 +59,13 @@ def check_identity(path: str, kept: Mapping[str, str], present: Mapping[str, str
     names = [n for n in {**kept, **present} if kept.get(n) != present.get(n)]
     if not names:
         return
-    remedy = "give it as it was, or run again from the start"
-    raise InputError(
-        Problem(
-            f"the checkpoint is of another run: {name} was {_shown(kept.get(name))}, "
-            f"and is {_shown(present.get(name))}",
-            remedy,
-            path,
-        )
-        for name in names
-    )
+    differ = [f"{n} was {_shown(kept.get(n))}, and is {_shown(present.get(n))}" for n in names]
+    message = f"the checkpoint is of another run: {'; '.join(differ)}"
+    raise InputError.single(message, "give it as it was, or run again from the start", path)
 
 
 def _shown(value: str | None) -> str:
     if value is None:
         return "not given"
+    value = _SHA_256.sub(r"\1", value)
     return value if len(value) <= _SHOWN else f"{value[:_SHOWN]} …"

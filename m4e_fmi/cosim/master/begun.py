@@ -152,7 +152,6 @@ def _master(
     resumed = options.resumed
     if resumed:
         resumed.check(same, system.system.simulation.stop_time)
-        resumed.tell(options.tell)
     with Master(
         system,
         certify=options.certify and options.paced is None,
@@ -183,9 +182,11 @@ def _written(
         earlier=[] if resumed and resumed.path == own else [own],
         begun=resumed.rows if resumed else None,
     )
+    if resumed:
+        resumed.tell(options.tell)
     if begun.system.system.simulation.has_checkpoints and not options.changeable:
         begun.checkpoints = checkpoints(
-            begun.system, place, same, tell=options.tell, warn=options.warn
+            begun.system, place, same, tell=None if resumed else options.tell, warn=options.warn
         )
         if resumed:
             begun.checkpoints.go_on(resumed.path, resumed.head.time)

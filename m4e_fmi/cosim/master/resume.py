@@ -45,6 +45,7 @@ class Resumed:
 
         InputError if there is none, or if it is damaged.
         """
+        results_of(path)
         parts = read_checkpoint(path)
         head = parts.part(HEAD, Head)
         why = head.without

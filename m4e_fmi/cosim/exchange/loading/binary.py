@@ -184,7 +184,7 @@ class Hosted(Binary):
 
 
 def _not_loaded(description: Description, files: Files, origin: str, why: str) -> RunError:
-    text = why.replace(str(files.folder), "")
+    text = why.replace(f"{files.folder}{os.sep}", "")
     remedy = f"a library it needs is missing, or it is not an FMI {description.version} binary"
     return RunError(f"{origin}: its binary cannot be loaded: {text}", remedy)
 

@@ -75,6 +75,6 @@ def test_mistakes_of_the_command_line(
     assert "results.nc.checkpoint: the checkpoint cannot be read: no such file" in refused(
         "--resume"
     )
-    assert "system.yaml: is not a checkpoint" in refused("--resume", str(system))
+    assert "system.yaml: is not named as a checkpoint" in refused("--resume", str(system))
     text = refused("--checkpoint-interval", "0")
     assert "checkpoint_interval 0 s: expected a time above 0" in text
