@@ -76,7 +76,7 @@ def xml_root(content: bytes, file: str) -> Element:
     try:
         return etree.fromstring(content, _parser(), base_url=file)
     except etree.XMLSyntaxError as error:
-        problem = Problem(f"not well-formed XML: {error.msg}", "", file, error.lineno or 0)
+        problem = Problem(f"is not well-formed XML: {error.msg}", "", file, error.lineno or 0)
         raise InputError([problem]) from None
 
 

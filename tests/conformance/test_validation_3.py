@@ -143,7 +143,7 @@ def test_info_lists_directional_derivatives(
     ("old", "new", "finding", "message"),
     [
         (b'"body.b0.force"', b'"nothing"', "terminals.variables", "not there: nothing (line 5)"),
-        (b"</fmiTerminalsAndIcons>", b"", "terminals.invalid", "is not valid XML"),
+        (b"</fmiTerminalsAndIcons>", b"", "terminals.invalid", "is not well-formed XML"),
     ],
 )
 def test_terminals_of_nothing_are_found(

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from m4e_fmi.cosim.checkpoint.state import Saved, State
 from m4e_fmi.cosim.exchange.layout import NetworkSnapshot
-from m4e_fmi.cosim.exchange.network import Network
+from m4e_fmi.cosim.exchange.network import OWN_PLACES, Network
 from m4e_fmi.fmu.importer.calls import SerializedState
 from m4e_fmi.fmu.importer.reading import Description
 from m4e_fmi.signals import not_lost
@@ -39,8 +39,14 @@ def serialized(network: Network, state: State) -> States:
 
 @not_lost()
 def deserialize(network: Network, saved: Saved) -> None:
-    """Give the FMUs of another process their states; RunError if one refuses."""
+    """Give the FMUs of another process their states; RunError if one refuses.
+
+    ValueError for states that cannot be of a run of this network.
+    """
     for point in _different(saved.state.points):
+        if not OWN_PLACES <= point.place < MOST_PLACES:
+            raise ValueError(f"a state at place {point.place}")
+        network.discrete.check(point.discrete)
         for name, instance in network.instances.items():
             state = saved.fmu_states[point.place][name]
             instance.rollback.deserialize(instance.slot(point.place), state)

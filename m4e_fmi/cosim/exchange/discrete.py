@@ -154,6 +154,18 @@ class Discrete:
         """Cells (n_cells,) in their units, those of the last settled point, and late changes."""
         return self.cells.copy(), self._before.copy(), tuple(self._echo)
 
+    def check(self, kept: Kept) -> None:
+        """ValueError if `kept`, cells (n_cells,) in the outputs' units, has texts that are not."""
+        cells, before, _ = kept
+        if cells.shape != self.cells.shape or before.shape != self._before.shape:
+            raise ValueError(f"{len(cells)} values that are not Real, of {len(self.cells)}")
+        late = zip(self.outputs, cells[self._late :], strict=False)
+        known = [*zip(self._index, cells, strict=False), *late]
+        for port, cell in (*known, *zip(self.outputs, before, strict=True)):
+            variable = self._instances[port.component].description.variables[port.variable]
+            if variable.type == "String" and not 0 <= cell < len(self.texts):
+                raise ValueError(f"text {cell} of {port}")
+
     def bring(self, kept: Kept) -> None:
         """Return to `kept`, cells (n_cells,) in the outputs' units; the FMUs have them already."""
         cells, before, echo = kept

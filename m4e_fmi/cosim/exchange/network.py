@@ -67,7 +67,9 @@ class Network(ExchangedVariables):
     `values` (five blocks of outputs, and further outputs) are in the units of the FMUs; `inputs[k]`
     is the value of the connected input `targets[k]` at the present point, in the unit of its
     source. All these are Real; other values are in `discrete`. `roughness` is the largest share of
-    an input's size by which it still misses its source where algebraic loops are solved. `pause` is
+    an input's size by which it still misses its source where algebraic loops are solved. `left` are
+    the values (n,) before the scenario's actions at this point, in the same units, if it has acted
+    (None: it has not). `pause` is
     called between steps that are not part of the run, and raises to end them early. `recorded` are
     the outputs by component that results will have (None: all scalars); those that are not
     exchanged are read too, and all others if they are `watched`.
@@ -94,6 +96,7 @@ class Network(ExchangedVariables):
         self.coarse = 1.0
         self.pause: Callable[[], None] = lambda: None
         self.last = self.size = 0.0
+        self.left: np.ndarray | None = None
         self.roughness = 0.0
         self.inputs = np.zeros(len(self.targets))
         exchange = prepared.structure.exchange
@@ -207,7 +210,9 @@ class Network(ExchangedVariables):
         """Let the scenario act at the present point; the actions that have begun or ended."""
         if not self.scenario:
             return ()
+        before = self.values.copy()
         acted = self.scenario.act(self.time)
+        self.left = before if acted.ports else None
         for component, names in acted.changes.items():
             self._read_again(component, names)
         if acted.again:

@@ -14,7 +14,7 @@ from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.error_estimate.estimator import ErrorEstimator, error_estimator, without_rollback
 from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport
 from m4e_fmi.cosim.error_estimate.step_doubling import StepDoublingEstimator
-from m4e_fmi.cosim.exchange.events import ended, ended_at_once
+from m4e_fmi.cosim.exchange.events import ended
 from m4e_fmi.cosim.exchange.fmu_log import FmuMessage, Journal, Warn
 from m4e_fmi.cosim.exchange.interruption import closing_down, same_folder, setting_up, stepping
 from m4e_fmi.cosim.exchange.loading.binary import Binary, binaries
@@ -24,7 +24,7 @@ from m4e_fmi.cosim.master.checkpoints import Checkpoints, saving
 from m4e_fmi.cosim.master.discarded import at_every_length
 from m4e_fmi.cosim.master.instances import initialised
 from m4e_fmi.cosim.master.resume import Resumed
-from m4e_fmi.cosim.master.told import certified, network_notes
+from m4e_fmi.cosim.master.told import certified, early_end, network_notes, unbalanced
 from m4e_fmi.cosim.monitoring.instability import Stability
 from m4e_fmi.cosim.monitoring.late_dependence import SecondLook
 from m4e_fmi.cosim.results.writer import ResultsWriter
@@ -83,7 +83,8 @@ class Master:
 
     def __enter__(self) -> Master:
         with setting_up(), ExitStack() as stack:
-            self._loaded = self._binaries(stack)
+            prepared = self._prepared
+            self._loaded = binaries(prepared.descriptions, stack, None, prepared.hosts)
             self.network = self._initialised(self._loaded, stack, self._journal, "")
             self._prepare(stack)
             self._open = stack.pop_all()
@@ -97,11 +98,6 @@ class Master:
     ) -> None:
         with closing_down():
             self._open.__exit__(kind, error, trace)
-
-    def _binaries(
-        self, stack: ExitStack, loaded: Mapping[str, Binary] | None = None
-    ) -> dict[str, Binary]:
-        return binaries(self._prepared.descriptions, stack, loaded, self._prepared.hosts)
 
     def _initialised(
         self, loaded: Mapping[str, Binary], stack: ExitStack, journal: Journal | None, suffix: str
@@ -158,13 +154,13 @@ class Master:
     @property
     def _shortens(self) -> bool:
         """True if all components can go back, and make a shorter step then."""
-        return not self._without_rollback() and all(
-            rate.shortens for rate in self._prepared.rates.values()
-        )
+        rates = self._prepared.rates.values()
+        return not self._without_rollback() and all(rate.shortens for rate in rates)
 
     def _second(self, stack: ExitStack) -> Network:
         """A second network at the start time; `stack` closes it."""
-        loaded = self._binaries(stack, self._loaded)
+        prepared = self._prepared
+        loaded = binaries(prepared.descriptions, stack, self._loaded, prepared.hosts)
         return self._initialised(loaded, stack, None, SECOND_SET)
 
     def certificate(self) -> CouplingErrorReport | str:
@@ -215,16 +211,8 @@ class Master:
         """Components' own steps, what the algorithm does without, and events; one line each."""
         own = [f"{name} {rate}" for name, rate in self._prepared.rates.items()]
         seen = network_notes(self.network, self._time_loop.switches)
-        seen += self._unbalanced()
+        seen += unbalanced(self.network, self._prepared.wiring.bonds)
         return (*own, *self._algorithm.notes, *seen, *([self.ended] if self.ended else []))
-
-    def _unbalanced(self) -> list[str]:
-        """The bonds whose energies are not summed; no line if there are none."""
-        bonds = self._prepared.wiring.bonds
-        kept = self.network.scenario.untouched(bonds)
-        names = [bond.name for bond in bonds if bond not in kept]
-        told = f"the scenario changes signals of {' and '.join(names)}: no energy balance there"
-        return [told] if names else []
 
     @property
     def scenario(self) -> tuple[str, ...]:
@@ -235,14 +223,12 @@ class Master:
     def warnings(self) -> tuple[str, ...]:
         """Warnings of the run up to the present point, one line each."""
         grown = self._stability.warning()
-        at_once = [] if self.steps else ended_at_once(self.network.instances.values())
         stop = self._prepared.system.simulation.stop_time
-        if self.steps and self.ended and round((stop - self.network.time) * NS_PER_SECOND) > 0:
-            at_once = [f"the run ended before its stop time of {stop:.9g} s: {self.ended}"]
+        early = early_end(self.network, stop, steps=self.steps)
         certificate = self.certificate() if self._certify else ""
         known = isinstance(certificate, CouplingErrorReport)
         useless = certificate.warning(advice=not grown) if known else ""
-        return (*at_once, *self._second_look.notes, *filter(None, (grown, useless)))
+        return (*early, *self._second_look.notes, *filter(None, (grown, useless)))
 
     @property
     def messages(self) -> tuple[FmuMessage, ...]:
@@ -273,11 +259,7 @@ class Master:
             resumed.bring(self)
         tell, limits = ticking.ticker(progress), [one for one in (resumed, checkpoints) if one]
         self._observe(observers)
-        with (
-            stepping(self._time_loop.halt, self._where) as check,
-            self._pausing(check),
-            saving(checkpoints, self, results) as save,
-        ):
+        with self._stepping() as check, saving(checkpoints, self, results) as save:
             while not self.done:
                 self._advance(min((one.rest(self) for one in limits), default=math.inf))
                 if resumed:
@@ -287,18 +269,16 @@ class Master:
                 save()
                 check()
 
-    def _where(self) -> str:
-        """Where the run is, for a message."""
-        return f" (after t = {self._time_loop.time:.9g} s)"
-
     @contextmanager
-    def _pausing(self, check: Callable[[], None]) -> Generator[None]:
-        """Within this, `check` ends steps early that are none of the run."""
-        self.network.pause = check
-        try:
-            yield
-        finally:
-            self.network.pause = lambda: None
+    def _stepping(self) -> Generator[Callable[[], None]]:
+        """Signals wait for the ends of steps; the yielded call raises them there."""
+        loop = self._time_loop
+        with stepping(loop.halt, lambda: f" (after t = {loop.time:.9g} s)") as check:
+            self.network.pause = check  # it ends steps early that are none of the run
+            try:
+                yield check
+            finally:
+                self.network.pause = lambda: None
 
     @not_lost()
     def begin(self, results: ResultsWriter | None = None, *, singly: bool) -> None:
@@ -346,7 +326,7 @@ class Master:
 
     def step(self) -> None:
         """Make one step; KeyboardInterrupt and Terminated come after it."""
-        with stepping(self._time_loop.halt, self._where) as check, self._pausing(check):
+        with self._stepping():
             self._advance()
 
     def set(self, component: str, values: Mapping[str, Value]) -> None:
@@ -368,11 +348,10 @@ class Master:
     @not_lost()
     def save(self) -> State:
         """The present state of everything; RunError naming FMUs that cannot save theirs."""
-        fixed = self._without_rollback()
-        if fixed:
+        if fixed := self._without_rollback():
+            who = " and ".join(fixed)
             raise RunError(
-                f"the state cannot be saved: {' and '.join(fixed)} cannot roll back "
-                "(canGetAndSetFMUstate)",
+                f"the state cannot be saved: {who} cannot roll back (canGetAndSetFMUstate)",
                 "use FMUs that can, or run again from the start",
             )
         point = self.network.keep()

@@ -42,9 +42,10 @@ class Lateness:
     def __str__(self) -> str:
         text = (
             f"{self.factor:g} × real time: {self.late} of {self.points} points late, lateness "
-            f"{1e3 * self.largest:.3g} ms at most, {1e3 * self.mean:.3g} ms in the mean"
+            f"{1e3 * self.largest:.3g} ms at most, {1e3 * self.mean:.3g} ms in the mean, "
+            f"{1e3 * self.last:.3g} ms at the end"
         )
-        slow = f"; too slow for it, {self.last:.3g} s late at the end"
+        slow = f"; too slow for it, the end was {self.last:.3g} s late"
         return text + (slow if self.is_slow else "")
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from m4e_fmi.cosim.checkpoint.state import State
 from m4e_fmi.cosim.connections.connect import Port, Wiring
 from m4e_fmi.cosim.master.master import Master
+from m4e_fmi.cosim.scenario.plan import why_fixed
 from m4e_fmi.cosim.system.start_values import Value, value_of
 from m4e_fmi.errors import InputError, RunError, UnknownNameError, suggestion
 from m4e_fmi.fmu.importer.reading import Description, Variable
@@ -145,11 +146,7 @@ class Execution:
         """Why a variable cannot be set between steps; empty if it can."""
         if port in self._sources:
             return f"is connected to {self._sources[port]}"
-        if variable.causality == "input" or variable.variability == "tunable":
-            return "" if variable.causality in ("input", "parameter") else "is calculated"
-        if variable.causality == "parameter":
-            return f"is a {variable.variability} parameter, to be given under start"
-        return f"is of causality {variable.causality}"
+        return why_fixed(variable)
 
     def _variable(self, name: str) -> tuple[Port, Variable]:
         component, _, inner = name.partition(".")

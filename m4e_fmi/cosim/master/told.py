@@ -1,15 +1,17 @@
-"""The coupling errors that a run states, and its notes of what was seen in its network."""
+"""The coupling errors that a run states, its notes of what was seen, and a warning."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
+from m4e_fmi.cosim.connections.links import Bond
 from m4e_fmi.cosim.error_estimate.estimator import ErrorEstimator
 from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport, certificate
 from m4e_fmi.cosim.error_estimate.shadow_run import ShadowRun
 from m4e_fmi.cosim.exchange.discrete import Switches
-from m4e_fmi.cosim.exchange.events import event_notes
+from m4e_fmi.cosim.exchange.events import ended, ended_at_once, event_notes
 from m4e_fmi.cosim.exchange.network import Network
+from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
 
 
 def certified(
@@ -55,3 +57,22 @@ def network_notes(network: Network, switches: Switches) -> list[str]:
             "nearly the same inputs jump by that much"
         )
     return seen
+
+
+def unbalanced(network: Network, bonds: Sequence[Bond]) -> list[str]:
+    """A note of the bonds whose energies are not summed, as a scenario changes their signals."""
+    kept = network.scenario.untouched(bonds)
+    names = [bond.name for bond in bonds if bond not in kept]
+    told = f"the scenario changes signals of {' and '.join(names)}: no energy balance there"
+    return [told] if names else []
+
+
+def early_end(network: Network, stop_time: float, *, steps: int) -> list[str]:
+    """A warning of FMUs that have asked for the end before the stop time [s]."""
+    instances = network.instances.values()
+    if not steps:
+        return ended_at_once(instances)
+    asked = ended(instances)
+    if asked and round((stop_time - network.time) * NS_PER_SECOND) > 0:
+        return [f"the run ended before its stop time of {stop_time:.9g} s: {asked}"]
+    return []

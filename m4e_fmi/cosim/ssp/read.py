@@ -20,6 +20,7 @@ from m4e_fmi.cosim.ssp.fmus import add_units, check_connectors, flat_names, read
 from m4e_fmi.cosim.ssp.names import OSP_SPACE, OWN, SSC, SSD, SSD_FILE
 from m4e_fmi.cosim.ssp.package import Element, Package
 from m4e_fmi.cosim.ssp.parameters import Value, bound_parameters, targets
+from m4e_fmi.cosim.ssp.scenario import scenario_in
 from m4e_fmi.cosim.ssp.signals import Flow, follow, read_edges
 from m4e_fmi.cosim.ssp.units import Definition, read_units
 from m4e_fmi.cosim.system.component import Component, FmuFile
@@ -78,6 +79,7 @@ def read_ssp(path: str | Path) -> System:
         description=root.get("description") or tree.element.get("description") or "",
         inputs=inputs,
         outputs=outputs,
+        scenario=scenario_in(package, _annotation(root)),
         notes=tuple(package.notes),
         folder=package.path.parent,
     )

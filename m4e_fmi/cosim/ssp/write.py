@@ -2,8 +2,9 @@
 
 Every connected variable becomes a connector, every link a connection; start values go into a
 parameter set for each component, where most tools look for them. What SSP has no place for is in
-annotations: which connections are one of ours (``a.m <-> b.end``), and how to step, the components'
-own steps included; the system's step alone also in the words of the Open Simulation Platform.
+annotations: which connections are one of ours (``a.m <-> b.end``), how to step, the components'
+own steps included, and the scenario; the system's step alone also in the words of the Open
+Simulation Platform.
 """
 
 from __future__ import annotations
@@ -32,6 +33,7 @@ from m4e_fmi.cosim.ssp.names import (
     VERSION,
 )
 from m4e_fmi.cosim.ssp.package import Element
+from m4e_fmi.cosim.ssp.scenario import annotated_scenario
 from m4e_fmi.cosim.ssp.units import Definition, write_units
 from m4e_fmi.cosim.system.component import Component
 from m4e_fmi.cosim.system.connection_text import Connection, parse_connection
@@ -48,7 +50,8 @@ _JSON = "{urn:m4e_fmi}json"
 def write_ssp(prepared: Prepared, path: str | Path) -> Path:
     """Write the system with all its FMUs to `path`; RunError if that cannot be written."""
     path = Path(path)
-    told, prepared = annotated(prepared.system), flattened(prepared)
+    told = {**annotated(prepared.system), **annotated_scenario(prepared.system)}
+    prepared = flattened(prepared)
     resources = _resources(prepared)
     parameters = _parameter_sets(prepared)
     descriptions = prepared.descriptions

@@ -7,11 +7,10 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, ConfigDict, Field, model_validator
 
-from m4e_fmi.cosim.system.simulation import Time
+from m4e_fmi.cosim.system.simulation import LONGEST, Time
 from m4e_fmi.files.document import Section, rejected
 
-Number = Annotated[float, Field(allow_inf_nan=False)]
-Amount = Number | str
+Amount = float | str
 """A number in the unit of its signal, or a text with a unit of its own: ``"2 cm"``."""
 
 
@@ -104,6 +103,8 @@ class Action(Section):
             told = "both 'at' and 'when'" if self.at is not None else "neither 'at' nor 'when'"
             remedy = "give a time, 'at: 10 s', or a condition, 'when: buoy.z > 2 m'"
             yield f"an action has {told}", remedy
+        if self.at is not None and not abs(self.at) < LONGEST:
+            yield f"'at' is {self.at:g} s", "give a time within the run"
         other = [
             key for key in _OPTIONS if key in self.model_fields_set and key not in KINDS[kinds[0]]
         ]

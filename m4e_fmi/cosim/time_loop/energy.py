@@ -164,21 +164,27 @@ class EnergyBalance:
 
     def restore(self, snapshot: EnergySnapshot) -> None:
         """Continue as from where the snapshot was taken; operations keep their addresses."""
+        if not 0 <= snapshot.steps < BLOCK:
+            raise ValueError(f"{snapshot.steps} steps are noted, of {BLOCK}")
         self._sums, self._steps = snapshot.sums, snapshot.steps
         self._points[:], self._held[:] = snapshot.points, snapshot.held
         self._sizes[:] = snapshot.sizes
 
-    def add(self, held: np.ndarray, size: float) -> None:
+    def add(self, held: np.ndarray, size: float, left: np.ndarray | None = None) -> None:
         """Account for a step of `size` [s] to the present point.
 
-        The inputs `held` (n_inputs,) are in their sources' units.
+        The inputs `held` (n_inputs,) are in their sources' units. If there was a jump at the
+        present point, `left` (n,) are all values before it, in their units.
         """
         if not self._bonds:
             return
         step = self._steps
-        self._values.take(self._index, out=self._points[step + 1], mode="clip")
+        values = self._values if left is None else left
+        values.take(self._index, out=self._points[step + 1], mode="clip")
         held.take(self._target, out=self._held[step], mode="clip")
         self.note(1, size)
+        if left is not None:
+            self.jump()
 
     def operations(self, held: np.ndarray) -> tuple[Operation, ...]:
         """Operations that note a step at place `noted` of a block.

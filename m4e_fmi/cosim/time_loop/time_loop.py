@@ -284,7 +284,7 @@ class TimeLoop:
             self._network.forget()
         changed = self._network.advance(self.now / NS_PER_SECOND)
         within = self._switched(changed, size) or within
-        self._energy.add(self._algorithm.held, size / NS_PER_SECOND)
+        self._energy.add(self._algorithm.held, size / NS_PER_SECOND, self._network.left)
         self.steps += 1
         if self._watcher:
             self._note.run(self._network.time)

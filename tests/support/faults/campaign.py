@@ -13,7 +13,16 @@ from pathlib import Path
 import numpy as np
 from support.faults.build import build_faulty
 from support.faults.table import BYTES, CLOSING, KINDS, NAMES, RUNNING, STATES, Fault
-from support.faults.trial import COMPONENTS, STEP, STOP, Done, Place, differences, write_system
+from support.faults.trial import (
+    CHECKPOINTS,
+    COMPONENTS,
+    STEP,
+    STOP,
+    Done,
+    Place,
+    differences,
+    write_system,
+)
 
 from m4e_fmi.results.results_file import Results
 
@@ -23,11 +32,12 @@ PAIRS = tuple((kind, call) for kind in KINDS for call in kind.calls)
 
 @dataclass(frozen=True)
 class Setting:
-    """Version of FMI, algorithm, and whether the FMUs can turn their state into bytes."""
+    """Version of FMI, algorithm, if the FMUs turn their state into bytes, if steps are adaptive."""
 
     version: int
     algorithm: str
     serial: bool = True
+    adaptive: bool = False
 
     @property
     def options(self) -> str:
@@ -45,7 +55,7 @@ class Case:
     fault: Fault
 
     def __str__(self) -> str:
-        return f"{self.setting} {self.fault.plan}"
+        return f"{self.setting}: {self.fault.plan.strip()}"
 
     @property
     def same_until(self) -> float:
@@ -64,9 +74,10 @@ def case(seed: int, number: int) -> Case:
     if call in STATES:
         algorithms = algorithms[2:]
     serial = call in BYTES or chance.random() < 0.7
-    setting = Setting(version, chance.choice(algorithms), serial)
+    adaptive = version > 1 and chance.random() < 0.2
+    setting = Setting(version, chance.choice(algorithms), serial, adaptive)
     component = chance.choice(list(COMPONENTS))
-    since, count = 0.0, chance.randint(1, 2)
+    since, count = 0.0, chance.choice([1, 1, 1, 2])
     if call in (*STATES, *BYTES):
         since, count = chance.uniform(0.0, 0.5 * STOP), 1
     elif call in RUNNING and chance.random() < 0.85:
@@ -99,7 +110,10 @@ class Campaign:
         """A folder with the system of a setting; checkpoints are taken if it is to be disturbed."""
         place = Place(folder)
         fmus = self.fmus(setting.version, setting.options)
-        write_system(place, fmus, setting.algorithm, checkpoints=disturbed)
+        more = {"coupling_tolerance": 1e-3} if setting.adaptive else {}
+        if disturbed:
+            more["checkpoint_interval"] = CHECKPOINTS
+        write_system(place, fmus, algorithm=setting.algorithm, **more)
         return place
 
     def check(self, case: Case, folder: Path) -> str:
@@ -166,7 +180,7 @@ def says(case: Case) -> list[str]:
     found = [rf"\b{fault.component}\b", fault.kind.says]
     if fault.kind.name not in ("nan", "inf", "discard"):
         found += [rf"{fault.component}\S*\.fmu|faulty_\w+\.fmu"]
-        found += [NAMES[fault.call][setting.version]]
+        found += [] if fault.kind.name == "late" else [NAMES[fault.call][setting.version]]
     if fault.since:
         found.append(r"t = \S+ s")
     return found

@@ -82,11 +82,20 @@ static void *stay(void *unused) {
     return unused;
 }
 
-static void leave_a_thread(void) {
+static void *crash_later(void *unused) {
+    usleep(20000);
+    abort();
+    return unused;
+}
+
+static void begin(void *(*does)(void *)) {
     pthread_t thread;
-    pthread_create(&thread, NULL, stay, NULL);
+    pthread_create(&thread, NULL, does, NULL);
     pthread_detach(thread);
 }
+
+static void leave_a_thread(void) { begin(stay); }
+static void leave_a_crash(void) { begin(crash_later); }
 
 static void spin(void) {
     for (volatile int on = 1; on;) continue;
@@ -123,7 +132,7 @@ static const struct {
     {"heap", overflow_heap}, {"fpe", divide}, {"exit", exit_0}, {"_exit", at_once_0},
     {"spin", spin}, {"sleep", sleep_on}, {"sigstop", stop}, {"sigkill", kill_oneself},
     {"pthread_exit", end_thread}, {"thread", leave_a_thread}, {"fork", fork_one}, {"hog", hog},
-    {"slow", be_slow},
+    {"slow", be_slow}, {"late", leave_a_crash},
 };
 
 enum { FLOOD = 1000 };
@@ -166,7 +175,7 @@ static void restore(void) {
 }
 
 static int strikes_once(const char *kind) {
-    const char *once[] = {"thread", "fork", "stdout", "log", "close"};
+    const char *once[] = {"thread", "late", "fork", "stdout", "log", "close"};
     for (size_t i = 0; i < sizeof once / sizeof *once; i++)
         if (!strcmp(kind, once[i])) return 1;
     return 0;

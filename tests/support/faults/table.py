@@ -56,6 +56,7 @@ KINDS = (
     Kind("_exit", "fails", "exit code 0"),
     Kind("sigkill", "fails", "SIGKILL"),
     Kind("hog", "fails", f"SIGABRT|{LIMIT}", (*SET_UP, *RUNNING)),
+    Kind("late", "either", "SIGABRT"),  # a thread, in another call, or after the last
     # no answer comes
     Kind("spin", "fails", LIMIT),
     Kind("sleep", "fails", LIMIT),

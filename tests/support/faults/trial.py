@@ -181,21 +181,14 @@ def finished(place: Place, running: Running, limit: float = IN_TIME) -> Done:
     return Done(code, out, err, seconds, running.pid)
 
 
-def write_system(
-    place: Place, fmus: Mapping[str, Path], algorithm: str, *, checkpoints: bool
-) -> None:
-    """The file of the system of COMPONENTS."""
-    simulation: dict[str, object] = {
-        "stop_time": STOP, "step_size": STEP, "algorithm": algorithm,
-    }  # fmt: skip
-    if checkpoints:
-        simulation["checkpoint_interval"] = CHECKPOINTS
+def write_system(place: Place, fmus: Mapping[str, Path], **settings: str | float) -> None:
+    """The file of the system of COMPONENTS; `settings` go into ``simulation``."""
     components = {name: {"fmu": str(path)} for name, path in fmus.items()}
     content = {
         "name": "faults",
         "components": components | {"buoy": {**components["buoy"], "start": {"body.m.x": 1.0}}},
         "connections": ["buoy.body.m <-> arm.end", "arm.body.m <-> line.end"],
-        "simulation": simulation,
+        "simulation": {"stop_time": STOP, "step_size": STEP, **settings},
         "limits": {"call": LIMIT, "end": LIMIT, "memory": MEMORY},
         "environment": {"keep": [FAULTS]},
     }

@@ -22,7 +22,8 @@ from support.fuzz.families import families
 TESTS = Path(__file__).parents[2]
 MEMORY = 6 * 2**30
 """Bytes of address space that a process may have."""
-_SAVED_EVERY = 25
+_SAVED_EVERY, _TOO_LONG = 25, 24
+"""Cases after which the tally is saved; the signal of a process that took too long (SIGXCPU)."""
 
 
 @dataclass
@@ -50,6 +51,7 @@ def campaign(name: str, cases: int, start: int, folder: Path) -> Tally:
     folder = folder.resolve()
     folder.mkdir(parents=True, exist_ok=True)
     file, case = folder / f"{name}-{start}.json", folder / f"{name}-{start}.case"
+    again = -1
     while (tally := Tally.load(file)).next < cases:
         case.unlink(missing_ok=True)
         words = [name, str(tally.next), str(cases), str(start), str(folder)]
@@ -63,6 +65,10 @@ def campaign(name: str, cases: int, start: int, folder: Path) -> Tally:
                 raise RuntimeError(ended.stderr)
             number = int(case.read_text())
             tally = Tally.load(file)
+            if ended.returncode == -_TOO_LONG and number != again:  # a busy machine may do that
+                again = tally.next = number
+                tally.save(file)
+                continue
             how = f"process ended with {ended.returncode}: {ended.stderr[-2000:]}"
             tally.wrong.append(f"case {number}: {how}")
             _keep(case.with_suffix(".now"), number)

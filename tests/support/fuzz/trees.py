@@ -68,9 +68,9 @@ def _change(data: Any, whole: Any, rng: random.Random) -> None:
         case 2 | 3:
             target[last] = copy.deepcopy(_at(whole, rng.choice(list(_places(whole)))))
         case 4 if isinstance(target, list):
-            target.extend(copy.deepcopy([target[last]]) * rng.choice((1, 1, 10, 1000)))
+            target.extend(copy.deepcopy([target[last]]) * rng.choice((1, 1, 10, 100)))
         case 4:
-            for k in range(rng.choice((1, 1, 10, 300))):
+            for k in range(rng.choice((1, 1, 10, 100))):
                 target[f"{last}{k}"] = copy.deepcopy(target[last])
         case 5:
             deep: Any = target[last]

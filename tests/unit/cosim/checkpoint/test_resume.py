@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import shutil
 from collections.abc import Mapping
 from dataclasses import replace
@@ -169,3 +170,31 @@ def test_a_full_disk_leaves_the_checkpoint_before_and_is_told(
     )
     assert told[0].startswith("warning: no checkpoint at t = 3 s: the disk is full; the last is of")
     assert outcome.steps == 400
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        (b'"place":2', b'"place":9'),
+        (b'"place":2', b'"place":1'),
+        (b'"steps":200,"shortened"', b'"steps":2e2,"shortened"'),
+        (b'"most":', b'"must":'),
+        (b'"class":"EnergySnapshot","sums"', b'"class":"LoopSnapshot","sums"  '),
+        (b'"fmu_states":[[3,', b'"fmu_states":[[7,'),
+    ],
+)
+def test_a_forged_state_is_refused(c_fmu: Fmus, tmp_path: Path, old: bytes, new: bytes) -> None:
+    file = tmp_path / "results.nc"
+    whole = oscillator(c_fmu, Simulation(2, 0.01, "jacobi", checkpoint_interval=1.0))
+    run(whole, results=file)
+    path = checkpoint_of(file)
+    magic, _, content = path.read_bytes().split(b"\n", 2)
+    length, _, rest = content.partition(b"\n")
+    assert old in rest
+    altered = rest.replace(old, new, 1)
+    size = int(length) + len(new) - len(old)
+    content = b"%d\n" % size + altered
+    digest = hashlib.sha256(content).hexdigest().encode()
+    path.write_bytes(magic + b"\n" + digest + b"\n" + content)
+    with pytest.raises(InputError, match="is damaged"):
+        run(whole, results=file, resume=True)

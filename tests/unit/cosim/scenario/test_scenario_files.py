@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from support.small_systems import Fmus, system
 
-from m4e_fmi.cosim import Action, load, prepare, run
+from m4e_fmi.cosim import Action, load, prepare, run, save_system
 from m4e_fmi.cosim.input_checks.inputs import checked_inputs
 from m4e_fmi.cosim.load import load_system
 from m4e_fmi.errors import InputError
@@ -84,6 +84,13 @@ def test_actions_are_recorded_and_told(c_fmu: Fmus, tmp_path: Path) -> None:
         ("{freeze: spring.end.x}", "neither 'at' nor 'when'"),
         ("{at: 1}", "does nothing"),
         ("{at: -1, freeze: spring.end.x}", "before the start time of 0 s"),
+        ("{at: .nan, freeze: spring.end.x}", "'at' is nan s"),
+        ("{at: .inf, freeze: spring.end.x}", "'at' is inf s"),
+        ("{when: body.body.m.x > 1e999, freeze: spring.end.x}", "give a finite number"),
+        ("{at: 1, offset: {spring.end.x: .nan}}", "finite"),
+        ("{at: 1, delay: {spring.end.x: .nan}}", "give a time above 0"),
+        ("{at: 1, for: .nan, freeze: spring.end.x}", "'for' is nan s"),
+        ("{at: 1, set: {body.damping: .inf}}", "give a finite number"),
         ("{at: 1, for: 0 s, freeze: spring.end.x}", "'for' is 0 s"),
         ("{at: 1, freeze: spring.end.x, seed: 1}", "'freeze' has no 'seed'"),
         ("{at: 1, noise: {spring.end.x: 1}}", "noise without a seed"),
@@ -128,3 +135,20 @@ def test_a_replacement_that_follows_its_taker_at_once_is_refused(c_fmu: Fmus) ->
     with pytest.raises(InputError, match=r"third\.y depends on second\.u at once"):
         prepare(replace(chain, scenario=crossed))
     prepare(replace(chain, scenario={"passed": Action(at=0.5, replace={"third.u": "first.y"})}))
+
+
+def test_a_package_keeps_the_scenario(c_fmu: Fmus, tmp_path: Path) -> None:
+    (tmp_path / "soft.yaml").write_text("values: {spring.damping: 0.5}\n", encoding="utf-8")
+    path = written(
+        c_fmu,
+        tmp_path,
+        "stuck: {at: 505 ms, for: 1 s, freeze: spring.end.x}",
+        "soft: {when: body.body.m.x < -20 cm, parameters: soft.yaml}",
+        "rough: {at: 1, noise: {spring.end.x: 1 mm}, seed: 3}",
+    )
+    given = load_system(path)
+    package = save_system(given, tmp_path / "small.ssp", build_directory=tmp_path / "build")
+    outcomes = [run(one, build_directory=tmp_path / "build") for one in (given, package)]
+    assert load_system(package).scenario.keys() == given.scenario.keys()
+    assert outcomes[0].scenario == outcomes[1].scenario
+    assert "on" in outcomes[0].scenario[1]
