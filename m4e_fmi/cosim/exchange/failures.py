@@ -25,6 +25,11 @@ from m4e_fmi.fmu.importer.worker import Worker
 
 LAST_ERROR = "last_error"
 """Name of the string variable in which an FMU may explain an error."""
+KEEP = (
+    "; in its process it has few variables of the environment: name those that it needs under "
+    "`environment: {keep: […]}` of the system"
+)
+"""Remedy for FMUs that cannot begin in a process of their own."""
 ANSWERS = {**STATUS, 5: "Pending", EARLY: "an event", RESTLESS: "events without end"}
 """Texts of statuses."""
 
@@ -70,8 +75,11 @@ def failed_step(time: float, size: float) -> str:
     return f"the step from t = {begin} to {end} failed"
 
 
-def worker_lost(origin: str, when: str, worker: Worker) -> RunError:
-    """The error of an FMU, `origin`, whose process is gone; `when` says at what time, or step."""
+def worker_lost(origin: str, when: str, worker: Worker, further: str) -> RunError:
+    """The error of an FMU, `origin`, whose process is gone; `when` says at what time, or step.
+
+    `further` is a remedy beside that which follows from the process's ending.
+    """
     words = f": {worker.words}" if worker.words else ""
     message = f"{origin}: {when}: its process {worker.ending} in {worker.call}{words}"
     remedy = (
@@ -79,7 +87,7 @@ def worker_lost(origin: str, when: str, worker: Worker) -> RunError:
         if "return" in worker.ending
         else "the FMU is faulty: `m4e-fmi validate` on the file tells more"
     )
-    return RunError(message, remedy)
+    return RunError(message, remedy + further)
 
 
 def value_out_of_range(

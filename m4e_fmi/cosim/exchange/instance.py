@@ -18,6 +18,7 @@ import numpy as np
 
 from m4e_fmi.cosim.exchange.failures import (
     ANSWERS,
+    KEEP,
     DiscardedError,
     EndWithinError,
     EventWithinError,
@@ -123,7 +124,8 @@ class Instance:
             self._fmu.component = None
             self._check_worker("fmi2Instantiate")
             message = f"{self._origin}: cannot be instantiated{self._why.words()}"
-            raise RunError(message, "check the FMU alone: `fmpy simulate` on the file") from error
+            remedy = f"check the FMU alone: `fmpy simulate` on the file{self._surroundings}"
+            raise RunError(message, remedy) from error
 
     @property
     def _origin(self) -> str:
@@ -352,7 +354,7 @@ class Instance:
         if worker and worker.ending:
             self._fmu.component = None
             when = failed_step(self.time, size) if function == "fmi2DoStep" else self._when
-            raise worker_lost(self._origin, when, worker)
+            raise worker_lost(self._origin, when, worker, self._surroundings)
         what = f"{self._fmu.name(function)} answered {ANSWERS.get(status, status)}"
         words = self._why.words(status)
         remedy = "fix the problem stated by the FMU" if words else "check its inputs and parameters"
@@ -361,7 +363,8 @@ class Instance:
             remedy = self._why.step_remedy(status, size, first_step=self.time == self._start)
         else:
             what += f" {self._when}"
-            remedy = remedy if self._initialised else "check its parameters and start values"
+            if not self._initialised:
+                remedy = f"check its parameters and start values{self._surroundings}"
         if FATAL <= status < EARLY:
             self._fmu.component = None
         message = f"{self._origin}: {what}{words}"
@@ -373,6 +376,11 @@ class Instance:
                 self._fmu.events.ended = self.time if reached is None else reached
             raise kind(message, remedy, reached, self.name, size)
         raise RunError(message, remedy)
+
+    @property
+    def _surroundings(self) -> str:
+        """A further remedy for an FMU that cannot begin, and may miss what others have."""
+        return KEEP if self._binary.worker and not self._initialised else ""
 
     def _check_worker(self, function: str) -> None:
         """RunError if the FMU's worker is gone."""

@@ -210,6 +210,10 @@ NODE = (
     *(V(f"u{k}", "1", "input", 0.0) for k in range(3)),
     *(V(f"y{k}", "1", "output", 0.0, initial="exact") for k in range(3)),
 )
+WIDE = (
+    *(V(f"u{k}", "1", "input", 0.0) for k in range(10)),
+    *(V(f"y{k}", "s", "output", 0.0, initial="exact") for k in range(10)),
+)
 ENDING = (
     parameter("when", "s", 1.0),
     V("u", "1", "input", 0.0),
@@ -261,6 +265,7 @@ MODELS: dict[str, tuple[str, tuple[V, ...]]] = {
     "relay": ("relay.c", RELAY),
     "node": ("node.c", NODE),
     "ending": ("ending.c", ENDING),
+    "wide": ("wide.c", WIDE),
     "keeper": ("keeper.c", KEEPER),
     "rogue": ("rogue.c", ROGUE),
     "talker": ("talker.c", TALKER),

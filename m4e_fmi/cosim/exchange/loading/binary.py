@@ -254,6 +254,9 @@ def binaries(
             like = None if last and last.worker else last
             last = stack.enter_context(Binary(description, files, origin=origin, like=like))
         found[name] = known[description.path] = last
+    for binary in found.values():
+        if binary.worker:
+            stack.callback(binary.worker.leave)  # all at once, before the first is waited for
     return found
 
 

@@ -23,7 +23,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NoReturn
 
+Request = dict[str, Any]
+"""To start a worker: what `_serve` needs."""
 CHUNK = 65536
+MOST_DESCRIPTORS = 1024
+"""More than the keeper has."""
 PATIENCE = 0.05
 """Seconds after which workers are looked at that keep their output open beyond their end."""
 
@@ -55,10 +59,14 @@ class Keeper:
         """Serve the master until it is gone."""
         requests = sys.stdin.fileno()
         self._selector.register(requests, selectors.EVENT_READ)
+        ended = _told_of_ends()
+        self._selector.register(ended, selectors.EVENT_READ)
         try:
             while os.getppid() == self._master:  # others may hold the pipe open
                 for key, _ in self._selector.select(PATIENCE if self._workers else 1.0):
-                    if key.fd != requests:
+                    if key.fd == ended:
+                        os.read(ended, CHUNK)
+                    elif key.fd != requests:
                         self._hear(key.data)
                     elif not self._obey(os.read(requests, CHUNK)):
                         return
@@ -76,7 +84,7 @@ class Keeper:
             self._start(request["start"], request)
         return bool(text)
 
-    def _start(self, number: int, request: dict[str, Any]) -> None:
+    def _start(self, number: int, request: Request) -> None:
         self._folders.add(request["clear"])
         output, inner = os.pipe()
         process = os.fork()
@@ -87,10 +95,12 @@ class Keeper:
         self._selector.register(output, selectors.EVENT_READ, worker)
         _tell(started=number, process=process)
 
-    def _be_worker(self, output: int, request: dict[str, Any]) -> NoReturn:
+    def _be_worker(self, output: int, request: Request) -> NoReturn:
         """In the new process: nothing of the keeper's stays open but what FMUs may write to."""
         self._is_worker = True
         os.setsid()
+        signal.set_wakeup_fd(-1)
+        signal.signal(signal.SIGCHLD, signal.SIG_DFL)
         if sys.platform == "linux":
             ctypes.CDLL(None).prctl(_DEATH_SIGNAL, signal.SIGKILL)  # when the keeper is gone
         self._selector.close()
@@ -98,7 +108,7 @@ class Keeper:
         os.dup2(nothing, 0)
         os.dup2(output, 1)
         os.dup2(output, 2)
-        os.closerange(3, max([nothing, output, *(w.output for w in self._workers.values())]) + 1)
+        os.closerange(3, MOST_DESCRIPTORS)
         _serve(request)
         sys.exit(0)
 
@@ -139,6 +149,16 @@ class Keeper:
                 Path(f"{folder}.lock").unlink()
 
 
+def _told_of_ends() -> int:
+    """The end of a pipe that can be read when a worker has ended."""
+    ended, inner = os.pipe()
+    os.set_blocking(ended, False)
+    os.set_blocking(inner, False)
+    signal.signal(signal.SIGCHLD, lambda *_: None)
+    signal.set_wakeup_fd(inner, warn_on_full_buffer=False)
+    return ended
+
+
 def kill(process: int) -> None:
     """End a worker and its children, which are in a group of their own."""
     with suppress(ProcessLookupError, PermissionError):
@@ -157,7 +177,7 @@ def _tell(**what: object) -> None:
 # ---- in a worker ----
 
 
-def _serve(request: dict[str, Any]) -> None:
+def _serve(request: Request) -> None:
     """Load the FMU's library and perform calls on it until the master has no more."""
     runtime = ctypes.CDLL(request["runtime"])
     with open(request["memory"], "r+b") as file:  # noqa: PTH123  before pathlib is needed
@@ -172,7 +192,7 @@ def _serve(request: dict[str, Any]) -> None:
     runtime.m4e_remote_serve(channel, functions)
 
 
-def _settle(request: dict[str, Any]) -> None:
+def _settle(request: Request) -> None:
     """Environment, search path and limits; the working folder is that of the library for now."""
     os.environ.update(request["environment"])
     sys.path[:] = request["path"]
@@ -183,7 +203,7 @@ def _settle(request: dict[str, Any]) -> None:
     os.chdir(Path(request["library"]).parent)  # where some find the libraries that they need
 
 
-def _loaded(request: dict[str, Any]) -> ctypes.Array[ctypes.c_void_p]:
+def _loaded(request: Request) -> ctypes.Array[ctypes.c_void_p]:
     """Addresses of the FMU's functions, in the order of the runtime's list; None for no function.
 
     AttributeError if it lacks one of those that it has to have.

@@ -17,7 +17,7 @@ from contextlib import suppress
 from functools import partial
 from itertools import count
 from pathlib import Path
-from typing import IO, Any
+from typing import IO
 
 from m4e_fmi.fmu.importer.worker import keeper as keeper_program
 from m4e_fmi.fmu.importer.worker.channel import Channel, function_names, remote_library
@@ -208,7 +208,7 @@ class _Keeper:
             threading.Thread(target=target, daemon=True).start()
         atexit.register(self.close)
 
-    def start(self, worker: Worker, request: dict[str, Any]) -> None:
+    def start(self, worker: Worker, request: keeper_program.Request) -> None:
         """Start a worker's process."""
         with self._changing:
             number = next(self._numbers)
@@ -225,7 +225,7 @@ class _Keeper:
         except subprocess.TimeoutExpired:
             self._process.kill()
 
-    def _ask(self, request: dict[str, Any]) -> None:
+    def _ask(self, request: keeper_program.Request) -> None:
         line = json.dumps(request).encode("ascii") + b"\n"
         with self._changing:
             self._requests.write(line)
