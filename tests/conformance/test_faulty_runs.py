@@ -25,7 +25,6 @@ SAMPLE = (
     Case(OLD, Fault("arm", "step", KIND["segv"], 0.7)),
     Case(OLD, Fault("buoy", "initialise", KIND["exit"])),
     Case(USUAL, Fault("line", "step", KIND["sigstop"], 1.2)),
-    Case(USUAL, Fault("buoy", "instantiate", KIND["throw"])),
     Case(USUAL, Fault("arm", "get", KIND["rounding"], 0.5)),
     Case(NEW, Fault("buoy", "set", KIND["pthread_exit"], 0.9, 3)),
     Case(NEW, Fault("line", "terminate", KIND["abort"])),

@@ -6,6 +6,7 @@ that a run costs a third of that in a fresh interpreter.
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import json
 import multiprocessing
@@ -248,5 +249,6 @@ def _command(
     from m4e_fmi.cli import main
 
     code = main(list(arguments))
+    atexit._run_exitfuncs()  # as an interpreter does, but not a process of multiprocessing
     sys.stdout.flush()
     sys.exit(code)
