@@ -12,6 +12,7 @@ import re
 import zipfile
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -164,13 +165,13 @@ def test_components_of_one_file_are_probed_once(
     from m4e_fmi.cosim.preparation import trial_instances as trial
 
     made: list[str] = []
-    binary = trial.Binary
+    opened = trial.opened_binary
 
-    def counted(*arguments: object, origin: str) -> object:
+    def counted(*arguments: Any, origin: str, host: Any) -> object:
         made.append(origin)
-        return binary(*arguments, origin=origin)  # pyright: ignore[reportArgumentType]
+        return opened(*arguments, origin=origin, host=host)
 
-    monkeypatch.setattr(trial, "Binary", counted)
+    monkeypatch.setattr(trial, "opened_binary", counted)
     model = FmuFile(c_fmu("blind_integrator"))
     names = "abcd"
     links = tuple(f"{a}.y -> {b}.u" for a, b in zip(names, "bcda", strict=True))
