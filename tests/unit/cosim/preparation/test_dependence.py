@@ -31,6 +31,7 @@ from m4e_fmi.cosim import (
 )
 from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport
 from m4e_fmi.errors import InputError, RunError
+from m4e_fmi.fmu.importer.worker import Host
 
 Fmus = Callable[[str], Path]
 RING = ("a.y -> b.u", "b.y -> a.u")
@@ -164,13 +165,13 @@ def test_components_of_one_file_are_probed_once(
     from m4e_fmi.cosim.preparation import trial_instances as trial
 
     made: list[str] = []
-    binary = trial.Binary
+    binary = trial.opened_binary
 
-    def counted(*arguments: object, origin: str) -> object:
+    def counted(*arguments: object, origin: str, host: Host | None) -> object:
         made.append(origin)
-        return binary(*arguments, origin=origin)  # pyright: ignore[reportArgumentType]
+        return binary(*arguments, origin=origin, host=host)  # pyright: ignore[reportArgumentType]
 
-    monkeypatch.setattr(trial, "Binary", counted)
+    monkeypatch.setattr(trial, "opened_binary", counted)
     model = FmuFile(c_fmu("blind_integrator"))
     names = "abcd"
     links = tuple(f"{a}.y -> {b}.u" for a, b in zip(names, "bcda", strict=True))
