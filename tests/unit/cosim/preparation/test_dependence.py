@@ -12,7 +12,6 @@ import re
 import zipfile
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -32,6 +31,7 @@ from m4e_fmi.cosim import (
 )
 from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport
 from m4e_fmi.errors import InputError, RunError
+from m4e_fmi.fmu.importer.worker import Host
 
 Fmus = Callable[[str], Path]
 RING = ("a.y -> b.u", "b.y -> a.u")
@@ -165,11 +165,11 @@ def test_components_of_one_file_are_probed_once(
     from m4e_fmi.cosim.preparation import trial_instances as trial
 
     made: list[str] = []
-    opened = trial.opened_binary
+    binary = trial.opened_binary
 
-    def counted(*arguments: Any, origin: str, host: Any) -> object:
+    def counted(*arguments: object, origin: str, host: Host | None) -> object:
         made.append(origin)
-        return opened(*arguments, origin=origin, host=host)
+        return binary(*arguments, origin=origin, host=host)  # pyright: ignore[reportArgumentType]
 
     monkeypatch.setattr(trial, "opened_binary", counted)
     model = FmuFile(c_fmu("blind_integrator"))
