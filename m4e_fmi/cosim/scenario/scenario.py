@@ -1,9 +1,10 @@
 """A scenario in a run: its actions act at communication points, after the exchange there.
 
 First the actions begin and end that are due: their times, which steps of the master meet, have
-come, or their conditions hold. Then variables are set, and what takers of signals are given
-follows anew: by all active actions on a signal, in the order of the file. Where this changes
-anything, the network exchanges again, so that the point is consistent with it.
+come, or their conditions hold; so have the times of new random numbers. Then variables are set, and
+what takers of signals are given follows anew: by all active actions on a signal, in the order of
+the file. Where this changes anything, the network exchanges again, so that the point is consistent
+with it.
 
 All that an action knows of the past is in a snapshot; random numbers follow from the time. So steps
 may be taken back and repeated.
@@ -22,6 +23,7 @@ from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.scenario.effects import Effect, Given, Memory, Replace
 from m4e_fmi.cosim.scenario.plan import (
     COMPONENT,
+    NEVER,
     PlannedAction,
     Planner,
     Replacement,
@@ -30,9 +32,6 @@ from m4e_fmi.cosim.scenario.plan import (
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
 from m4e_fmi.cosim.system.start_values import Value
 from m4e_fmi.fmu.importer.calls.scaled import PLAIN, InputScales
-
-NEVER = 2**62
-"""A time [ns] that no run reaches."""
 
 
 class ComponentInstance(Protocol):
@@ -63,9 +62,11 @@ class Host(Protocol):
 class ScenarioSnapshot:
     """When each action has begun and ended [ns], values before it, memories, and scales of inputs.
 
+    `now` [ns] is the last point at which they have acted.
     `memories` are those of all effects, signal by signal; `scales` are factor and offset by signal.
     """
 
+    now: int
     began: tuple[int | None, ...]
     ended: tuple[int | None, ...]
     former: tuple[tuple[Value, ...], ...]
@@ -77,8 +78,8 @@ class ScenarioSnapshot:
 class Acted:
     """Changes that actions have made at a point.
 
-    `ports` are the variables of actions that have begun or ended, `changes` the variables set by
-    component, and `again` tells to exchange anew.
+    `ports` are the variables of actions that have begun, ended or drawn anew, `changes` the
+    variables set by component, and `again` tells to exchange anew.
     """
 
     ports: tuple[Port, ...]
@@ -107,6 +108,13 @@ class _Running:
             return NEVER if self.planned.at is None else self.planned.at
         duration = self.planned.duration
         return NEVER if duration is None or self.ended is not None else self.began + duration
+
+    def drawing(self, after: int) -> int:
+        """The time [ns] of its next random numbers after another, NEVER if there are none."""
+        every = self.planned.every
+        if every is None or self.began is None or self.ended is not None:
+            return NEVER
+        return self.began + ((after - self.began) // every + 1) * every
 
     def value_of(self, setting: Setting, former: Value, now: int) -> Value | None:
         """The value to set at the time `now`; None if it stays as it is."""
@@ -180,6 +188,7 @@ class Scenario:
         self.cells = np.zeros(len(planned), dtype=np.int64)
         self._signals: dict[Port, _Signal] = {}
         self.late: set[Port] = set()
+        self._now = 0
         links = {link.target: link for link in prepared.wiring.links}
         for action in self._actions:
             for effect in action.planned.effects:
@@ -218,8 +227,9 @@ class Scenario:
                     yield effect.what.port
 
     def next(self, now: int) -> int:
-        """The next time [ns] after `now` at which an action begins or ends; NEVER if unknown."""
-        return min((a.next for a in self._actions if a.next > now), default=NEVER)
+        """The next time [ns] after `now` of a beginning, an end or a drawing; NEVER if unknown."""
+        times = (time for a in self._actions for time in (a.next, a.drawing(now)))
+        return min((time for time in times if time > now), default=NEVER)
 
     def act(self, time: float) -> Acted:
         """Act at the present point, at `time` [s]; inputs and variables of FMUs change."""
@@ -235,7 +245,7 @@ class Scenario:
         return Acted(ports, changes, again=bool(changes) or any(given))
 
     def _turning(self, now: int) -> list[_Running]:
-        """The actions that begin or end now; they are noted."""
+        """The actions that begin, end or draw anew now; they are noted."""
         turning: list[_Running] = []
         self.late.clear()
         for action in self._actions:
@@ -247,10 +257,13 @@ class Scenario:
                 settings = action.planned.settings
                 action.former = tuple(self._value(setting.port) for setting in settings)
             else:
-                continue
+                due = action.drawing(self._now)
+                if due > now:
+                    continue
             if due != now:
                 self.late.add(action.port)
             turning.append(action)
+        self._now = now
         return turning
 
     def _holds(self, action: _Running) -> bool:
@@ -289,6 +302,7 @@ class Scenario:
         """All that later steps depend on, but for what FMUs know."""
         signals = self._signals.values()
         return ScenarioSnapshot(
+            self._now,
             tuple(action.began for action in self._actions),
             tuple(action.ended for action in self._actions),
             tuple(action.former for action in self._actions),
@@ -298,6 +312,7 @@ class Scenario:
 
     def restore(self, snapshot: ScenarioSnapshot) -> None:
         """Go on as from where the snapshot was taken."""
+        self._now = snapshot.now
         for k, action in enumerate(self._actions):
             action.began, action.ended = snapshot.began[k], snapshot.ended[k]
             action.former = snapshot.former[k]

@@ -54,8 +54,8 @@ ACTIONS = {
     "offset": (Action(offset={SIGNAL: "2 cm/s"}, at=0.507, duration=0.8), {"amount": 0.02}),
     "replace": (Action(replace={SIGNAL: 0.25}, at=0.507, duration=0.8), {"amount": 0.25}),
     "noise": (
-        Action(noise={SIGNAL: "5 mm/s"}, seed=7, at=0.507, duration=0.8),
-        {"amount": 0.005, "seed": 7, "every": 0.02},
+        Action(noise={SIGNAL: "5 mm/s"}, seed=7, every=0.03, at=0.507, duration=0.8),
+        {"amount": 0.005, "seed": 7, "every": 0.03},
     ),
     "delay": (Action(delay={SIGNAL: 0.113}, at=0.507, duration=0.8), {"amount": 0.113}),
     "dropout": (
@@ -111,7 +111,9 @@ def test_setting_is_a_table_that_drives_the_parameter(c_fmu: Fmus, tmp_path: Pat
 def test_a_scenario_that_does_nothing_changes_no_bit(c_fmu: Fmus, algorithm: str) -> None:
     idle = {
         "later": Action(at=100, freeze=(SIGNAL, "body.body.m.x")),
-        "never": Action(when="body.body.m.x > 5 m", noise={"spring.end.force_x": 1.0}, seed=1),
+        "never": Action(
+            when="body.body.m.x > 5 m", noise={"spring.end.force_x": 1.0}, seed=1, every=1
+        ),
     }
     plain = rows(system(c_fmu, algorithm=algorithm))
     assert np.array_equal(rows(system(c_fmu, idle, algorithm=algorithm)), plain)
