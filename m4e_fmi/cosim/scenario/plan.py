@@ -55,11 +55,24 @@ class Condition:
 
 @dataclass(frozen=True)
 class Setting:
-    """A variable and the value that it gets, in its own unit, within so many ns (0: at once)."""
+    """A variable and the value that it gets, in its own `unit`, within so many ns (0: at once)."""
 
     port: Port
     value: Value
     within: int = 0
+    unit: str = ""
+
+    def __str__(self) -> str:
+        number = isinstance(self.value, float)
+        value = f"{self.value:.9g} {self.unit}".rstrip() if number else str(self.value)
+        within = f" within {self.within / NS_PER_SECOND:.9g} s" if self.within else ""
+        return f"{self.port} = {value}{within}"
+
+    def value_after(self, since: int, former: Value) -> Value:
+        """The value a time `since` [ns] the beginning, when the variable had the `former` value."""
+        if since >= self.within:
+            return self.value
+        return float(former) + (float(self.value) - float(former)) * (since / self.within)
 
 
 @dataclass(frozen=True)
@@ -198,7 +211,7 @@ class Planner:
                 continue
             port, variable = found
             try:
-                yield Setting(port, value_of(variable, value), within)
+                yield Setting(port, value_of(variable, value), within, variable.unit)
             except ValueError as error:
                 told = repr(value) if isinstance(value, str) else str(value)
                 self._problem(at, f"value {told} of {port} is wrong", str(error))

@@ -12,7 +12,7 @@ may be taken back and repeated.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -60,16 +60,17 @@ class Host(Protocol):
 
 @dataclass(frozen=True)
 class ScenarioSnapshot:
-    """When each action has begun and ended [ns], values before it, memories, and scales of inputs.
+    """When each action has begun and ended [ns], what variables had, memories, scales of inputs.
 
-    `now` [ns] is the last point at which they have acted.
-    `memories` are those of all effects, signal by signal; `scales` are factor and offset by signal.
+    `now` [ns] is the last point at which they have acted. `kept` are the values of each variable
+    that actions set, `memories` are those of all effects, signal by signal; `scales` are factor and
+    offset by signal.
     """
 
     now: int
     began: tuple[int | None, ...]
     ended: tuple[int | None, ...]
-    former: tuple[tuple[Value, ...], ...]
+    kept: tuple[tuple[Value, ...], ...]
     memories: tuple[Memory, ...]
     scales: tuple[tuple[float, float], ...]
 
@@ -88,13 +89,12 @@ class Acted:
 
 
 class _Running:
-    """An action in a run: when it `began` and `ended` [ns], and values `former` to its settings."""
+    """An action in a run: when it `began` and `ended` [ns]."""
 
     def __init__(self, planned: PlannedAction) -> None:
         self.planned = planned
         self.began: int | None = None
         self.ended: int | None = None
-        self.former: tuple[Value, ...] = ()
         self.port = Port(COMPONENT, planned.name)
 
     @property
@@ -116,18 +116,6 @@ class _Running:
             return NEVER
         return self.began + ((after - self.began) // every + 1) * every
 
-    def value_of(self, setting: Setting, former: Value, now: int) -> Value | None:
-        """The value to set at the time `now`; None if it stays as it is."""
-        if self.ended is not None:
-            return former if self.ended == now else None
-        since = now - (self.began or 0)
-        if not setting.within:
-            return setting.value if since == 0 else None
-        passed = setting.within
-        if since < passed:
-            return float(former) + (float(setting.value) - float(former)) * (since / passed)
-        return setting.value
-
     def __str__(self) -> str:
         name, planned = self.planned.name, self.planned
         if self.began is None:
@@ -135,11 +123,40 @@ class _Running:
             why = why or f"at {(planned.at or 0) / NS_PER_SECOND:.9g} s"
             return f"{name}: never happened ({why})"
         begin = f"{name}: from t = {self.began / NS_PER_SECOND:.9g} s"
-        return (
-            f"{begin} on"
-            if self.ended is None
-            else f"{begin} to {self.ended / NS_PER_SECOND:.9g} s"
-        )
+        end = "on" if self.ended is None else f"to {self.ended / NS_PER_SECOND:.9g} s"
+        values = ", ".join(map(str, planned.settings))
+        return f"{begin} {end}: {values}" if values else f"{begin} {end}"
+
+
+class _Variable:
+    """A variable `port` that actions set: it has the value of the one that began last.
+
+    `kept` are the value before all that are active, the value given now, and for each action the
+    value that there was when it began.
+    """
+
+    def __init__(self, port: Port) -> None:
+        self.port = port
+        self.settings: list[tuple[_Running, Setting]] = []
+        self.kept: tuple[Value, ...] = ()
+
+    def give(self, now: int, read: Callable[[Port], Value]) -> Value | None:
+        """The value to set at the time `now` [ns]; None if it stays as it is."""
+        active = [k for k, (action, _) in enumerate(self.settings) if action.active]
+        if not active:
+            kept, self.kept = self.kept, ()
+            return kept[0] if kept and kept[0] != kept[1] else None
+        if not self.kept:
+            present = read(self.port)
+            self.kept = (present,) * (2 + len(self.settings))
+        former, given, *begins = self.kept
+        for k, (action, _) in enumerate(self.settings):
+            begins[k] = given if action.began == now else begins[k]
+        last = max(active, key=lambda k: (self.settings[k][0].began or 0, k))
+        action, setting = self.settings[last]
+        value = setting.value_after(now - (action.began or 0), begins[last])
+        self.kept = (former, value, *begins)
+        return None if value == given else value
 
 
 class _Signal:
@@ -187,10 +204,14 @@ class Scenario:
         self.names = tuple(action.name for action in planned)
         self.cells = np.zeros(len(planned), dtype=np.int64)
         self._signals: dict[Port, _Signal] = {}
+        self._variables: dict[Port, _Variable] = {}
         self.late: set[Port] = set()
         self._now = 0
         links = {link.target: link for link in prepared.wiring.links}
         for action in self._actions:
+            for setting in action.planned.settings:
+                variable = self._variables.setdefault(setting.port, _Variable(setting.port))
+                variable.settings.append((action, setting))
             for effect in action.planned.effects:
                 target = effect.target
                 if target not in self._signals:
@@ -236,8 +257,9 @@ class Scenario:
         now = round(time * NS_PER_SECOND)
         ports = tuple(action.port for action in self._turning(now))
         changes: dict[str, set[str]] = {}
-        for action in self._actions:
-            for port, value in self._settings(action, now):
+        for port, variable in self._variables.items():
+            value = variable.give(now, self._value)
+            if value is not None:
                 self._host.instances[port.component].set_values({port.variable: value})
                 changes.setdefault(port.component, set()).add(port.variable)
         given = [s.give(float(self._host.values[s.place]), now) for s in self._signals.values()]
@@ -254,8 +276,6 @@ class Scenario:
                 action.ended = now
             elif action.began is None and (due <= now or self._holds(action)):
                 action.began = now
-                settings = action.planned.settings
-                action.former = tuple(self._value(setting.port) for setting in settings)
             else:
                 due = action.drawing(self._now)
                 if due > now:
@@ -272,15 +292,6 @@ class Scenario:
 
     def _value(self, port: Port) -> Value:
         return self._host.instances[port.component].value(port.variable)
-
-    def _settings(self, action: _Running, now: int) -> Iterator[tuple[Port, Value]]:
-        """Variables to be set now by an action, and their values."""
-        if action.began is None:
-            return
-        for setting, former in zip(action.planned.settings, action.former, strict=True):
-            value = action.value_of(setting, former, now)
-            if value is not None and value != self._value(setting.port):
-                yield setting.port, value
 
     def _note(self) -> None:
         self.cells[:] = [action.active for action in self._actions]
@@ -305,7 +316,7 @@ class Scenario:
             self._now,
             tuple(action.began for action in self._actions),
             tuple(action.ended for action in self._actions),
-            tuple(action.former for action in self._actions),
+            tuple(variable.kept for variable in self._variables.values()),
             tuple(effect.kept() for signal in signals for _, effect in signal.effects),
             tuple(signal.now for signal in signals),
         )
@@ -315,7 +326,8 @@ class Scenario:
         self._now = snapshot.now
         for k, action in enumerate(self._actions):
             action.began, action.ended = snapshot.began[k], snapshot.ended[k]
-            action.former = snapshot.former[k]
+        for variable, kept in zip(self._variables.values(), snapshot.kept, strict=True):
+            variable.kept = kept
         memories = iter(snapshot.memories)
         for signal, scale in zip(self._signals.values(), snapshot.scales, strict=True):
             for _, effect in signal.effects:

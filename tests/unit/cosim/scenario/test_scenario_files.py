@@ -58,7 +58,7 @@ def test_actions_are_recorded_and_told(c_fmu: Fmus, tmp_path: Path) -> None:
     assert not found["scenario.never"].values.any()
     lines = (
         "stuck: from t = 0.505 s to 1.505 s",
-        f"soft: from t = {first:.9g} s on",
+        f"soft: from t = {first:.9g} s on: spring.damping = 0.5 N.s/m",
         "never: never happened (when body.body.m.x > 5 m)",
         "later: never happened (at 10 s)",
     )
@@ -153,4 +153,4 @@ def test_a_package_keeps_the_scenario(c_fmu: Fmus, tmp_path: Path) -> None:
     outcomes = [run(one, build_directory=tmp_path / "build") for one in (given, package)]
     assert load_system(package).scenario.keys() == given.scenario.keys()
     assert outcomes[0].scenario == outcomes[1].scenario
-    assert "on" in outcomes[0].scenario[1]
+    assert "on:" in outcomes[0].scenario[1]
