@@ -86,10 +86,14 @@ class Replacement:
 
 @dataclass(frozen=True)
 class SignalEffect:
-    """Change of the signal that `target` takes: an effect to be made, or a replacement."""
+    """Change of the signal that `target` takes: an effect to be made, or a replacement.
+
+    It `is_held` if the value goes on to change, but the taker has the same through a step.
+    """
 
     target: Port
     what: Callable[[], Effect] | Replacement
+    is_held: bool = False
 
 
 @dataclass(frozen=True)
@@ -296,7 +300,7 @@ class Planner:
             if not 0.0 < amount < float("inf"):
                 raise ValueError("give a time above 0")
             time = round(amount * NS_PER_SECOND)
-            return SignalEffect(target, lambda: Delay(time))
+            return SignalEffect(target, lambda: Delay(time), is_held=True)
         if action.kind == "dropout":
             instead = amounts.value(0.0) if action.gives == "zero" else None
             share = 1.0 if action.share is None else action.share
@@ -326,7 +330,7 @@ class Planner:
         inputs = [Port(port.component, name) for name in known]
         if any(i in graph and target in graph and nx.has_path(graph, target, i) for i in inputs):
             raise ValueError(f"{port} depends on {target} at once, which would be a loop")
-        return SignalEffect(target, Replacement(port, factor, offset))
+        return SignalEffect(target, Replacement(port, factor, offset), is_held=True)
 
 
 def _drawn_every(action: Action) -> int | None:

@@ -305,6 +305,20 @@ class Scenario:
 
         return tuple(bond for bond in bonds if not is_touched(bond))
 
+    @property
+    def held(self) -> tuple[str, ...]:
+        """Names of the actions whose values change, but not within a step: errors of first order.
+
+        They are ramps, delays, and outputs in place of others.
+        """
+        planned = (action.planned for action in self._actions)
+        return tuple(
+            action.name
+            for action in planned
+            if any(setting.within for setting in action.settings)
+            or any(effect.is_held for effect in action.effects)
+        )
+
     def told(self) -> tuple[str, ...]:
         """When each action began and ended, one line each."""
         return tuple(map(str, self._actions))

@@ -15,6 +15,7 @@ from m4e_fmi.cosim import (
     CouplingErrorReport,
     Execution,
     FmuFile,
+    Network,
     Simulation,
     System,
     run,
@@ -154,3 +155,35 @@ def test_drawings_that_steps_cannot_meet_are_noted(c_fmu: Fmus) -> None:
         found.append("\n".join(outcome.notes))
     assert "scenario.rough at t = 0.24 s" in found[1]
     assert "scenario.rough" not in found[0]
+
+
+@pytest.mark.parametrize("options", ["+state+inputs", ""])
+@pytest.mark.parametrize("kind", ["ramp", "delay"])
+def test_the_stated_error_covers_values_that_are_held_in_steps(
+    c_fmu: Fmus, kind: str, options: str
+) -> None:
+    """A ramp and a delay are of first order; the algorithm is of a higher one."""
+    actions = {
+        "ramp": Action(at=0.32, ramp={"spring.damping": 2.0}, within=0.7),
+        "delay": Action(at=0.32, delay={"spring.end.vx": 0.11}),
+    }
+    given = replace(
+        system(c_fmu, "corrector" if options else "gauss_seidel", options),
+        scenario={"acted": actions[kind]},
+    )
+    signals, stated = [], []
+    for size in (0.04, 0.001):
+        found: dict[float, list[float]] = {}
+
+        def observe(time: float, network: Network, found: dict[float, list[float]] = found) -> None:
+            found[round(time, 6)] = [network.read(name) for name in WATCHED[:3]]
+
+        simulation = replace(given.simulation, step_size=size)
+        outcome = run(replace(given, simulation=simulation), observers=[observe])
+        assert isinstance(outcome.certificate, CouplingErrorReport)
+        assert "(acted)" in "\n".join(outcome.notes)
+        stated.append(outcome.certificate.errors[0].error)
+        signals.append(np.array([found[round(0.04 * k, 6)] for k in range(51)]))
+    true = (np.abs(signals[0] - signals[1]).max(axis=0) / np.ptp(signals[1], axis=0)).max()
+    assert true <= 1.1 * stated[0]
+    assert stated[0] < 20 * true
