@@ -53,7 +53,13 @@ class Saboteur(M4eSlave):
         y = getattr(self, "_" + self.given["kind"])(now, u) if self._active(now) else u
         self.values[self.index["y"]] = y
         begin, end = self.given["begin"], self.given["end"]
-        self.values[self.index["next_event_time"]] = (begin if now < begin else end) / 1e9
+        self.values[self.index["next_event_time"]] = self._next(now, begin, end) / 1e9
+
+    def _next(self, now, begin, end):
+        if now < begin or self.given["kind"] not in ("noise", "dropout"):
+            return begin if now < begin else end
+        every = self.given["every"]
+        return min(end, begin + ((now - begin) // every + 1) * every)
 
     def _freeze(self, now, u):
         return u if self.frozen is None else self.frozen

@@ -66,8 +66,11 @@ def error_estimator(
     """The estimator for a run of `network` by an algorithm of this `order`, or why there is none.
 
     `make` makes the algorithm anew; `second` makes a second network, at the start time. In a
-    `changeable` run, values may be set between the steps.
+    `changeable` run, values may be set between the steps. With actions of a scenario whose values
+    are held within steps, the order is 1.
     """
+    held = bool(network.scenario.held)
+    order = 1 if held else order
     lengths = _lengths(prepared)
     if isinstance(lengths, str):
         return lengths
@@ -88,7 +91,9 @@ def error_estimator(
     settings = prepared.system.simulation
     single = settings.stop_time - settings.start_time <= settings.step_size
     length = lengths[-1] if changeable or single else lengths[0]
-    return ShadowRun(network, other, make, settings, sources, length=length, spans=spans)
+    run = ShadowRun(network, other, make, settings, sources, length=length, spans=spans)
+    run.switched = held
+    return run
 
 
 def _lengths(prepared: Prepared) -> list[float] | str:

@@ -211,7 +211,9 @@ class Switches:
         if not self.count:
             return ()
         steps = "one step" if self.count == 1 else f"{self.count} steps"
+        ours = self.first.startswith("scenario.")
+        what = "actions of the scenario came due" if ours else "values that are not Real changed"
         return (
-            f"values that are not Real changed within {steps} (first {self.first}): they act from "
+            f"{what} within {steps} (first {self.first}): they act from "
             f"the end of the step on, up to {self.late:g} s later than the values they follow",
         )

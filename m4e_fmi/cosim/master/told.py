@@ -49,12 +49,17 @@ def certified(
 
 
 def network_notes(network: Network, switches: Switches) -> list[str]:
-    """Notes of events, of `switches` within steps, and of inputs solved badly; one line each."""
+    """Notes of events, `switches` within steps, inputs solved badly, held actions; a line each."""
     seen = [*event_notes(network.instances.values()), *switches.notes]
     if rough := network.roughness:
         seen.append(
             f"inputs are solved only to {rough:.1e} of their size: the FMUs' outputs for "
             "nearly the same inputs jump by that much"
+        )
+    if held := network.scenario.held:
+        seen.append(
+            f"values that actions give ({', '.join(held)}) change at communication points and are "
+            "held within steps, so that errors fall with the step size only: take small steps"
         )
     return seen
 

@@ -33,6 +33,8 @@ from m4e_fmi.fmu.importer.type_rules import REAL
 
 COMPONENT = "scenario"
 """The name under which actions are in the results."""
+NEVER = 2**62
+"""A time [ns] that no run reaches."""
 PARTED = "parted"
 """The parameter of a line, 1 once it has parted."""
 
@@ -53,11 +55,24 @@ class Condition:
 
 @dataclass(frozen=True)
 class Setting:
-    """A variable and the value that it gets, in its own unit, within so many ns (0: at once)."""
+    """A variable and the value that it gets, in its own `unit`, within so many ns (0: at once)."""
 
     port: Port
     value: Value
     within: int = 0
+    unit: str = ""
+
+    def __str__(self) -> str:
+        number = isinstance(self.value, float)
+        value = f"{self.value:.9g} {self.unit}".rstrip() if number else str(self.value)
+        within = f" within {self.within / NS_PER_SECOND:.9g} s" if self.within else ""
+        return f"{self.port} = {value}{within}"
+
+    def value_after(self, since: int, former: Value) -> Value:
+        """The value a time `since` [ns] the beginning, when the variable had the `former` value."""
+        if since >= self.within:
+            return self.value
+        return float(former) + (float(self.value) - float(former)) * (since / self.within)
 
 
 @dataclass(frozen=True)
@@ -71,23 +86,28 @@ class Replacement:
 
 @dataclass(frozen=True)
 class SignalEffect:
-    """Change of the signal that `target` takes: an effect to be made, or a replacement."""
+    """Change of the signal that `target` takes: an effect to be made, or a replacement.
+
+    It `is_held` if the value goes on to change, but the taker has the same through a step.
+    """
 
     target: Port
     what: Callable[[], Effect] | Replacement
+    is_held: bool = False
 
 
 @dataclass(frozen=True)
 class PlannedAction:
     """An action: the time `at` which it begins or its `condition`, its `duration`; its parts.
 
-    Times are in ns.
+    It draws random numbers anew `every` such time; None: it draws none. Times are in ns.
     """
 
     name: str
     at: int | None
     condition: Condition | None
     duration: int | None
+    every: int | None
     settings: tuple[Setting, ...] = ()
     effects: tuple[SignalEffect, ...] = ()
 
@@ -103,7 +123,6 @@ class Planner:
 
     def __post_init__(self) -> None:
         self._links = {link.target: link for link in self.wiring.links}
-        self._every = round(self.system.simulation.step_size * NS_PER_SECOND)
 
     def actions(self) -> tuple[PlannedAction, ...]:
         """All actions that are right, in the order of the file."""
@@ -129,7 +148,9 @@ class Planner:
         condition = self._condition(name, action.when) if action.when is not None else None
         at = None if action.at is None else round(action.at * NS_PER_SECOND)
         duration = None if action.duration is None else round(action.duration * NS_PER_SECOND)
-        return PlannedAction(name, at, condition, duration, tuple(settings), tuple(effects))
+        return PlannedAction(
+            name, at, condition, duration, _drawn_every(action), tuple(settings), tuple(effects)
+        )
 
     def _condition(self, name: str, text: str) -> Condition | None:
         at = (name, "when")
@@ -194,7 +215,7 @@ class Planner:
                 continue
             port, variable = found
             try:
-                yield Setting(port, value_of(variable, value), within)
+                yield Setting(port, value_of(variable, value), within, variable.unit)
             except ValueError as error:
                 told = repr(value) if isinstance(value, str) else str(value)
                 self._problem(at, f"value {told} of {port} is wrong", str(error))
@@ -231,12 +252,13 @@ class Planner:
         """Changes of signals, one for each taker of each."""
         given = getattr(action, action.kind)
         amounts = given if isinstance(given, Mapping) else dict.fromkeys(given, 0.0)
+        every = _drawn_every(action) or NEVER
         for signal, amount in amounts.items():
             at = (name, action.kind, signal)
             links = self._takers(at, signal)
             if not links:
                 continue
-            draws = Draws(action.seed or 0, signal, self._drawn_every(action))
+            draws = Draws(action.seed or 0, signal, every)
             for link in links:
                 variables = link.variables({n: d.variables for n, d in self.descriptions.items()})
                 amounts_of = Amounts(signal, link, variables)
@@ -245,9 +267,6 @@ class Planner:
                 except ValueError as error:
                     self._problem(at, f"{str(amount)!r} for {signal} is wrong", str(error))
                     break
-
-    def _drawn_every(self, action: Action) -> int:
-        return self._every if action.every is None else max(1, round(action.every * NS_PER_SECOND))
 
     def _takers(self, at: Location, signal: str) -> list[Link]:
         """The links that a signal names: one by its input, all by their output."""
@@ -281,7 +300,7 @@ class Planner:
             if not 0.0 < amount < float("inf"):
                 raise ValueError("give a time above 0")
             time = round(amount * NS_PER_SECOND)
-            return SignalEffect(target, lambda: Delay(time))
+            return SignalEffect(target, lambda: Delay(time), is_held=True)
         if action.kind == "dropout":
             instead = amounts.value(0.0) if action.gives == "zero" else None
             share = 1.0 if action.share is None else action.share
@@ -311,7 +330,11 @@ class Planner:
         inputs = [Port(port.component, name) for name in known]
         if any(i in graph and target in graph and nx.has_path(graph, target, i) for i in inputs):
             raise ValueError(f"{port} depends on {target} at once, which would be a loop")
-        return SignalEffect(target, Replacement(port, factor, offset))
+        return SignalEffect(target, Replacement(port, factor, offset), is_held=True)
+
+
+def _drawn_every(action: Action) -> int | None:
+    return None if action.every is None else max(1, round(action.every * NS_PER_SECOND))
 
 
 def _of_reals(link: Link, descriptions: Mapping[str, Description]) -> bool:

@@ -1,9 +1,10 @@
 """A scenario in a run: its actions act at communication points, after the exchange there.
 
 First the actions begin and end that are due: their times, which steps of the master meet, have
-come, or their conditions hold. Then variables are set, and what takers of signals are given
-follows anew: by all active actions on a signal, in the order of the file. Where this changes
-anything, the network exchanges again, so that the point is consistent with it.
+come, or their conditions hold; so have the times of new random numbers. Then variables are set, and
+what takers of signals are given follows anew: by all active actions on a signal, in the order of
+the file. Where this changes anything, the network exchanges again, so that the point is consistent
+with it.
 
 All that an action knows of the past is in a snapshot; random numbers follow from the time. So steps
 may be taken back and repeated.
@@ -11,7 +12,7 @@ may be taken back and repeated.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -22,6 +23,7 @@ from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.scenario.effects import Effect, Given, Memory, Replace
 from m4e_fmi.cosim.scenario.plan import (
     COMPONENT,
+    NEVER,
     PlannedAction,
     Planner,
     Replacement,
@@ -30,9 +32,6 @@ from m4e_fmi.cosim.scenario.plan import (
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
 from m4e_fmi.cosim.system.start_values import Value
 from m4e_fmi.fmu.importer.calls.scaled import PLAIN, InputScales
-
-NEVER = 2**62
-"""A time [ns] that no run reaches."""
 
 
 class ComponentInstance(Protocol):
@@ -61,14 +60,17 @@ class Host(Protocol):
 
 @dataclass(frozen=True)
 class ScenarioSnapshot:
-    """When each action has begun and ended [ns], values before it, memories, and scales of inputs.
+    """When each action has begun and ended [ns], what variables had, memories, scales of inputs.
 
-    `memories` are those of all effects, signal by signal; `scales` are factor and offset by signal.
+    `now` [ns] is the last point at which they have acted. `kept` are the values of each variable
+    that actions set, `memories` are those of all effects, signal by signal; `scales` are factor and
+    offset by signal.
     """
 
+    now: int
     began: tuple[int | None, ...]
     ended: tuple[int | None, ...]
-    former: tuple[tuple[Value, ...], ...]
+    kept: tuple[tuple[Value, ...], ...]
     memories: tuple[Memory, ...]
     scales: tuple[tuple[float, float], ...]
 
@@ -77,8 +79,8 @@ class ScenarioSnapshot:
 class Acted:
     """Changes that actions have made at a point.
 
-    `ports` are the variables of actions that have begun or ended, `changes` the variables set by
-    component, and `again` tells to exchange anew.
+    `ports` are the variables of actions that have begun, ended or drawn anew, `changes` the
+    variables set by component, and `again` tells to exchange anew.
     """
 
     ports: tuple[Port, ...]
@@ -87,13 +89,12 @@ class Acted:
 
 
 class _Running:
-    """An action in a run: when it `began` and `ended` [ns], and values `former` to its settings."""
+    """An action in a run: when it `began` and `ended` [ns]."""
 
     def __init__(self, planned: PlannedAction) -> None:
         self.planned = planned
         self.began: int | None = None
         self.ended: int | None = None
-        self.former: tuple[Value, ...] = ()
         self.port = Port(COMPONENT, planned.name)
 
     @property
@@ -108,17 +109,12 @@ class _Running:
         duration = self.planned.duration
         return NEVER if duration is None or self.ended is not None else self.began + duration
 
-    def value_of(self, setting: Setting, former: Value, now: int) -> Value | None:
-        """The value to set at the time `now`; None if it stays as it is."""
-        if self.ended is not None:
-            return former if self.ended == now else None
-        since = now - (self.began or 0)
-        if not setting.within:
-            return setting.value if since == 0 else None
-        passed = setting.within
-        if since < passed:
-            return float(former) + (float(setting.value) - float(former)) * (since / passed)
-        return setting.value
+    def drawing(self, after: int) -> int:
+        """The time [ns] of its next random numbers after another, NEVER if there are none."""
+        every = self.planned.every
+        if every is None or self.began is None or self.ended is not None:
+            return NEVER
+        return self.began + ((after - self.began) // every + 1) * every
 
     def __str__(self) -> str:
         name, planned = self.planned.name, self.planned
@@ -127,11 +123,40 @@ class _Running:
             why = why or f"at {(planned.at or 0) / NS_PER_SECOND:.9g} s"
             return f"{name}: never happened ({why})"
         begin = f"{name}: from t = {self.began / NS_PER_SECOND:.9g} s"
-        return (
-            f"{begin} on"
-            if self.ended is None
-            else f"{begin} to {self.ended / NS_PER_SECOND:.9g} s"
-        )
+        end = "on" if self.ended is None else f"to {self.ended / NS_PER_SECOND:.9g} s"
+        values = ", ".join(map(str, planned.settings))
+        return f"{begin} {end}: {values}" if values else f"{begin} {end}"
+
+
+class _Variable:
+    """A variable `port` that actions set: it has the value of the one that began last.
+
+    `kept` are the value before all that are active, the value given now, and for each action the
+    value that there was when it began.
+    """
+
+    def __init__(self, port: Port) -> None:
+        self.port = port
+        self.settings: list[tuple[_Running, Setting]] = []
+        self.kept: tuple[Value, ...] = ()
+
+    def give(self, now: int, read: Callable[[Port], Value]) -> Value | None:
+        """The value to set at the time `now` [ns]; None if it stays as it is."""
+        active = [k for k, (action, _) in enumerate(self.settings) if action.active]
+        if not active:
+            kept, self.kept = self.kept, ()
+            return kept[0] if kept and kept[0] != kept[1] else None
+        if not self.kept:
+            present = read(self.port)
+            self.kept = (present,) * (2 + len(self.settings))
+        former, given, *begins = self.kept
+        for k, (action, _) in enumerate(self.settings):
+            begins[k] = given if action.began == now else begins[k]
+        last = max(active, key=lambda k: (self.settings[k][0].began or 0, k))
+        action, setting = self.settings[last]
+        value = setting.value_after(now - (action.began or 0), begins[last])
+        self.kept = (former, value, *begins)
+        return None if value == given else value
 
 
 class _Signal:
@@ -179,9 +204,14 @@ class Scenario:
         self.names = tuple(action.name for action in planned)
         self.cells = np.zeros(len(planned), dtype=np.int64)
         self._signals: dict[Port, _Signal] = {}
+        self._variables: dict[Port, _Variable] = {}
         self.late: set[Port] = set()
+        self._now = 0
         links = {link.target: link for link in prepared.wiring.links}
         for action in self._actions:
+            for setting in action.planned.settings:
+                variable = self._variables.setdefault(setting.port, _Variable(setting.port))
+                variable.settings.append((action, setting))
             for effect in action.planned.effects:
                 target = effect.target
                 if target not in self._signals:
@@ -218,16 +248,18 @@ class Scenario:
                     yield effect.what.port
 
     def next(self, now: int) -> int:
-        """The next time [ns] after `now` at which an action begins or ends; NEVER if unknown."""
-        return min((a.next for a in self._actions if a.next > now), default=NEVER)
+        """The next time [ns] after `now` of a beginning, an end or a drawing; NEVER if unknown."""
+        times = (time for a in self._actions for time in (a.next, a.drawing(now)))
+        return min((time for time in times if time > now), default=NEVER)
 
     def act(self, time: float) -> Acted:
         """Act at the present point, at `time` [s]; inputs and variables of FMUs change."""
         now = round(time * NS_PER_SECOND)
         ports = tuple(action.port for action in self._turning(now))
         changes: dict[str, set[str]] = {}
-        for action in self._actions:
-            for port, value in self._settings(action, now):
+        for port, variable in self._variables.items():
+            value = variable.give(now, self._value)
+            if value is not None:
                 self._host.instances[port.component].set_values({port.variable: value})
                 changes.setdefault(port.component, set()).add(port.variable)
         given = [s.give(float(self._host.values[s.place]), now) for s in self._signals.values()]
@@ -235,7 +267,7 @@ class Scenario:
         return Acted(ports, changes, again=bool(changes) or any(given))
 
     def _turning(self, now: int) -> list[_Running]:
-        """The actions that begin or end now; they are noted."""
+        """The actions that begin, end or draw anew now; they are noted."""
         turning: list[_Running] = []
         self.late.clear()
         for action in self._actions:
@@ -244,13 +276,14 @@ class Scenario:
                 action.ended = now
             elif action.began is None and (due <= now or self._holds(action)):
                 action.began = now
-                settings = action.planned.settings
-                action.former = tuple(self._value(setting.port) for setting in settings)
             else:
-                continue
+                due = action.drawing(self._now)
+                if due > now:
+                    continue
             if due != now:
                 self.late.add(action.port)
             turning.append(action)
+        self._now = now
         return turning
 
     def _holds(self, action: _Running) -> bool:
@@ -259,15 +292,6 @@ class Scenario:
 
     def _value(self, port: Port) -> Value:
         return self._host.instances[port.component].value(port.variable)
-
-    def _settings(self, action: _Running, now: int) -> Iterator[tuple[Port, Value]]:
-        """Variables to be set now by an action, and their values."""
-        if action.began is None:
-            return
-        for setting, former in zip(action.planned.settings, action.former, strict=True):
-            value = action.value_of(setting, former, now)
-            if value is not None and value != self._value(setting.port):
-                yield setting.port, value
 
     def _note(self) -> None:
         self.cells[:] = [action.active for action in self._actions]
@@ -281,6 +305,20 @@ class Scenario:
 
         return tuple(bond for bond in bonds if not is_touched(bond))
 
+    @property
+    def held(self) -> tuple[str, ...]:
+        """Names of the actions whose values change, but not within a step: errors of first order.
+
+        They are ramps, delays, and outputs in place of others.
+        """
+        planned = (action.planned for action in self._actions)
+        return tuple(
+            action.name
+            for action in planned
+            if any(setting.within for setting in action.settings)
+            or any(effect.is_held for effect in action.effects)
+        )
+
     def told(self) -> tuple[str, ...]:
         """When each action began and ended, one line each."""
         return tuple(map(str, self._actions))
@@ -289,18 +327,21 @@ class Scenario:
         """All that later steps depend on, but for what FMUs know."""
         signals = self._signals.values()
         return ScenarioSnapshot(
+            self._now,
             tuple(action.began for action in self._actions),
             tuple(action.ended for action in self._actions),
-            tuple(action.former for action in self._actions),
+            tuple(variable.kept for variable in self._variables.values()),
             tuple(effect.kept() for signal in signals for _, effect in signal.effects),
             tuple(signal.now for signal in signals),
         )
 
     def restore(self, snapshot: ScenarioSnapshot) -> None:
         """Go on as from where the snapshot was taken."""
+        self._now = snapshot.now
         for k, action in enumerate(self._actions):
             action.began, action.ended = snapshot.began[k], snapshot.ended[k]
-            action.former = snapshot.former[k]
+        for variable, kept in zip(self._variables.values(), snapshot.kept, strict=True):
+            variable.kept = kept
         memories = iter(snapshot.memories)
         for signal, scale in zip(self._signals.values(), snapshot.scales, strict=True):
             for _, effect in signal.effects:

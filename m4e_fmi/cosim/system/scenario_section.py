@@ -51,7 +51,7 @@ class Action(Section):
     ramp: values that these reach in equal steps `within` a time [s].
     freeze: signals that stay as they are. offset: amounts that are added, by signal. replace: by
     signal, a value, or another output. noise: standard deviations by signal, of numbers drawn anew
-    `every` so many seconds (the step_size, if unsaid) from a `seed`. delay: times [s] by signal.
+    `every` so many seconds from a `seed`. delay: times [s] by signal.
     dropout: signals that are lost, each time with the probability `share`, drawn likewise (always,
     if unsaid); a lost signal gives its last value or zero. broken_line: lines of moorings that
     part.
@@ -121,6 +121,10 @@ class Action(Section):
             yield f"{kinds[0]!r} names nothing", "give the name of a variable, component.variable"
         if kinds[0] == "noise" and self.seed is None:
             yield "noise without a seed", "give one, 'seed: 1': the same gives the same numbers"
+        if self.seed is not None and self.every is None and "every" in KINDS[kinds[0]]:
+            remedy = "give the time between two drawings, 'every: 0.1 s'"
+            name = "noise" if kinds[0] == "noise" else "losses at random"
+            yield f"{name} without 'every'", remedy
         if kinds[0] == "dropout" and (self.share is None) != (self.seed is None):
             remedy = "give both for losses at random, none for a signal that is always lost"
             yield "a dropout has one of 'share' and 'seed'", remedy

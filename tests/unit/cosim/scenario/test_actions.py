@@ -54,8 +54,8 @@ ACTIONS = {
     "offset": (Action(offset={SIGNAL: "2 cm/s"}, at=0.507, duration=0.8), {"amount": 0.02}),
     "replace": (Action(replace={SIGNAL: 0.25}, at=0.507, duration=0.8), {"amount": 0.25}),
     "noise": (
-        Action(noise={SIGNAL: "5 mm/s"}, seed=7, at=0.507, duration=0.8),
-        {"amount": 0.005, "seed": 7, "every": 0.02},
+        Action(noise={SIGNAL: "5 mm/s"}, seed=7, every=0.03, at=0.507, duration=0.8),
+        {"amount": 0.005, "seed": 7, "every": 0.03},
     ),
     "delay": (Action(delay={SIGNAL: 0.113}, at=0.507, duration=0.8), {"amount": 0.113}),
     "dropout": (
@@ -111,7 +111,9 @@ def test_setting_is_a_table_that_drives_the_parameter(c_fmu: Fmus, tmp_path: Pat
 def test_a_scenario_that_does_nothing_changes_no_bit(c_fmu: Fmus, algorithm: str) -> None:
     idle = {
         "later": Action(at=100, freeze=(SIGNAL, "body.body.m.x")),
-        "never": Action(when="body.body.m.x > 5 m", noise={"spring.end.force_x": 1.0}, seed=1),
+        "never": Action(
+            when="body.body.m.x > 5 m", noise={"spring.end.force_x": 1.0}, seed=1, every=1
+        ),
     }
     plain = rows(system(c_fmu, algorithm=algorithm))
     assert np.array_equal(rows(system(c_fmu, idle, algorithm=algorithm)), plain)
@@ -197,3 +199,26 @@ def test_a_signal_is_replaced_by_another_output(c_fmu: Fmus) -> None:
     two = replace(plain, components=(*plain.components, other), scenario=crossed)
     _, x, _, force = rows(two)[-1]
     assert force == pytest.approx(-x - 0.3 * 3.0, rel=1e-12)
+
+
+def test_of_settings_of_one_variable_that_overlap_the_last_counts(c_fmu: Fmus) -> None:
+    """When all have ended, the variable has the value from before."""
+    name = "spring.damping"
+    overlapping = {
+        "long": Action(at=0.2, duration=1.2, set={name: 2.0}),
+        "inner": Action(at=0.7, duration=0.1, set={name: 5.0}),
+        "ramp": Action(at=0.4, duration=0.2, ramp={name: 3.0}, within=0.1),
+        "over": Action(at=0.5, duration=0.4, set={name: 9.0}),
+    }
+    found: dict[float, float] = {}
+
+    def observe(time: float, network: Network) -> None:
+        found[round(time, 2)] = network.read(name)
+
+    outcome = run(system(c_fmu, overlapping), observers=[observe])
+    expected = {0.1: 0.3, 0.3: 2.0, 0.4: 2.0, 0.46: 2.6, 0.52: 9.0, 0.62: 9.0, 0.74: 5.0}
+    expected |= {0.84: 9.0, 0.92: 2.0, 1.38: 2.0, 1.42: 0.3, 2.0: 0.3}
+    assert {time: found[time] for time in expected} == pytest.approx(expected)
+    assert outcome.scenario[2] == (
+        "ramp: from t = 0.4 s to 0.6 s: spring.damping = 3 N.s/m within 0.1 s"
+    )

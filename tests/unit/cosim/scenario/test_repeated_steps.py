@@ -15,11 +15,13 @@ from m4e_fmi.cosim import (
     CouplingErrorReport,
     Execution,
     FmuFile,
+    Network,
     Simulation,
     System,
     run,
     start,
 )
+from m4e_fmi.cosim.scenario.random_numbers import normal, uniform
 
 WATCHED = ("body.body.m.x", "body.body.m.vx", "spring.end.force_x", "spring.damping")
 EVERYTHING: Mapping[str, Action] = {
@@ -104,9 +106,84 @@ def test_the_energy_balance_closes_over_a_jump_on_a_condition(c_fmu: Fmus) -> No
         "time": Action(at=1.06, set={"spring.damping": 3.0}),
     }
     found: list[float] = []
+    told: list[str] = []
     for name, action in jumps.items():
         outcome = run(replace(system(c_fmu, "corrector"), scenario={name: action}))
         (bond,) = outcome.energy
         found.append(bond.relative)
-    assert outcome.scenario == ("time: from t = 1.06 s on",)
+        told.extend(outcome.scenario)
+    assert told[1] == "time: from t = 1.06 s on: spring.damping = 3 N.s/m"
     assert np.abs(found).max() < 1e-4  # 2 % of the energy are exchanged in the step before it
+
+
+@pytest.mark.parametrize("tolerance", [None, 1e-4])
+@pytest.mark.parametrize("kind", ["noise", "dropout"])
+def test_steps_end_where_random_numbers_are_drawn_anew(
+    c_fmu: Fmus, kind: str, tolerance: float | None
+) -> None:
+    """The same drawings, as actions of their own at their times, give the same motion."""
+    signal, begin, every = "spring.end.vx", 0.107, 0.03  # no multiple of the step
+    times = {"at": begin, "for": 10 * every, "every": every, "seed": 7}
+    what = {"noise": {signal: 0.1}}, {"dropout": signal, "share": 0.5, "gives": "zero"}
+    random = Action.model_validate({**times, **what[kind == "dropout"]})
+    apart: dict[str, Action] = {}
+    for k in range(10):
+        at, (one, _) = begin + k * every, uniform(7, signal, k)
+        if kind == "noise":
+            value = 0.1 * normal(7, signal, k)
+            apart[f"n{k}"] = Action(at=at, duration=every, offset={signal: value})
+        elif one <= 0.5:
+            apart[f"n{k}"] = Action(at=at, duration=every, replace={signal: 0.0})
+    simulation = Simulation(0.6, 0.02, algorithm="corrector", coupling_tolerance=tolerance)
+    plain = replace(system(c_fmu, "corrector"), simulation=simulation)
+    ends: list[np.ndarray] = []
+    for scenario in ({"random": random}, apart, {}):
+        with start(replace(plain, scenario=scenario)) as execution:
+            ends.append(rest(execution)[-1])
+    # actions one after the other may end and begin a nanosecond apart
+    assert np.abs(ends[0] - ends[1]).max() < 1e-7
+    assert np.abs(ends[0] - ends[2]).max() > 1e-4
+
+
+def test_drawings_that_steps_cannot_meet_are_noted(c_fmu: Fmus) -> None:
+    """Components without variable steps take the numbers at the next communication point."""
+    found: list[str] = []
+    for every in (0.04, 0.03):
+        rough = Action(at=0.2, noise={"spring.end.vx": 0.1}, seed=7, every=every)
+        given = system(c_fmu, "jacobi", options="+state+inputs+constant")
+        outcome = run(replace(given, scenario={"rough": rough}))
+        found.append("\n".join(outcome.notes))
+    assert "scenario.rough at t = 0.24 s" in found[1]
+    assert "scenario.rough" not in found[0]
+
+
+@pytest.mark.parametrize("options", ["+state+inputs", ""])
+@pytest.mark.parametrize("kind", ["ramp", "delay"])
+def test_the_stated_error_covers_values_that_are_held_in_steps(
+    c_fmu: Fmus, kind: str, options: str
+) -> None:
+    """A ramp and a delay are of first order; the algorithm is of a higher one."""
+    actions = {
+        "ramp": Action(at=0.32, ramp={"spring.damping": 2.0}, within=0.7),
+        "delay": Action(at=0.32, delay={"spring.end.vx": 0.11}),
+    }
+    given = replace(
+        system(c_fmu, "corrector" if options else "gauss_seidel", options),
+        scenario={"acted": actions[kind]},
+    )
+    signals, stated = [], []
+    for size in (0.04, 0.001):
+        found: dict[float, list[float]] = {}
+
+        def observe(time: float, network: Network, found: dict[float, list[float]] = found) -> None:
+            found[round(time, 6)] = [network.read(name) for name in WATCHED[:3]]
+
+        simulation = replace(given.simulation, step_size=size)
+        outcome = run(replace(given, simulation=simulation), observers=[observe])
+        assert isinstance(outcome.certificate, CouplingErrorReport)
+        assert "(acted)" in "\n".join(outcome.notes)
+        stated.append(outcome.certificate.errors[0].error)
+        signals.append(np.array([found[round(0.04 * k, 6)] for k in range(51)]))
+    true = (np.abs(signals[0] - signals[1]).max(axis=0) / np.ptp(signals[1], axis=0)).max()
+    assert true <= 1.1 * stated[0]
+    assert stated[0] < 20 * true

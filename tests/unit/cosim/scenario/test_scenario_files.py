@@ -58,7 +58,7 @@ def test_actions_are_recorded_and_told(c_fmu: Fmus, tmp_path: Path) -> None:
     assert not found["scenario.never"].values.any()
     lines = (
         "stuck: from t = 0.505 s to 1.505 s",
-        f"soft: from t = {first:.9g} s on",
+        f"soft: from t = {first:.9g} s on: spring.damping = 0.5 N.s/m",
         "never: never happened (when body.body.m.x > 5 m)",
         "later: never happened (at 10 s)",
     )
@@ -93,9 +93,11 @@ def test_actions_are_recorded_and_told(c_fmu: Fmus, tmp_path: Path) -> None:
         ("{at: 1, set: {body.damping: .inf}}", "give a finite number"),
         ("{at: 1, for: 0 s, freeze: spring.end.x}", "'for' is 0 s"),
         ("{at: 1, freeze: spring.end.x, seed: 1}", "'freeze' has no 'seed'"),
-        ("{at: 1, noise: {spring.end.x: 1}}", "noise without a seed"),
-        ("{at: 1, noise: {spring.end.x: -1}, seed: 1}", "deviation is not negative"),
-        ("{at: 1, dropout: spring.end.x, share: 2, seed: 1}", "less than or equal to 1"),
+        ("{at: 1, noise: {spring.end.x: 1}, every: 1}", "noise without a seed"),
+        ("{at: 1, noise: {spring.end.x: 1}, seed: 1}", "noise without 'every'"),
+        ("{at: 1, dropout: spring.end.x, share: 0.2, seed: 1}", "without 'every'"),
+        ("{at: 1, noise: {spring.end.x: -1}, seed: 1, every: 1}", "deviation is not negative"),
+        ("{at: 1, dropout: spring.end.x, share: 2, seed: 1, every: 1}", "less than or equal to 1"),
         ("{at: 1, delay: {spring.end.x: 0}}", "give a time above 0"),
         ("{at: 1, replace: {spring.end.x: body.body.m.vx}}", "it is in m/s, spring.end.x in m"),
         ("{when: body.body.m.x == 1, freeze: spring.end.x}", "hardly ever equal"),
@@ -144,11 +146,11 @@ def test_a_package_keeps_the_scenario(c_fmu: Fmus, tmp_path: Path) -> None:
         tmp_path,
         "stuck: {at: 505 ms, for: 1 s, freeze: spring.end.x}",
         "soft: {when: body.body.m.x < -20 cm, parameters: soft.yaml}",
-        "rough: {at: 1, noise: {spring.end.x: 1 mm}, seed: 3}",
+        "rough: {at: 1, noise: {spring.end.x: 1 mm}, seed: 3, every: 0.1}",
     )
     given = load_system(path)
     package = save_system(given, tmp_path / "small.ssp", build_directory=tmp_path / "build")
     outcomes = [run(one, build_directory=tmp_path / "build") for one in (given, package)]
     assert load_system(package).scenario.keys() == given.scenario.keys()
     assert outcomes[0].scenario == outcomes[1].scenario
-    assert "on" in outcomes[0].scenario[1]
+    assert "on:" in outcomes[0].scenario[1]
