@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from m4e_fmi.cosim.checkpoint.state import Saved, State
-from m4e_fmi.cosim.exchange.layout import NetworkSnapshot
-from m4e_fmi.cosim.exchange.network import OWN_PLACES, Network
+from m4e_fmi.cosim.exchange.layout import OWN_PLACES, NetworkSnapshot
+from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.fmu.importer.calls import SerializedState
 from m4e_fmi.fmu.importer.reading import Description
 from m4e_fmi.signals import not_lost

@@ -134,6 +134,15 @@ class Explanation:
         return self._fmu.text(variable)
 
     @property
+    def asks_for_end(self) -> bool:
+        """True if the step was discarded by an FMU that is done, and not by one that has failed.
+
+        PythonFMU's library has no other answer to a step that fails but to ask for the end, or
+        Fatal, after which nothing can be asked: that it has failed, its FMU can say in words only.
+        """
+        return self._fmu.wants_end() and not self.last_error()
+
+    @property
     def is_logged(self) -> bool:
         """True if the FMU has logged more than a warning."""
         return self._messages.tell_why

@@ -43,12 +43,12 @@ from m4e_fmi.fmu.importer.calls import (
     Events,
     RawCall,
     Rollback,
+    SingleValues,
     Standard,
     Status,
     Taken,
     Texts,
     Value,
-    value_in,
 )
 from m4e_fmi.fmu.importer.calls.classic import Classic
 from m4e_fmi.fmu.importer.calls.scaled import InputScales, scaled_getter, scaled_setter
@@ -65,9 +65,8 @@ class Instance:
     The FMU hears the name with a `suffix`, of instances beside that of the run; nobody else does.
     `scales` are factor and offset of inputs: calls that set or read one carry v where the FMU has
     factor·v + offset, so that the master's values are in the unit of its source; `read` tells the
-    FMU's own.
-    A `listener` hears what the FMU logs with another status than OK; `warned` counts the steps that
-    it has answered with Warning.
+    FMU's own. A `listener` hears what the FMU logs with another status than OK; `warned` counts the
+    steps that it has answered with Warning.
 
     Every method raises RunError with component, time, the FMU's own words and a remedy when the
     FMU answers with more than a warning. After Fatal the FMU is never called again.
@@ -93,11 +92,9 @@ class Instance:
         self.scales = InputScales()
         self._states: dict[int, ctypes.c_void_p] = {}
         self._places: dict[int, tuple[Call, Call]] = {}
-        self._readers: dict[str, tuple[Call, np.ndarray]] = {}
-        self._typed: dict[str, tuple[Access, np.ndarray]] = {}
-        self._texts = Texts()
         self._binary = binary
         self._fmu = STANDARDS[description.version](binary.functions, description, self.fail)
+        self._single = SingleValues(self._fmu)
         self._why = Explanation(description, self._fmu, self._messages, self._told_name)
         try:
             self._open()
@@ -197,19 +194,11 @@ class Instance:
 
         The FMU makes no further step then, and nothing may be set in it.
         """
-        reached = self._fmu.reached() if self._asks_for_end() else None
+        reached = self._fmu.reached() if self._why.asks_for_end else None
         if reached is None or reached < time - NEAR:
             return False
         self._fmu.events.ended = reached
         return True
-
-    def _asks_for_end(self) -> bool:
-        """True if the step was discarded by an FMU that is done, and not by one that has failed.
-
-        PythonFMU's library has no other answer to a step that fails but to ask for the end, or
-        Fatal, after which nothing can be asked: that it has failed, its FMU can say in words only.
-        """
-        return self._fmu.wants_end() and not self._why.last_error()
 
     def stop_at_events(self) -> None:
         """From now on, a step ends at an event within it, with EventWithinError."""
@@ -322,28 +311,14 @@ class Instance:
     @not_lost()
     def value(self, name: str) -> Value:
         """The present value of a variable in its own type; an item of an enumeration by number."""
-        variable = self.description.variables[name]
-        if variable.type == REAL:
+        if self.description.variables[name].type == REAL:
             return self.read(name)
-        if name not in self._typed:
-            self._typed[name] = self.typed([name], self._texts), np.zeros(1, dtype=np.int64)
-        access, cells = self._typed[name]
-        status = access.get(cells)
-        if not 0 <= status <= WARNING:
-            self.fail_typed(status, access, cells)
-        return value_in(int(cells[0]), variable, self._texts)
+        return self._single.value(name, self.fail_typed)
 
     @not_lost()
     def read(self, name: str) -> float:
         """The present value of the Real variable `name`."""
-        if name not in self._readers:
-            place = np.zeros(1)
-            self._readers[name] = self._fmu.getter([name], place), place
-        call, value = self._readers[name]
-        status = call()
-        if status > WARNING:
-            self.fail(status, "fmi2GetReal")
-        return float(value[0])
+        return self._single.real(name)
 
     def fail(self, status: Status, function: str, size: float = 0.0) -> NoReturn:
         """Raise the error of this status of `function`; `size` is that of a failed step [s]."""
@@ -371,7 +346,7 @@ class Instance:
         if function == "fmi2DoStep" and status in (DISCARD, EARLY):
             kind = DiscardedError if status == DISCARD else EventWithinError
             reached = self._fmu.reached()
-            if status == DISCARD and self._asks_for_end():
+            if status == DISCARD and self._why.asks_for_end:
                 kind, self._broken = EndWithinError, False
                 self._fmu.events.ended = self.time if reached is None else reached
             raise kind(message, remedy, reached, self.name, size)

@@ -16,16 +16,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import count
+from weakref import finalize
 
 import numpy as np
 
 from m4e_fmi.cosim.connections.links import Link, Port
 from m4e_fmi.cosim.connections.prepared import Prepared
-from m4e_fmi.cosim.connections.structure import (
-    Exchange,
-    derivative_chain,
-    transfers_of,
-)
+from m4e_fmi.cosim.connections.structure import Exchange, derivative_chain, transfers_of
 from m4e_fmi.cosim.exchange.discrete import Kept
 from m4e_fmi.cosim.exchange.newton import LoopSnapshot
 from m4e_fmi.cosim.exchange.operations import Due
@@ -35,6 +33,8 @@ from m4e_fmi.errors import UnknownNameError
 from m4e_fmi.fmu.importer.reading import Description
 
 BLOCKS = 5
+OWN_PLACES = 2
+"""Places of FMU states that are reserved: for algorithms (0) and `doubling` (1)."""
 
 
 @dataclass(frozen=True)
@@ -55,6 +55,28 @@ class NetworkSnapshot:
     loops: tuple[LoopSnapshot, ...]
     roughness: float
     scenario: ScenarioSnapshot
+
+
+class StatePlaces:
+    """Places of FMU states beside the reserved ones; a place is free when nothing holds a point."""
+
+    def __init__(self) -> None:
+        self._free: list[int] = []
+        self._new = count(OWN_PLACES)
+
+    def free(self) -> int:
+        """A place that no point has."""
+        return self._free.pop() if self._free else next(self._new)
+
+    def take(self, place: int) -> None:
+        """Let a certain place, which is free, be so no longer."""
+        while place not in self._free:
+            self._free.append(next(self._new))
+        self._free.remove(place)
+
+    def hold(self, point: NetworkSnapshot) -> None:
+        """Keep the place of a point as long as anything holds that."""
+        finalize(point, self._free.append, point.place)
 
 
 class ExchangedVariables:

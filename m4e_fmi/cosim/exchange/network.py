@@ -14,9 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
-from itertools import count
 from typing import Any, TypeVar
-from weakref import finalize
 
 import numpy as np
 
@@ -27,16 +25,13 @@ from m4e_fmi.cosim.connections.structure import Exchange, Transfer
 from m4e_fmi.cosim.exchange.discrete import Discrete
 from m4e_fmi.cosim.exchange.initialisation import Initialisation
 from m4e_fmi.cosim.exchange.instance import Instance
-from m4e_fmi.cosim.exchange.layout import BLOCKS, ExchangedVariables, NetworkSnapshot
+from m4e_fmi.cosim.exchange.layout import BLOCKS, ExchangedVariables, NetworkSnapshot, StatePlaces
 from m4e_fmi.cosim.exchange.operations import (
-    Combine,
     DoStep,
-    Gather,
     Get,
     GetTyped,
     Operation,
-    Set,
-    SetTyped,
+    Transferring,
     gather,
     setting,
 )
@@ -51,8 +46,6 @@ from m4e_fmi.shown import listing
 Made = TypeVar("Made")
 Change = tuple[str, Mapping[str, Value]]
 """A component, and values of variables of it by name."""
-OWN_PLACES = 2
-"""Places of FMU states that are reserved: for algorithms (0) and `doubling` (1)."""
 TWICE, HALF = 2.0, 0.5
 """Length of the steps of the error estimate, over that of the simulation."""
 
@@ -69,10 +62,9 @@ class Network(ExchangedVariables):
     source. All these are Real; other values are in `discrete`. `roughness` is the largest share of
     an input's size by which it still misses its source where algebraic loops are solved. `left` are
     the values (n,) before the scenario's actions at this point, in the same units, if it has acted
-    (None: it has not). `pause` is
-    called between steps that are not part of the run, and raises to end them early. `recorded` are
-    the outputs by component that results will have (None: all scalars); those that are not
-    exchanged are read too, and all others if they are `watched`.
+    (None: it has not). `pause` is called between steps that are not part of the run, and raises to
+    end them early. `recorded` are the outputs by component that results will have (None: all
+    scalars); those that are not exchanged are read too, and all others if they are `watched`.
     """
 
     def __init__(
@@ -90,8 +82,7 @@ class Network(ExchangedVariables):
                 instance = self.instances[link.target.component]
                 instance.scales.set(link.target.variable, link.factor, link.offset)
         self.scenario = Scenario(prepared, self)
-        self._free: list[int] = []
-        self._places = count(OWN_PLACES)
+        self._states = StatePlaces()
         self.time = prepared.system.simulation.start_time
         self.coarse = 1.0
         self.pause: Callable[[], None] = lambda: None
@@ -305,17 +296,14 @@ class Network(ExchangedVariables):
 
     def keep(self) -> NetworkSnapshot:
         """The present point, in a place of its own, which is free again when nothing holds it."""
-        place = self._free.pop() if self._free else next(self._places)
-        point = self.snapshot(place)
-        finalize(point, self._free.append, place)
+        point = self.snapshot(self._states.free())
+        self._states.hold(point)
         return point
 
     def adopt(self, point: NetworkSnapshot) -> None:
         """Hold the place of a point of another process, in which the FMUs have its states."""
-        while point.place not in self._free:
-            self._free.append(next(self._places))
-        self._free.remove(point.place)
-        finalize(point, self._free.append, point.place)
+        self._states.take(point.place)
+        self._states.hold(point)
 
     def restore(self, point: NetworkSnapshot) -> None:
         """Return to a point; an FMU that answered Fatal meanwhile cannot, which is a RunError."""
@@ -390,9 +378,7 @@ class Network(ExchangedVariables):
             yield SolvedLoop(self, transfer)
         yield Schedule(operations)
 
-    def _transfer(
-        self, transfer: Transfer
-    ) -> tuple[Get | Set | Combine | Gather | GetTyped | SetTyped, ...]:
+    def _transfer(self, transfer: Transfer) -> tuple[Transferring, ...]:
         if transfer.discrete:
             return (self.discrete.operation(transfer, None),)
         instance, names = self.instances[transfer.component], transfer.variables

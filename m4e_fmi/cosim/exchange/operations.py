@@ -196,6 +196,8 @@ class SetTyped:
 
 Reals = Get | Set | SetDerivatives
 """Operations on the Real variables `names` of an FMU."""
+Transferring = Get | Set | Combine | Gather | GetTyped | SetTyped
+"""Operations that carry values over at a communication point."""
 Operation = (
     Reals | DoStep | Save | Restore | GetTyped | SetTyped | Combine | Gather | Monitor | Copy
 )

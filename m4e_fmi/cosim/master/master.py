@@ -72,9 +72,8 @@ class Master:
         self._journal = Journal(warn, lambda: simulation.start_time)
         self._recorded, self.watched = recorded, watched or changeable
         if recorded is not None:
-            self._recorded = {
-                c: {*recorded.get(c, ()), NEXT_EVENT_TIME} for c in prepared.descriptions
-            }
+            names = prepared.descriptions
+            self._recorded = {c: {*recorded.get(c, ()), NEXT_EVENT_TIME} for c in names}
         self._changes: list[Change] = []
         self.is_stepping = False
         """True while steps are made, and where they were left unfinished."""
@@ -154,8 +153,8 @@ class Master:
     @property
     def _shortens(self) -> bool:
         """True if all components can go back, and make a shorter step then."""
-        rates = self._prepared.rates.values()
-        return not self._without_rollback() and all(rate.shortens for rate in rates)
+        own = all(rate.shortens for rate in self._prepared.rates.values())
+        return own and not self._without_rollback()
 
     def _second(self, stack: ExitStack) -> Network:
         """A second network at the start time; `stack` closes it."""
@@ -177,9 +176,8 @@ class Master:
     def _stated(self) -> float | None:
         """The largest coupling error up to the present point, over the range, if it is known."""
         found = self.certificate()
-        if isinstance(found, CouplingErrorReport) and found.errors:
-            return found.errors[0].error
-        return None
+        known = isinstance(found, CouplingErrorReport) and found.errors
+        return known[0].error if known else None
 
     @property
     def rejected(self) -> int:

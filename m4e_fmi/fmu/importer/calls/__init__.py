@@ -12,6 +12,7 @@ from m4e_fmi.fmu.importer.calls.fmi1 import Fmi1
 from m4e_fmi.fmu.importer.calls.fmi2 import Fmi2
 from m4e_fmi.fmu.importer.calls.fmi3 import Fmi3
 from m4e_fmi.fmu.importer.calls.functions import DISCARD, ERROR, FATAL, WARNING, Status
+from m4e_fmi.fmu.importer.calls.single import SingleValues
 from m4e_fmi.fmu.importer.calls.standard import (
     EARLY,
     NEAR,
@@ -46,6 +47,7 @@ __all__ = [
     "RawCall",
     "Rollback",
     "SerializedState",
+    "SingleValues",
     "Standard",
     "Status",
     "Taken",
