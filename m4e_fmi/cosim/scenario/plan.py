@@ -64,7 +64,11 @@ class Setting:
 
     def __str__(self) -> str:
         number = isinstance(self.value, float)
-        value = f"{self.value:.9g} {self.unit}".rstrip() if number else str(self.value)
+        value = (
+            f"{self.value:.9g} {self.unit}".removesuffix(" 1").rstrip()
+            if number
+            else str(self.value)
+        )
         within = f" within {self.within / NS_PER_SECOND:.9g} s" if self.within else ""
         return f"{self.port} = {value}{within}"
 

@@ -85,5 +85,6 @@ def test_a_line_breaks_at_a_tension(tmp_path: Path) -> None:
     assert (tension[:first] < 120e3).all()
     assert (tension[first:] == 0.0).all()
     assert (found["mooring.two.fairlead_tension"].values[first:] > 1e3).all()
-    assert outcome.scenario[1] == f"parted: from t = {found.time[first]:.9g} s on"
+    begun = f"parted: from t = {found.time[first]:.9g} s on"
+    assert outcome.scenario[1] == f"{begun}: mooring.one.parted = 1"
     assert not any("parted" in str(message) for message in outcome.messages)
