@@ -63,12 +63,9 @@ class Setting:
     unit: str = ""
 
     def __str__(self) -> str:
-        number = isinstance(self.value, float)
-        value = (
-            f"{self.value:.9g} {self.unit}".removesuffix(" 1").rstrip()
-            if number
-            else str(self.value)
-        )
+        value = str(self.value)
+        if isinstance(self.value, float):
+            value = f"{self.value:.9g}" + (f" {self.unit}" if self.unit not in ("", "1") else "")
         within = f" within {self.within / NS_PER_SECOND:.9g} s" if self.within else ""
         return f"{self.port} = {value}{within}"
 
