@@ -2,4 +2,5 @@
 
 from m4e_fmi.cli import main
 
-main()
+if __name__ == "__main__":
+    main()

@@ -99,7 +99,8 @@ def test_a_signal_ends_the_run(
 ) -> None:
     """Instances 1 to 3 are probed, the fourth is that of the run; one may eat exceptions."""
     (tmp_path / "system.yaml").write_text(
-        f"name: s\ncomponents:\n  a: {{fmu: {c_fmu('integrator')}}}\n  b: {{fmu: {sender}}}\n"
+        f"name: s\ncomponents:\n  a: {{fmu: {c_fmu('integrator')}}}\n"
+        f"  b: {{fmu: {sender}, process: here}}\n"
         "connections: ['a.y -> b.u, units ignored', 'b.y -> a.u, units ignored']\n"
         "simulation: {stop_time: 1, step_size: 0.1}\n"
     )

@@ -29,8 +29,9 @@ FAULTS: dict[str, Fault] = {
     ),
     "saving disturbs": (
         "state.c",
-        "*state = k;\n    return FMI_OK;\n}\n\nanswer restore_state",
-        "*state = k;\n    c->x[0] += 1e-6;\n    return FMI_OK;\n}\n\nanswer restore_state",
+        "memcpy(k->values, c->values, c->count * sizeof *c->values);\n    *state = k;\n",
+        "memcpy(k->values, c->values, c->count * sizeof *c->values);\n    *state = k;\n"
+        "    c->x[0] += 1e-6;\n",
         "state",
         {"state.disturbs", "state.rollback", "state.serialised", "state.transfer"},
     ),

@@ -62,6 +62,7 @@ def of_the_coupling(folder: Path) -> Iterator[Any]:
     yield from (system, prepared, *cosim.Timing)
     yield from (cosim.Bond("b", ()), cosim.BondEnergy("b", 1.0, 1.0, 1.0))
     yield from (cosim.Kind("sum", Section()), cosim.FmuFile(Path("x.fmu")))
+    yield cosim.Action(at=1.0, offset={"a.y": 0.5})
     with cosim.start(prepared, results=folder / "s.nc") as run:
         yield from (run, run.step(), run.save(), run._master.network)
     yield from (run.outcome, run.outcome.results(), *prepared.descriptions.values())
