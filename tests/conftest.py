@@ -30,7 +30,7 @@ def c_fmu(
     def built(name: str) -> Path:
         fmu = made(name)
         if not workers and "+armed" not in name:
-            write_record(fmu, BuildRecord(fmu=file_hash(fmu)))
+            write_record(fmu, BuildRecord(fmu=file_hash(fmu) or ""))
         return fmu
 
     def made(name: str) -> Path:
