@@ -57,7 +57,9 @@ class Coupled:
 
     def system(self, steps: int, algorithm: str) -> System:
         files = self.files or (self.fmu,) * self.count
-        parts = tuple(Component(f"c{k}", FmuFile(path), {}) for k, path in enumerate(files))
+        parts = tuple(
+            Component(f"c{k}", FmuFile(path), {}, process="here") for k, path in enumerate(files)
+        )
         connections = tuple(f"c{a}.{y} -> c{b}.{u}" for a, y, b, u in self.links)
         return System("loop", parts, connections, Simulation(steps * H, H, algorithm))
 

@@ -18,7 +18,7 @@ from m4e_fmi.fmu.importer.calls.component_3 import RawComponent
 from m4e_fmi.fmu.importer.calls.typed import RawCopied, function
 
 NOT_A_NUMBER = -1
-GET, SET, SET_DERIVATIVES, DO_STEP, SAVE, RESTORE, COMBINE, MONITOR, CALL = range(9)
+GET, SET, SET_DERIVATIVES, DO_STEP, SAVE, RESTORE, COMBINE, MONITOR, CALL, BEGIN_STEP = range(10)
 
 
 class RawOperation(ctypes.Structure):
@@ -47,9 +47,6 @@ class RawOperation(ctypes.Structure):
         ("in_rows", c_int32),
         ("unchecked", c_int32),
         ("warned", c_void_p),
-        ("begin", c_void_p),
-        ("following", c_uint32),
-        ("at_once", c_uint32),
     ]
 
 
@@ -81,9 +78,10 @@ class NativeExecutor:
 
     def __init__(self, library: ctypes.CDLL, operations: Sequence[Operation]) -> None:
         self._kept = [(operation, *_translated(operation)) for operation in operations]
-        self.count = len(operations)
-        self.array = (RawOperation * self.count)(*(raw for _, raw, _ in self._kept))
-        _begin_early(operations, self.array)
+        order = _begun_early(operations)
+        self._places = [abs(place) - 1 for place in order]
+        self.count = len(order)
+        self.array = (RawOperation * self.count)(*map(self._raw, order))
         self._failed = c_uint64()
         self._perform = library.m4e_perform
         self._perform.argtypes = (
@@ -96,28 +94,40 @@ class NativeExecutor:
         """Status and index of the operation that failed; (0, 0) if none did."""
         failed = self._failed
         status = self._perform(self.array, self.count, time, size, row, failed)
-        return (status, failed.value) if status else (0, 0)
+        return (status, self.place(failed.value)) if status else (0, 0)
+
+    def place(self, performed: int) -> int:
+        """The index of an operation by its place among all that are performed."""
+        return self._places[performed]
+
+    def _raw(self, place: int) -> RawOperation:
+        operation, raw, _ = self._kept[abs(place) - 1]
+        if place > 0:
+            return raw
+        assert isinstance(operation, op.DoStep)
+        raw = RawOperation.from_buffer_copy(raw)
+        raw.kind, raw.function = BEGIN_STEP, operation.instance.step_beginner()
+        return raw
 
 
-def _begin_early(operations: Sequence[Operation], raws: ctypes.Array[RawOperation]) -> None:
-    """Let steps in other processes begin as soon as all before them on their components is done.
+def _begun_early(operations: Sequence[Operation]) -> list[int]:
+    """Numbers of the operations (from 1) in their order, negative where a step only begins.
 
-    So components step side by side as far as they do not wait for each other's values.
+    A step in another process begins as soon as all before it on its component is done. So
+    components step side by side as far as they do not wait for each other's values.
     """
-    last: dict[int, int] = {}
-    at_once: list[int] = []
-    for k, operation in enumerate(operations):
+    first: list[int] = []
+    behind: list[list[int]] = []
+    last: dict[int, list[int]] = {}  # by component: what begins behind its last operation
+    for number, operation in enumerate(operations, 1):
+        behind.append([])
         instance = getattr(operation, "instance", None)
         if instance is None:
             continue
-        if isinstance(operation, op.DoStep) and raws[k].begin:
-            if id(instance) in last:
-                raws[last[id(instance)]].following = k + 1
-            else:
-                at_once.append(k + 1)
-        last[id(instance)] = k
-    for k, step in enumerate(at_once):
-        raws[k].at_once = step
+        if isinstance(operation, op.DoStep) and instance.step_beginner():
+            last.get(id(instance), first).append(-number)
+        last[id(instance)] = behind[-1]
+    return first + [n for number, begun in enumerate(behind, 1) for n in (number, *begun)]
 
 
 Translated = tuple[RawOperation, tuple[np.ndarray | RawCopied, ...]]
@@ -145,7 +155,6 @@ def _translation(operation: Operation) -> Translated:
             raw = _call(DO_STEP, instance.raw(operation.function))
             raw.start, raw.length, raw.own = start, length, own
             raw.warned = ctypes.addressof(instance.warned)
-            raw.begin = instance.step_beginner()
         case op.Save(instance) | op.Restore(instance):
             kind = SAVE if isinstance(operation, op.Save) else RESTORE
             raw = _call(kind, instance.raw(operation.function))
@@ -244,4 +253,6 @@ def run(step: NativeExecutor, row: NativeExecutor, state: State, steps: int) -> 
     """
     state.step, state.step_count = ctypes.addressof(step.array), step.count
     state.row, state.row_count = ctypes.addressof(row.array), row.count
-    return step.loop(state, steps)
+    status = step.loop(state, steps)
+    state.failed = (row if state.in_row else step).place(state.failed) if status else 0
+    return status

@@ -49,9 +49,9 @@ static void combine(const m4e_operation *o, double *values) {
     }
 }
 
-/* The piece of the macro step that the component steps by, made or begun by `function`. */
-static int step(const m4e_operation *o, void (*function)(void), double t, double h) {
-    do_step *const f = (do_step *)function;
+/* The piece of the macro step that the component steps by. */
+static int step(const m4e_operation *o, double t, double h) {
+    do_step *const f = (do_step *)o->function;
     const double length = o->length * h;
     if (o->period) return f(o->component, t + h - o->own, o->own, 1);
     const int whole = fabs(length - o->own) < ROUNDING * o->own;
@@ -70,7 +70,8 @@ static int perform(const m4e_operation *o, double t, double h, uint64_t row) {
     case M4E_SET: return ((set_real *)f)(o->component, o->references, o->count, values);
     case M4E_SET_DERIVATIVES:
         return ((set_derivatives *)f)(o->component, o->references, o->count, o->orders, values);
-    case M4E_DO_STEP: return step(o, f, t, h);
+    case M4E_DO_STEP: return step(o, t, h);
+    case M4E_BEGIN_STEP: step(o, t, h); return 0; /* the status comes when the step is awaited */
     case M4E_SAVE: return ((save *)f)(o->component, o->state);
     case M4E_RESTORE: return ((restore *)f)(o->component, *o->state);
     case M4E_MONITOR: *values = m4e_monitor(o->terms, o->source, o->weights, o->past); return 0;
@@ -85,22 +86,14 @@ static void note_warning(m4e_warned *w, double t) {
     w->last = t;
 }
 
-/* Asks for a step in another process, if it is to be made in this macro step. */
-static void begin(const m4e_operation *o, double t, double h) {
-    if (!o->period || is_due(o, t + h)) step(o, o->begin, t, h);
-}
-
 /* Without those `in_rows` where the step ends at no row. */
 static int perform_all(const m4e_operation *operations, size_t count, double t, double h,
                        uint64_t row, int at_row, uint64_t *failed) {
-    for (size_t i = 0; i < count && operations[i].at_once; ++i)
-        begin(&operations[operations[i].at_once - 1], t, h);
     for (size_t i = 0; i < count; ++i) {
         const m4e_operation *o = &operations[i];
-        int status = 0;
-        if (!(o->in_rows && !at_row) && !(o->period && !is_due(o, t + h)))
-            status = perform(o, t, h, row);
-        if (o->following && status <= WARNING) begin(&operations[o->following - 1], t, h);
+        if (o->in_rows && !at_row) continue;
+        if (o->period && !is_due(o, t + h)) continue;
+        const int status = perform(o, t, h, row);
         if (!status) continue;
         if (status == WARNING) {
             note_warning(o->warned, t);

@@ -19,7 +19,9 @@ enum {
                             source[references[i]], or source[i] without references */
     M4E_MONITOR,         /* values[0] = how many of the `terms` values at `source` are rough at once:
                             see monitor.c; `past` is what it knows of them, `weights` are gates */
-    M4E_CALL             /* function(component, values), of typed.h; values are cells */
+    M4E_CALL,            /* function(component, values), of typed.h; values are cells */
+    M4E_BEGIN_STEP       /* asks a component in another process for the step that a later operation
+                            awaits */
 };
 enum { M4E_NOT_A_NUMBER = -1 }; /* beside the statuses of FMI */
 
@@ -47,12 +49,6 @@ typedef struct {
     int32_t in_rows;   /* performed only in steps that end at a row of results */
     int32_t unchecked; /* values that are got may be nan or infinite */
     m4e_warned *warned; /* of a step; NULL of all else */
-    void (*begin)(void); /* of a step in another process: asks for it, with the arguments of
-                            `function`, which then awaits it; NULL of all else */
-    uint32_t following;  /* the step (counted from 1) that can begin when this is done: its component
-                            has no operation in between; 0: none */
-    uint32_t at_once;    /* in the first operations of a list: steps (counted from 1) that can begin
-                            before all operations; 0: no more */
 } m4e_operation;
 
 /* How many of `count` values are rough at once. `past` has, for all of them one after the other: the
