@@ -55,10 +55,10 @@ class Coupled:
         pairs = list(zip(self.outputs, self.inputs, strict=True))
         return [(k, y, (k + 1) % self.count, u) for k in sources for y, u in pairs]
 
-    def system(self, steps: int, algorithm: str) -> System:
+    def system(self, steps: int, algorithm: str, process: str = "here") -> System:
         files = self.files or (self.fmu,) * self.count
         parts = tuple(
-            Component(f"c{k}", FmuFile(path), {}, process="here") for k, path in enumerate(files)
+            Component(f"c{k}", FmuFile(path), {}, process=process) for k, path in enumerate(files)
         )
         connections = tuple(f"c{a}.{y} -> c{b}.{u}" for a, y, b, u in self.links)
         return System("loop", parts, connections, Simulation(steps * H, H, algorithm))

@@ -6,9 +6,11 @@
 from __future__ import annotations
 
 import ctypes
+import importlib.util
 import json
 import shutil
 import subprocess
+import sys
 import zipfile
 from collections.abc import Callable
 from itertools import count
@@ -182,9 +184,10 @@ def libcosimpy(system: Coupled, folder: Path) -> Advance:
     return lambda n: execution.step(n)
 
 
-def ecospy(system: Coupled, folder: Path) -> Advance:
-    """Ecos, by its fixed-step algorithm."""
+def ecospy(system: Coupled, folder: Path, *, proxies: bool = False) -> Advance:
+    """Ecos, by its fixed-step algorithm; with `proxies` each FMU in a process of its own."""
     del folder
+    _load_threading_blocks()
     from ecospy import (  # type: ignore[import]
         EcosLib,
         EcosSimulation,
@@ -193,8 +196,9 @@ def ecospy(system: Coupled, folder: Path) -> Advance:
 
     EcosLib.set_log_level("warn")
     structure = EcosSimulationStructure()
+    place = f"proxyfmu://localhost?file={system.fmu}" if proxies else str(system.fmu)
     for k in range(system.count):
-        structure.add_model(f"c{k}", str(system.fmu))
+        structure.add_model(f"c{k}", place)
     for a, y, b, u in system.links:
         structure.make_real_connection(f"c{a}::{y}", f"c{b}::{u}")
     simulation = EcosSimulation(structure=structure, step_size=H)
@@ -230,6 +234,14 @@ def c_loop(system: Coupled, folder: Path) -> Advance:
         begun.value += n
 
     return advance
+
+
+def _load_threading_blocks() -> None:
+    """Load the library that Ecos needs, but does not bring; allow its proxies to be run."""
+    ctypes.CDLL(str(Path(sys.prefix) / "lib" / "libtbb.so.12"), ctypes.RTLD_GLOBAL)
+    package = importlib.util.find_spec("ecospy")
+    if package and package.origin:
+        (Path(package.origin).parent / "binaries" / "proxyfmu").chmod(0o755)
 
 
 PEERS: dict[str, Callable[[Coupled, Path], Advance]] = {

@@ -1,79 +1,117 @@
-"""Price of a worker: a step with ten inputs and outputs, in this process and in another.
+"""Price of a process of its own for an FMU, beside that of a peer.
 
-``python tests/benchmark/workers.py`` prints the medians [µs], and how much longer two components
-need than one when each step takes a millisecond, side by side in two workers.
+``../.venv-bench/bin/python -m benchmark.workers``, from tests/, prints what a component and step
+take here, in another process, and in both ways with Ecos, whose proxies are processes, too; then
+how much sooner two components have made their steps in two processes than one after the other.
+
+Two components feed each other with ten Reals. All times are wall times, the median of many runs.
 """
 
 from __future__ import annotations
 
+import statistics
+import subprocess
 import sys
 import tempfile
 import time
-from contextlib import closing
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
-import numpy as np
+from benchmark.master_loop import TESTS, Coupled
+from benchmark.masters import Advance, ecospy
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
-
+sys.path.insert(0, str(TESTS))
 from support.c_fmus.build import build
 
 from m4e_fmi.cosim import Component, FmuFile, Simulation, System, prepare, run
-from m4e_fmi.cosim.exchange.instance import Instance
-from m4e_fmi.cosim.exchange.loading.binary import Files, opened_binary
-from m4e_fmi.cosim.exchange.operations import DoStep, Get, Set
-from m4e_fmi.cosim.exchange.step_loop import Schedule
-from m4e_fmi.fmu.importer.reading import read_description
-from m4e_fmi.fmu.importer.worker import Host
+from m4e_fmi.cosim.master.master import Master
 
-STEPS = 20_000
+RUNS, SHORT, LONG = 15, 500, 2500
+WORK = 1e-3
+"""CPU seconds of a step of the components that are to step side by side."""
 
 
-def step_time(fmu: Path, host: Host | None) -> float:
-    """Median time [µs] of a step with its values."""
-    description = read_description(fmu)
-    names = tuple(f"u{k}" for k in range(10)), tuple(f"y{k}" for k in range(10))
-    with (
-        closing(Files(description)) as files,
-        opened_binary(description, files, origin="wide", host=host) as binary,
-        Instance("wide", description, binary) as instance,
-    ):
-        instance.setup(start=0.0, stop=1.0, tolerance=None)
-        instance.enter_initialization()
-        instance.exit_initialization()
-        inputs, outputs = np.ones(10), np.zeros(10)
-        schedule = Schedule(
-            [Set(instance, names[0], inputs), DoStep(instance), Get(instance, names[1], outputs)]
-        )
-        times = []
-        for k in range(STEPS):
-            begin = time.perf_counter()
-            schedule.run(1e-3 * k, 1e-3)
-            times.append(time.perf_counter() - begin)
-        assert np.allclose(outputs, 1e-3 * STEPS)
-    return 1e6 * float(np.median(times))
+def ours(process: str) -> Callable[[Coupled, Path], Advance]:
+    """This package's master, with all components in one process or each in one of its own."""
+
+    def make(coupled: Coupled, folder: Path) -> Advance:
+        del folder
+        ready = {n: prepare(coupled.system(n, "jacobi", process)) for n in (SHORT, LONG)}
+
+        def advance(steps: int) -> float:
+            with Master(ready[steps]) as master:
+                began = time.perf_counter()
+                master.run()
+                return time.perf_counter() - began
+
+        return advance
+
+    return make
 
 
-def side_by_side(fmu: Path) -> float:
-    """Wall time of one component over that of two, times two; steps of 1 ms each."""
-    walls = []
-    for count in (1, 2):
-        start = {"what": 3, "when": 0.0, "pause": 1e-3}
-        components = tuple(
-            Component(f"c{k}", FmuFile(fmu), start, process="own") for k in range(count)
-        )
-        system = System("two", components, (), Simulation(2.0, 1e-3, "jacobi"))
-        walls.append(run(prepare(system)).wall_time)
-    return 2 * walls[0] / walls[1]
+def timed(advance: Advance) -> Callable[[int], float]:
+    """Wall seconds of so many steps."""
+
+    def seconds(steps: int) -> float:
+        began = time.perf_counter()
+        advance(steps)
+        return time.perf_counter() - began
+
+    return seconds
 
 
-def main() -> None:
-    folder = Path(tempfile.mkdtemp())
-    fmu = build("wide", folder)
-    here, apart = step_time(fmu, None), step_time(fmu, Host())
-    print(f"step in this process {here:.1f} µs, in a worker {apart:.1f} µs: +{apart - here:.1f} µs")
-    print(f"two workers, steps of 1 ms: {side_by_side(build('vandal', folder)):.2f} x")
+MASTERS = {
+    "m4e_fmi, here": ours("here"),
+    "m4e_fmi, processes": ours("own"),
+    "Ecos, here": lambda coupled, folder: timed(ecospy(coupled, folder)),
+    "Ecos, proxies": lambda coupled, folder: timed(ecospy(coupled, folder, proxies=True)),
+}
+
+
+def step_time(who: str) -> float:
+    """Wall time [µs] of a component and step."""
+    with tempfile.TemporaryDirectory() as name:
+        fmu = build("wide", Path(name))
+        outputs, inputs = (tuple(f"{letter}{k}" for k in range(10)) for letter in "yu")
+        coupled = Coupled(fmu, 2, outputs, inputs, closed=True)
+        advance = MASTERS[who](coupled, Path(name))
+        advance(SHORT)
+        spent = [advance(LONG) - advance(SHORT) for _ in range(RUNS)]
+    return 1e6 * statistics.median(spent) / (LONG - SHORT) / coupled.count
+
+
+def in_a_process(who: str) -> str:
+    """`step_time` by a process of its own: some peers crash when they end."""
+    command = [sys.executable, "-m", "benchmark.workers", who]
+    ran = subprocess.run(command, capture_output=True, text=True, check=False, cwd=TESTS)
+    figures, why = ran.stdout.split(), ran.stderr.strip().splitlines()
+    return f"{float(figures[-1]):.1f} µs" if figures else f"could not be measured: {why[-1:]}"
+
+
+def side_by_side(count: int) -> float:
+    """Wall time of two components one after the other over that in two processes."""
+    with tempfile.TemporaryDirectory() as name:
+        fmu = FmuFile(build("busy", Path(name)))
+        walls: dict[str, list[float]] = {"here": [], "own": []}
+        for process in [*walls] * count:
+            parts = tuple(
+                Component(f"c{k}", fmu, {"work": WORK}, process=process) for k in range(2)
+            )
+            system = System("two", parts, (), Simulation(1.0, 1e-3, "jacobi"))
+            walls[process].append(run(prepare(system)).wall_time)
+    here, own = (statistics.median(found) for found in walls.values())
+    return here / own
+
+
+def main(arguments: Sequence[str]) -> None:
+    """Print one figure, if a master is named, or all."""
+    if arguments:
+        print(step_time(arguments[0]))
+        return
+    for who in MASTERS:
+        print(f"{who}: {in_a_process(who)}", flush=True)
+    print(f"two components, steps of 1 ms, in two processes: {side_by_side(5):.2f} x as fast")
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

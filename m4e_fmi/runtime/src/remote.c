@@ -11,14 +11,17 @@
 #include <linux/futex.h>
 #include <sys/syscall.h>
 #include <unistd.h>
-#elif defined _WIN32
+#endif
+#ifdef _WIN32
 #include <windows.h>
+#else
+#include <sched.h>
 #endif
 
 enum { CLIENT, SERVER };
 enum { LOOKS = 64 };              /* between two looks at the clock */
-enum { TRY = 64 };                /* waits without spinning after a spin that did not help */
-static const double SPIN = 20e-6; /* s; a call that is shorter is answered without sleep */
+enum { TRY = 4 };                 /* waits without spinning after a spin that did not help */
+static const double SPIN = 50e-6; /* s; a call that is shorter is answered without sleep */
 static const long NAP = 100000000; /* ns; after which a sleeper looks by itself */
 
 typedef void logger_1(void *component, const char *name, int status, const char *category,
@@ -82,12 +85,22 @@ void m4e_remote_wake(_Atomic uint32_t *word, _Atomic uint32_t *asleep) {
 #endif
 }
 
+/* Let others have the processor: two workers and their master may share two of them. */
+static void yield(void) {
+#ifdef _WIN32
+    SwitchToThread();
+#else
+    sched_yield();
+#endif
+}
+
 static int spins(_Atomic uint32_t *word, uint32_t old, double begin) {
     do {
         for (int k = 0; k < LOOKS; ++k) {
             if (atomic_load(word) != old) return 1;
             relax();
         }
+        yield();
     } while (seconds() - begin < SPIN);
     return 0;
 }

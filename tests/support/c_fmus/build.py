@@ -212,7 +212,7 @@ NODE = (
 )
 WIDE = (
     *(V(f"u{k}", "1", "input", 0.0) for k in range(10)),
-    *(V(f"y{k}", "s", "output", 0.0, initial="exact") for k in range(10)),
+    *(V(f"y{k}", "1", "output", 0.0, initial="exact") for k in range(10)),
 )
 ENDING = (
     parameter("when", "s", 1.0),
@@ -266,6 +266,7 @@ MODELS: dict[str, tuple[str, tuple[V, ...]]] = {
     "node": ("node.c", NODE),
     "ending": ("ending.c", ENDING),
     "wide": ("wide.c", WIDE),
+    "busy": ("busy.c", (parameter("work", "s", 0.0), V("y", "s", "output"))),
     "keeper": ("keeper.c", KEEPER),
     "rogue": ("rogue.c", ROGUE),
     "talker": ("talker.c", TALKER),

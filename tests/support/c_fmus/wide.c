@@ -1,4 +1,4 @@
-/* Ten outputs, each the integral of its input: y_k' = u_k. */
+/* Ten outputs, each the integral of its input: y_k' = u_k / 1 s. */
 enum { U, Y = 10, N = 20 };
 static const double start[N] = {0};
 
