@@ -15,9 +15,9 @@ from zipfile import ZipFile
 import fmpy
 
 from m4e_fmi.cosim.system.component import Component, FmuFile
-from m4e_fmi.cosim.system.processes import HERE
+from m4e_fmi.cosim.system.processes import HERE, OWN
 from m4e_fmi.cosim.system.system import System
-from m4e_fmi.errors import RunError
+from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.fmu.export.build_record import read_record
 from m4e_fmi.fmu.export.native import shell_binaries
 from m4e_fmi.fmu.importer.opening import opened
@@ -40,16 +40,34 @@ def hosts(system: System, descriptions: Mapping[str, Description]) -> dict[str, 
     return {c.name: system.processes.host(c.limits) for c in system.components if is_apart(c)}
 
 
-def without_library(hosts: Mapping[str, Host]) -> list[str]:
-    """A warning if there are `hosts`, but no processes for them, or no library of C to call by."""
-    if not hosts or (remote_library() is not None and hasattr(os, "fork")):
-        return []
-    why = (
-        "other processes need the C library (`m4e-fmi doctor`)"
-        if hasattr(os, "fork")
-        else "this system has no fork, by which other processes are started"
-    )
-    return [f"{', '.join(hosts)}: run in this process, where a fault of an FMU ends all: {why}"]
+def available(system: System, hosts: Mapping[str, Host]) -> tuple[dict[str, Host], list[str]]:
+    """Those `hosts` that this machine can have, all or none, and a warning if it is none.
+
+    InputError if it is none, and a component asks for a process or for limits.
+    """
+    why = _why_none()
+    if not hosts or not why:
+        return dict(hosts), []
+    parts = [(c, ("components", c.name)) for c in system.components]
+    asking = [
+        *((*place, "process") for component, place in parts if component.process == OWN),
+        *((*place, "limits") for component, place in parts if component.limits),
+        *([("limits",)] if system.processes.limits else []),
+    ]
+    if asking:
+        message = f"no FMU can have a process of its own: {why}"
+        remedy = "leave this out, or run the system on another machine"
+        raise InputError([system.problem(place, message, remedy) for place in asking])
+    return {}, [f"{', '.join(hosts)}: run in this process, where a fault of an FMU ends all: {why}"]
+
+
+def _why_none() -> str:
+    """Why there are no processes for FMUs on this machine; empty if there are."""
+    if not hasattr(os, "fork"):
+        return "this system has no fork, by which other processes are started"
+    if remote_library() is None:
+        return "other processes need the C library (`m4e-fmi doctor`)"
+    return ""
 
 
 def _built_here(description: Description) -> bool:

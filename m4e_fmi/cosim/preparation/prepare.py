@@ -22,7 +22,7 @@ from m4e_fmi.cosim.preparation.doubtful_values import (
     reversed_forces,
     start_values_without_effect,
 )
-from m4e_fmi.cosim.preparation.hosts import hosts, without_library
+from m4e_fmi.cosim.preparation.hosts import available, hosts
 from m4e_fmi.cosim.preparation.state_trials import without_forgetful
 from m4e_fmi.cosim.preparation.surroundings import differing
 from m4e_fmi.cosim.scenario.plan import scenario_problems
@@ -57,9 +57,7 @@ def prepare(
     fmus = ready_fmus(system, build_directory, native=native, tell=tell, drafts=drafts)
     descriptions = _described(system, fmus)
     wiring, paced, rates, notes = _connected(system, descriptions)
-    apart = hosts(system, descriptions)
-    if missing := without_library(apart):
-        apart = {}
+    apart, missing = available(system, hosts(system, descriptions))
     descriptions, found = probed(paced, with_stated(system, descriptions), wiring, apart)
     descriptions, forgetful = without_forgetful(paced, descriptions, wiring, apart)
     wiring, late = broken(descriptions, wiring, rates)

@@ -96,3 +96,23 @@ def test_wrong_arguments(stranger: Path) -> None:
         Component("a", FmuFile(stranger), process="there")
     with pytest.raises(InputError, match="no limits"):
         Component("a", FmuFile(stranger), process="here", limits=Limits(call=1.0))
+
+
+def test_without_fork_a_stranger_runs_here_and_a_request_is_refused(
+    stranger: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As on Windows, where nothing else starts such processes."""
+    monkeypatch.delattr("os.fork")
+    prepared = prepare(of(Component("other", FmuFile(stranger))))
+    assert not prepared.hosts
+    assert "other: run in this process" in "\n".join(prepared.warnings)
+    file = tmp_path / "s.yaml"
+    text = SYSTEM.format(fmu=stranger, keys=", process: own", more="limits: {end: 2 s}")
+    file.write_text(text)
+    with pytest.raises(InputError, match="no FMU can have a process of its own") as failure:
+        prepare(load_system(file))
+    assert [problem.remedy for problem in failure.value.problems] == 2 * [
+        "leave this out, or run the system on another machine"
+    ]
+    assert f"{file}:3:" in str(failure.value)
+    assert f"{file}:5:" in str(failure.value)
