@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -23,6 +24,7 @@ from m4e_fmi.files.limits import (
 from m4e_fmi.files.sections import Location
 from m4e_fmi.shown import cleaned
 
+_HALF = re.compile(r"[\ud800-\udfff]")
 _LONGEST_SOURCE = 200
 """Characters of a line that are shown with a problem."""
 
@@ -127,10 +129,19 @@ class _CountingComposer(Composer):
         if self._count > MOST_WRITTEN:
             remedy = "put long tables into files of their own"
             raise _BeyondError(line, f"has more than {MOST_WRITTEN} keys and values", remedy)
-        if isinstance(event, ScalarEvent) and len(event.value) > LONGEST_SCALAR:
-            message = f"a key or value of {len(event.value)} characters"
-            raise _BeyondError(line, message, f"{LONGEST_SCALAR} are taken at most")
+        if isinstance(event, ScalarEvent):
+            _check_text(event.value, line)
         return super().compose_node(parent, index)
+
+
+def _check_text(text: str, line: int) -> None:
+    """_BeyondError for a scalar that is too long, or that no file could hold."""
+    if len(text) > LONGEST_SCALAR:
+        message = f"a key or value of {len(text)} characters"
+        raise _BeyondError(line, message, f"{LONGEST_SCALAR} are taken at most")
+    if half := _HALF.search(text):
+        message = f"\\u{ord(half[0]):04x} is half a character"
+        raise _BeyondError(line, message, "write the character itself, in UTF-8")
 
 
 def _plain(node: object, location: Location, places: Places) -> object:

@@ -38,6 +38,8 @@ def _planar_direction(value: float) -> float:
 
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
+Coordinate = Annotated[float, Field(ge=-1e6, le=1e6)]
+"""A place [m]; the squares of such numbers are finite."""
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Depth = Annotated[Annotated[float, Field(gt=0)], BeforeValidator(_depth)]
@@ -60,15 +62,15 @@ class Cylinder(Section):
 
     radius: Positive
     draft: Positive
-    center_x: Finite = 0.0
+    center_x: Coordinate = 0.0
 
 
 class Sphere(Section):
     """Sphere of `radius` [m] about (`center_x`, `center_z`) [m]; half immersed by default."""
 
     radius: Positive
-    center_z: Finite = 0.0
-    center_x: Finite = 0.0
+    center_z: Coordinate = 0.0
+    center_x: Coordinate = 0.0
 
     @model_validator(mode="after")
     def _in_water(self) -> Sphere:
@@ -89,7 +91,7 @@ class Box(Section):
     length: Positive
     width: Positive
     draft: Positive
-    center_x: Finite = 0.0
+    center_x: Coordinate = 0.0
 
 
 class Shape(Section):
@@ -105,7 +107,7 @@ class Shape(Section):
     sphere: Sphere | None = None
     box: Box | None = None
     mesh: str | None = None
-    mesh_origin: tuple[Finite, Finite] | None = None
+    mesh_origin: tuple[Coordinate, Coordinate] | None = None
 
     @property
     def kind(self) -> str:
@@ -145,7 +147,7 @@ class Body(Section):
     """
 
     shape: Shape
-    center_of_gravity: tuple[Finite, Finite]
+    center_of_gravity: tuple[Coordinate, Coordinate]
     panels: Annotated[int, Field(ge=48, le=20000)] = 600
     drag: Drag = Drag()
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
+from itertools import combinations, islice
 from pathlib import Path
 
 import numpy as np
@@ -78,10 +78,10 @@ def hulls_and_problems(
                     keys=("bodies", name, "shape", body.shape.kind),
                 )
             )
-    for first, second in combinations(hulls, 2):
+    for k, second in enumerate(hulls):
         keys = ("bodies", second.name, "shape", config.bodies[second.name].shape.kind)
-        if found := _too_near(first, second, progress):
-            problems.append(Problem(*found, keys=keys))
+        near = (found for first in hulls[:k] if (found := _too_near(first, second, progress)))
+        problems += [Problem(*found, keys=keys) for found in islice(near, 1)]
     return hulls, problems
 
 

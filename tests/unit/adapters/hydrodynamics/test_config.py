@@ -45,6 +45,7 @@ def test_defaults() -> None:
         ("{cylinder: {radius: 4.0, draft: 3.0}}", "{sphere: {radius: 1, center_z: 2}}", 4, "touch"),
         ("draft: 3.0}", "draft: 3.0}, mesh_origin: [0, 1]", 4, "is for mesh files"),
         ("{cylinder: {radius: 4.0, draft: 3.0}}", "{mesh: a.gdf}\n    panels: 99", 3, "no effect"),
+        ("[0, -1.2]", "[1e300, -1.2]", 5, "less than or equal to 1000000"),
         ("    center_of_gravity: [0, -1.2]\n", "", 3, "missing key 'center_of_gravity'"),
         ("jonswap", "jonswop", 6, "did you mean 'jonswap'?"),
         ("spectrum: jonswap, ", "", 6, "missing key 'spectrum'"),

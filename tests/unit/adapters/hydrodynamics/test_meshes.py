@@ -217,6 +217,14 @@ def test_bodies_that_overlap_are_refused(second: dict) -> None:
     assert "center_x" in caught.value.problems[0].remedy
 
 
+def test_each_of_many_bodies_at_one_place_is_told_once() -> None:
+    """Not each pair of them, which takes time as the square of their number."""
+    body = {"shape": {"sphere": {"radius": 2}}, "center_of_gravity": [0, 0], "panels": 48}
+    config = HydrodynamicsConfig.model_validate({"bodies": dict.fromkeys("abcde", body)})
+    _, problems = hulls_and_problems(config, Path(), progress=lambda _: None)
+    assert [problem.keys[1] for problem in problems] == list("bcde")
+
+
 def stl(panels: Panels, *, binary: bool) -> bytes:
     """`panels` as an STL file; the binary one begins with "solid", as those of some tools do."""
     triangles = panels.triangles
