@@ -156,5 +156,6 @@ def expected_unit(model: Elements, at: Location) -> str:
     of_angle, _, of_distance = unit.partition(" or ")
     if not of_distance:
         return unit
-    joint_type = JOINT_TYPES.get(model.joints[element.joint].type)
+    joint = model.joints.get(element.joint)  # none if that is wrong
+    joint_type = JOINT_TYPES.get(joint.type) if joint else None
     return of_angle if joint_type and joint_type.rotates else of_distance

@@ -11,6 +11,7 @@ from m4e_fmus.units import KnownUnit
 
 TOTAL = "sum"
 FACTOR = "factor"
+TIME = "time"
 
 Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
 Factor = Annotated[float, Field(allow_inf_nan=False)]
@@ -42,8 +43,8 @@ class Config(Section):
         if (self.unit is None) == (self.signals is None):
             remedy = "add 'unit: N', or 'signals: {force_x: N, force_z: N}' to add up connectors"
             raise rejected("the summands must be given in one way", remedy)
-        taken = [name for name in (TOTAL, FACTOR) if name in self.inputs]
+        taken = [name for name in (TOTAL, FACTOR, TIME) if name in self.inputs]
         if taken:
             message = f"an input cannot be called {' or '.join(taken)}"
-            raise rejected(message, "rename it: the sum itself has variables of that name")
+            raise rejected(message, "rename it: a variable of the sum has that name")
         return self

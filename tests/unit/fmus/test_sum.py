@@ -76,6 +76,7 @@ GOOD = "inputs: {a: 1, b: -1}\nunit: N\n"
         ("{a: 1, b: -1}", "{}", "at least 1 item"),
         ("a: 1", "sum: 1", "cannot be called sum"),
         ("a: 1", "factor: 1", "cannot be called factor"),
+        ("a: 1", "time: 1", "cannot be called time"),
         ("a: 1", "a.b: 1", "pattern"),
         ("a: 1", "a: .nan", "finite number"),
         ("a: 1", "a: x", "expected a number, got 'x'"),

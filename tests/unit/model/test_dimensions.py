@@ -114,3 +114,12 @@ def test_a_wrong_unit_is_told_where_it_is_used(
 ])  # fmt: skip
 def test_what_is_right_passes(tmp_path: Path, load: str) -> None:
     assert load_model(model(tmp_path, load)).loads
+
+
+def test_a_unit_at_a_joint_that_is_wrong_itself_is_not_looked_at(tmp_path: Path) -> None:
+    path = model(tmp_path, "{type: joint_effort, joint: pin, effort: F}")
+    path.write_text(path.read_text().replace("type: revolute", "type: revolute, coordinate: 3"))
+    with pytest.raises(InputError) as caught:
+        load_model(path)
+    (problem,) = caught.value.problems
+    assert "unknown coordinate 3" in problem.message
