@@ -13,7 +13,15 @@ from collections import deque
 from collections.abc import Iterable, Mapping
 from dataclasses import Field, fields, is_dataclass
 from functools import cache
-from typing import TypeVar, Union, get_args, get_origin, get_type_hints
+from typing import (
+    Protocol,
+    TypeVar,
+    Union,
+    get_args,
+    get_origin,
+    get_type_hints,
+    runtime_checkable,
+)
 
 import numpy as np
 
@@ -29,6 +37,15 @@ Hint = Json
 """A type hint: a class, or what `typing` makes of one."""
 Decoded = Json
 """A value of the type that a hint asks for."""
+
+
+@runtime_checkable
+class Checked(Protocol):
+    """A dataclass whose fields must fit together."""
+
+    def check(self) -> None:
+        """ValueError if they do not."""
+        ...
 
 
 class DamagedError(Exception):
@@ -170,6 +187,8 @@ class Decoder:
         given = {f.name: self._live[f.name] for f in fields(kind) if f.metadata.get("live")}
         found = kind(**given, **{f.name: self._decode(hints[f.name], data[f.name]) for f in saved})
         self._known[place] = found
+        if isinstance(found, Checked):
+            found.check()
         return found
 
     def _array(self, data: Json) -> np.ndarray:

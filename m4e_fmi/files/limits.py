@@ -33,6 +33,8 @@ LARGEST_TABLE = 20 * MB
 LARGEST_LINE_FILE = 10 * MB
 LARGEST_MESH = 300 * MB
 LARGEST_PROGRAM = 1_000 * MB
+LARGEST_CHECKPOINT = 4_000 * MB
+LARGEST_CHECKPOINT_TEXT = 250 * MB
 
 LARGEST_BITS = 1023
 
@@ -80,6 +82,10 @@ LIMITS = (
     Limit("mesh", "size", LARGEST_MESH, "bytes", "a million triangles as ASCII STL have 270 MB"),
     Limit("program", "size", LARGEST_PROGRAM, "bytes",
           "the C library of an FMU reads 1,073 MB"),
+    Limit("checkpoint", "size", LARGEST_CHECKPOINT, "bytes",
+          "that of a ring of 200 FMUs has 2 MB; states of some FMUs are large"),
+    Limit("checkpoint", "size without arrays and states of FMUs", LARGEST_CHECKPOINT_TEXT, "bytes",
+          "that of a ring of 200 FMUs has 0.1 MB"),
     Limit("units", "length", LONGEST_UNIT, "characters", "units of physics have up to 20"),
     Limit("units", "exponent", LARGEST_EXPONENT, "", "units of physics have exponents up to 6"),
 )  # fmt: skip

@@ -26,16 +26,13 @@ from typing import TypeVar
 
 from m4e_fmi.errors import InputError
 from m4e_fmi.files.encoding import DamagedError, Decoder, Encoder
+from m4e_fmi.files.limits import LARGEST_CHECKPOINT, LARGEST_CHECKPOINT_TEXT
 from m4e_fmi.files.writing import written
 
 SUFFIX = ".checkpoint"
 MAGIC = b"m4e_fmi checkpoint "
 VERSION = 1
 """The number of the form; files of other numbers are refused."""
-MOST_BYTES = 2**32
-"""Bytes that a checkpoint may have."""
-MOST_JSON = 2**28
-"""Bytes that its JSON may have."""
 _REMEDY = "take another checkpoint, or run again from the start"
 _Made = TypeVar("_Made")
 
@@ -103,9 +100,9 @@ def read_checkpoint(path: Path) -> Parts:
     """
     content = _content(path)
     head, _, rest = content.partition(b"\n")
-    size = int(head) if head.isdigit() and len(head) < len(str(MOST_BYTES)) else -1
+    size = int(head) if head.isdigit() and len(head) < len(str(LARGEST_CHECKPOINT)) else -1
     try:
-        if not 0 <= size <= min(len(rest), MOST_JSON):
+        if not 0 <= size <= min(len(rest), LARGEST_CHECKPOINT_TEXT):
             raise DamagedError(f"{size} bytes of JSON")
         data = json.loads(rest[:size])
         if not isinstance(data, dict):
@@ -118,8 +115,8 @@ def read_checkpoint(path: Path) -> Parts:
 def _content(path: Path) -> bytes:
     """All that is behind the checksum of a file, which is right; or InputError."""
     try:
-        if path.stat().st_size > MOST_BYTES:
-            message = f"is larger than {MOST_BYTES} bytes, which no checkpoint is"
+        if path.stat().st_size > LARGEST_CHECKPOINT:
+            message = f"is larger than {LARGEST_CHECKPOINT} bytes, which no checkpoint is"
             raise InputError.single(message, _REMEDY, str(path))
         with path.open("rb") as file:
             magic, digest = file.readline(len(MAGIC) + 20), file.readline(65)
@@ -129,7 +126,7 @@ def _content(path: Path) -> bytes:
                 version = magic.removeprefix(MAGIC).strip().decode("ascii", "replace")
                 message = f"is a checkpoint of form {version[:20]}; only {VERSION} is read here"
                 raise InputError.single(message, _REMEDY, str(path))
-            content = file.read(MOST_BYTES)
+            content = file.read(LARGEST_CHECKPOINT)
     except OSError as error:
         why = "no such file" if isinstance(error, FileNotFoundError) else error.strerror
         message = f"the checkpoint cannot be read: {why}"

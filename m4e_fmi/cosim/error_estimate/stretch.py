@@ -34,6 +34,20 @@ class Stretch:
     changes: dict[int, list[Change]] = field(default_factory=dict)
     steps: int = 0
 
+    def check(self) -> None:
+        """ValueError if this is none that a run has made."""
+        columns = {value.shape[1] for value in self.values if value.ndim == 2}
+        rows = sum(len(value) for value in self.values if value.ndim == 2)
+        kinks = [kink for found in self.kinks for kink in found.tolist()]
+        if any(value.ndim != 2 for value in self.values) or len(columns) > 1:
+            raise ValueError("values of a stretch are not of the same outputs")
+        if self.steps != sum(count for _, count in self.runs) or any(n < 1 for _, n in self.runs):
+            raise ValueError("steps of a stretch are not those of its runs")
+        if self.recorded and rows != self.steps + 1:
+            raise ValueError("values of a stretch are not those of its steps")
+        if not all(0 <= kink <= self.steps for kink in kinks):
+            raise ValueError("kinks of a stretch are not within it")
+
     def copy(self) -> Stretch:
         """The same, which stays as it is while this goes on."""
         changes = {time: changes.copy() for time, changes in self.changes.items()}
