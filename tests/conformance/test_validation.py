@@ -6,6 +6,11 @@
 from __future__ import annotations
 
 import json
+import os
+import signal
+import subprocess
+import sys
+import time
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -215,6 +220,35 @@ def test_a_fast_mechanism_has_no_finding_and_its_fault_is_found(tmp_path: Path):
     x, z = (f'derivative="{order.index(f"body.link.{axis}") + 1}"'.encode() for axis in "xz")
     faulty = planted(path, tmp_path / "faulty.fmu", x, z)
     assert troubles(validate_fmu(faulty, only=("derivatives",))) == {"derivatives.mismatch"}
+
+
+@pytest.mark.skipif(not Path("/proc").exists(), reason="processes are listed there")
+def test_a_call_that_hangs_ends_with_who_watches_it(tmp_path: Path) -> None:
+    """Nobody else would end it, ever."""
+    path = defects.build(tmp_path, DEFECTS["a huge step hangs"])
+    command = [sys.executable, "-m", "m4e_fmi", "validate", str(path)]
+    environment = os.environ | {"TMPDIR": str(tmp_path)}
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, env=environment, text=True)
+    began = time.monotonic()
+    while not any(b"1e+300" in p.read_bytes() for p in tmp_path.rglob("*.journal")):
+        assert time.monotonic() < began + 60, "the step was not made"
+        time.sleep(0.05)
+    (watching,) = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
+    os.kill(int(watching), signal.SIGKILL)
+    said = process.communicate(timeout=60)[1]
+    assert (process.returncode, "the checks ended with code -9" in said) == (1, True)
+    began = time.monotonic()
+    while left := [p for p in Path("/proc").glob("[0-9]*") if str(tmp_path) in command_of(p)]:
+        assert time.monotonic() < began + 5, left
+        time.sleep(0.05)
+
+
+def command_of(process: Path) -> str:
+    """The command line of a process of /proc; empty if it is gone."""
+    try:
+        return (process / "cmdline").read_bytes().decode(errors="replace")
+    except OSError:
+        return ""
 
 
 @pytest.mark.parametrize(

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Literal
 
 from m4e_fmi.fmu.importer.call_journal import last_call
+from m4e_fmi.fmu.importer.worker.keeper import kill, kill_children, set_apart
 
 UNASKED_LIMIT = 5.0
 """Seconds for a call that the standard forbids importers to make."""
@@ -55,8 +56,10 @@ class WatchedProcess:
             make = multiprocessing.get_context("fork").Process
         else:
             make = multiprocessing.get_context("spawn").Process
-        self._process: BaseProcess = make(target=target, args=arguments, daemon=True)
+        self._process: BaseProcess = make(target=_apart, args=(target, *arguments), daemon=True)
         self._process.start()
+        assert self._process.pid
+        self._pid = self._process.pid
 
     def ending(self) -> Ending | None:
         """How the process ended; None while it runs. To be asked until it is there."""
@@ -67,6 +70,7 @@ class WatchedProcess:
         call = last.text or "the first call"
         code = self._process.exitcode
         if code is not None:
+            kill_children(self._pid)
             if code < 0:
                 message = f"the process was ended by {signal.Signals(-code).name} in {call}"
                 return Ending("crash", message, last.unasked)
@@ -84,5 +88,10 @@ class WatchedProcess:
         return Ending("hang", message, last.unasked)
 
     def kill(self) -> None:
-        """End the process at once."""
-        self._process.kill()
+        """End the process at once, and those that it has started."""
+        kill(self._pid)
+
+
+def _apart(target: Callable[..., object], *arguments: object) -> None:
+    set_apart()
+    target(*arguments)

@@ -15,6 +15,7 @@ from importlib import import_module
 from pathlib import Path
 
 from m4e_fmi.fmu.importer.watched_process import Ending, WatchedProcess
+from m4e_fmi.fmu.importer.worker.keeper import end_with_parent
 from m4e_fmi.fmu.validation.findings import Finding, Group
 from m4e_fmi.fmu.validation.worker import (
     FACTS,
@@ -42,6 +43,7 @@ def main(work: str, fmu: str, call_limit: str, *groups: str) -> None:
     The name of each group is printed when it starts.
     """
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # end the processes, too
+    end_with_parent()
     for module in MODULES.values():
         import_module(f"{PACKAGE}.{module}")
     folder = Path(work)

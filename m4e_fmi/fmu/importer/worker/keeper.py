@@ -98,11 +98,9 @@ class Keeper:
     def _be_worker(self, output: int, request: Request) -> NoReturn:
         """In the new process: nothing of the keeper's stays open but what FMUs may write to."""
         self._is_worker = True
-        os.setsid()
         signal.set_wakeup_fd(-1)
         signal.signal(signal.SIGCHLD, signal.SIG_DFL)
-        if sys.platform == "linux":
-            ctypes.CDLL(None).prctl(_DEATH_SIGNAL, signal.SIGKILL)  # when the keeper is gone
+        set_apart()
         self._selector.close()
         nothing = os.open(os.devnull, os.O_RDONLY)
         os.dup2(nothing, 0)
@@ -126,7 +124,7 @@ class Keeper:
         process, status = os.waitpid(worker.process, os.WNOHANG)
         if not process:
             return
-        kill(worker.process)  # its children
+        kill_children(worker.process)
         os.set_blocking(worker.output, False)
         if worker.output in self._selector.get_map():
             with suppress(BlockingIOError):
@@ -159,12 +157,31 @@ def _told_of_ends() -> int:
     return ended
 
 
+def set_apart() -> None:
+    """Put this process into a group of its own, which `kill` ends; it ends with its parent."""
+    if hasattr(os, "setsid"):
+        os.setsid()
+    end_with_parent()
+
+
+def end_with_parent() -> None:
+    """Let this process end when its parent does, however that ends; Linux only."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(_DEATH_SIGNAL, signal.SIGKILL)
+
+
 def kill(process: int) -> None:
-    """End a worker and its children, which are in a group of their own."""
-    with suppress(ProcessLookupError, PermissionError):
-        os.killpg(process, signal.SIGKILL)
-    with suppress(ProcessLookupError):
-        os.kill(process, signal.SIGKILL)
+    """End a process that was `set_apart`, with its children."""
+    kill_children(process)
+    with suppress(OSError):
+        os.kill(process, getattr(signal, "SIGKILL", signal.SIGTERM))
+
+
+def kill_children(process: int) -> None:
+    """End what is left in the group of a process that was `set_apart`, where there are groups."""
+    if hasattr(os, "killpg"):
+        with suppress(ProcessLookupError, PermissionError):
+            os.killpg(process, signal.SIGKILL)
 
 
 def _tell(**what: object) -> None:
