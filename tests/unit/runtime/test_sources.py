@@ -34,7 +34,7 @@ def test_sources_compile_without_a_warning(tmp_path: Path, more: list[str]) -> N
 @pytest.mark.parametrize("more", [[], ["-DM4E_NO_COMPUTED_GOTO"]], ids=["goto", "switch"])
 def test_damaged_programs_under_sanitizers(tmp_path: Path, more: list[str]) -> None:
     fuzzer = tmp_path / "fuzzer"
-    flags = ["-std=c11", "-O1", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+    flags = ["-std=c11", "-O0", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
     command = [
         *(compiler() or ["cc"]),
         *flags,

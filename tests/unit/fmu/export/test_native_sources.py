@@ -55,7 +55,7 @@ def test_random_calls_under_sanitizers(tmp_path: Path, fmi: str, program: Progra
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_bytes(content)
     guid = files[SETTINGS].decode().split()[0]
-    flags = ["-std=c11", "-O1", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+    flags = ["-std=c11", "-O0", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
     fuzzer = tmp_path / "fuzzer"
     built = compiled([*flags, "-DM4E_STATIC", "-o", str(fuzzer)], [FUZZ[fmi], *shell_sources()])
     if "cannot find" in built.stderr and "asan" in built.stderr:
