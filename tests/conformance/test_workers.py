@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -17,7 +19,7 @@ from support.c_fmus.build import trouble_file
 from m4e_fmi.cosim import Component, FmuFile, Simulation, System, prepare, run
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.errors import RunError
-from m4e_fmi.fmu.importer.worker import Host
+from m4e_fmi.fmu.importer.worker import Host, process
 from m4e_fmi.results.results_file import load
 
 Fmus = Callable[[str], Path]
@@ -209,6 +211,71 @@ simulation: {{stop_time: 1, step_size: 0.01}}
     while any(Path(f"/proc/{process}").exists() for process in found) or list(folder.iterdir()):
         assert time.monotonic() < deadline
         time.sleep(0.05)
+
+
+def _keeper() -> int:
+    """Number of the process that keeps the workers of this one."""
+    keeper = process._keepers[os.getpid()]
+    assert keeper.is_alive
+    return keeper._process.pid
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGINT])
+def test_signals_to_all_processes_leave_the_end_to_the_master(
+    armed: Fmus, c_fmu: Fmus, tmp_path: Path, number: signal.Signals
+) -> None:
+    """As batch systems and service managers send them: it may still write a checkpoint."""
+    prepared = masses(armed("mass+state+armed"), c_fmu("spring+state"))
+    run(prepared, results=tmp_path / "whole.nc")
+
+    def send(time: float, _: object) -> None:
+        if time == 0.5:
+            (worker,) = process._keepers[os.getpid()].workers.values()
+            for other in (_keeper(), worker._process):
+                os.kill(other, number)
+
+    run(prepared, results=tmp_path / "disturbed.nc", observers=[send])
+    whole, disturbed = rows_of(tmp_path / "whole.nc"), rows_of(tmp_path / "disturbed.nc")
+    assert all((disturbed[name] == whole[name]).all() for name in whole)
+
+
+def test_a_worker_too_many_leaves_the_others(armed: Fmus, c_fmu: Fmus) -> None:
+    resource = pytest.importorskip("resource")
+    prepared = masses(armed("mass+state+armed"), c_fmu("spring+state"))
+    run(prepared)
+    keeper = _keeper()
+    usual = resource.prlimit(keeper, resource.RLIMIT_NOFILE)
+    few = len(list(Path(f"/proc/{keeper}/fd").iterdir()))
+    resource.prlimit(keeper, resource.RLIMIT_NOFILE, (few, usual[1]))
+    try:
+        with pytest.raises(RunError, match="no process can be started for it: Too many open files"):
+            run(prepared)
+    finally:
+        resource.prlimit(keeper, resource.RLIMIT_NOFILE, usual)
+    run(prepared)
+    assert _keeper() == keeper
+
+
+def test_an_fmu_that_writes_into_the_shared_memory_is_still_watched(
+    armed: Fmus, c_fmu: Fmus
+) -> None:
+    mass = armed("mass+state+armed")
+    prepared = masses(mass, c_fmu("spring+state"))
+    trouble_file(mass).write_text("step sleep 0.5")
+
+    def damage() -> None:
+        for worker in process._keepers[os.getpid()].workers.values():
+            worker._channel.present = 2**31
+
+    timer = threading.Timer(0.7, damage)
+
+    def begin(time: float, _: object) -> None:
+        if time == 0.5:
+            timer.start()
+
+    with pytest.raises(RunError, match="did not return within 1 s"):
+        run(prepared, observers=[begin])
+    timer.join()
 
 
 def _stopped_below(master: int) -> list[str]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import select
 import signal
 import socket
 import sys
@@ -165,11 +164,13 @@ def _tick(
     user is told what the run waits for.
     """
     last, number, presses, tell, told = np.inf, 0, 0, np.inf, False
+    done.settimeout(TICK)
     while clock.monotonic() < last:
-        ready, _, _ = select.select([done], [], [], TICK)
-        numbers = done.recv(64) if ready else b""
-        if ready and not numbers:
-            return
+        numbers = b""
+        with suppress(TimeoutError):
+            numbers = done.recv(64)
+            if not numbers:
+                return
         if halt:
             halt()
         soon = clock.monotonic() + PATIENCE

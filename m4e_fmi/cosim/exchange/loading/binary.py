@@ -152,8 +152,7 @@ class Hosted(Binary):
                 functions=callable_names(identifier, description.version),
             )
         except OSError as error:
-            message = f"{origin}: no process can be started for it: {error}"
-            raise RunError(message, "free disk space, or end other programs") from error
+            raise _not_started(origin, error) from error
         files.workers.append(self.worker)
         self._functions = proxies(
             kind,
@@ -170,7 +169,10 @@ class Hosted(Binary):
         assert self.worker
         if self._waits:
             self._waits = False
-            why = self.worker.loaded()
+            try:
+                why = self.worker.loaded()
+            except OSError as error:
+                raise _not_started(self._origin, error) from error
             if self.worker.ending:
                 why = f"the process {why}"
             if why:
@@ -181,6 +183,11 @@ class Hosted(Binary):
         """Have the process end; `Files.close` waits for that."""
         assert self.worker
         self.worker.leave()
+
+
+def _not_started(origin: str, error: OSError) -> RunError:
+    message = f"{origin}: no process can be started for it: {error}"
+    return RunError(message, "free disk space, end other programs, or raise limits (`ulimit -a`)")
 
 
 def _not_loaded(description: Description, files: Files, origin: str, why: str) -> RunError:

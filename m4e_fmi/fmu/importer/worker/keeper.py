@@ -2,10 +2,11 @@
 
 It runs no code of any FMU itself. Requests to start a worker come as lines of JSON on the standard
 input (what `_serve` needs). What happens goes to the standard output in the same way: the number of
-a process that has ``started``, what a worker has ``said`` (on its standard output or error), and
-how it ``ended``. When its input ends, as
-it does when the master is gone, however that was, it kills all workers with their children and
-removes their folders. Standard library only, and run by its path: it starts in 40 ms.
+a process that has ``started``, or why it was ``refused``, what a worker has ``said`` (on its
+standard output or error), and how it ``ended``. When its input ends, as it does when the master is
+gone, however that was, it kills all workers with their children and removes their folders. Signals
+that ask for an end are for the master: a batch system sends them to all processes. Standard library
+only, and run by its path: it starts in 40 ms.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from typing import Any, NoReturn
 Request = dict[str, Any]
 """To start a worker: what `_serve` needs."""
 CHUNK = 65536
-MOST_DESCRIPTORS = 1024
+MOST_DESCRIPTORS = 2**16
 """More than the keeper has."""
 PATIENCE = 0.05
 """Seconds after which workers are looked at that keep their output open beyond their end."""
@@ -57,6 +58,9 @@ class Keeper:
 
     def run(self) -> None:
         """Serve the master until it is gone."""
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            signal.signal(number, lambda *_: None)  # not SIG_IGN, which programs of FMUs would have
+            signal.siginterrupt(number, False)
         requests = sys.stdin.fileno()
         self._selector.register(requests, selectors.EVENT_READ)
         ended = _told_of_ends()
@@ -81,13 +85,21 @@ class Keeper:
         *lines, self._rest = (self._rest + text).split(b"\n")
         for line in lines:
             request = json.loads(line)
-            self._start(request["start"], request)
+            try:
+                self._start(request["start"], request)
+            except OSError as error:
+                _tell(refused=request["start"], why=error.strerror)
         return bool(text)
 
     def _start(self, number: int, request: Request) -> None:
         self._folders.add(request["clear"])
         output, inner = os.pipe()
-        process = os.fork()
+        try:
+            process = os.fork()
+        except OSError:
+            os.close(output)
+            os.close(inner)
+            raise
         if not process:
             self._be_worker(inner, request)
         os.close(inner)

@@ -60,7 +60,7 @@ class Worker:
     def __init__(self, name: str, host: Host, folder: Path, **request: object) -> None:
         runtime = remote_library()
         assert runtime is not None
-        self.name, self.host, self.ending = name, host, ""
+        self.name, self.host, self.ending, self._refusal = name, host, "", ""
         self.notice: Callable[[str], None] = lambda _: None
         self._runtime = runtime
         self._said, self._began, self._seen, self._told = "", time.monotonic(), 0, False
@@ -84,8 +84,13 @@ class Worker:
         _keeper().start(self, request)
 
     def loaded(self) -> str:
-        """Wait until the library is loaded; why it is not, empty if it is."""
+        """Wait until the library is loaded; why it is not, empty if it is.
+
+        OSError if the process could not be started.
+        """
         status = self._runtime.m4e_remote_await(self.address)
+        if self._refusal:
+            raise OSError(self._refusal)
         if self.ending:
             return self.ending
         return self._runtime.m4e_remote_text(self.address).decode("utf-8", "replace") * bool(status)
@@ -130,13 +135,12 @@ class Worker:
     @property
     def call(self) -> str:
         """Name of the last call."""
-        further = ("loading its library", "unloading its library")
-        return [*function_names(), *further][self._channel.present]
+        return _call_name(self._channel.present)
 
     @property
     def late(self) -> tuple[int, str]:
         """Status and name of the function that has set values before, and failed, after LATE."""
-        return self._channel.late_status, function_names()[self._channel.late_function]
+        return self._channel.late_status, _call_name(self._channel.late_function)
 
     def flush(self) -> int:
         """Status of functions that set values, and have not been performed yet."""
@@ -175,13 +179,28 @@ class Worker:
         if self.ending:
             self.kill()
 
-    def has_ended(self, code: int) -> None:
-        """Note that the process has ended, with this exit code (negative: a signal)."""
-        if code < 0:
-            with suppress(ValueError):
-                self._lose(f"was ended by {signal.Signals(-code).name}")
-        self._lose(f"ended with exit code {code}")
+    def has_been_refused(self, why: str) -> None:
+        """Note that there can be no process."""
+        self._refusal = why
+        self.has_ended("could not be started")
+
+    def has_ended(self, why: str) -> None:
+        """Note that there is no process any more."""
+        self._lose(why)
         self._gone.set()
+
+
+def _call_name(number: int) -> str:
+    """Name of a call; an FMU that writes outside its memory may have altered its number."""
+    names = (*function_names(), "loading its library", "unloading its library")
+    return names[number] if number < len(names) else "a call"
+
+
+def _ending(code: int) -> str:
+    """How a process has ended, by its exit code (negative: a signal)."""
+    with suppress(ValueError):
+        return f"was ended by {signal.Signals(-code).name}"
+    return f"ended with exit code {code}"
 
 
 class _Keeper:
@@ -238,18 +257,21 @@ class _Keeper:
                 self.workers[told["started"]].has_started(told["process"])
             elif "said" in told:
                 self.workers[told["said"]].hear(told["text"])
+            elif "refused" in told:
+                self.workers.pop(told["refused"]).has_been_refused(told["why"])
             else:
-                self.workers.pop(told["ended"]).has_ended(told["code"])
+                self.workers.pop(told["ended"]).has_ended(_ending(told["code"]))
         self.is_alive = False
-        for worker in self.workers.values():
-            worker.has_ended(-signal.SIGKILL)
+        for worker in list(self.workers.values()):
+            worker.kill()
+            worker.has_ended("was ended with the process that keeps it")
 
     def _watch(self) -> None:
         while self._some.wait() and self.is_alive:
+            self._some.clear()  # before the look at what there is: more may come meanwhile
             for worker in list(self.workers.values()):
                 worker.look(time.monotonic())
-            if not self.workers:
-                self._some.clear()
+                self._some.set()
             time.sleep(TICK)
 
 

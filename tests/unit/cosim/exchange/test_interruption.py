@@ -38,3 +38,25 @@ def test_ctrl_c_tells_what_it_waits_for_and_the_second_one_ends() -> None:
         "waiting for an FMU to end its step (after t = 3 s); press Ctrl-C again to end at once"
     )
     assert second.startswith("ended by SIGINT")
+
+
+MANY = """
+import os, resource, time
+from m4e_fmi.cosim.exchange import interruption
+
+resource.setrlimit(resource.RLIMIT_NOFILE, (1200, resource.getrlimit(resource.RLIMIT_NOFILE)[1]))
+held = [os.open(os.devnull, os.O_RDONLY) for _ in range(1100)]
+halts = []
+with interruption.stepping(lambda: halts.append(1)):
+    time.sleep(0.5)
+print(len(halts))
+"""
+
+
+@pytest.mark.skipif(os.name == "nt", reason="there are no such limits there")
+def test_steps_are_interrupted_in_a_process_that_has_many_files_open() -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", MANY], capture_output=True, text=True, timeout=15, check=False
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert int(done.stdout) >= 2
