@@ -24,6 +24,7 @@ OLD, USUAL, NEW = (
 SAMPLE = (
     Case(OLD, Fault("arm", "step", KIND["segv"], 0.7)),
     Case(OLD, Fault("buoy", "initialise", KIND["exit"])),
+    Case(Setting(1, "corrector"), Fault("arm", "initialise", KIND["fatal"])),
     Case(USUAL, Fault("line", "step", KIND["sigstop"], 1.2)),
     Case(USUAL, Fault("arm", "get", KIND["rounding"], 0.5)),
     Case(NEW, Fault("buoy", "set", KIND["pthread_exit"], 0.9, 3)),

@@ -59,8 +59,13 @@ class Case:
 
     @property
     def same_until(self) -> float:
-        """Time [s] before which results equal the undisturbed: other steps follow a Discard."""
-        return self.fault.since if self.fault.kind.name == "discard" else np.inf
+        """Time [s] before which results equal the undisturbed: other steps follow a Discard.
+
+        They come up to a step earlier where the master chooses steps, and looks for one that fits.
+        """
+        if self.fault.kind.name != "discard":
+            return np.inf
+        return self.fault.since - (STEP if self.setting.adaptive else 0.0)
 
 
 def case(seed: int, number: int) -> Case:

@@ -13,7 +13,7 @@ import numpy as np
 from fmpy import fmi1
 
 from m4e_fmi.fmu.importer.calls.classic import Classic
-from m4e_fmi.fmu.importer.calls.functions import WARNING, Status
+from m4e_fmi.fmu.importer.calls.functions import Status
 from m4e_fmi.fmu.importer.calls.parts import Layout
 from m4e_fmi.fmu.importer.calls.standard import Call, CFunction, Failed, FmpyInstance
 from m4e_fmi.fmu.importer.messages import Messages
@@ -64,8 +64,8 @@ class Fmi1(Classic):
         call = self._bound("fmi2GetReal", names, view)
 
         def get() -> Status:
-            status = self._ready()
-            return call() if status <= WARNING else status
+            self.exit_initialization()
+            return call()
 
         return get
 
