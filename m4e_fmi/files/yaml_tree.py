@@ -129,19 +129,10 @@ class _CountingComposer(Composer):
         if self._count > MOST_WRITTEN:
             remedy = "put long tables into files of their own"
             raise _BeyondError(line, f"has more than {MOST_WRITTEN} keys and values", remedy)
-        if isinstance(event, ScalarEvent):
-            _check_text(event.value, line)
+        if isinstance(event, ScalarEvent) and len(event.value) > LONGEST_SCALAR:
+            message = f"a key or value of {len(event.value)} characters"
+            raise _BeyondError(line, message, f"{LONGEST_SCALAR} are taken at most")
         return super().compose_node(parent, index)
-
-
-def _check_text(text: str, line: int) -> None:
-    """_BeyondError for a scalar that is too long, or that no file could hold."""
-    if len(text) > LONGEST_SCALAR:
-        message = f"a key or value of {len(text)} characters"
-        raise _BeyondError(line, message, f"{LONGEST_SCALAR} are taken at most")
-    if half := _HALF.search(text):
-        message = f"\\u{ord(half[0]):04x} is half a character"
-        raise _BeyondError(line, message, "write the character itself, in UTF-8")
 
 
 def _plain(node: object, location: Location, places: Places) -> object:
@@ -173,6 +164,9 @@ def _mapping(node: CommentedMap, location: Location, places: Places) -> dict[str
     for key, value in node.items():
         _check_size((key, value), node)
         name = key if isinstance(key, int) else str(key)
+        if half := _HALF.search(str(name)):
+            message = f"a key has \\u{ord(half[0]):04x}, half a character"
+            raise _BeyondError(node.lc.line + 1, message, "write the character itself, in UTF-8")
         here = (*location, name)
         marks = (node.lc.data or {}).get(key)
         if marks is None:  # merged by <<: stands elsewhere

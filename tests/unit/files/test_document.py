@@ -249,7 +249,7 @@ def test_carets_end_with_the_line() -> None:
         ("name: a\n---\nname: b\n", 2, 1, "not valid YAML"),
         ("name: *nobody\n", 1, 7, "not valid YAML"),
         ("name: {{a: {b: 1}}: 2}\n", 0, 0, "a key is not a plain word"),
-        ('name: a\nnotes: ["\\ud800"]\n', 2, 1, "\\ud800 is half a character"),
+        ('name: a\nmounts: {"\\ud800": 1}\n', 2, 1, "a key has \\ud800, half a character"),
     ],
 )
 def test_what_is_no_yaml(text: str, line: int, column: int, message: str) -> None:
