@@ -52,7 +52,7 @@ class TemporaryFolder:
 
     def __init__(self, parent: Path | None = None) -> None:
         parent = (parent or Path(tempfile.gettempdir())).absolute()
-        with _changing:
+        with held(), _changing:
             place = _place(parent)
             place.count += 1
             try:
@@ -63,7 +63,7 @@ class TemporaryFolder:
                 place.count -= 1
                 _leave(parent)
                 raise
-        self._finalizer = weakref.finalize(self, _remove, self.path, os.getpid())
+            self._finalizer = weakref.finalize(self, _remove, self.path, os.getpid())
 
     def remove(self) -> None:
         """Remove the folder, as far as its files can be removed."""

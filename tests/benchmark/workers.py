@@ -9,6 +9,7 @@ Two components feed each other with ten Reals. All times are wall times, the med
 
 from __future__ import annotations
 
+import os
 import statistics
 import subprocess
 import sys
@@ -83,7 +84,16 @@ def step_time(who: str) -> float:
 def in_a_process(who: str) -> str:
     """`step_time` by a process of its own: some peers crash when they end."""
     command = [sys.executable, "-m", "benchmark.workers", who]
-    ran = subprocess.run(command, capture_output=True, text=True, check=False, cwd=TESTS)
+    with tempfile.TemporaryDirectory() as name:  # where Ecos writes its logs
+        paths = os.pathsep.join([str(TESTS), *sys.path])
+        ran = subprocess.run(
+            command,
+            capture_output=True,
+            text=True,
+            check=False,
+            cwd=name,
+            env=os.environ | {"PYTHONPATH": paths},
+        )
     figures, why = ran.stdout.split(), ran.stderr.strip().splitlines()
     return f"{float(figures[-1]):.1f} µs" if figures else f"could not be measured: {why[-1:]}"
 

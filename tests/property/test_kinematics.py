@@ -249,14 +249,14 @@ def scale(*values: Any) -> float:
 
 
 @pytest.mark.verifies(
-    "B and Ḃ of 100 trees with up to 12 bodies",
+    "B and Ḃ of 200 trees with up to 12 bodies",
     independent="forward kinematics in numbers with exact derivatives",
     tolerance="1e-12",
 )
 @pytest.mark.verifies(
     "their accelerations", published="Sabet and Diaz-Flores Caminero, Eq. (5)", tolerance="1e-10"
 )
-@over_random_trees(100)
+@over_random_trees(200)
 def test_accelerations_are_those_of_equation_5(case: Case) -> None:
     """B and Ḃ are right, M = Bᵀ(𝓜 + A)B is symmetric positive definite, and M u̇ = f."""
     B, B_dot = case.jacobians()

@@ -57,15 +57,14 @@ class Case:
     def __str__(self) -> str:
         return f"{self.setting}: {self.fault.plan.strip()}"
 
-    @property
-    def same_until(self) -> float:
-        """Time [s] before which results equal the undisturbed: other steps follow a Discard.
+    def same_until(self, whole: Results) -> float:
+        """Time [s] before which rows equal the undisturbed: up to the step that was discarded.
 
-        They come up to a step earlier where the master chooses steps, and looks for one that fits.
+        A master that chooses its steps then makes shorter ones, which may end before the fault.
         """
         if self.fault.kind.name != "discard":
             return np.inf
-        return self.fault.since - (STEP if self.setting.adaptive else 0.0)
+        return float(np.nextafter(whole.time[whole.time <= self.fault.since][-1], np.inf))
 
 
 def case(seed: int, number: int) -> Case:
@@ -143,7 +142,7 @@ class Campaign:
             assert done.code == 0, told
             assert differences(place.results(), whole, complete=True, but="messages") == [], told
             return told
-        self.check_resumed(place, case.setting, case.same_until)
+        self.check_resumed(place, case.setting, case.same_until(whole))
         return told
 
     def _check_failed(self, case: Case, place: Place, done: Done, told: str) -> None:
@@ -157,7 +156,7 @@ class Campaign:
             return
         found = place.results()
         whole = self.whole(case.setting)
-        wrong = differences(found, whole, complete=False, before=case.same_until)
+        wrong = differences(found, whole, complete=False, before=case.same_until(whole))
         assert wrong == [], told
         assert found.time[-1] >= fault.since - 3 * STEP, f"rows until {found.time[-1]}\n{told}"
         if fault.call in CLOSING:

@@ -6,6 +6,7 @@ import errno
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -13,6 +14,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -127,6 +129,21 @@ def test_temporary_folders_can_be_made_after_others_have_tidied_up(tmp_path: Pat
         shutil.rmtree(first.parent)
         with TemporaryFolder(tmp_path) as second:
             assert second.is_dir()
+    assert names(tmp_path) == set()
+
+
+def test_ctrl_c_while_a_folder_is_made_leaves_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    usual = Path.mkdir
+
+    def struck(self: Path, *arguments: Any, **options: Any) -> None:
+        signal.raise_signal(signal.SIGINT)
+        usual(self, *arguments, **options)
+
+    monkeypatch.setattr(Path, "mkdir", struck)
+    with pytest.raises(KeyboardInterrupt):
+        TemporaryFolder(tmp_path)
     assert names(tmp_path) == set()
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations, islice
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -81,7 +81,8 @@ def hulls_and_problems(
     for k, second in enumerate(hulls):
         keys = ("bodies", second.name, "shape", config.bodies[second.name].shape.kind)
         near = (found for first in hulls[:k] if (found := _too_near(first, second, progress)))
-        problems += [Problem(*found, keys=keys) for found in islice(near, 1)]
+        if (found := next(near, None)) is not None:
+            problems.append(Problem(*found, keys=keys))
     return hulls, problems
 
 
