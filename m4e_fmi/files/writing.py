@@ -27,7 +27,10 @@ OLD = 86400.0
 """Seconds after which a part of a file is left over, whoever writes it."""
 _PATIENCE = 2.0
 """Seconds that a file which is open elsewhere gets; Windows does not replace one."""
-_HOST = hashlib.sha256(platform.node().encode()).hexdigest()[:8]
+_NUMBERS = Path("/proc/self/ns/pid")
+"""Linux: tells apart containers on one machine, each with numbers of processes of its own."""
+_SPACE = str(_NUMBERS.readlink()) if _NUMBERS.is_symlink() else ""
+_HOST = hashlib.sha256(f"{platform.node()}{_SPACE}".encode()).hexdigest()[:8]
 _PART = re.compile(r"\.part-([0-9a-f]{8})-(\d+)-")
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 _FORBIDDEN = (errno.EROFS, errno.EACCES, errno.EPERM)

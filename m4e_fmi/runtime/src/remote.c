@@ -283,7 +283,7 @@ static int fetch(m4e_remote *r, size_t place, void *to, size_t size) {
     const uint64_t total = c->taken;
     if (place + size > total) return M4E_LOST;
     if (total <= M4E_ROOM) {
-        memcpy(to, c->answer + place, size);
+        if (size) memcpy(to, c->answer + place, size);
         return 0;
     }
     for (size_t done = 0; done < size;) {
@@ -313,8 +313,9 @@ int m4e_remote_ask(m4e_remote *r, uint32_t function, const m4e_given *given, int
     return status;
 }
 
-char *m4e_remote_answer(m4e_remote *r) {
-    const size_t size = r->channel->taken;
+char *m4e_remote_answer(m4e_remote *r, const char **end) {
+    const uint64_t size = r->channel->taken; /* read once: the worker's memory is this one */
+    if (size >= PTRDIFF_MAX) return NULL;
     if (size + 1 > r->kept_size) {
         char *kept = realloc(r->kept, size + 1);
         if (!kept) return NULL;
@@ -322,5 +323,6 @@ char *m4e_remote_answer(m4e_remote *r) {
         r->kept_size = size + 1;
     }
     r->kept[size] = 0;
+    *end = r->kept + size;
     return fetch(r, 0, r->kept, size) ? NULL : r->kept;
 }

@@ -171,8 +171,9 @@ int m4e_remote_ask(m4e_remote *remote, uint32_t function, const m4e_given *given
 int m4e_remote_post(m4e_remote *remote, uint32_t function, const m4e_given *given, int count);
 /* Asks for a step, which the call of `function` with the same arguments then awaits. */
 void m4e_remote_begin_step(void *remote, double t, double h, int no_return, uint32_t function);
-/* The answer's arrays as a whole, in memory that is kept up to the next call; NULL: lost. */
-char *m4e_remote_answer(m4e_remote *remote);
+/* The answer's arrays as a whole up to `end`, where a zero follows, in memory that is kept up to the
+   next call; NULL: lost. */
+char *m4e_remote_answer(m4e_remote *remote, const char **end);
 
 /* Waits until `word` is no longer `old` or `lost` is set; 0 if it is still. `eager`, 0 at first, is
    where it keeps whether spinning helps. */

@@ -151,10 +151,10 @@ M4E_API void *m4e_remote_fmi3InstantiateCoSimulation(
                                const type **values, size_t size) {                                 \
         m4e_remote *r = remote;                                                                    \
         const int status = m4e_remote_get_now(r, M4E_##f, references, count, size, NULL, 0);       \
-        const char *at = status >= M4E_LOST ? NULL : m4e_remote_answer(r);                         \
+        const char *end, *at = status >= M4E_LOST ? NULL : m4e_remote_answer(r, &end);             \
         if (!at) return status < M4E_LOST ? M4E_LOST : status;                                     \
-        if (r->channel->taken < 8 * size) return M4E_LOST;                                         \
-        const char *content = at + 8 * size, *end = at + r->channel->taken;                        \
+        if ((size_t)(end - at) < 8 * size) return M4E_LOST;                                        \
+        const char *content = at + 8 * size;                                                       \
         for (size_t k = 0; k < size; ++k) {                                                        \
             uint64_t length;                                                                       \
             memcpy(&length, at + 8 * k, sizeof length);                                            \

@@ -81,10 +81,10 @@ int m4e_remote_set(m4e_remote *r, uint32_t function, const vr *references, size_
 int m4e_remote_get_texts(m4e_remote *r, uint32_t function, const vr *references, size_t count,
                      const char **values, size_t size) {
     const int status = m4e_remote_get_now(r, function, references, count, size, NULL, 0);
-    const char *at = status >= M4E_LOST ? NULL : m4e_remote_answer(r);
+    const char *end, *at = status >= M4E_LOST ? NULL : m4e_remote_answer(r, &end);
     if (!at) return status < M4E_LOST ? M4E_LOST : status;
-    const char *end = at + r->channel->taken;
-    for (size_t k = 0; k < size && at < end; ++k) {
+    for (size_t k = 0; k < size; ++k) {
+        if (at >= end) return M4E_LOST;
         values[k] = at;
         at += strlen(at) + 1;
     }

@@ -145,3 +145,21 @@ def test_another_version_of_the_compiler_compiles_again(
 
 def test_parts_are_named_after_their_process() -> None:
     assert f"-{os.getpid()}-" in part_prefix()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="containers of Linux")
+def test_files_of_another_container_are_left_alone(tmp_path: Path) -> None:
+    """Its processes have other numbers, even where it has the name of the machine."""
+    part = tmp_path / f"{part_prefix()}0.nc"
+    part.touch()
+    code = (
+        "import sys; from pathlib import Path; from m4e_fmi.files.writing import remove_leftovers;"
+        "remove_leftovers(Path(sys.argv[1]))"
+    )
+    contained = ["unshare", "--fork", "--pid", "--mount-proc"]
+    try:
+        subprocess.run([*contained, "true"], check=True, capture_output=True)
+    except (OSError, subprocess.CalledProcessError):
+        pytest.skip("no containers can be made here")
+    subprocess.run([*contained, sys.executable, "-c", code, str(tmp_path)], check=True)
+    assert part.exists()

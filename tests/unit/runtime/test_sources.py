@@ -20,7 +20,27 @@ from m4e_fmi.runtime.compiler import (
 
 C_FILES = sorted(SOURCES.glob("*.c"))
 STRICT = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror"]
-FUZZ = Path(__file__).parents[2] / "fuzz" / "fuzz_program.c"
+FUZZ = Path(__file__).parents[2] / "fuzz"
+SANITIZERS = [
+    "-std=gnu11",
+    "-O0",
+    "-g",
+    "-fsanitize=address,undefined",
+    "-fno-sanitize-recover=all",
+]
+
+
+def sanitized(source: Path, program: Path, *options: str) -> Path:
+    """The program of a source with the runtime's, which ends where it does what is undefined."""
+    command = [*(compiler() or ["cc"]), *SANITIZERS, *STRICT, *options, "-I", str(SOURCES)]
+    sources = [str(file) for file in (source, *C_FILES)]
+    built = subprocess.run(
+        [*command, "-o", str(program), *sources, "-lm", "-pthread"], capture_output=True, text=True
+    )
+    if "cannot find" in built.stderr and "asan" in built.stderr:
+        pytest.skip("this compiler has no sanitizers")
+    assert built.returncode == 0, built.stderr
+    return program
 
 
 @pytest.mark.parametrize("more", [[], ["-DM4E_NO_COMPUTED_GOTO"]], ids=["goto", "switch"])
@@ -33,24 +53,7 @@ def test_sources_compile_without_a_warning(tmp_path: Path, more: list[str]) -> N
 
 @pytest.mark.parametrize("more", [[], ["-DM4E_NO_COMPUTED_GOTO"]], ids=["goto", "switch"])
 def test_damaged_programs_under_sanitizers(tmp_path: Path, more: list[str]) -> None:
-    fuzzer = tmp_path / "fuzzer"
-    flags = ["-std=c11", "-O0", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
-    command = [
-        *(compiler() or ["cc"]),
-        *flags,
-        *STRICT,
-        *more,
-        "-I",
-        str(SOURCES),
-        "-o",
-        str(fuzzer),
-    ]
-    built = subprocess.run(
-        [*command, str(FUZZ), *map(str, C_FILES), "-lm"], capture_output=True, text=True
-    )
-    if "cannot find" in built.stderr and "asan" in built.stderr:
-        pytest.skip("this compiler has no sanitizers")
-    assert built.returncode == 0, built.stderr
+    fuzzer = sanitized(FUZZ / "fuzz_program.c", tmp_path / "fuzzer", *more)
     seeds = []
     for program, entries in ((chain(2), []), (every_operation(), [(0, 0, 1)]), robertson()):
         seeds.append(tmp_path / program.name)
@@ -62,6 +65,13 @@ def test_damaged_programs_under_sanitizers(tmp_path: Path, more: list[str]) -> N
     tried, taken = (int(word) for word in run.stdout.split() if word.isdigit())
     assert tried == 30000
     assert 0 < taken < tried
+
+
+def test_a_worker_that_lies_about_its_answers(tmp_path: Path) -> None:
+    """What is shared with an FMU may hold anything: the client takes it for lost, or for empty."""
+    program = sanitized(FUZZ / "lying_worker.c", tmp_path / "liar")
+    run = subprocess.run([str(program)], capture_output=True, text=True, timeout=60)
+    assert (run.returncode, run.stdout) == (0, "16 lost\n"), run.stderr
 
 
 def test_what_is_compiled_is_kept_by_content(

@@ -54,7 +54,7 @@ class Keeper:
         self._folders: set[str] = set()
         self._selector = selectors.DefaultSelector()
         self._rest = b""
-        self._master, self._is_worker = os.getppid(), False
+        self._master, self._number, self._is_worker = os.getppid(), os.getpid(), False
 
     def run(self) -> None:
         """Serve the master until it is gone."""
@@ -113,6 +113,8 @@ class Keeper:
         signal.set_wakeup_fd(-1)
         signal.signal(signal.SIGCHLD, signal.SIG_DFL)
         set_apart()
+        if os.getppid() != self._number:  # the keeper has ended before that
+            os._exit(1)
         self._selector.close()
         nothing = os.open(os.devnull, os.O_RDONLY)
         os.dup2(nothing, 0)
