@@ -137,6 +137,14 @@ def is_file(path: Path) -> bool:
         return False
 
 
+def is_other(path: Path) -> bool:
+    """True for a pipe, a device or a socket: something is there, and it is no file."""
+    try:
+        return path.exists() and not (path.is_file() or path.is_dir())
+    except OSError:
+        return False
+
+
 def missing_file(path: Path, what: str = "file") -> tuple[str, str]:
     """Message and remedy for a path without a file: it or its folder is missing, or it is a folder.
 
@@ -148,6 +156,8 @@ def missing_file(path: Path, what: str = "file") -> tuple[str, str]:
         return f"no such {what}: the name has {len(text)} bytes", "no file system takes it"
     if path.is_dir():
         return f"is a folder: {path}", f"name a {what}"
+    if is_other(path):
+        return f"is a pipe or a device: {path}", f"name a {what}"
     if not folder.is_dir():
         return f"no such folder: {folder}", f"it is to hold the {what} {path.name}"
     suffixes = YAML_SUFFIXES if path.suffix in YAML_SUFFIXES else (path.suffix,)

@@ -11,7 +11,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from m4e_fmi.errors import InputError, Problem, is_file, suggestion
+from m4e_fmi.errors import InputError, Problem, is_file, is_other, suggestion
 from m4e_fmi.files.file_kinds import check_named
 from m4e_fmi.files.files_read import TooLongError, read_text
 from m4e_fmi.files.limits import LARGEST_TABLE
@@ -108,6 +108,8 @@ def shortened(problems: Sequence[Problem]) -> list[Problem]:
 
 
 def _text(path: Path) -> str:
+    if is_other(path):
+        raise InputError.single("is a pipe or a device", "copy it into a file", str(path))
     if not is_file(path):
         names = list[str]()
         with suppress(OSError):  # of a name that no file system takes

@@ -8,8 +8,10 @@ stamps say.
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import io
+import os
 from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
@@ -39,9 +41,19 @@ class TooLongError(Exception):
     """The file is longer than what is read of it."""
 
 
+def opened(path: str | Path) -> io.BufferedReader:
+    """A file, open for reading. OSError for a pipe in a folder, which nobody may ever write to.
+
+    The pipes of a shell, as in ``m4e-fmi info <(program)``, have no place in a folder.
+    """
+    if Path(os.path.realpath(path)).is_fifo():
+        raise OSError(errno.ESPIPE, "it is a pipe, not a file", str(path))
+    return Path(path).open("rb")
+
+
 def read_bytes(path: str | Path, *, largest: int | None = None) -> bytes:
     """Content of a file; OSError if it cannot be read, TooLongError beyond `largest` bytes."""
-    with Path(path).open("rb") as file:  # the size of a device is not known before
+    with opened(path) as file:  # the size of a device is not known before
         content = file.read(-1 if largest is None else largest + 1)
     if largest is not None and len(content) > largest:
         raise TooLongError(f"is longer than {largest / 1e6:g} MB")
@@ -66,7 +78,7 @@ def file_hash(path: str | Path) -> str | None:
     A folder is not a file: ABSENT.
     """
     try:
-        with Path(path).open("rb") as file:
+        with opened(path) as file:
             return hashlib.file_digest(file, "sha256").hexdigest()
     except (FileNotFoundError, NotADirectoryError, IsADirectoryError):
         return ABSENT

@@ -92,7 +92,8 @@ def _tree(text: str, path: Path) -> CommentedMap:
         remedy = "check '*', '<<', numbers, dates and tags (!)"
         raise InputError.single(message, remedy, str(path)) from None
     except ValueError as error:  # from the parser, for numbers and dates
-        message = f"not valid YAML: {error}".splitlines()[0]
+        what = "a number is too long" if "digits" in str(error) else str(error).splitlines()[0]
+        message = f"not valid YAML: {what}"
         raise InputError.single(message, "check numbers, dates and tags (!)", str(path)) from None
     if not isinstance(tree, CommentedMap):
         message = "expected 'key: value' lines at the top level"

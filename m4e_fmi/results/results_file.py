@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from m4e_fmi.errors import InputError, Named
+from m4e_fmi.errors import InputError, Named, is_other
 from m4e_fmi.files.writing import check_suffix, netcdf, written
 from m4e_fmi.results.recorded import recorded_as
 from m4e_fmi.results.row_file import is_row_file, read_rows
@@ -95,7 +95,8 @@ def load(path: str | Path) -> Results:
     """
     path = Path(path)
     if not path.is_file():
-        what = "is a folder, not a file of results" if path.is_dir() else "no such file"
+        other = "a folder" if path.is_dir() else "a pipe or a device" if is_other(path) else ""
+        what = f"is {other}, not a file of results" if other else "no such file"
         raise InputError.single(what, "", str(path))
     if not path.stat().st_size:
         raise InputError.single("is empty: it has no results", "run again", str(path))

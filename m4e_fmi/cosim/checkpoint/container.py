@@ -26,6 +26,7 @@ from typing import TypeVar
 
 from m4e_fmi.errors import InputError
 from m4e_fmi.files.encoding import DamagedError, Decoder, Encoder
+from m4e_fmi.files.files_read import opened
 from m4e_fmi.files.limits import LARGEST_CHECKPOINT, LARGEST_CHECKPOINT_TEXT
 from m4e_fmi.files.writing import written
 
@@ -118,7 +119,7 @@ def _content(path: Path) -> bytes:
         if path.stat().st_size > LARGEST_CHECKPOINT:
             message = f"is larger than {LARGEST_CHECKPOINT} bytes, which no checkpoint is"
             raise InputError.single(message, _REMEDY, str(path))
-        with path.open("rb") as file:
+        with opened(path) as file:
             magic, digest = file.readline(len(MAGIC) + 20), file.readline(65)
             if not magic.startswith(MAGIC):
                 raise InputError.single("is not a checkpoint", _REMEDY, str(path))

@@ -14,7 +14,7 @@ from urllib.parse import unquote, urlsplit
 from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no types
 
 from m4e_fmi.cosim.ssp.names import SCHEMAS, SSD_FILE
-from m4e_fmi.errors import InputError, Problem, is_file, suggestion
+from m4e_fmi.errors import InputError, Problem, is_file, is_other, suggestion
 from m4e_fmi.files.archives import ERRORS, opened_archive
 from m4e_fmi.files.file_names import file_stem
 from m4e_fmi.files.files_read import file_hash
@@ -36,6 +36,8 @@ class Package:
         self.path = Path(path)
         self.problems: list[Problem] = []
         self.notes: dict[str, None] = {}
+        if is_other(self.path):
+            raise self._wrong("is a pipe or a device, not a package", "copy it into a file")
         if not is_file(self.path):
             folder = self.path.parent
             near = [p.name for p in folder.glob("*.ssp")] if folder.is_dir() else []

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO
 
-from m4e_fmi.errors import InputError, Problem, RunError, is_file, suggestion
+from m4e_fmi.errors import InputError, Problem, RunError, is_file, is_other, suggestion
 from m4e_fmi.files.archives import opened_archive
 from m4e_fmi.files.file_kinds import FMU, check_suffix
 from m4e_fmi.files.xml_text import check_size, check_xml
@@ -30,6 +30,8 @@ def check_archive(path: Path) -> tuple[set[str], bytes]:
         raise refusal(
             path, "is a folder, not an FMU", "name the .fmu file; unpacked ones are not read"
         )
+    if is_other(path):
+        raise refusal(path, "is a pipe or a device, not an FMU", "copy the FMU into a file")
     if not is_file(path):
         near = [p.name for p in path.parent.glob("*.fmu")] if path.parent.is_dir() else []
         raise refusal(path, "no such file", suggestion(path.name, near, "FMUs here"))
