@@ -35,6 +35,8 @@ COMPONENT = "scenario"
 """The name under which actions are in the results."""
 NEVER = 2**62
 """A time [ns] that no run reaches."""
+MOST_DRAWINGS = 10_000
+"""Of random numbers in a step: each is a step of its own."""
 PARTED = "parted"
 """The parameter of a line, 1 once it has parted."""
 
@@ -140,6 +142,10 @@ class Planner:
         if action.at is not None and action.at < start:
             message = f"{name!r} begins at {action.at:g} s, before the start time of {start:g} s"
             self._problem((name, "at"), message, f"give a time from {start:g} s on")
+        step = self.system.simulation.step_size
+        if action.every is not None and MOST_DRAWINGS * action.every < step:
+            message = f"'every' is {action.every:g} s: over {MOST_DRAWINGS} drawings in a step"
+            self._problem((name, "every"), message, f"give a time in the order of {step:g} s")
         kind = action.kind
         settings, effects = [], []
         if kind in ("set", "ramp", "broken_line"):

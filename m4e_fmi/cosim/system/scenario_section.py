@@ -117,6 +117,11 @@ class Action(Section):
                 yield f"{name!r} is {time:g} s", "give a time above 0"
         if kinds[0] == "ramp" and self.within is None:
             yield "a ramp without a time", "give the time that it takes, 'within: 2 s'"
+        if self.within and self.duration and self.within > self.duration:
+            yield (
+                f"'for' ends the ramp after {self.duration:g} s, 'within' is {self.within:g} s",
+                "give more 'for', or less 'within': values return when 'for' is over",
+            )
         if not getattr(self, kinds[0]):
             yield f"{kinds[0]!r} names nothing", "give the name of a variable, component.variable"
         if kinds[0] == "noise" and self.seed is None:

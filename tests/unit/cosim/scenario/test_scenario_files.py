@@ -80,6 +80,8 @@ def test_actions_are_recorded_and_told(c_fmu: Fmus, tmp_path: Path) -> None:
         ("{at: 1, set: {spring.end.x: 1}}", "is connected to body.body.m.x"),
         ("{at: 1, set: {body.mass: 1}}", "is a fixed parameter"),
         ("{at: 1, ramp: {body.damping: 1}}", "a ramp without a time"),
+        ("{at: 1, for: 1, ramp: {body.damping: 1}, within: 2}", "ends the ramp after 1 s"),
+        ("{at: 1, noise: {spring.end.x: 1}, seed: 1, every: 1e-9}", "over 10000 drawings in a"),
         ("{at: 1, when: body.body.m.x > 1, freeze: spring.end.x}", "both 'at' and 'when'"),
         ("{freeze: spring.end.x}", "neither 'at' nor 'when'"),
         ("{at: 1}", "does nothing"),
