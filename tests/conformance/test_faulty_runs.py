@@ -30,6 +30,8 @@ SAMPLE = (
     Case(NEW, Fault("buoy", "set", KIND["pthread_exit"], 0.9, 3)),
     Case(NEW, Fault("line", "terminate", KIND["abort"])),
     Case(NEW, Fault("arm", "step", KIND["fork"], 0.4)),
+    Case(USUAL, Fault("arm", "step", KIND["twin"], 0.6)),
+    Case(NEW, Fault("line", "get", KIND["negative"], 0.8)),
 )
 
 

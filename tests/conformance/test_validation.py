@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -17,8 +18,10 @@ from pathlib import Path
 
 import pytest
 from support import defects
+from support.c_fmus.build import build, trouble_file
 from support.chains import hanging_chain
 from support.defects import DEFECTS, planted
+from support.faults.build import build_faulty
 
 from m4e_fmi.cli import main
 from m4e_fmi.errors import InputError
@@ -68,6 +71,56 @@ def test_a_planted_fault_is_found(name: str, tmp_path: Path):
     report = validate_fmu(path, only=only, call_limit=HANGS)
     assert troubles(report) == defect.expected
     assert report.ok == ("error" not in {f.severity for f in report.findings})
+
+
+@pytest.mark.parametrize(
+    ("call", "named"),
+    [
+        ("instantiate", "instantiation"),
+        ("initialise", "fmi2ExitInitializationMode"),
+        ("step", "fmi2DoStep"),
+        ("free", "fmi2FreeInstance"),
+    ],
+)
+@pytest.mark.parametrize("fault", ["exit", "_exit"])
+def test_an_fmu_that_ends_its_process_is_no_good_one(
+    tmp_path: Path, call: str, named: str, fault: str
+) -> None:
+    """With exit code 0, as if all had been checked."""
+    path = build("mass+state+armed", tmp_path)
+    trouble_file(path).write_text(f"{call} {fault} 0")
+    report = validate_fmu(path, only=("start",))
+    assert not report.ok
+    (found,) = report.of_severity("error")
+    assert found.id == "start.ended"
+    assert f"the process ended with code 0 after {named}" in found.message
+
+
+def test_a_number_that_is_no_status_is_an_error(tmp_path: Path) -> None:
+    path = build_faulty(2, "mass+state", tmp_path)
+    for function in ("step", "get", "set", "exit"):
+        (tmp_path / "plan").write_text(f"validation {function} negative 0 1\n")
+        with pytest.MonkeyPatch.context() as patched:
+            patched.setenv("M4E_TEST_FAULTS", str(tmp_path))
+            report = validate_fmu(path, only=("start",))
+        (found,) = report.of_severity("error")
+        assert "answered no status of FMI" in found.message
+
+
+@pytest.mark.parametrize("identifier", ["/tmp/elsewhere", "../sound", "a b", "1st"])
+def test_no_library_is_loaded_from_elsewhere(sound: Path, tmp_path: Path, identifier: str) -> None:
+    path = tmp_path / "x.fmu"
+    with zipfile.ZipFile(sound) as archive, zipfile.ZipFile(path, "w") as other:
+        for name in archive.namelist():
+            data = archive.read(name)
+            if name == "modelDescription.xml":
+                data = re.sub(
+                    rb'modelIdentifier="[^"]*"', f'modelIdentifier="{identifier}"'.encode(), data
+                )
+            other.writestr(name, data)
+    report = validate_fmu(path)
+    assert "library.identifier" in {found.id for found in report.of_severity("error")}
+    assert all(group.skipped for group in report.groups if group.name != "description")
 
 
 def test_names_that_differ_in_case_are_one_warning(sound: Path, tmp_path: Path):

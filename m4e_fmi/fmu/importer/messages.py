@@ -18,8 +18,18 @@ from typing import Any
 from fmpy import calloc, fmi1, fmi2, free
 from fmpy.logging import addLoggerProxy
 
-STATUS = {0: "OK", 1: "Warning", 2: "Discard", 3: "Error", 4: "Fatal"}
+NO_STATUS = 6
+"""Stands for a number that is no status of FMI."""
+STATUS = {
+    0: "OK",
+    1: "Warning",
+    2: "Discard",
+    3: "Error",
+    4: "Fatal",
+    NO_STATUS: "no status of FMI",
+}
 WARNING = 1
+PENDING = 5
 KEPT = 100
 """Number of messages that are kept of an instance."""
 LONGEST = 10_000

@@ -10,7 +10,7 @@ import os
 import signal
 import time
 from collections.abc import Iterator
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from importlib import import_module
 from pathlib import Path
 
@@ -18,6 +18,7 @@ from m4e_fmi.fmu.importer.watched_process import Ending, WatchedProcess
 from m4e_fmi.fmu.importer.worker.keeper import end_with_parent
 from m4e_fmi.fmu.validation.findings import Finding, Group
 from m4e_fmi.fmu.validation.worker import (
+    ENDED,
     FACTS,
     FOLLOWS,
     MODULES,
@@ -108,7 +109,9 @@ class _RunningGroup:
         ending = self.process.ending()
         if ending is None:
             return None
-        findings, skipped, failed = _told(findings_file(self._work, self._name))
+        findings, skipped, failed, is_whole = _told(findings_file(self._work, self._name))
+        if ending.kind == "done" and not is_whole:  # by exit(0), in a call
+            ending = replace(ending, kind="ended")
         if ending.kind != "done":
             findings.append(self._finding(ending))
         seconds = time.monotonic() - self.process.began
@@ -124,16 +127,21 @@ class _RunningGroup:
         return Finding(name, severity, ending.message, _UNFINISHED, (words,) if words else ())
 
 
-def _told(path: Path) -> tuple[list[Finding], str, str]:
-    """The findings a process has written, why there was nothing to check, what failed to run."""
-    findings, skipped, failed = [], "", ""
+def _told(path: Path) -> tuple[list[Finding], str, str, bool]:
+    """What a process has told: findings, why there was nothing to check, what failed to run.
+
+    And if it came to its end.
+    """
+    findings, skipped, failed, is_whole = [], "", "", False
     lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
     for line in lines:
         told = json.loads(line)
         if "skipped" in told:
             skipped = told["skipped"]
+        elif told == ENDED:
+            is_whole = True
         elif "failed" in told:
             failed = told["failed"]
         else:
             findings.append(Finding.from_dict(told))
-    return list(dict.fromkeys(findings)), skipped, failed
+    return list(dict.fromkeys(findings)), skipped, failed, is_whole

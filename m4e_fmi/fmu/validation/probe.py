@@ -26,7 +26,7 @@ from m4e_fmi.fmu.importer.calls.functions import (
 )
 from m4e_fmi.fmu.importer.calls.functions_2 import Functions2
 from m4e_fmi.fmu.importer.calls.functions_3 import Functions3
-from m4e_fmi.fmu.importer.messages import STATUS, Messages
+from m4e_fmi.fmu.importer.messages import NO_STATUS, PENDING, STATUS, Messages
 
 if TYPE_CHECKING:
     from m4e_fmi.fmu.validation.library import Library
@@ -107,9 +107,11 @@ class Probe:
         self._last_call = f"{self._function}({note})"
         self.library.journal.write(self._last_call)
         status = getattr(self._dll, self._function)(self.component, *arguments)
-        if status == FATAL:
+        if not OK <= status <= PENDING:
+            status = NO_STATUS
+        if status in (FATAL, NO_STATUS):
             self.component = None
-            raise FatalError(self._last_call, FATAL, self.words())
+            raise FatalError(self._last_call, status, self.words())
         return status
 
     def must(self, function: str, *arguments: object, note: str = "") -> None:

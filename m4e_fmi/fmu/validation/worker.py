@@ -23,6 +23,8 @@ from m4e_fmi.fmu.validation.probe import RefusedError
 
 PACKAGE = "m4e_fmi.fmu.validation.checks"
 FACTS = "facts.json"
+ENDED: dict[str, object] = {"ended": True}
+"""What a group tells last, if the FMU does not end its process before."""
 MODULES = {
     "start": "capabilities",
     "values": "values",
@@ -73,6 +75,7 @@ def work_on(group: str, folder: Path, fmu: str) -> None:
             _work_on(group, folder, Path(fmu), tell)
         except Exception as error:  # noqa: BLE001  of a check: not to be laid at the FMU's door
             tell({"failed": Failure.of(error).error})
+        tell(ENDED)
 
 
 def _work_on(

@@ -12,6 +12,7 @@
 #include "m4e.h"
 
 enum { /* beside the statuses of FMI */
+    M4E_NO_STATUS = 6, /* the FMU has answered a number that is none */
     M4E_LOST = 18, /* the worker does not answer */
     M4E_LATE       /* a function that sets values failed before: `late_function`, `late_status` */
 };

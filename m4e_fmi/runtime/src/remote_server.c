@@ -7,10 +7,13 @@
 #include <string.h>
 
 #include "remote_server.h"
+#ifndef _WIN32
+#include <unistd.h>
+#endif
 
 typedef void (*any)(void);
 enum { CLIENT, SERVER };
-enum { WARNING = M4E_REMOTE_WARNING, ERROR = M4E_REMOTE_ERROR };
+enum { WARNING = M4E_REMOTE_WARNING, ERROR = M4E_REMOTE_ERROR, PENDING = 5 };
 
 m4e_remote_server m4e_serving;
 static _Thread_local bool is_serving; /* this thread, during a call */
@@ -24,6 +27,13 @@ static int hear(void) {
         return 0;
     m4e_serving.seen = atomic_load(&c->asked);
     return 1;
+}
+
+/* A process that an FMU has forked, and that returns from its call, too, serves nobody. */
+static void end_if_forked(void) {
+#ifndef _WIN32
+    if (getpid() != m4e_serving.process) _exit(0);
+#endif
 }
 
 static void answer(int status, int is_message) {
@@ -41,6 +51,7 @@ static void tell(int status, const char *text) {
         fprintf(stderr, "%s\n", text);
         return;
     }
+    end_if_forked();
     strncpy(c->text, text, M4E_TEXT_ROOM - 1);
     answer(status, 1);
     if (!hear()) exit(1); /* the client is gone */
@@ -82,7 +93,9 @@ static int called(any f, uint32_t function, const uint64_t *number, const unsign
     m4e_serving.at = at;
     atomic_store(&m4e_serving.channel->present, function);
     const m4e_remote_shape *shape = &M4E_REMOTE_SHAPES[function];
-    return f ? shape->perform(f, shape->size) : ERROR;
+    const int status = f ? shape->perform(f, shape->size) : ERROR;
+    end_if_forked();
+    return status < 0 || status > PENDING ? M4E_NO_STATUS : status;
 }
 
 /* Sets the values that have come along; 0 if one of these calls fails. */
@@ -141,6 +154,9 @@ void m4e_remote_refuse(m4e_channel *c, const char *why) {
 
 int m4e_remote_serve(m4e_channel *c, void (*const *functions)(void)) {
     m4e_serving.channel = c;
+#ifndef _WIN32
+    m4e_serving.process = getpid();
+#endif
     atomic_store(&c->busy, 0);
     answer(0, 0);
     while (hear()) {

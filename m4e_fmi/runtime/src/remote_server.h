@@ -10,6 +10,7 @@ enum { M4E_REMOTE_WARNING = 1, M4E_REMOTE_ERROR = 3 };
 typedef struct {
     m4e_channel *channel;
     uint32_t seen; /* the last request */
+    long process;  /* that began to serve */
     void *component;
     unsigned char *request, *answer; /* arrays that do not fit into the channel, or NULL */
     uint64_t number[4];              /* of the call, */

@@ -107,7 +107,8 @@ class Campaign:
         place = self.place(setting, self.folder / str(setting), disturbed=False)
         done = place.run()
         assert done.code == 0, done.err
-        assert place.left_behind(done) == []
+        left = place.left_behind(done)
+        assert left == [], left
         return place.results()
 
     def place(self, setting: Setting, folder: Path, *, disturbed: bool = True) -> Place:

@@ -116,6 +116,7 @@ static void fork_one(void) {
     if (!fork()) sleep_on();
 }
 
+static void return_twice(void) { fork(); }
 static void be_slow(void) { usleep(5000); }
 static void stop(void) { raise(SIGSTOP); }
 static void kill_oneself(void) { raise(SIGKILL); }
@@ -132,7 +133,7 @@ static const struct {
     {"heap", overflow_heap}, {"fpe", divide}, {"exit", exit_0}, {"_exit", at_once_0},
     {"spin", spin}, {"sleep", sleep_on}, {"sigstop", stop}, {"sigkill", kill_oneself},
     {"pthread_exit", end_thread}, {"thread", leave_a_thread}, {"fork", fork_one}, {"hog", hog},
-    {"slow", be_slow}, {"late", leave_a_crash},
+    {"slow", be_slow}, {"late", leave_a_crash}, {"twin", return_twice},
 };
 
 enum { FLOOD = 1000 };
@@ -175,7 +176,7 @@ static void restore(void) {
 }
 
 static int strikes_once(const char *kind) {
-    const char *once[] = {"thread", "late", "fork", "stdout", "log", "close"};
+    const char *once[] = {"thread", "late", "fork", "twin", "stdout", "log", "close"};
     for (size_t i = 0; i < sizeof once / sizeof *once; i++)
         if (!strcmp(kind, once[i])) return 1;
     return 0;
@@ -235,6 +236,7 @@ static int before(Known *k, const char *call) {
             tell(k, status, "the pump ran dry");
             return status;
         }
+    if (!strcmp(struck, "negative")) return -1;
     return OK;
 }
 

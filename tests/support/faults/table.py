@@ -66,11 +66,13 @@ KINDS = (
     Kind("error", "fails", "ran dry", (*SET_UP[1:], *RUNNING, "save", "restore")),
     Kind("fatal", "fails", "ran dry", (*SET_UP[1:], *RUNNING, "save", "restore")),
     Kind("discard", "fails", "Discard", ("step",)),
+    Kind("negative", "fails", "no status of FMI", (*SET_UP[1:], *RUNNING, "save", "restore")),
     Kind("nan", "fails", "nan", ("get",)),
     Kind("inf", "fails", "inf", ("get",)),
     # surroundings that are the FMU's own
     Kind("thread", "ends"),
     Kind("fork", "ends"),
+    Kind("twin", "ends"),
     Kind("rounding", "ends"),
     Kind("locale", "ends"),
     Kind("chdir", "ends"),

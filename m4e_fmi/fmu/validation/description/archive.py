@@ -29,6 +29,9 @@ LIBRARIES = {
 }
 """Prefix of functions, and FMPy's classes that have all of them as methods."""
 
+_IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*", re.ASCII)
+_NOT_LOADED = ("library.identifier", "library.missing", "library.exports")
+
 
 def description_findings(folder: Path) -> tuple[tuple[Finding, ...], str]:
     """Findings on the FMU unpacked in `folder`; why it cannot be run, "" if it can."""
@@ -58,7 +61,7 @@ def description_findings(folder: Path) -> tuple[tuple[Finding, ...], str]:
     found += _experiment(subject)
     found += check_terminals(subject)
     found += _library(subject)
-    reasons = [f.message for f in found if f.id in ("library.missing", "library.exports")]
+    reasons = [f.message for f in found if f.id in _NOT_LOADED]
     return tuple(finding.of(version) for finding in found), next(iter(reasons), "")
 
 
@@ -123,7 +126,10 @@ def _library(subject: FmuUnderTest) -> Iterator[Finding]:
     here = binaries / platform
     for identifier in sorted({str(kind.modelIdentifier) for kind in subject.kinds}):
         library = here / f"{identifier}{fmpy.sharedLibraryExtension}"
-        if not library.is_file():
+        if not _IDENTIFIER.fullmatch(identifier):  # nor is anything loaded from elsewhere
+            message = f"the modelIdentifier {identifier!r} is no C identifier"
+            yield Finding("library.identifier", "error", message, "FMI 2.0.4, section 2.2.1")
+        elif not library.is_file():
             there = sorted(p.name for p in binaries.iterdir()) if binaries.is_dir() else []
             others = sorted(p.name for p in here.iterdir()) if here.is_dir() else []
             message = f"cannot run here: there is no binaries/{platform}/{library.name}"
