@@ -95,7 +95,7 @@ class Head:
     `texts` are those that stand in cells, in their order. The run is `watched` if observers may
     read all outputs.
     `without` says why there is no state, where there is none: the run is then made again up to
-    here.
+    here. `real_time` is the lateness of parts that were made in real time, a line each.
     """
 
     identity: dict[str, str]
@@ -108,3 +108,4 @@ class Head:
     texts: tuple[bytes, ...]
     exchanged: Exchanged
     without: str
+    real_time: str

@@ -61,6 +61,17 @@ class Options:
         """The results file as it was given, with or without a folder; "." if there is none."""
         return Path(self.results or "")
 
+    @property
+    def real_time(self) -> str:
+        """The lateness of all parts up to here that were made in real time, a line each."""
+        resumed, lines = self.resumed, list[str]()
+        if resumed and resumed.head.real_time and not resumed.replayed:
+            lines.append(f"{resumed.head.real_time}, up to t = {resumed.head.time:.9g} s")
+        if self.paced:
+            since = f"from t = {resumed.head.time:.9g} s on: " if resumed else ""
+            lines.append(f"{since}{self.paced.lateness}")
+        return "\n".join(lines)
+
     def warn_of(self, lines: Sequence[str]) -> None:
         """Tell each of some warnings."""
         if self.warn:
@@ -152,9 +163,11 @@ def _master(
     resumed = options.resumed
     if resumed:
         resumed.check(same, system.system.simulation.stop_time)
+        if resumed.replayed and options.paced:
+            options.paced.since = resumed.head.time
     with Master(
         system,
-        certify=options.certify and options.paced is None,
+        certify=options.certify and not options.real_time,
         changeable=options.changeable,
         recorded=recorded,
         watched=options.watched or (resumed is not None and resumed.head.watched),
@@ -186,7 +199,12 @@ def _written(
         resumed.tell(options.tell)
     if begun.system.system.simulation.has_checkpoints and not options.changeable:
         begun.checkpoints = checkpoints(
-            begun.system, place, same, tell=None if resumed else options.tell, warn=options.warn
+            begun.system,
+            place,
+            same,
+            real_time=lambda: options.real_time,
+            tell=None if resumed else options.tell,
+            warn=options.warn,
         )
         if resumed:
             begun.checkpoints.go_on(resumed.path, resumed.head.time)
@@ -207,7 +225,7 @@ def _closing(begun: Begun, options: Options) -> dict[str, str]:
     """Attributes of the results that are known at the end of the run."""
     certify = options.certify and not begun.failed
     found = closing_attributes(begun.master, begun.system, certify=certify)
-    return found | ({"real_time": str(options.paced.lateness)} if options.paced else {})
+    return found | ({"real_time": options.real_time} if options.real_time else {})
 
 
 def _outcome(begun: Begun, options: Options, wall_time: float) -> Outcome:
@@ -223,7 +241,7 @@ def _outcome(begun: Begun, options: Options, wall_time: float) -> Outcome:
         notes=(*begun.system.notes, *master.notes, *(writer.notes if writer else ())),
         order=master.order,
         rejected=master.rejected,
-        certificate=certificate or (NO_ESTIMATE if paced else ""),
+        certificate=certificate or (NO_ESTIMATE if options.real_time else ""),
         messages=master.messages,
         scenario=master.scenario,
         real_time=paced.lateness if paced else None,

@@ -14,8 +14,8 @@ SLICE = 0.02
 SLOW = 0.1
 """Seconds by which the end of a run may be late before it counts as too slow."""
 NO_ESTIMATE = (
-    "a run in real time repeats no steps, which would make others late; run without real time for "
-    "the error of the same values"
+    "what is run in real time is not repeated, which would make others late; run without real "
+    "time, from the start, for the error of the same values"
 )
 
 
@@ -61,12 +61,16 @@ class RealTime:
             message = f"real time factor {factor!r}: expected simulated seconds per second"
             raise InputError.single(message, "give a number above 0; 1 is real time")
         self._factor = factor
+        self.since = -math.inf
+        """The time [s] from which points have their wall times; all before are made again."""
         self._origin = self._start = math.nan
         self._points = self._late = 0
         self._largest = self._sum = self._last = 0.0
 
     def __call__(self, time: float, network: Network) -> None:
         """Wait for the wall time of the point at `time` [s]."""
+        if time < self.since:
+            return
         now = clock.perf_counter()
         if not self._points:
             self._origin, self._start = now, time

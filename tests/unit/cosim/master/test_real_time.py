@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.interrupted import differences
 from support.small_systems import Fmus, oscillator
 
 from m4e_fmi.cosim import Network, Simulation, load, run
@@ -34,7 +35,7 @@ def test_no_point_comes_before_its_time(c_fmu: Fmus, tmp_path: Path) -> None:
     assert (lateness.factor, lateness.points) == (4.0, 201)
     assert 0.0 <= lateness.mean <= lateness.largest < 0.4
     assert not lateness.is_slow
-    assert "a run in real time repeats no steps" in str(outcome.certificate)
+    assert "what is run in real time is not repeated" in str(outcome.certificate)
     assert "4 × real time" in run_summary(outcome)
     found = load(tmp_path / "paced.nc")
     assert found.attributes["real_time"] == str(lateness)
@@ -53,6 +54,44 @@ def test_a_run_that_is_too_slow_goes_on_and_says_so(c_fmu: Fmus) -> None:
     assert lateness.late == 10
     assert 0.15 < lateness.last == lateness.largest < 2.0
     assert "too slow" in str(lateness)
+
+
+@pytest.mark.parametrize("last", [None, 50.0])
+def test_a_run_of_which_a_part_was_in_real_time_has_no_estimate(
+    c_fmu: Fmus, tmp_path: Path, last: float | None
+) -> None:
+    given = oscillator(c_fmu, Simulation(1.0, 0.01, checkpoint_interval=0.5), "+state+bytes")
+    place = tmp_path / "r.nc"
+    first = run(given, real_time=50.0, results=place)
+    longer = given.changed(stop_time=2.0)
+    middle = run(longer, results=place, resume=True)
+    assert "what is run in real time is not repeated" in str(middle.certificate)
+    assert middle.real_time is None
+    told = f"{first.real_time}, up to t = 1 s"
+    assert load(place).attributes["real_time"] == told
+    outcome = run(given.changed(stop_time=3.0), real_time=last, results=place, resume=True)
+    assert "what is run in real time is not repeated" in str(outcome.certificate)
+    lines = load(place).attributes["real_time"].splitlines()
+    assert lines[0] == f"{told}, up to t = 2 s"
+    assert lines[1:] == ([f"from t = 2 s on: {outcome.real_time}"] if last else [])
+    whole = run(given.changed(stop_time=3.0), results=tmp_path / "whole.nc")
+    assert "coupling error" in str(whole.certificate)
+    other = {name.partition("@")[2] for name in differences(tmp_path / "whole.nc", place)}
+    assert other == {"coupling_error", "coupling_error_from", "real_time"}
+
+
+def test_what_is_made_again_does_not_wait(c_fmu: Fmus, tmp_path: Path) -> None:
+    """These FMUs cannot save their states, so the first 20 s are made again, at once."""
+    given = oscillator(c_fmu, Simulation(20.0, 0.01, checkpoint_interval=5.0), "+state")
+    place = tmp_path / "r.nc"
+    run(given, real_time=1000.0, results=place)
+    began = clock.perf_counter()
+    again = run(given.changed(stop_time=20.5), real_time=1.0, results=place, resume=True)
+    assert clock.perf_counter() - began < 10.0
+    assert again.real_time is not None
+    assert again.real_time.points == 51
+    free = run(given.changed(stop_time=21.0), results=place, resume=True)
+    assert "real time" not in str(free.certificate)  # all of it was made again
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="a process cannot send itself Ctrl-C there")
